@@ -42,12 +42,11 @@ from flockesc_env.policies.base import Policy, bind
 from flockesc_env.policies.files import load_policy, save_policy
 from flockesc_env.policies.memory_rules import StubbornWitnesses
 from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.playing import Episodes
+from flockesc_env.policies.playing import Episodes, LineEpisodes
 from flockesc_env.policies.predators import FlyStraight, Pursue
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.policies.registry import NamedPolicy, built_in
 from flockesc_env.policies.rollout import record, rollout
-from flockesc_env.policies.rollout_line import LineEpisodes
 from flockesc_env.policies.rules import StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.render import RenderOptions

@@ -28,7 +28,7 @@ __all__ = [
     "line_observation_entries",
     "named_infos",
     "neighbor_pairs",
-    "network_ranges",
+    "network_outputs",
     "objectives",
     "observation_entries",
     "perron_matrix",
@@ -38,7 +38,12 @@ __all__ = [
     "simulate_line",
     "sweep_flock",
     "sweep_line",
+    "tanh_layers",
+    "views",
 ]
+
+_Network = tuple[str, NDArray[np.float32], NDArray[np.float64]]
+"""Architecture, parameters (networks, size), and the ranges in m that the networks choose from."""
 
 MAX_PARTS: int
 __version__: str
@@ -100,15 +105,11 @@ class FlockBatch:
     ) -> tuple[NDArray[np.float32], float, bool, dict[str, Any]]: ...
     def rollout(
         self,
-        architecture: str,
-        parameters: NDArray[np.float32],
-        candidates: NDArray[np.float64],
+        network: _Network,
         seeds: NDArray[np.uint64],
         report: Callable[[int], None] | None = None,
     ) -> dict[str, NDArray[Any]]: ...
-    def observe(self, slots: Sequence[int]) -> NDArray[np.float32]: ...
-    def observe_flock(self, slots: Sequence[int]) -> NDArray[np.float32]: ...
-    def observe_predators(self, slots: Sequence[int]) -> NDArray[np.float32]: ...
+    def observe(self, slots: Sequence[int], view: str = "own") -> NDArray[np.float32]: ...
     def metrics(self) -> dict[str, NDArray[Any]]: ...
     def num_components(self) -> NDArray[np.int64]: ...
     def episode_seed(self, slot: int) -> int: ...
@@ -128,8 +129,7 @@ class LineEpisode:
     def __new__(
         cls, scenario: str, options: str, seed: int, initial_state: NDArray[np.float64] | None = None
     ) -> Self: ...
-    def step(self, interaction_range: float) -> float: ...
-    def step_one(
+    def step(
         self, interaction_range: float
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]: ...
     def info(self) -> dict[str, Any]: ...
@@ -179,20 +179,20 @@ def simulate_flock(
 def simulate_line(
     scenario: str, interaction_range: float, seed: int, initial_state: NDArray[np.float64] | None = None
 ) -> dict[str, Any]: ...
-def network_ranges(
-    architecture: str,
-    parameters: NDArray[np.float32],
-    entries: list[tuple[str, float, float]],
+def network_outputs(
+    network: _Network,
+    names: Sequence[str],
     actions: RangeMap,
-    candidates: NDArray[np.float64],
-    observations: list[NDArray[np.float32]],
-) -> list[NDArray[np.float64]]: ...
+    observations: NDArray[np.float32],
+    memory: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+def tanh_layers(
+    widths: list[int], parameters: NDArray[np.float64], inputs: NDArray[np.float64]
+) -> NDArray[np.float64]: ...
 def rollout_line(
-    scenario: str,
-    options: str,
+    documents: tuple[str, str],
     actions: RangeMap,
-    architecture: str,
-    parameters: NDArray[np.float32],
+    network: _Network,
     seeds: NDArray[np.uint64],
     num_threads: int | None,
     report: Callable[[int], None] | None,
@@ -231,3 +231,4 @@ def predator_observation_entries(dimension: int) -> list[tuple[str, float, float
 def line_observation_entries(num_agents: int, num_profile_ranges: int) -> list[tuple[str, float, float]]: ...
 def kinds() -> dict[str, list[str]]: ...
 def objectives() -> list[str]: ...
+def views() -> list[str]: ...

@@ -18,8 +18,7 @@ from flockesc_env.common.extras import MissingExtraError, require
 from flockesc_env.common.notebook import to_html
 from flockesc_env.models.simulate import LineTrajectory, Trajectory
 from flockesc_env.models.sweep import SweepResult
-from flockesc_env.policies.playing import Episodes
-from flockesc_env.policies.rollout_line import LineEpisodes
+from flockesc_env.policies.playing import Episodes, LineEpisodes
 from flockesc_env.render.palette import LIGHT
 
 if TYPE_CHECKING:
@@ -100,11 +99,7 @@ def _(episodes: Episodes | LineEpisodes) -> str:
 
 
 def _paths(run: LineTrajectory) -> Figure:
-    """Return the positions of a line's agents over time, with the predator and its range.
-
-    Raises:
-        MissingExtraError: if the ``analysis`` extra is not installed.
-    """
+    """Return the positions of a line's agents over time, with the predator and its range."""
     require("analysis", ["matplotlib"])
     from matplotlib.figure import Figure  # optional and slow to import
 

@@ -10,15 +10,15 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import as_array, as_choice, as_seed
+from flockesc_env.common.checks import as_array, as_choice
 from flockesc_env.common.errors import ActionError, ArgumentError, OptionError
 from flockesc_env.common.extras import require
 from flockesc_env.envs import _autoreset
-from flockesc_env.envs._base import InfoArguments, Infos, ManyFlocks, needs_reset_if_interrupted
+from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import Columns
+from flockesc_env.episodes.options import View
 from flockesc_env.episodes.scenarios import Scenarios
-from flockesc_env.episodes.seeds import fresh_seed
-from flockesc_env.render import render
+from flockesc_env.episodes.seeds import consecutive_seeds, fresh_seed
 
 require("sb3", ["stable_baselines3"])
 from stable_baselines3.common.vec_env import VecEnv  # noqa: E402, after the check
@@ -36,26 +36,24 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
     steps.
     """
 
-    _arguments: ClassVar[type] = InfoArguments
-    _per_agent: ClassVar[bool]
+    _view: ClassVar[View]
 
     def __init__(
         self,
         num_flocks: int,
         scenario: Scenarios | None = None,
-        **arguments: Unpack[InfoArguments],
+        *,
+        infos: Infos = "all",
+        **arguments: Unpack[FlockArguments],
     ) -> None:
-        super().__init__(scenario, arguments, num_flocks=num_flocks, per_agent=self._per_agent)
+        super().__init__(scenario, arguments, num_flocks=num_flocks, view=self._view)
         self.policy_spec = spec = self._batch.policy_spec
-        self._infos: Infos = as_choice(arguments.get("infos", "all"), "infos", get_args(Infos), OptionError)
+        self._infos: Infos = as_choice(infos, "infos", get_args(Infos), OptionError)
         self._actions: NDArray[Any] | None = None
-        slots, metadata, render_mode = (
-            self._batch.num_flocks * self._batch.rows,
-            self.metadata,
-            self.render_mode,
-        )
+        kept = self.metadata, self.render_mode
+        slots = self._batch.num_flocks * self._batch.rows
         VecEnv.__init__(self, slots, spec.layout.space(), spec.actions.space())
-        self.metadata, self.render_mode = metadata, render_mode
+        self.metadata, self.render_mode = kept
 
     @needs_reset_if_interrupted
     def reset(self) -> VecEnvObs:
@@ -110,27 +108,20 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Set the seed of flock f to ``seed + f`` for the next reset; ``None``: a random ``seed``."""
-        rows = self._batch.rows
-        first = fresh_seed() if seed is None else as_seed(seed)
-        as_seed(first + self._batch.num_flocks - 1, "seed of the last flock")
-        self._seeds = [first + slot // rows for slot in range(self.num_envs)]
+        seeds = consecutive_seeds(fresh_seed() if seed is None else seed, self._batch.num_flocks)
+        self._seeds = [seeds[slot // self._batch.rows] for slot in range(self.num_envs)]
         return self._seeds
 
     def get_images(self) -> Sequence[np.ndarray | None]:
         """Return one image per flock, shape (size, size, 3); an empty list without a render mode."""
         return [] if self._viewer is None else self._viewer.images()
 
-    def render(self, mode: str | None = None) -> np.ndarray | None:
+    def render(self, mode: str | None = None) -> np.ndarray | None:  # type: ignore[override]
         """Return all flocks in one image; in mode ``"human"`` show them."""
         if self.render_mode == "human" and mode in {None, "human"}:
-            render(self._viewer)  # SB3 would render every slot
+            ManyFlocks.render(self)  # SB3 would render every slot
             return None
-        return super().render(mode)
-
-    def close(self) -> None:
-        """Close the window if one is open."""
-        if self._viewer is not None:
-            self._viewer.close()
+        return VecEnv.render(self, mode)
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """Return the value of an attribute once per slot in ``indices``; all slots share it."""
@@ -169,16 +160,15 @@ class FlockVecEnv(_BatchVecEnv):
         num_flocks: number of flocks, and of slots.
         scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
             scenario per flock (docs/environments.md, "Several scenarios").
-        **arguments: see ``InfoArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
+        infos: which ``info`` dicts of ``step`` have entries. ``"all"``: all. ``"end"``: those of slots whose
+            episode has ended in this step; the others share one new empty dict, which is faster.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value.
-        OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator, or scenarios of a list do not agree.
-        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
+        InputError: as ``FlockEscapeEnv``, and ``ScenarioError`` if scenarios of a list do not agree.
     """
 
-    _per_agent = False
+    _view = View.FLOCK
 
 
 class AgentVecEnv(_BatchVecEnv):
@@ -191,15 +181,9 @@ class AgentVecEnv(_BatchVecEnv):
 
     Args:
         num_flocks: number of flocks; there are ``num_flocks * scenario.num_agents`` slots.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
-            scenario per flock (docs/environments.md, "Several scenarios").
-        **arguments: see ``InfoArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
-
-    Raises:
-        ArgumentError: if an argument has the wrong type or value.
-        OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator, or scenarios of a list do not agree.
-        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
+        scenario: see ``FlockVecEnv``.
+        infos: see ``FlockVecEnv``.
+        **arguments: see ``FlockVecEnv``.
     """
 
-    _per_agent = True
+    _view = View.AGENT

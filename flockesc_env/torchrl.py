@@ -8,14 +8,14 @@ from typing import Any, Final, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray, as_seed
+from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.extras import require
-from flockesc_env.envs._base import FlockArguments, ManyFlocks, needs_reset_if_interrupted
+from flockesc_env.envs._base import FlockArguments, ManyFlocks, agent_names, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import Columns, Observations, is_over
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
+from flockesc_env.episodes.options import View
 from flockesc_env.episodes.scenarios import Scenarios
-from flockesc_env.episodes.seeds import fresh_seed
-from flockesc_env.render import render
+from flockesc_env.episodes.seeds import consecutive_seeds, fresh_seed
 
 require("torchrl", ["torchrl"])
 import torch  # noqa: E402, after the check
@@ -62,10 +62,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         group_map: names of the agents of each group; empty with one range per flock.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value.
-        OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator, or scenarios of a list do not agree.
-        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
+        InputError: as ``FlockEscapeEnv``, and ``ScenarioError`` if scenarios of a list do not agree.
     """
 
     def __init__(
@@ -77,30 +74,19 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         device: torch.device | str = "cpu",
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        super().__init__(scenario, arguments, num_flocks=num_flocks, per_agent=per_agent)
+        super().__init__(scenario, arguments, num_flocks=num_flocks, view=View.of(per_agent))
         self.policy_spec = self._batch.policy_spec
         flocks, agents = self._batch.num_flocks, self._batch.rows
         EnvBase.__init__(self, device=torch.device(device), batch_size=torch.Size([flocks]))
         self._rows = (flocks, agents) if self.policy_spec.per_agent else (flocks,)
         self._has_mask = self._batch.rows_can_be_caught
         self._seeds: list[int | None] = [None] * flocks
-        self.group_map = {GROUP: _names(agents)} if self.policy_spec.per_agent else {}
+        self.group_map = {GROUP: agent_names("agent", agents)} if self.policy_spec.per_agent else {}
         self._make_specs()
 
-    def render(self) -> tuple[Any, ...] | None:
-        """Return one image per flock, shape (size, size, 3); in mode ``"human"`` show them side by side.
-
-        Raises:
-            ResetNeededError: if called before ``reset``.
-        """
-        pictures = render(self._viewer)
-        return None if pictures is None else tuple(pictures)
-
     def close(self, *, raise_if_closed: bool = True) -> None:
-        """Close the window if one is open."""
-        if self._viewer is not None:
-            self._viewer.close()
-        super().close(raise_if_closed=raise_if_closed)
+        ManyFlocks.close(self)
+        EnvBase.close(self, raise_if_closed=raise_if_closed)
 
     def _make_specs(self) -> None:
         actions, layout = self.policy_spec.actions, self.policy_spec.layout
@@ -129,9 +115,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         return Composite({**entries, **root}, shape=self.batch_size)
 
     def _set_seed(self, seed: int | None) -> None:
-        first = fresh_seed() if seed is None else as_seed(seed)
-        as_seed(first + len(self._seeds) - 1, "seed of the last flock")
-        self._seeds = list(range(first, first + len(self._seeds)))
+        self._seeds = list(consecutive_seeds(fresh_seed() if seed is None else seed, len(self._seeds)))
 
     @needs_reset_if_interrupted
     def _reset(
@@ -188,11 +172,6 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
 def _ends(terminated: Ended, ended: Ended) -> dict[str, Ended]:
     truncated = ended & ~terminated
     return {"done": terminated | truncated, "terminated": terminated, "truncated": truncated}
-
-
-def _names(count: int) -> list[str]:
-    """Return the names of the agents, as in ``parallel_env``."""
-    return [f"agent_{i:0{len(str(count - 1))}d}" for i in range(count)]
 
 
 def _flag(shape: Sequence[int]) -> Categorical:

@@ -33,7 +33,6 @@ class FlockTaskClass(TaskClass):
     def get_env_fun(
         self, num_envs: int, continuous_actions: bool, seed: int | None, device: Any
     ) -> Callable[[], EnvBase]:
-        """Return a function that makes the environment of ``num_envs`` flocks."""
         mode = "normalized" if continuous_actions else "discrete"
         arguments = {"action_mode": mode, **self.config}
 
@@ -45,32 +44,25 @@ class FlockTaskClass(TaskClass):
         return make
 
     def supports_continuous_actions(self) -> bool:
-        """Return True."""
         return True
 
     def supports_discrete_actions(self) -> bool:
-        """Return True."""
         return True
 
     def max_steps(self, env: EnvBase) -> int:
-        """Return the number of actions of an episode; the largest if the flocks have different scenarios."""
         return int(-(-env.policy_spec.num_steps // env.options.steps_per_action))
 
     def has_render(self, env: EnvBase) -> bool:  # noqa: ARG002
-        """Return False: BenchMARL does not record videos of flocks."""
-        return False
+        return False  # BenchMARL does not record videos of flocks
 
     def group_map(self, env: EnvBase) -> dict[str, list[str]]:
-        """Return the names of the agents of the only group, ``"agents"``."""
         return dict(env.group_map)
 
     def observation_spec(self, env: EnvBase) -> Composite:
-        """Return the spec of the agents' observations."""
         group = env.full_observation_spec_unbatched[GROUP]
         return Composite({GROUP: Composite(observation=group["observation"].clone(), shape=group.shape)})
 
     def action_spec(self, env: EnvBase) -> Composite:
-        """Return the spec of the agents' actions."""
         return env.full_action_spec_unbatched
 
     def action_mask_spec(self, env: EnvBase) -> None:
@@ -84,12 +76,10 @@ class FlockTaskClass(TaskClass):
 
     @staticmethod
     def env_name() -> str:
-        """Return ``"flockesc"``."""
         return "flockesc"
 
     @staticmethod
     def log_info(batch: TensorDictBase) -> dict[str, float]:
-        """Return the mean objectives of the episodes that ended in a batch."""
         ended = batch["next", "done"]
         infos = {f"collection/info/{name}": batch["next", "info", name][ended] for name in INFO}
         return {name: values.mean().item() for name, values in infos.items() if len(values)}
@@ -118,7 +108,6 @@ class FlockTask(Task):
 
     @staticmethod
     def associated_class() -> type[TaskClass]:
-        """Return ``FlockTaskClass``."""
         return FlockTaskClass
 
     def get_from_yaml(self, path: str | None = None) -> TaskClass:

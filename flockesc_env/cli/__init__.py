@@ -22,10 +22,6 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command of ``flockesc`` and return its exit code.
-
-    Args:
-        argv: command-line arguments; ``None``: ``sys.argv[1:]``.
-    """
+    """Run a command of ``flockesc`` and return its exit code; see ``Application.main``."""
     summary = "A flock under attack: how far should its agents listen?"
     return Application("flockesc", summary, COMMANDS).main(argv)

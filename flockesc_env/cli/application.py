@@ -24,36 +24,14 @@ class Application:
 
     A command is a function that returns an ``Exit``. Its keyword arguments are the flags, its docstring is
     the help text. tyro does not wrap lines, so each paragraph is one line.
-
-    Attributes:
-        program: name of the program, for help and errors.
-        summary: first line of the help text.
-        commands: functions by name of the command.
     """
 
     program: str
     summary: str
     commands: Mapping[str, Callable[..., Exit]]
 
-    @property
-    def description(self) -> str:
-        """The description in ``--help``."""
-        lines = [
-            self.summary,
-            "",
-            f"{self.program} COMMAND --help explains a command; {self.program} --version prints the version.",
-            "",
-            "Results are printed on stdout, notes and progress on stderr. Exit codes:",
-            *(f"{code.value:>5}  {meaning}" for code, meaning in MEANINGS.items()),
-        ]
-        return "\n".join(lines)
-
     def main(self, argv: Sequence[str] | None = None) -> int:
-        """Run a command and return its exit code; see ``exits``.
-
-        Args:
-            argv: command-line arguments; ``None``: ``sys.argv[1:]``.
-        """
+        """Run a command with ``argv`` or, if it is None, ``sys.argv[1:]``; return its exit code."""
         prepare_terminal()
         try:
             return self._run(list(sys.argv[1:] if argv is None else argv))
@@ -83,8 +61,14 @@ class Application:
             app = tyro.extras.SubcommandApp()
             for command, run in self.commands.items():
                 app.command(name=command, help=(run.__doc__ or "").partition("\n")[0])(run)
-            words = list(map(printable, argv))
-            app.cli(prog=self.program, description=self.description, args=words or [name])
+            codes = "\n".join(f"{code.value:>5}  {meaning}" for code, meaning in MEANINGS.items())
+            app.cli(
+                prog=self.program,
+                description=f"{self.summary}\n\n{self.program} COMMAND --help explains a command;"
+                f" {self.program} --version prints the version.\n\n"
+                f"Results are printed on stdout, notes and progress on stderr. Exit codes:\n{codes}",
+                args=list(map(printable, argv)) or [name],
+            )
         except SystemExit as stop:  # from tyro, after --help or an invalid flag
             flush()
             return stop.code if isinstance(stop.code, int) else Exit.REFUSED

@@ -22,22 +22,12 @@ from flockesc_env.scenario.presets import MODELS, PRESETS, Scenario, preset
 
 
 def optional(help_: str, default: str, metavar: str | None = None) -> tuple[Any, ...]:
-    """Return the annotations of an optional flag.
-
-    Args:
-        help_: the help text.
-        default: description of the default.
-        metavar: name of the value in the help text; ``None``: the name of its type.
-    """
+    """Return the annotations of an optional flag; ``default`` describes its default."""
     return DisallowNone, arg(help=help_, help_behavior_hint=f"(default: {default})", metavar=metavar)
 
 
 def switch(help_: str) -> Any:
-    """Return the annotation of a flag without a value.
-
-    Args:
-        help_: the help text.
-    """
+    """Return the annotation of a flag without a value."""
     return arg(help=help_, help_behavior_hint="(default: off)")
 
 
@@ -52,14 +42,11 @@ def _range(words: list[str]) -> range:
 Json = Annotated[bool, switch("print the result as a JSON document on stdout")]
 Progress = Annotated[bool, switch("show a progress bar even if stderr is not a terminal")]
 Threads = Annotated[int | None, *optional("number of threads; results do not depend on it", "one per core")]
-Backend = Annotated[
-    str,
-    arg(
-        help="where jobs run: serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..] (docs/cluster.md);"
-        " results do not depend on it",
-        metavar="BACKEND",
-    ),
-]
+BACKEND = (
+    "where jobs run: serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..] (docs/cluster.md);"
+    " results do not depend on it"
+)
+Backend = Annotated[str, arg(help=BACKEND, metavar="BACKEND")]
 Seeds = Annotated[
     range,
     PrimitiveConstructorSpec(
@@ -78,11 +65,7 @@ class ScenarioFlags:
 
     scenario: Annotated[
         str | None,
-        *optional(
-            "name of a preset (flockesc presets lists them) or a scenario file (.toml, .json)",
-            "paper-flock",
-            metavar="NAME|FILE",
-        ),
+        *optional("preset (flockesc presets lists them) or scenario file", "paper-flock", "NAME|FILE"),
     ] = None
     changes: Annotated[
         UseAppendAction[tuple[str, ...]],
@@ -96,22 +79,11 @@ class ScenarioFlags:
     ] = ()
     initial_state: Annotated[
         Path | None,
-        *optional(
-            "file (.csv, .npy, .npz) with initial positions and, optionally, velocities of a flock",
-            "the scenario's",
-            metavar="FILE",
-        ),
+        *optional("initial positions, maybe velocities (.csv, .npy, .npz)", "the scenario's", "FILE"),
     ] = None
 
     def build(self) -> Scenario:
-        """Return the scenario that the flags describe.
-
-        Raises:
-            ArgumentError: if an initial state is given for a line.
-            OSError: if a file cannot be read.
-            RecordError: if the file of the initial state is damaged.
-            ScenarioError: if the preset or a field is unknown, or a field is out of bounds.
-        """
+        """Return the scenario that the flags describe."""
         scenario: Scenario = FlockScenario() if self.scenario is None else scenario_named(self.scenario)
         if self.initial_state is not None:
             if isinstance(scenario, LineScenario):

@@ -37,21 +37,13 @@ def prepare_terminal() -> None:
 
 
 def show(*lines: str) -> None:
-    """Print lines of a result on stdout.
-
-    Raises:
-        OSError: if stdout cannot be written, for example a closed pipe.
-    """
+    """Print lines of a result on stdout."""
     print(*map(printable, lines), sep="\n")
     flush()
 
 
 def flush() -> None:
-    """Flush stdout. If that fails, drop the output, so that the interpreter does not fail again at exit.
-
-    Raises:
-        OSError: if stdout cannot be written.
-    """
+    """Flush stdout. If that fails, drop the output, so that the interpreter does not fail again at exit."""
     try:
         sys.stdout.flush()
     except OSError:
@@ -71,34 +63,28 @@ def note(*lines: str) -> None:
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return the lines of a text table with right-aligned columns.
-
-    Args:
-        head: headings of the columns.
-        rows: cells of the rows.
-    """
+    """Return the lines of a text table with right-aligned columns."""
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
     return ["  ".join(map(str.rjust, row, widths)) for row in (head, *rows)]
 
 
 def check_output(path: Path | None, suffixes: Sequence[str], field: str = "output") -> None:
-    """Check, before a long computation, that an output file can be written.
-
-    Args:
-        path: path of the file; ``None``: no file.
-        suffixes: allowed suffixes.
-        field: name of the flag, for the error message.
+    """Check, before a long computation, that an output file, if any, can be written.
 
     Raises:
         ArgumentError: if the suffix is not allowed, the folder does not exist, or the file cannot be written.
     """
     if path is None:
         return
+    given = repr(str(path))
     if path.suffix not in suffixes:
-        raise ArgumentError(field, f"a file that ends in {' or '.join(suffixes)}", repr(str(path)))
+        raise ArgumentError(field, f"a file that ends in {' or '.join(suffixes)}", given)
     if not path.parent.is_dir():
-        raise ArgumentError(field, "a file in an existing folder", repr(str(path)))
-    _try_to_write(path, field, "a file that can be written", path)
+        raise ArgumentError(field, "a file in an existing folder", given)
+    try:
+        check_writable(path)
+    except OSError as error:
+        raise ArgumentError(field, f"a file that can be written ({error.strerror})", given) from None
 
 
 def check_folder(folder: Path, field: str = "output") -> None:
@@ -107,14 +93,11 @@ def check_folder(folder: Path, field: str = "output") -> None:
     Raises:
         ArgumentError: if they cannot.
     """
-    _try_to_write(folder / ".part", field, "a folder that can be written", folder)
-
-
-def _try_to_write(path: Path, field: str, expected: str, given: Path) -> None:
     try:
-        check_writable(path)
+        check_writable(folder / ".part")
     except OSError as error:
-        raise ArgumentError(field, f"{expected} ({error.strerror})", repr(str(given))) from None
+        expected = f"a folder that can be written ({error.strerror})"
+        raise ArgumentError(field, expected, repr(str(folder))) from None
 
 
 def _finite(value: Any) -> Any:

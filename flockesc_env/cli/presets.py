@@ -5,22 +5,17 @@ from __future__ import annotations
 import json as json_
 from typing import Annotated, Any
 
-from tyro.conf import Positional, arg
+from tyro.conf import Positional
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import Json, model_of
+from flockesc_env.cli.flags import Json, model_of, optional
 from flockesc_env.cli.output import show, show_json
 from flockesc_env.scenario.presets import PRESETS, preset
 
 
 def run(
     name: Annotated[
-        Positional[str | None],
-        arg(
-            help="preset to print as TOML",
-            metavar="[NAME]",
-            help_behavior_hint="(default: list all)",
-        ),
+        Positional[str | None], *optional("preset to print as TOML", "list all", "[NAME]")
     ] = None,
     *,
     json: Json = False,

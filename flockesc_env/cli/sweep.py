@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json as json_
 import os
 import time
@@ -13,7 +12,16 @@ import numpy as np
 from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import Json, Progress, ScenarioFlags, Seeds, Threads, model_of, optional
+from flockesc_env.cli.flags import (
+    BACKEND,
+    Json,
+    Progress,
+    ScenarioFlags,
+    Seeds,
+    Threads,
+    model_of,
+    optional,
+)
 from flockesc_env.cli.output import check_output, note, show, show_json, table
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError
@@ -28,7 +36,7 @@ from flockesc_env.episodes.objectives import (
     objectives_of,
 )
 from flockesc_env.episodes.options import GRID_SIZE, EnvOptions, LineOptions
-from flockesc_env.jobs import Backend, Cache, find_backend
+from flockesc_env.jobs import Arrays, Cache, find_backend
 from flockesc_env.jobs import run as run_all
 from flockesc_env.jobs.sweeps import OUTCOMES, joined, outcome_names, seed_jobs
 from flockesc_env.models import records
@@ -46,11 +54,7 @@ def run(
     *,
     interaction_ranges: Annotated[
         tuple[float, ...] | None,
-        *optional(
-            "ranges to try instead of a grid, in m for a flock",
-            "a grid",
-            metavar="FLOAT ..",
-        ),
+        *optional("ranges to try instead of a grid, in m for a flock", "a grid", "FLOAT .."),
     ] = None,
     max_range: Annotated[
         float | None,
@@ -82,15 +86,7 @@ def run(
         ),
     ] = None,
     num_threads: Threads = None,
-    backend: Annotated[
-        str | None,
-        *optional(
-            "where jobs run: serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..] (docs/cluster.md);"
-            " results do not depend on it",
-            "threads of this process",
-            metavar="BACKEND",
-        ),
-    ] = None,
+    backend: Annotated[str | None, *optional(BACKEND, "threads of this process", "BACKEND")] = None,
     cache: Annotated[
         Path, arg(help="folder of finished jobs, with --backend; a second call continues there")
     ] = Path("runs/sweep"),
@@ -120,17 +116,19 @@ def run(
     if backend is None:
         parts = _in_chunks(chosen, ranges, seeds, threads, progress)
     elif threads is None:
-        parts = [_by_jobs(chosen, ranges, seeds, find_backend(backend), Cache(cache), progress)]
+        jobs = seed_jobs(OUTCOMES, chosen, tuple(ranges.tolist()), seeds)
+        parts = run_all(jobs, Cache(cache), find_backend(backend), title="Sweep", progress=progress)
     else:
         raise ArgumentError("num_threads", "no number with --backend, whose jobs take one thread", threads)
-    finished = sum(part.seeds.size for part in parts)
+    finished = sum(part["num_components"].shape[1] for part in parts)
     code = Exit.DONE
     if finished < len(seeds):
         note(f"interrupted after {finished} of {len(seeds)} seeds; intervals are omitted")
         code = Exit.INTERRUPTED
     if not parts:
         return code
-    result = _joined(parts)
+    model = FlockSweepResult if isinstance(chosen, FlockScenario) else LineSweepResult
+    result = model(chosen, ranges, np.array(seeds[:finished], np.uint64), **joined(parts))
     intervals = None
     if code is Exit.DONE:
         try:
@@ -157,9 +155,8 @@ def run(
         if json:
             show_json(document)
         else:
-            _show_table(
-                document, spec, chosen.neighbor_rule.unit if isinstance(chosen, FlockScenario) else ""
-            )
+            unit = chosen.neighbor_rule.unit if isinstance(chosen, FlockScenario) else ""
+            _show_table(document, spec, unit)
     return code
 
 
@@ -196,9 +193,9 @@ def _objective(scenario: Scenario, name: str | None) -> str:
 
 def _in_chunks(
     scenario: Scenario, ranges: FloatArray, seeds: range, threads: int | None, always: bool
-) -> list[SweepResult]:
+) -> list[Arrays]:
     """Run the sweep in chunks of seeds; on Ctrl-C return the results of the finished chunks."""
-    parts: list[SweepResult] = []
+    parts: list[Arrays] = []
     start = 0
     size = -(-4 * (threads or os.cpu_count() or 1) // ranges.size)  # at least 4 runs per thread
     try:
@@ -206,15 +203,14 @@ def _in_chunks(
             while start < len(seeds):
                 began = time.perf_counter()
                 before = start * ranges.size
-                parts.append(
-                    sweep(
-                        scenario,
-                        ranges,
-                        seeds[start : start + size],
-                        num_threads=threads,
-                        progress=lambda done, total, before=before: report(before + done, total),
-                    )
+                part = sweep(
+                    scenario,
+                    ranges,
+                    seeds[start : start + size],
+                    num_threads=threads,
+                    progress=lambda done, total, before=before: report(before + done, total),
                 )
+                parts.append({name: getattr(part, name) for name in outcome_names(part)})
                 start += size
                 if time.perf_counter() - began < _CHUNK_SECONDS:
                     size *= 2
@@ -223,38 +219,18 @@ def _in_chunks(
     return parts
 
 
-def _by_jobs(
-    scenario: Scenario, ranges: FloatArray, seeds: range, backend: Backend, cache: Cache, always: bool
-) -> SweepResult:
-    """Return the sweep, run by a back end."""
-    jobs = seed_jobs(OUTCOMES, scenario, tuple(ranges.tolist()), seeds)
-    values = joined(run_all(jobs, cache, backend, title="Sweep", progress=always))
-    model = FlockSweepResult if isinstance(scenario, FlockScenario) else LineSweepResult
-    return model(scenario, ranges, np.array(seeds, np.uint64), **values)
-
-
-def _joined(parts: list[SweepResult]) -> SweepResult:
-    """Join the results of chunks of seeds along the axis of seeds."""
-    columns: dict[str, Any] = {
-        name: np.concatenate([getattr(part, name) for part in parts], axis=-1)
-        for name in ("seeds", *outcome_names(parts[0]))
-    }
-    return dataclasses.replace(parts[0], **columns)
-
-
 def _write(result: SweepResult, objective: str, path: Path) -> None:
     if path.suffix == ".parquet":
         result.to_parquet(path)
-    elif path.suffix in _PICTURES:
-        with atomic_write(path) as file:
+        return
+    with atomic_write(path) as file:
+        if path.suffix in _PICTURES:
             result.plot(objective).savefig(file, format=path.suffix[1:], dpi=150)
-    else:
-        with atomic_write(path) as file:
+        else:
             result.table().write_csv(file)
 
 
 def _intervals(result: SweepResult, objective: str) -> tuple[FloatArray, FloatArray] | None:
-    """Return the lower and upper ends of the 95 % intervals per range; ``None`` if they are not defined."""
     if len(result.seeds) < 2 or not _has_predator(result, objective):
         return None
     try:
@@ -290,6 +266,9 @@ def _outcome(
 
 
 def _show_table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: str) -> None:
+    def with_unit(value: float, form: str, unit: str) -> str:
+        return f"{value:{form}} {unit}".rstrip()
+
     rows = [
         [
             f"{row['interaction_range']:.4g}",
@@ -307,10 +286,6 @@ def _show_table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: 
     ]
     show(*table(heads, rows))
     if document["best_range"] is not None:
-        best = _with_unit(document["best_range"], ".4g", range_unit)
-        oracle = _with_unit(document["hindsight_oracle"], ".4f", objective.unit)
+        best = with_unit(document["best_range"], ".4g", range_unit)
+        oracle = with_unit(document["hindsight_oracle"], ".4f", objective.unit)
         show(f"best fixed range: {best}; objective with the best range of every seed: {oracle}")
-
-
-def _with_unit(value: float, form: str, unit: str) -> str:
-    return f"{value:{form}} {unit}".rstrip()

@@ -1,6 +1,7 @@
 """Safe reading and writing of files of arrays (npz, npy) and tables (Parquet).
 
-Reading executes no code from the file (no pickle) and checks sizes before it allocates memory.
+Reading executes no code from the file (no pickle) and checks sizes before it allocates memory. Damaged files
+raise ``RecordError``; ``expected`` is the expected kind of file in its message.
 """
 
 from __future__ import annotations
@@ -53,16 +54,7 @@ def write_table(table: pl.DataFrame, path: Path, metadata: dict[str, str] | None
 
 
 def read_document(path: Path, expected: str) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """Return the JSON object and the arrays that ``write_document`` wrote.
-
-    Args:
-        path: path of the file.
-        expected: the expected kind of file, for error messages, for example ``"a policy"``.
-
-    Raises:
-        FileNotFoundError: if the file does not exist.
-        RecordError: if the file is damaged; its ``field`` is the path or, if the JSON is invalid, ``header``.
-    """
+    """Return the JSON object and the arrays that ``write_document`` wrote."""
     arrays = read_npz(path, expected)
     text = str(arrays.pop(_HEADER, np.array(""))[()])
     try:
@@ -73,16 +65,7 @@ def read_document(path: Path, expected: str) -> tuple[dict[str, Any], dict[str, 
 
 
 def read_npz(path: Path, expected: str) -> dict[str, NDArray[Any]]:
-    """Return the arrays of an npz file by name.
-
-    Args:
-        path: path of the file.
-        expected: the expected kind of file, for error messages.
-
-    Raises:
-        FileNotFoundError: if the file does not exist.
-        RecordError: if the file is damaged, is not an npz file, or unpacks to far more than its packed size.
-    """
+    """Return the arrays of an npz file by name."""
     raw = path.read_bytes()
     try:
         with zipfile.ZipFile(BytesIO(raw)) as archive:
@@ -98,16 +81,7 @@ def read_npz(path: Path, expected: str) -> dict[str, NDArray[Any]]:
 
 
 def read_npy(path: Path, expected: str) -> NDArray[Any]:
-    """Return the array of an npy file.
-
-    Args:
-        path: path of the file.
-        expected: the expected kind of file, for error messages.
-
-    Raises:
-        FileNotFoundError: if the file does not exist.
-        RecordError: if the file is damaged or is not an npy file.
-    """
+    """Return the array of an npy file."""
     raw = path.read_bytes()
     try:
         return _array(raw)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
 
 from gymnasium.error import DependencyNotInstalled
 
 from flockesc_env.common.errors import FlockescError
+
+if TYPE_CHECKING:
+    import polars as pl
 
 
 class MissingExtraError(FlockescError, ImportError, DependencyNotInstalled):
@@ -29,3 +33,11 @@ def require(extra: str, modules: Iterable[str]) -> None:
         if find_spec(module) is None:
             command = f'pip install "flockesc-env[{extra}]"'
             raise MissingExtraError(f"{module} is not installed; run `{command}`")
+
+
+def data_frame(columns: Mapping[str, Any]) -> pl.DataFrame:
+    """Return a polars DataFrame; polars is slow to import and comes with the extra ``analysis``."""
+    require("analysis", ["polars"])
+    import polars as pl
+
+    return pl.DataFrame(columns)

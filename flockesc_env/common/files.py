@@ -19,12 +19,8 @@ def atomic_write(path: Path, *, durable: bool = True) -> Iterator[BinaryIO]:
     """Open a temporary file that replaces ``path`` when the block ends without an error.
 
     A file that is replaced keeps its mode, and a symbolic link stays a link. A device or a pipe is written
-    directly. Other programs can write to ``name`` of the yielded file.
-
-    Args:
-        path: path of the file.
-        durable: whether to wait until the file is on the disk, so that a power failure leaves the older file
-            or the new one.
+    directly. Other programs can write to ``name`` of the yielded file. With ``durable`` the call waits for
+    the disk, so that a power failure leaves the older file or the new one.
 
     Raises:
         OSError: if the file cannot be written; ``filename`` is ``path``.
@@ -33,11 +29,7 @@ def atomic_write(path: Path, *, durable: bool = True) -> Iterator[BinaryIO]:
 
 
 def check_writable(path: Path) -> None:
-    """Check that ``atomic_write`` can open ``path``, and change nothing. Folders may still be missing.
-
-    Raises:
-        OSError: if the file cannot be written; ``filename`` is ``path``.
-    """
+    """Check that ``atomic_write`` can open ``path``, and change nothing. Folders may still be missing."""
     nearest = path
     while not nearest.parent.exists():
         nearest = nearest.parent
@@ -60,11 +52,7 @@ def write_sealed(path: Path, owner: str, content: bytes, *, durable: bool = True
 
 
 def read_sealed(path: Path, owner: str) -> bytes | None:
-    """Return the bytes that ``write_sealed`` wrote, or None if they are damaged or have another owner.
-
-    Raises:
-        OSError: if the file cannot be read.
-    """
+    """Return the bytes that ``write_sealed`` wrote, or None if they are damaged or have another owner."""
     raw = path.read_bytes()
     content, seal = raw[:-_SEAL_BYTES], raw[-_SEAL_BYTES:]
     return content if seal == _seal(owner, content) else None

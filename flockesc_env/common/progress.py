@@ -14,11 +14,7 @@ Progress = Callable[[int, int], None]
 
 @contextmanager
 def reporting(progress: Progress | bool | None, title: str, total: int) -> Iterator[Progress | None]:
-    """Yield the callback that an argument ``progress`` stands for: ``True`` shows a progress bar.
-
-    Raises:
-        ArgumentError: if ``progress`` is neither a callable nor a bool nor ``None``.
-    """
+    """Yield the callback that an argument ``progress`` stands for: ``True`` shows a progress bar."""
     if progress is True:
         with progress_bar(title, total, always=True) as bar:
             yield bar
@@ -28,13 +24,7 @@ def reporting(progress: Progress | bool | None, title: str, total: int) -> Itera
 
 @contextmanager
 def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Progress]:
-    """Show a progress bar; yield a callback for the argument ``progress`` of ``sweep`` and ``rollout``.
-
-    Args:
-        title: text in front of the bar.
-        total: number of steps.
-        always: whether to show it even if stderr is not a terminal.
-    """
+    """Show a progress bar; yield a callback for the argument ``progress`` of ``sweep`` and ``rollout``."""
     from tqdm import tqdm  # slow to import
 
     # None: tqdm hides it without a terminal.

@@ -46,9 +46,6 @@ def mean(values: FloatArray) -> Estimate:
 
     Args:
         values: one value per flock, shape (flocks,).
-
-    Raises:
-        ArgumentError: if ``values`` has another shape or is not finite.
     """
     values = _per_flock(values, "values")
     if np.ptp(values) == 0:  # all resamples are equal
@@ -65,9 +62,6 @@ def improvement(values: FloatArray, baseline: FloatArray) -> Estimate:
     Args:
         values: one value per flock, shape (flocks,).
         baseline: values of the baseline on the same flocks, shape (flocks,).
-
-    Raises:
-        ArgumentError: if an argument has another shape or is not finite.
     """
     values = _per_flock(values, "values")
     baseline = as_floats(baseline, "baseline", values.shape)
@@ -79,9 +73,6 @@ def share(is_so: NDArray[np.bool]) -> Estimate:
 
     Args:
         is_so: one bool per flock, shape (flocks,).
-
-    Raises:
-        ArgumentError: if ``is_so`` has another shape or dtype.
     """
     marks = as_array(is_so, "is_so")
     if marks.dtype != np.bool or marks.ndim != 1 or not marks.size:
@@ -97,9 +88,6 @@ def argmax(positions: FloatArray, values: FloatArray) -> Estimate:
     Args:
         positions: shape (k,), for example interaction ranges.
         values: one value per position and flock, shape (k, flocks), with at least 2 flocks.
-
-    Raises:
-        ArgumentError: if an argument has another shape or is not finite.
     """
     positions = _per_flock(positions, "positions")
     values = as_floats(values, "values")

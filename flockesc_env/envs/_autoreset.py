@@ -22,17 +22,11 @@ from flockesc_env.episodes.batch import AtEnd, Columns, FlockBatch, Observations
 
 
 class Ending(NamedTuple):
-    """The episodes that ended in a step under ``SAME_STEP``.
+    """The episodes that ended in a step under ``SAME_STEP``."""
 
-    Attributes:
-        rows: whether the episode of each row's flock has ended, shape (f * rows,).
-        observations: last observations, one per row of an ended episode.
-        started: columns of ``info`` of the new episodes, one entry per ended flock.
-    """
-
-    rows: NDArray[np.bool]
-    observations: Observations
-    started: Columns
+    rows: NDArray[np.bool]  # whether the episode of each row's flock has ended, shape (f * rows,)
+    observations: Observations  # last observations, one per row of an ended episode
+    started: Columns  # columns of `info` of the new episodes, one entry per ended flock
 
 
 class VectorStep(NamedTuple):
@@ -66,18 +60,7 @@ def step(
     mode: AutoresetMode,
     out: tuple[Observations, FloatArray] | None = None,
 ) -> VectorStep:
-    """Step all flocks of a batch and start new episodes according to the autoreset mode.
-
-    Args:
-        batch: the flocks.
-        actions: stacked actions, see ``FlockBatch.step``.
-        mode: the autoreset mode.
-        out: arrays that receive the observations and rewards; ``None``: new arrays.
-
-    Raises:
-        ActionError: if an action is outside the action space.
-        ResetNeededError: if a flock was never reset, or if its episode has ended under ``DISABLED``.
-    """
+    """Step all flocks of a batch and start new episodes according to the autoreset mode."""
     at_end: AtEnd = "restart" if mode is AutoresetMode.NEXT_STEP else "refuse"
     observations, rewards, ended, ranges, columns = batch.step(actions, at_end=at_end, out=out)
     rows = np.repeat(ended, batch.rows)

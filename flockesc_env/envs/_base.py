@@ -10,19 +10,13 @@ from abc import abstractmethod
 from collections.abc import Callable
 from copy import deepcopy
 from functools import wraps
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypedDict, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.episodes.batch import FlockBatch, Observations
-from flockesc_env.episodes.options import (
-    EnvOptions,
-    EnvOptionsDict,
-    LineOptionsDict,
-    check_names,
-    env_options,
-)
+from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptionsDict, View, env_options
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.scenarios import Scenarios, as_scenarios
 from flockesc_env.episodes.views import FlockView
@@ -39,57 +33,39 @@ ObsType = TypeVar("ObsType")
 """Type of the observations that ``reset`` returns."""
 
 
-class RenderArguments(TypedDict, total=False):
-    """Keyword arguments of all environments.
+class FlockArguments(EnvOptionsDict, total=False):
+    """Keyword arguments of all flock environments: ``EnvOptions`` and the following.
 
     Attributes:
         render_mode: ``"rgb_array"``: ``render`` returns an image; ``"human"``: a window shows every reset
             and step; ``None``: no rendering.
         render_options: what the images show; ``None``: the defaults of ``RenderOptions``.
+        num_threads: number of threads for many flocks or one large flock; ``None``: one per core. Results do
+            not depend on it.
+        predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
+            ``SB3Policy``. ``None``: they fly straight on, or act in ``step`` if they are agents.
+    """
+
+    render_mode: str | None
+    render_options: RenderOptions | None
+    num_threads: int | None
+    predator_policy: PredatorPolicy | None
+
+
+class LineArguments(LineOptionsDict, total=False):
+    """Keyword arguments of the line environment: ``LineOptions`` and the following.
+
+    Attributes:
+        render_mode: see ``FlockArguments``.
+        render_options: see ``FlockArguments``.
     """
 
     render_mode: str | None
     render_options: RenderOptions | None
 
 
-class CommonArguments(RenderArguments, EnvOptionsDict, total=False):
-    """Keyword arguments of all flock environments: ``RenderArguments``, ``EnvOptions`` and the following.
-
-    Attributes:
-        num_threads: number of threads for many flocks or one large flock; ``None``: one per core. Results do
-            not depend on it.
-    """
-
-    num_threads: int | None
-
-
-class FlockArguments(CommonArguments, total=False):
-    """Keyword arguments of the environments whose actions set ranges: ``CommonArguments`` and the following.
-
-    Attributes:
-        predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
-            ``SB3Policy``. ``None``: they fly straight on, or act in ``step`` if they are agents.
-    """
-
-    predator_policy: PredatorPolicy | None
-
-
 Infos = Literal["all", "end"]
-
-
-class InfoArguments(FlockArguments, total=False):
-    """Keyword arguments of environments with many ``info`` dicts: ``FlockArguments`` and the following.
-
-    Attributes:
-        infos: which ``info`` dicts of ``step`` have entries. ``"all"``: all. ``"end"``: those of agents or
-            slots whose episode has ended in this step; the others share one new empty dict, which is faster.
-    """
-
-    infos: Infos
-
-
-class LineArguments(RenderArguments, LineOptionsDict, total=False):
-    """Keyword arguments of the line environment: ``RenderArguments`` and ``LineOptions``."""
+"""Which ``info`` dicts of ``step`` have entries: all, or those of agents or slots whose episode has ended."""
 
 
 def needs_reset_if_interrupted(method: Method) -> Method:
@@ -117,6 +93,11 @@ class Viewed:
     render_mode: str | None = None
     _viewer: Viewer | None = None  # Gymnasium calls `close` even if the constructor failed
 
+    def close(self) -> None:
+        """Close the window if one is open."""
+        if self._viewer is not None:
+            self._viewer.close()
+
     @abstractmethod
     def _drop_episodes(self) -> None:
         """Require a reset, after an interrupt."""
@@ -129,39 +110,17 @@ class Rendered(Viewed):
     """Base class of environments that render one image."""
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Return an image, shape (size, size, 3); in mode ``"human"`` show it and return ``None``.
-
-        Raises:
-            ResetNeededError: if called before ``reset``.
-        """
+        """Return an image, shape (size, size, 3); in mode ``"human"`` show it and return ``None``."""
         pictures = render(self._viewer)
         return pictures[0] if pictures else None
-
-    def close(self) -> None:
-        """Close the window if one is open."""
-        if self._viewer is not None:
-            self._viewer.close()
 
 
 class FlockEnvironment(Viewed):
     """Base class of the flock environments; holds one ``FlockBatch``.
 
-    Args:
-        scenario: the flock model's parameters, or a preset's name; default: the paper's. With many flocks
-            also a list with one scenario per flock.
-        arguments: keyword arguments, see ``FlockArguments``.
-        num_flocks: number of flocks.
-        per_agent: True: every agent has its own range and observation. False: every flock has one.
-
     Attributes:
         scenario: the scenario of the flock, or of the first flock.
         options: options of actions, rewards and observations.
-
-    Raises:
-        ArgumentError: if an argument has the wrong type or value.
-        OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator.
-        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     _arguments: ClassVar[type] = FlockArguments
@@ -170,22 +129,20 @@ class FlockEnvironment(Viewed):
     def __init__(
         self,
         scenario: Scenarios | None,
-        arguments: CommonArguments,
+        arguments: FlockArguments,
         *,
         num_flocks: int = 1,
-        per_agent: bool = False,
+        view: View = View.FLOCK,
     ) -> None:
         given = self._as_scenarios(scenario)
         first = given if isinstance(given, FlockScenario) else given[0]
-        check_names(arguments, self._arguments.__annotations__, FlockScenario)
-        options = {name: value for name, value in arguments.items() if name in EnvOptionsDict.__annotations__}
         self._batch = batch = FlockBatch(
             given,
-            env_options(first, cast("EnvOptionsDict", options)),
+            env_options(first, arguments, self._arguments),
             num_flocks=num_flocks,
-            per_agent=per_agent,
+            view=view,
             num_threads=arguments.get("num_threads"),
-            predator_policy=cast("FlockArguments", arguments).get("predator_policy"),
+            predator_policy=arguments.get("predator_policy"),
         )
         self.scenario: FlockScenario = batch.scenario
         self.options: EnvOptions = batch.options
@@ -195,7 +152,6 @@ class FlockEnvironment(Viewed):
         self._set_frames_per_second(fps)
 
     def _as_scenarios(self, given: Any) -> FlockScenario | list[FlockScenario]:
-        """Return the scenario of the flock or, in environments of many flocks, one or a list."""
         scenario: FlockScenario = as_scenario(given, FlockScenario)
         return scenario
 
@@ -207,11 +163,13 @@ class FlockEnvironment(Viewed):
         if self._viewer is not None:
             self._viewer.update()
 
-    def _restore(self, state: Any, flocks: Any = None) -> None:
+    def _restore(self, state: Any, flocks: Any = None) -> Observations:
+        """Restore flocks from a snapshot and return the observations of all flocks."""
         slots = self._batch.set_state(state, flocks)
         if self._viewer is not None:
             self._viewer.forget(slots)
             self._viewer.update()
+        return self._batch.observe(range(self._batch.num_flocks))
 
 
 class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
@@ -245,12 +203,11 @@ class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
             ArgumentError: if the snapshot is damaged or belongs to another version, scenario, interface or
                 other options; the running episode continues.
         """
-        self._restore(state)
-        return self._observe()
+        return self._resume(self._restore(state))
 
     @abstractmethod
-    def _observe(self) -> ObsType:
-        """Return the current observation; called after a snapshot was restored."""
+    def _resume(self, rows: Observations) -> ObsType:
+        """Return the observation when an episode begins or continues, given the flock's observation rows."""
 
 
 class ManyFlocks(FlockEnvironment):
@@ -268,6 +225,11 @@ class ManyFlocks(FlockEnvironment):
     def flocks(self) -> list[FlockView]:
         """Read-only access to the state of each flock."""
         return [FlockView(self._batch, slot) for slot in range(self._batch.num_flocks)]
+
+    def render(self) -> tuple[Any, ...] | None:
+        """Return one image per flock, shape (size, size, 3); in mode ``"human"`` show them side by side."""
+        pictures = render(self._viewer)
+        return None if pictures is None else tuple(pictures)
 
     def get_state(self, flocks: Any = None) -> bytes:
         """Return a snapshot of some flocks; see ``FlockEscapeEnv.get_state``.
@@ -296,5 +258,9 @@ class ManyFlocks(FlockEnvironment):
                 continue.
             ResetNeededError: if called before ``reset`` and ``flocks`` leaves some out.
         """
-        self._restore(state, flocks)
-        return self._batch.observe(range(self._batch.num_flocks))
+        return self._restore(state, flocks)
+
+
+def agent_names(kind: str, count: int) -> list[str]:
+    """Return the names ``kind_0``, .. of agents, with leading zeros so that all have the same length."""
+    return [f"{kind}_{i:0{len(str(count - 1))}d}" for i in range(count)]

@@ -9,41 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import as_seed
+from flockesc_env.common.checks import FloatArray, as_seed
 from flockesc_env.envs._base import FlockArguments, OneFlock, needs_reset_if_interrupted
-from flockesc_env.episodes.batch import is_over
+from flockesc_env.episodes.batch import Observations, is_over
 from flockesc_env.scenario.flock import FlockScenario
 
 
-class FlockEscapeEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.float32], Any]):
-    """A flock under attack, ``flockesc/FlockEscape-v0``; the action is its interaction range.
+class GymnasiumEnv(OneFlock[Observations], gymnasium.Env[Observations, Any]):
+    """Base class of the Gymnasium environments with one flock."""
 
-    docs/model.md describes observations, rewards and ``info``. An episode terminates when all agents are
-    caught and is truncated after ``scenario.num_steps`` model steps.
-
-    Args:
-        scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        **arguments: see ``FlockArguments`` and ``EnvOptions``.
-
-    Raises:
-        ArgumentError: if an argument has the wrong type or value.
-        OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator.
-        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
-    """
-
-    def __init__(
-        self, scenario: FlockScenario | str | None = None, **arguments: Unpack[FlockArguments]
-    ) -> None:
-        super().__init__(scenario, arguments)
-        self.policy_spec = self._batch.policy_spec
-        self.observation_space = self.policy_spec.layout.space()
-        self.action_space = self.policy_spec.actions.space()
+    _ranges_at_start: FloatArray | None = None
+    """The entry ``interaction_range`` of the ``info`` of ``reset``; ``None``: no such entry."""
 
     @needs_reset_if_interrupted
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    ) -> tuple[Observations, dict[str, Any]]:
         """Start an episode.
 
         Args:
@@ -60,10 +41,39 @@ class FlockEscapeEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.flo
         start = self._batch.start(options)
         if seed is not None:
             seed = as_seed(seed)
-        observations, columns = self._batch.reset([0], [seed], [start])
+        rows, columns = self._batch.reset([0], [seed], [start])
         super().reset(seed=seed)
+        observation = self._resume(rows)
         self._show()
-        return observations[0], _core.infos(columns, np.zeros(1))[0]
+        return observation, _core.infos(columns, self._ranges_at_start)[0]
+
+
+class FlockEscapeEnv(GymnasiumEnv):
+    """A flock under attack, ``flockesc/FlockEscape-v0``; the action is its interaction range.
+
+    docs/model.md describes observations, rewards and ``info``. An episode terminates when all agents are
+    caught and is truncated after ``scenario.num_steps`` model steps.
+
+    Args:
+        scenario: the flock model's parameters, or a preset's name; default: the paper's.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``.
+
+    Raises:
+        ArgumentError: if an argument has the wrong type or value.
+        OptionError: if an option is unknown, missing or out of bounds.
+        ScenarioError: if the scenario has no predator.
+        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
+    """
+
+    _ranges_at_start = np.zeros(1)
+
+    def __init__(
+        self, scenario: FlockScenario | str | None = None, **arguments: Unpack[FlockArguments]
+    ) -> None:
+        super().__init__(scenario, arguments)
+        self.policy_spec = self._batch.policy_spec
+        self.observation_space = self.policy_spec.layout.space()
+        self.action_space = self.policy_spec.actions.space()
 
     @needs_reset_if_interrupted
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -84,6 +94,6 @@ class FlockEscapeEnv(OneFlock[NDArray[np.float32]], gymnasium.Env[NDArray[np.flo
         terminated = bool(is_over(info))
         return observation, reward, terminated, has_ended and not terminated, info
 
-    def _observe(self) -> NDArray[np.float32]:
-        observation: NDArray[np.float32] = self._batch.observe([0])[0]
+    def _resume(self, rows: Observations) -> Observations:
+        observation: Observations = rows[0]
         return observation

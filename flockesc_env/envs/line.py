@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Unpack, cast
+from typing import TYPE_CHECKING, Any, Unpack
 
 import gymnasium
 import numpy as np
@@ -13,7 +13,7 @@ from flockesc_env import _core
 from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import ResetNeededError
 from flockesc_env.envs._base import LineArguments, Rendered, needs_reset_if_interrupted
-from flockesc_env.episodes.options import LineOptionsDict, check_names, line_options
+from flockesc_env.episodes.options import line_options
 from flockesc_env.episodes.seeds import EpisodeSchedule, fresh_seed
 from flockesc_env.episodes.spaces import line_policy_spec
 from flockesc_env.episodes.views import LineView
@@ -51,11 +51,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         self, scenario: LineScenario | str | None = None, **arguments: Unpack[LineArguments]
     ) -> None:
         self.scenario = as_scenario(scenario, LineScenario)
-        check_names(arguments, LineArguments.__annotations__, LineScenario)
-        options = {
-            name: value for name, value in arguments.items() if name in LineOptionsDict.__annotations__
-        }
-        self.options = line_options(cast("LineOptionsDict", options))
+        self.options = line_options(arguments, LineArguments)
         self._document = self.options.to_core()
         _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # raises if there is no predator
         self._episode: _core.LineEpisode | None = None
@@ -71,11 +67,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
 
     @property
     def line(self) -> LineView:
-        """Read-only access to the state of the line.
-
-        Raises:
-            ResetNeededError: if called before ``reset``.
-        """
+        """Read-only access to the state of the line."""
         return LineView(self._episode)
 
     @needs_reset_if_interrupted
@@ -111,46 +103,23 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
 
     @needs_reset_if_interrupted
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Set the interaction range and run ``steps_per_action`` model steps.
-
-        Args:
-            action: shape (1,), or an integer if the action mode is ``"discrete"``.
-
-        Returns:
-            Observation, reward, terminated, truncated and ``info``.
-
-        Raises:
-            ActionError: if the action is outside the action space.
-            ResetNeededError: if called before ``reset`` or after the end of the episode.
-        """
+        """Set the interaction range and run ``steps_per_action`` model steps; see ``FlockEscapeEnv.step``."""
         if self._episode is None:
             raise ResetNeededError("step() called before reset()")
         episode = self._episode
-        step = episode.step_one(self.policy_spec.actions.to_range(action))
+        step = episode.step(self.policy_spec.actions.to_range(action))
         self._show(episode)
         return step
 
     def get_state(self) -> bytes:
-        """Return a snapshot; see ``FlockEscapeEnv.get_state``.
-
-        Raises:
-            ResetNeededError: if called before ``reset``.
-        """
+        """Return a snapshot; see ``FlockEscapeEnv.get_state``."""
         if self._episode is None:
             raise ResetNeededError("get_state() called before reset()")
         return self._episode.get_state(*self._schedule)
 
     @needs_reset_if_interrupted
     def set_state(self, state: bytes) -> NDArray[np.float32]:
-        """Restore a snapshot and return the observation at that moment.
-
-        Args:
-            state: a snapshot from ``get_state`` of this or another environment.
-
-        Raises:
-            ArgumentError: if the snapshot is damaged or belongs to another version, scenario or other
-                options; the running episode continues.
-        """
+        """Restore a snapshot and return the observation; see ``FlockEscapeEnv.set_state``."""
         episode = _core.LineEpisode(self.scenario.to_json(), self._document, 0)
         self._schedule = EpisodeSchedule(*episode.set_state(as_bytes(state, "state")))
         self._episode = episode

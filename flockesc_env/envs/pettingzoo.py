@@ -16,9 +16,16 @@ from pettingzoo.utils import parallel_to_aec, wrappers
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.common.errors import ActionError, OptionError, ResetNeededError, shown
-from flockesc_env.envs._base import InfoArguments, Infos, OneFlock, Rendered, needs_reset_if_interrupted
+from flockesc_env.envs._base import (
+    FlockArguments,
+    Infos,
+    OneFlock,
+    Rendered,
+    agent_names,
+    needs_reset_if_interrupted,
+)
 from flockesc_env.episodes.batch import FlockStep, is_over
-from flockesc_env.episodes.options import TeamReward
+from flockesc_env.episodes.options import TeamReward, View
 from flockesc_env.episodes.spaces import Label, flock_layout
 from flockesc_env.episodes.starts import RESET_OPTIONS
 from flockesc_env.scenario.flock import FlockScenario
@@ -29,14 +36,17 @@ StateKind = Literal["full", "flock_view"]
 _LARGEST = float(np.finfo(np.float32).max)
 
 
-class ParallelArguments(InfoArguments, total=False):
-    """Keyword arguments of the PettingZoo environments: ``InfoArguments`` and the following.
+class ParallelArguments(FlockArguments, total=False):
+    """Keyword arguments of the PettingZoo environments: ``FlockArguments`` and the following.
 
     Attributes:
+        infos: which ``info`` dicts of ``step`` have entries. ``"all"``: all. ``"end"``: those of agents whose
+            episode has ended in this step; the others share one new empty dict, which is faster.
         state: what the method ``state`` returns. ``"full"``: positions and velocities. ``"flock_view"``: the
             observation of ``FlockEscapeEnv`` without optional entries; its ``last_range`` is a mean.
     """
 
+    infos: Infos
     state: StateKind
 
 
@@ -56,10 +66,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         **arguments: see ``ParallelArguments`` and ``EnvOptions``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value.
-        OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator.
-        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
+        InputError: as ``FlockEscapeEnv``.
     """
 
     _arguments: ClassVar[type] = ParallelArguments
@@ -68,13 +75,14 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     def __init__(
         self, scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
     ) -> None:
-        super().__init__(scenario, arguments, per_agent=True)
+        super().__init__(scenario, arguments, view=View.AGENT)
         self.policy_spec = self._batch.policy_spec
         self.predator_policy_spec = self._batch.predator_policy_spec
         count = self.scenario.num_agents
-        self._flock = _names("agent", count)
+        self._flock = agent_names("agent", count)
         are_agents = arguments.get("predator_policy") is None
-        self._predators = _names("predator", self.predator_policy_spec.count if are_agents else 0)
+        num_predators = self.predator_policy_spec.count if are_agents else 0
+        self._predators = agent_names("predator", num_predators)
         self.possible_agents = self._flock + self._predators
         self.agents: list[str] = []
         self._caught = np.zeros(count, np.bool)
@@ -113,12 +121,9 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         """Start an episode.
 
         Args:
-            seed: seed of the flock; ``simulate(seed=seed)`` runs the same flock. ``None``: the next seed of
-                the seed schedule (``episode_seed``).
-            options: any of ``initial_positions``, ``initial_velocities``, shape (n, D), and
-                ``predator_positions``, ``predator_velocities``, shape (P, D), in m and m/s; and ``episode``,
-                the index of the episode in the seed schedule; default: 0 if ``seed`` is given, otherwise the
-                next index. Unknown options are ignored with a warning, which is PettingZoo's convention.
+            seed: see ``FlockEscapeEnv.reset``.
+            options: see ``FlockEscapeEnv.reset``. Unknown options are ignored with a warning, which is
+                PettingZoo's convention.
 
         Raises:
             ArgumentError: if the seed or an option is invalid; the running episode continues.
@@ -131,11 +136,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     def reset_array(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode and return arrays instead of dicts.
-
-        Args:
-            seed: see ``reset``.
-            options: see ``reset``.
+        """Start an episode as ``reset`` and return arrays instead of dicts.
 
         Returns:
             Observations, shape (n, entries), and an ``info`` whose ``interaction_range`` has shape (n,). If
@@ -255,9 +256,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         numbers = np.concatenate([scalars, *(state[name].ravel() for name in names)])
         return numbers.clip(-_LARGEST, _LARGEST).astype(np.float32)
 
-    def _observe(self) -> dict[str, Observation]:
+    def _resume(self, rows: Observation) -> dict[str, Observation]:
         self._name_agents(has_ended=self._batch.has_ended(0))
-        rows = self._batch.observe([0])
         flock = self.agents[: len(self.agents) - len(self._predators)]
         return self._by_name(flock, rows[~self._caught], self._predator_observations()) if self.agents else {}
 
@@ -332,41 +332,22 @@ def _add_caught_rows(stacked: NDArray[Any], acting: NDArray[np.bool]) -> NDArray
     return full
 
 
-def _names(kind: str, count: int) -> list[str]:
-    return [f"{kind}_{i:0{len(str(count - 1))}d}" for i in range(count)]
-
-
 def parallel_env(
     scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
 ) -> FlockParallelEnv:
-    """Return the PettingZoo parallel environment, a ``FlockParallelEnv``.
-
-    Args:
-        scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        **arguments: see ``ParallelArguments`` and ``EnvOptions``.
-    """
+    """Return the PettingZoo parallel environment, a ``FlockParallelEnv``, which documents the arguments."""
     return FlockParallelEnv(scenario, **arguments)
 
 
 def raw_env(
     scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
 ) -> AECEnv[str, Observation, Any]:
-    """Return the PettingZoo AEC environment without wrappers; see ``FlockParallelEnv``.
-
-    Args:
-        scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        **arguments: see ``ParallelArguments`` and ``EnvOptions``.
-    """
+    """Return the PettingZoo AEC environment without wrappers; see ``FlockParallelEnv``."""
     return parallel_to_aec(FlockParallelEnv(scenario, **arguments))
 
 
 def env(
     scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
 ) -> AECEnv[str, Observation, Any]:
-    """Return the PettingZoo AEC environment with ``OrderEnforcingWrapper``; see ``FlockParallelEnv``.
-
-    Args:
-        scenario: the flock model's parameters, or a preset's name; default: the paper's.
-        **arguments: see ``ParallelArguments`` and ``EnvOptions``.
-    """
+    """Return the PettingZoo AEC environment with ``OrderEnforcingWrapper``; see ``FlockParallelEnv``."""
     return wrappers.OrderEnforcingWrapper(raw_env(scenario, **arguments))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Unpack
+from typing import Any, ClassVar, Unpack
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -15,8 +15,9 @@ from flockesc_env.common.errors import ArgumentError, ResetNeededError, shown
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, ManyFlocks, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, FlockBatch, Observations
+from flockesc_env.episodes.options import View
 from flockesc_env.episodes.scenarios import Scenarios, as_scenarios
-from flockesc_env.render import render
+from flockesc_env.episodes.seeds import consecutive_seeds
 from flockesc_env.scenario.flock import FlockScenario
 
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]
@@ -25,21 +26,30 @@ VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool],
 class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
     """Base class: a batch of flocks with one or more slots per flock, which share its episode."""
 
+    _view: ClassVar[View]
+
     def __init__(
         self,
-        num_flocks: int,
-        scenario: Scenarios | None,
-        autoreset_mode: AutoresetMode | str,
-        copy: bool,
-        max_episode_steps: int | None,
-        arguments: FlockArguments,
+        num_envs: int | None = None,
+        scenario: Scenarios | None = None,
         *,
-        per_agent: bool,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        copy: bool = True,
+        max_episode_steps: int | None = None,
+        **arguments: Unpack[FlockArguments],
     ) -> None:
         self.autoreset_mode = _mode(autoreset_mode)
-        super().__init__(scenario, arguments, num_flocks=num_flocks, per_agent=per_agent)
+        given = as_scenarios(scenario)
+        scenarios = [given] if isinstance(given, FlockScenario) else given
+        rows = scenarios[0].num_agents if self._view.is_per_agent else 1
+        slots = len(scenarios) * rows
+        if num_envs is not None:
+            slots = as_count(num_envs, "num_envs", most=MAX_FLOCKS * rows)
+        if slots % rows:
+            raise ArgumentError("num_envs", f"a multiple of scenario.num_agents = {rows}", slots)
+        super().__init__(given, arguments, num_flocks=slots // rows, view=self._view)
         _check_limit(max_episode_steps, self._batch)
-        self.num_envs = num_flocks * self._batch.rows
+        self.num_envs = slots
         self.policy_spec = self._batch.policy_spec
         self.single_observation_space = self.policy_spec.layout.space()
         self.single_action_space = self.policy_spec.actions.space()
@@ -126,19 +136,11 @@ class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[
         self._is_started = True
         return observations
 
-    def render(self) -> tuple[Any, ...] | None:
-        """Return one image per flock, shape (size, size, 3); in mode ``"human"`` show them side by side.
+    def close(self, **kwargs: Any) -> None:
+        VectorEnv.close(self, **kwargs)
 
-        Raises:
-            ResetNeededError: if called before ``reset``.
-        """
-        pictures = render(self._viewer)
-        return None if pictures is None else tuple(pictures)
-
-    def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002, called by Gymnasium's `close`
-        """Close the window if one is open."""
-        if self._viewer is not None:
-            self._viewer.close()
+    def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002
+        ManyFlocks.close(self)
 
     def _drop_episodes(self) -> None:
         super()._drop_episodes()
@@ -206,9 +208,7 @@ class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[
             if len(seed) != count:
                 raise ArgumentError("seed", f"{count} seeds, one per flock", len(seed))
             return [None if one is None else as_seed(one, f"seed[{i}]") for i, one in enumerate(seed)]
-        first = as_seed(seed)
-        as_seed(first + count - 1, "seed of the last flock")
-        return range(first, first + count)
+        return consecutive_seeds(seed, count)
 
 
 class FlockVectorEnv(_BatchVectorEnv):
@@ -219,7 +219,7 @@ class FlockVectorEnv(_BatchVectorEnv):
     steps.
 
     Args:
-        num_envs: number of flocks.
+        num_envs: number of flocks; ``None``: one, or one per scenario of a list.
         scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
             scenario per flock (docs/environments.md, "Several scenarios").
         autoreset_mode: what happens after the end of an episode, as the enum or its value (``"NextStep"``,
@@ -231,24 +231,10 @@ class FlockVectorEnv(_BatchVectorEnv):
         **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value.
-        OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator, or scenarios of a list do not agree.
-        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
+        InputError: as ``FlockEscapeEnv``, and ``ScenarioError`` if scenarios of a list do not agree.
     """
 
-    def __init__(
-        self,
-        num_envs: int = 1,
-        scenario: Scenarios | None = None,
-        *,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        copy: bool = True,
-        max_episode_steps: int | None = None,
-        **arguments: Unpack[FlockArguments],
-    ) -> None:
-        count = as_count(num_envs, "num_envs", most=MAX_FLOCKS)
-        super().__init__(count, scenario, autoreset_mode, copy, max_episode_steps, arguments, per_agent=False)
+    _view = View.FLOCK
 
 
 class AgentVectorEnv(_BatchVectorEnv):
@@ -274,33 +260,10 @@ class AgentVectorEnv(_BatchVectorEnv):
         **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value.
-        OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator, or scenarios of a list do not agree.
-        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
+        InputError: as ``FlockEscapeEnv``, and ``ScenarioError`` if scenarios of a list do not agree.
     """
 
-    def __init__(
-        self,
-        num_envs: int | None = None,
-        scenario: Scenarios | None = None,
-        *,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        copy: bool = True,
-        max_episode_steps: int | None = None,
-        **arguments: Unpack[FlockArguments],
-    ) -> None:
-        given = as_scenarios(scenario)
-        scenarios = [given] if isinstance(given, FlockScenario) else given
-        agents = scenarios[0].num_agents
-        slots = len(scenarios) * agents
-        if num_envs is not None:
-            slots = as_count(num_envs, "num_envs", most=MAX_FLOCKS * agents)
-        if slots % agents:
-            raise ArgumentError("num_envs", f"a multiple of scenario.num_agents = {agents}", slots)
-        super().__init__(
-            slots // agents, given, autoreset_mode, copy, max_episode_steps, arguments, per_agent=True
-        )
+    _view = View.AGENT
 
 
 def _mode(mode: Any) -> AutoresetMode:

@@ -14,14 +14,13 @@ from flockesc_env.common.checks import (
     FloatArray,
     as_bytes,
     as_count,
-    as_flag,
     as_policy,
     as_seed,
     as_threads,
 )
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.memory import reset_policy
-from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
 from flockesc_env.episodes.scenarios import distinct_scenarios
 from flockesc_env.episodes.seeds import fresh_seed
@@ -56,7 +55,7 @@ class FlockBatch:
             and the unit of the range (m, or neighbors under a topological rule).
         options: options of actions, rewards and observations.
         num_flocks: number of slots.
-        per_agent: True: every agent has its own range and observation row. False: every flock has one.
+        view: what a range and an observation row belong to, a flock or an agent.
         num_threads: number of threads for many slots or one large flock; ``None``: one per core.
         predator_policy: controls the ``Learned`` predators. ``None``: pass their actions to ``step``;
             otherwise they fly straight on.
@@ -67,13 +66,6 @@ class FlockBatch:
         rows_can_be_caught: whether a row is an agent and agents of some slot can be caught.
         policy_spec: shapes and meaning of observations and actions.
         predator_policy_spec: the same for ``Learned`` predators.
-
-    Raises:
-        ArgumentError: if an argument has the wrong type or value, the batch does not fit into memory, or
-            ``predator_policy`` is given and no predator is ``Learned``.
-        OptionError: if the reward needs one range per agent and ``per_agent`` is False.
-        ScenarioError: if the scenario has no predator, or the list has another length or its scenarios do not
-            agree.
     """
 
     def __init__(
@@ -82,11 +74,10 @@ class FlockBatch:
         options: EnvOptions,
         *,
         num_flocks: int = 1,
-        per_agent: bool = False,
+        view: View = View.FLOCK,
         num_threads: int | None = None,
         predator_policy: PredatorPolicy | None = None,
     ) -> None:
-        per_agent = as_flag(per_agent, "per_agent")
         self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
         self._distinct, self._scenario_of_slot = distinct_scenarios(scenario, self.num_flocks)
         self.scenario = first = self._distinct[0]
@@ -101,17 +92,15 @@ class FlockBatch:
         self._predator_policy = predator_policy
         self._begun: list[int] = []  # slots whose episode began after the predator policy's last action
         self.options = options
-        self.rows = first.num_agents if per_agent else 1
-        can_be_caught = any(distinct.capture_radius is not None for distinct in self._distinct)
-        self.rows_can_be_caught = per_agent and can_be_caught
         threads = as_threads(num_threads)
-        document = options.to_core(per_agent=per_agent)
-        spec = flock_policy_spec(first, options, per_agent=per_agent)
-        self.policy_spec = replace(spec, num_steps=num_steps)
+        self.policy_spec = replace(flock_policy_spec(first, options, view), num_steps=num_steps)
+        self.rows = self.policy_spec.rows
+        can_be_caught = any(distinct.capture_radius is not None for distinct in self._distinct)
+        self.rows_can_be_caught = view.is_per_agent and can_be_caught
         self._core = _core.FlockBatch(
             [distinct.to_json() for distinct in self._distinct],
             self._scenario_of_slot,
-            document,
+            options.to_core(view),
             self.policy_spec.actions.core,
             threads,
             options.count_components,
@@ -124,15 +113,7 @@ class FlockBatch:
         return [self._distinct[index] for index in self._scenario_of_slot]
 
     def start(self, options: Mapping[str, Any] | None, slot: int = 0) -> Start:
-        """Return the ``options`` of a reset after validation; see ``as_start``.
-
-        Args:
-            options: the options; ``None``: none.
-            slot: the first slot to reset. Its scenario determines the shapes.
-
-        Raises:
-            ArgumentError: see ``as_start``.
-        """
+        """Return the ``options`` of a reset after validation; see ``as_start``."""
         return as_start(options, self._distinct[self._scenario_of_slot[slot]])
 
     def reset(
@@ -151,9 +132,6 @@ class FlockBatch:
 
         Returns:
             Observations, shape (len(slots) * rows, entries), and columns of ``info``, of ``slots`` only.
-
-        Raises:
-            ArgumentError: if a start does not fit its slot's scenario. No slot changes.
         """
         began = self._core.reset(slots, seeds or [None] * len(slots), starts)
         self._note_begun(slots)
@@ -179,12 +157,6 @@ class FlockBatch:
             out: arrays that receive the observations and rewards; ``None``: new arrays.
             predator_actions: actions of the ``Learned`` predators, shape (num_flocks * predators, D);
                 ``None``: the predator policy chooses them or, without a policy, they are 0.
-
-        Raises:
-            ActionError: if the dtype or shape is wrong, or the action of an agent that has not been caught is
-                outside the action space.
-            ResetNeededError: if a slot was never reset, or if its episode has ended and ``at_end`` is
-                ``"refuse"``.
         """
         restarted: list[int] = []
         if self._predator_policy is not None and at_end == "restart":
@@ -207,41 +179,29 @@ class FlockBatch:
 
         Returns:
             Observation, shape (entries,), reward, whether the episode has ended, and ``info``.
-
-        Raises:
-            ActionError: if the action is outside the action space.
-            ResetNeededError: if the slot was never reset, or its episode has ended.
         """
         return self._core.step_one(action, self._hunt(None))
 
     def rollout(
         self,
-        architecture: str,
-        parameters: NDArray[np.float32],
+        network: tuple[str, NDArray[np.float32], FloatArray],
         seeds: Sequence[int],
-        progress: Callable[[int, int], None] | None = None,
+        report: Callable[[int], None] | None = None,
     ) -> Columns:
         """Play the flock of every seed of the first slot's scenario to its end under networks.
 
         Learned predators fly straight on. The slots stay as they are.
 
         Args:
-            architecture: the networks' architecture, as the core takes it.
-            parameters: shape (1, size), one network for all flocks, or (seeds, size).
+            network: document of the architecture; parameters, shape (1, size) or (seeds, size); ranges in m
+                that the networks choose from.
             seeds: seed k is the flock that a reset with seed k starts.
-            progress: called with (finished flocks, all flocks).
+            report: called with the number of finished flocks.
 
         Returns:
-            Columns ``min_mean_distance``, ``min_min_distance``, ``fraction_surviving``, ``num_components``,
-            ``mean_return`` and ``num_actions``, with an entry per seed.
-
-        Raises:
-            ArgumentError: if the actions are not normalized and the networks do not score candidate ranges,
-                an input is not observed, or ``parameters`` has another shape or an entry that is not finite.
+            Columns of ``info`` at the end, ``mean_return`` and ``num_actions``, with an entry per seed.
         """
-        report = None if progress is None else lambda done: progress(done, len(seeds))
-        candidates = self.policy_spec.candidate_ranges
-        return self._core.rollout(architecture, parameters, candidates, np.array(seeds, np.uint64), report)
+        return self._core.rollout(network, np.array(seeds, np.uint64), report)
 
     def team_rewards(self) -> FloatArray:
         """Return the reward of each flock in the last step, shape (num_flocks,).
@@ -260,11 +220,11 @@ class FlockBatch:
 
     def observe_flock(self, slots: Sequence[int]) -> Observations:
         """Return the flock view of some slots without optional entries, shape (len(slots), entries)."""
-        return self._core.observe_flock(slots)
+        return self._core.observe(slots, "flock")
 
     def observe_predators(self, slots: Sequence[int]) -> Observations:
         """Return the observations of the ``Learned`` predators, shape (len(slots) * predators, entries)."""
-        return self._core.observe_predators(slots)
+        return self._core.observe(slots, "predators")
 
     def metrics(self) -> Columns:
         """Return the columns of ``info`` of all slots, without ``num_components``."""
@@ -292,15 +252,7 @@ class FlockBatch:
         return self._core.state(slot)
 
     def get_state(self, slots: Any = None) -> bytes:
-        """Return a snapshot of some slots as bytes.
-
-        Args:
-            slots: index of one slot, or indices of several; ``None``: all.
-
-        Raises:
-            ArgumentError: if an index is out of bounds.
-            ResetNeededError: if a slot was never reset.
-        """
+        """Return a snapshot of some slots as bytes."""
         return self._core.get_state(self._slots(slots))
 
     def set_state(self, state: Any, slots: Any = None) -> list[int]:
@@ -309,11 +261,6 @@ class FlockBatch:
         Args:
             state: a snapshot of the same number of slots, or of one slot, which is copied to all ``slots``.
             slots: index of one slot, or indices of several; ``None``: all.
-
-        Raises:
-            ArgumentError: if an index is out of bounds, or the snapshot is damaged or belongs to another
-                version, scenario, interface, options or number of slots. Nothing changes.
-            ResetNeededError: if a slot that is not restored was never reset.
         """
         chosen = self._slots(slots)
         for other in set(range(self.num_flocks)).difference(chosen):
@@ -351,7 +298,7 @@ class FlockBatch:
         return self._predator_actions if given is None and self._predator_policy is not None else given
 
     def _predator_actions(self) -> FloatArray:
-        observations = self._core.observe_predators(range(self.num_flocks))
+        observations = self._core.observe(range(self.num_flocks), "predators")
         if self._begun:
             begins = np.isin(np.arange(self.num_flocks), self._begun)
             reset_policy(self._predator_policy, np.repeat(begins, self.predator_policy_spec.count))

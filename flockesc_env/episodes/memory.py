@@ -9,12 +9,7 @@ from numpy.typing import NDArray
 
 
 def reset_policy(policy: Any, rows: NDArray[np.bool]) -> None:
-    """Call ``policy.reset(rows)`` if the policy has this method.
-
-    Args:
-        policy: a range policy or a predator policy.
-        rows: whether an episode begins in each observation row of the next ``act``, shape (k,).
-    """
+    """Call ``policy.reset(rows)`` if the policy has this method."""
     reset = getattr(policy, "reset", None)
     if reset is not None:
         reset(rows)

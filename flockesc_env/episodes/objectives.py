@@ -67,11 +67,7 @@ class ObjectiveSpec:
         return getattr(scenario, self.requires) not in (None, ())
 
     def check_defined_in(self, scenario: FlockScenario | LineScenario) -> None:
-        """Check that the scenario has the field that the objective requires.
-
-        Raises:
-            ArgumentError: if it does not.
-        """
+        """Check that the scenario has the field that the objective requires."""
         if not self.is_defined_in(scenario):
             expected = f"{self.requires}, which the objective {self.name} requires"
             raise ArgumentError("scenario", expected, "none")

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from enum import StrEnum
 from typing import Any, Literal, Self, TypedDict, get_args
 
 import numpy as np
 
+from flockesc_env import _core
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats
 from flockesc_env.common.errors import OptionError, shown
 from flockesc_env.scenario.flock import FlockScenario
@@ -31,6 +33,26 @@ Reward = Literal[TeamReward, IndividualReward]
 LineReward = Literal["change", "terminal"]
 SensingRange = float | Literal["predator_range"] | None
 ExtraEntries = Literal["escape_direction", "closest_approach"]
+
+
+class View(StrEnum):
+    """What one range and one observation row belong to: the whole flock, or an agent. Names of the core."""
+
+    FLOCK = "flock"
+    AGENT = "agent"
+
+    @classmethod
+    def of(cls, per_agent: bool) -> View:
+        """Return the view that the argument ``per_agent`` of a public function stands for."""
+        return cls.AGENT if as_flag(per_agent, "per_agent") else cls.FLOCK
+
+    @property
+    def is_per_agent(self) -> bool:
+        """Whether there is one row and one range per agent."""
+        return _PER_AGENT[self]
+
+
+_PER_AGENT = {View(row["name"]): bool(row["per_agent"]) for row in map(json.loads, _core.views())}
 
 _LARGEST_ACTION = float(np.finfo(np.float32).max)
 
@@ -78,18 +100,20 @@ class ActionOptions:
         if self.action_mode == "range" and high > _LARGEST_ACTION:
             raise OptionError("max_range", f"at most {_LARGEST_ACTION}, the largest float32", high)
         steps = as_count(self.steps_per_action, "steps_per_action", OptionError)
-        object.__setattr__(self, "steps_per_action", steps)
-        object.__setattr__(self, "min_range", low)
-        object.__setattr__(self, "max_range", high)
+        self._convert(min_range=low, max_range=high, steps_per_action=steps)
         if self.range_grid is not None:
             grid = as_floats(self.range_grid, "range_grid", error=OptionError)
             if grid.ndim != 1 or not grid.size or grid.min() < low or grid.max() > high:
                 raise OptionError("range_grid", f"ranges from {low} to {high}", shown(self.range_grid))
-            object.__setattr__(self, "range_grid", tuple(grid.tolist()))
+            self._convert(range_grid=tuple(grid.tolist()))
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some options changed and checked."""
         return dataclasses.replace(self, **changes)
+
+    def _convert(self, **values: Any) -> None:
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,27 +166,18 @@ class EnvOptions(ActionOptions):
         sensing = self.predator_sensing_range
         if sensing is not None and not (isinstance(sensing, str) and sensing == "predator_range"):
             sensing = float(as_floats(sensing, "predator_sensing_range", (), OptionError, least=0.0))
-            object.__setattr__(self, "predator_sensing_range", sensing)
-        counts = as_flag(self.count_components, "count_components", OptionError)
-        object.__setattr__(self, "count_components", counts)
-        ranges = as_profile_ranges(self.profile_ranges, self.max_range)
-        object.__setattr__(self, "profile_ranges", ranges)
-        object.__setattr__(self, "extra_entries", _as_extra_entries(self.extra_entries))
-
-    def to_core(self, *, per_agent: bool) -> str:
-        """Return the options as JSON, for the compiled core."""
-        return json.dumps(
-            {
-                "view": "agent" if per_agent else "flock",
-                "objective": self.objective,
-                "reward": self.reward,
-                "max_range": self.max_range,
-                "predator_sensing_range": self.predator_sensing_range,
-                "steps_per_action": self.steps_per_action,
-                "profile_ranges": self.profile_ranges or (),
-                "extra_entries": self.extra_entries,
-            }
+        self._convert(
+            predator_sensing_range=sensing,
+            count_components=as_flag(self.count_components, "count_components", OptionError),
+            profile_ranges=_as_profile_ranges(self.profile_ranges, self.max_range),
+            extra_entries=_as_extra_entries(self.extra_entries),
         )
+
+    def to_core(self, view: View) -> str:
+        """Return the options as JSON, for the compiled core."""
+        names = ("objective", "reward", "max_range", "predator_sensing_range", "steps_per_action")
+        document = {name: getattr(self, name) for name in (*names, "extra_entries")}
+        return json.dumps({"view": view, "profile_ranges": self.profile_ranges or (), **document})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,19 +202,25 @@ class LineOptions(ActionOptions):
     def __post_init__(self) -> None:
         super().__post_init__()
         as_choice(self.reward, "reward", get_args(LineReward), OptionError)
-        ranges = as_profile_ranges(self.profile_ranges, self.max_range)
-        object.__setattr__(self, "profile_ranges", ranges)
+        self._convert(profile_ranges=_as_profile_ranges(self.profile_ranges, self.max_range))
 
     def to_core(self) -> str:
         """Return the options as JSON, for the compiled core."""
-        return json.dumps(
-            {
-                "reward": self.reward,
-                "max_range": self.max_range,
-                "steps_per_action": self.steps_per_action,
-                "profile_ranges": self.profile_ranges,
-            }
-        )
+        names = ("reward", "max_range", "steps_per_action", "profile_ranges")
+        return json.dumps({name: getattr(self, name) for name in names})
+
+
+def _as_profile_ranges(ranges: Sequence[float] | None, max_range: float) -> tuple[float, ...] | None:
+    if ranges is None:
+        return None
+    values = as_floats(ranges, "profile_ranges", error=OptionError)
+    if values.ndim != 1 or not 1 <= values.size <= MAX_PROFILE_RANGES:
+        raise OptionError("profile_ranges", f"1 to {MAX_PROFILE_RANGES} ranges", shown(ranges))
+    if values.min() < 0 or values.max() > max_range:
+        raise OptionError("profile_ranges", f"ranges from 0 to max_range = {max_range}", shown(ranges))
+    if (np.diff(values) <= 0).any():
+        raise OptionError("profile_ranges", "increasing ranges", shown(ranges))
+    return tuple(values.tolist())
 
 
 def _as_extra_entries(given: Any) -> tuple[ExtraEntries, ...]:
@@ -241,70 +262,45 @@ class LineOptionsDict(ActionOptionsDict, total=False):
     profile_ranges: Sequence[float] | None
 
 
-def env_options(scenario: FlockScenario, options: EnvOptionsDict) -> EnvOptions:
+def env_options(
+    scenario: FlockScenario, given: Mapping[str, Any], known: type = EnvOptionsDict
+) -> EnvOptions:
     """Return the options of an environment with this scenario.
 
-    Raises:
-        OptionError: if an option is unknown, missing or out of bounds.
+    Args:
+        scenario: the scenario. A topological rule requires ``max_range``.
+        given: keyword arguments; those that are not options are ignored.
+        known: the ``TypedDict`` of all keyword arguments that the caller accepts.
     """
-    check_names(options, EnvOptionsDict.__annotations__, FlockScenario)
+    options = _known_options(given, known, EnvOptions, FlockScenario)
     if isinstance(scenario.neighbor_rule, Topological) and "max_range" not in options:
         expected = "the largest number of neighbors, required by a topological rule"
         raise OptionError("max_range", expected, "none")
     return EnvOptions(**options)
 
 
-def line_options(options: LineOptionsDict) -> LineOptions:
-    """Return the options of a line environment.
-
-    Raises:
-        OptionError: if an option is unknown or out of bounds.
-    """
-    check_names(options, LineOptionsDict.__annotations__, LineScenario)
-    return LineOptions(**options)
+def line_options(given: Mapping[str, Any], known: type = LineOptionsDict) -> LineOptions:
+    """Return the options of a line environment; see ``env_options``."""
+    return LineOptions(**_known_options(given, known, LineOptions, LineScenario))
 
 
-def as_profile_ranges(ranges: Sequence[float] | None, max_range: float) -> tuple[float, ...] | None:
-    """Return the candidate ranges of a profile.
-
-    Raises:
-        OptionError: if they are not 1 to 64 increasing numbers from 0 to ``max_range``.
-    """
-    if ranges is None:
-        return None
-    values = as_floats(ranges, "profile_ranges", error=OptionError)
-    if values.ndim != 1 or not 1 <= values.size <= MAX_PROFILE_RANGES:
-        raise OptionError("profile_ranges", f"1 to {MAX_PROFILE_RANGES} ranges", shown(ranges))
-    if values.min() < 0 or values.max() > max_range:
-        raise OptionError("profile_ranges", f"ranges from 0 to max_range = {max_range}", shown(ranges))
-    if (np.diff(values) <= 0).any():
-        raise OptionError("profile_ranges", "increasing ranges", shown(ranges))
-    return tuple(values.tolist())
-
-
-def check_names(
-    given: Mapping[str, object], known: Iterable[str], model: type[FlockScenario | LineScenario]
-) -> None:
-    """Check that all names are names of options.
-
-    Args:
-        given: options by name.
-        known: names of the options that exist.
-        model: the class of the scenario. The error for a name of one of its fields says so.
-
-    Raises:
-        OptionError: if a name is unknown; the message suggests the most similar one.
-    """
-    known = list(known)
+def _known_options(
+    given: Mapping[str, Any],
+    known: type,
+    options: type[ActionOptions],
+    model: type[FlockScenario | LineScenario],
+) -> dict[str, Any]:
+    """Return the given options. The error for an unknown name suggests the most similar one."""
+    names = known.__annotations__
     for name in given:
-        if name in known:
+        if name in names:
             continue
-        expected = "an option of the environment"
+        similar = get_close_matches(name, names, n=1)
         if name in {field.name for field in dataclasses.fields(model)}:
             hint = f"a field of the scenario; pass scenario={model.__name__}({name}=...)"
+        elif similar:
+            hint = f"an unknown name; did you mean {similar[0]}?"
         else:
-            similar = get_close_matches(name, known, n=1)
-            hint = "an unknown name; " + (
-                f"did you mean {similar[0]}?" if similar else f"known: {', '.join(known)}"
-            )
-        raise OptionError(name, expected, hint)
+            hint = f"an unknown name; known: {', '.join(names)}"
+        raise OptionError(name, "an option of the environment", hint)
+    return {field.name: given[field.name] for field in dataclasses.fields(options) if field.name in given}

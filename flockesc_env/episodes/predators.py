@@ -10,8 +10,9 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray, as_array
+from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import ActionError
+from flockesc_env.episodes.actions import plain_array
 from flockesc_env.episodes.spaces import ObservationLayout, predator_layout
 from flockesc_env.scenario.flock import FlockScenario
 
@@ -62,7 +63,7 @@ class PredatorPolicySpec:
         Raises:
             ActionError: if the dtype or shape is wrong, or an action is outside the action space.
         """
-        plain = _numbers(actions, (count, self.dimension), name)
+        plain = plain_array(actions, (count, self.dimension), name)
         is_invalid = ~(np.abs(plain) <= 1).all(axis=1)  # also true for NaN
         if is_invalid.any():
             first = int(np.argmax(is_invalid))
@@ -70,23 +71,14 @@ class PredatorPolicySpec:
         return plain
 
     def plain_one(self, action: Any, name: str = "action") -> FloatArray:
-        """Return a single action, shape (D,), as a new float64 array of shape (1, D).
-
-        Raises:
-            ActionError: if the dtype or shape is wrong, or the action is outside the action space.
-        """
-        plain = _numbers(action, (self.dimension,), name)
+        """Return a single action, shape (D,), as a new float64 array of shape (1, D)."""
+        plain = plain_array(action, (self.dimension,), name)
         if not (np.abs(plain) <= 1).all():
             raise ActionError(name, _BOUNDS, plain.tolist())
         return plain[np.newaxis]
 
     def plain_of(self, names: list[str], actions: Mapping[str, Any]) -> FloatArray:
-        """Return the actions of the agents in ``names`` as a new float64 array of shape (len(names), D).
-
-        Raises:
-            ActionError: if an action is missing, has the wrong dtype or shape, or is outside the action
-                space.
-        """
+        """Return the actions of the agents in ``names`` as a new float64 array of shape (len(names), D)."""
         labels = {name: f"action of {name!r}" for name in names}
         for name, label in labels.items():
             if name not in actions:
@@ -111,13 +103,3 @@ class PredatorPolicy(Protocol):
             Actions in [-1, 1], shape (k, D).
         """
         ...
-
-
-def _numbers(value: Any, shape: tuple[int, ...], name: str) -> FloatArray:
-    array = as_array(value, name, ActionError)
-    if array.dtype.kind not in "fiu":
-        raise ActionError(name, "real numbers", f"dtype {array.dtype}")
-    if array.shape != shape:
-        raise ActionError(name, f"shape {shape}", f"shape {array.shape}")
-    with np.errstate(over="ignore"):  # overflow gives infinity, which is out of bounds
-        return np.array(array, np.float64, order="C")

@@ -20,11 +20,7 @@ _ALIKE: Final[dict[str, Callable[[FlockScenario], Any]]] = {
 
 
 def as_scenarios(given: Scenarios | None) -> FlockScenario | list[FlockScenario]:
-    """Return the scenario of all flocks or, if a list was given, one scenario per flock.
-
-    Raises:
-        ScenarioError: if the list is empty, or an entry is not a scenario of a flock or the name of one.
-    """
+    """Return the scenario of all flocks or, if a list was given, one scenario per flock."""
     if isinstance(given, str) or not isinstance(given, Sequence):
         return as_scenario(given, FlockScenario)
     if not given:
@@ -41,12 +37,7 @@ def as_scenarios(given: Scenarios | None) -> FlockScenario | list[FlockScenario]
 def distinct_scenarios(
     given: FlockScenario | Sequence[FlockScenario], num_flocks: int
 ) -> tuple[list[FlockScenario], list[int]]:
-    """Return the different scenarios in order, and the index of each flock's scenario.
-
-    Raises:
-        ScenarioError: if there is neither one scenario nor one per flock, or if the scenarios differ in
-            ``initial_side`` or in the unit of the range.
-    """
+    """Return the different scenarios in order, and the index of each flock's scenario."""
     if isinstance(given, FlockScenario):
         return [given], [0] * num_flocks
     if len(given) != num_flocks:

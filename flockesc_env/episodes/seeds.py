@@ -31,6 +31,12 @@ def fresh_seed() -> int:
     return episode_seed(secrets.randbits(64), 1)
 
 
+def consecutive_seeds(first: int, count: int) -> range:
+    """Return the seeds of ``count`` flocks: ``first``, ``first + 1``, .."""
+    first = as_seed(first)
+    return range(first, as_seed(first + count - 1, "seed of the last flock") + 1)
+
+
 class EpisodeSchedule(NamedTuple):
     """Seeds of the episodes of one environment.
 
@@ -43,12 +49,7 @@ class EpisodeSchedule(NamedTuple):
     episode: int = 0
 
     def at(self, seed: int | None, episode: int | None) -> EpisodeSchedule:
-        """Return the schedule with another seed and next episode.
-
-        Args:
-            seed: seed of a new schedule, which begins at episode 0; ``None``: continue this schedule.
-            episode: index of the next episode; ``None``: unchanged.
-        """
+        """Return the schedule with another seed and next episode."""
         schedule = self if seed is None else EpisodeSchedule(seed)
         return schedule if episode is None else schedule._replace(episode=episode)
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.episodes.options import GRID_SIZE, ActionOptions, EnvOptions, LineOptions
+from flockesc_env.episodes.options import GRID_SIZE, ActionOptions, EnvOptions, LineOptions, View
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
@@ -24,9 +24,6 @@ Label = Callable[[int], str]
 
 class RangeActions:
     """The action space of one range, and the maps between actions and ranges.
-
-    Args:
-        options: the options of the action space.
 
     Attributes:
         mode: the option ``action_mode``.
@@ -56,11 +53,7 @@ class RangeActions:
         return spaces.Box(low, high, (1,), np.float32)
 
     def to_range(self, action: Any) -> float:
-        """Return the range of a single action.
-
-        Raises:
-            ActionError: if the dtype or shape is wrong, or the action is outside the action space.
-        """
+        """Return the range of a single action."""
         return self.core.to_range(action)
 
     def to_ranges(self, actions: Any, count: int, label: Label | None = None) -> FloatArray:
@@ -70,7 +63,7 @@ class RangeActions:
             actions: shape (count, 1) and any real dtype or, for discrete actions, shape (count,) and any
                 integer dtype.
             count: expected number of actions.
-            label: returns the name of the i-th action for error messages; ``None``: ``action[i]``.
+            label: returns the name of an action for error messages; ``None``: ``action[i]``.
 
         Raises:
             ActionError: if the dtype or shape is wrong, or an action is outside the action space.
@@ -81,15 +74,14 @@ class RangeActions:
         """Return the actions of some ranges.
 
         ``to_ranges`` returns the same ranges: exactly in the action mode ``"range"``, and within two units in
-        the last place of ``max_range`` in the mode ``"normalized"``. Actions in float32 would move a range of
-        some meters by up to a micrometer, which changes the neighbors in a few flocks of a thousand.
+        the last place of ``max_range`` in the mode ``"normalized"``, because actions are float64.
 
         Args:
             ranges: shape (k,).
 
         Returns:
-            Actions, float64 of shape (k, 1) or, for discrete actions, the indices of the nearest ranges of
-            the grid, int64 of shape (k,).
+            Actions, shape (k, 1) or, for discrete actions, the indices of the nearest ranges of the grid,
+            int64 of shape (k,).
 
         Raises:
             ArgumentError: if a range is outside [``min_range``, ``max_range``].
@@ -133,11 +125,7 @@ class ObservationLayout:
         return spaces.Box(self.low, self.high, dtype=np.float32)
 
     def index(self, name: str) -> int:
-        """Return the column of an entry.
-
-        Raises:
-            ArgumentError: if no entry has that name.
-        """
+        """Return the column of an entry."""
         if name not in self.names:
             raise ArgumentError("observation", f"an entry {name!r}", f"only {', '.join(self.names)}")
         return self.names.index(name)
@@ -145,7 +133,7 @@ class ObservationLayout:
 
 def flock_layout(dimension: int) -> ObservationLayout:
     """Return the layout of the flock view without optional entries."""
-    return ObservationLayout.of(_core.observation_entries(EnvOptions().to_core(per_agent=False), dimension))
+    return ObservationLayout.of(_core.observation_entries(EnvOptions().to_core(View.FLOCK), dimension))
 
 
 def predator_layout(dimension: int) -> ObservationLayout:
@@ -160,7 +148,7 @@ class PolicySpec:
     Attributes:
         actions: the action space, and the maps between actions and ranges.
         layout: names and bounds of the entries of an observation row.
-        per_agent: True: one row and one action per agent. False: one per flock.
+        view: what a row and an action belong to, the flock or an agent.
         num_agents: number of agents per flock. Rows are ordered by flock, then by agent.
         num_steps: number of model steps of an episode; the largest if flocks have different scenarios.
         length_scale: a length of this many m is observed as 1/2; 1 on the line.
@@ -169,11 +157,21 @@ class PolicySpec:
 
     actions: RangeActions
     layout: ObservationLayout
-    per_agent: bool
+    view: View
     num_agents: int
     num_steps: int
     length_scale: float = 1.0
     profile_ranges: tuple[float, ...] = ()
+
+    @property
+    def per_agent(self) -> bool:
+        """Whether there is one row and one action per agent instead of one per flock."""
+        return self.view.is_per_agent
+
+    @property
+    def rows(self) -> int:
+        """Number of rows, and of actions, per flock."""
+        return self.num_agents if self.per_agent else 1
 
     @property
     def candidate_ranges(self) -> FloatArray:
@@ -186,13 +184,13 @@ class PolicySpec:
         return self.actions.to_ranges(actions, len(self.profile_ranges))
 
 
-def flock_policy_spec(scenario: FlockScenario, options: EnvOptions, *, per_agent: bool) -> PolicySpec:
+def flock_policy_spec(scenario: FlockScenario, options: EnvOptions, view: View) -> PolicySpec:
     """Return the policy spec of a flock environment with this scenario and these options."""
-    entries = _core.observation_entries(options.to_core(per_agent=per_agent), scenario.dimension)
+    entries = _core.observation_entries(options.to_core(view), scenario.dimension)
     return PolicySpec(
         actions=RangeActions(options),
         layout=ObservationLayout.of(entries),
-        per_agent=per_agent,
+        view=view,
         num_agents=scenario.num_agents,
         num_steps=scenario.num_steps,
         length_scale=scenario.initial_side,
@@ -207,7 +205,7 @@ def line_policy_spec(scenario: LineScenario, options: LineOptions) -> PolicySpec
         layout=ObservationLayout.of(
             _core.line_observation_entries(scenario.num_agents, len(options.profile_ranges or ()))
         ),
-        per_agent=False,
+        view=View.FLOCK,
         num_agents=scenario.num_agents,
         num_steps=scenario.max_steps,
         profile_ranges=tuple(options.profile_ranges or ()),

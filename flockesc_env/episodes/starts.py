@@ -28,10 +28,6 @@ def as_start(options: Mapping[str, Any] | None, scenario: FlockScenario) -> Star
             ``episode``, the index of the episode in its seed schedule (``episode_seed``). ``None``: no
             options.
         scenario: the scenario, which determines the shapes.
-
-    Raises:
-        ArgumentError: if an option has an unknown name, a wrong shape or an entry that is not finite, or
-            ``episode`` is not an integer in [0, 2^64).
     """
     agents = (scenario.num_agents, scenario.dimension)
     predators = (len(scenario.predators), scenario.dimension)

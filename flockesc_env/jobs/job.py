@@ -69,11 +69,7 @@ class Job:
         return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
     def run(self) -> Arrays:
-        """Call the function, with one thread per call of the engine.
-
-        Raises:
-            JobError: if this process has another compiled core than the one that made the job.
-        """
+        """Call the function, with one thread per call of the engine; refuse the job of another core."""
         if self.engine != engine_hash():
             expected, found = self.engine[:12], engine_hash()[:12]
             raise JobError(f"engine: expected build {expected}, got {found} on {socket.gethostname()}")
@@ -95,13 +91,7 @@ class Job:
 
 
 class Outcome(NamedTuple):
-    """One job of a back end has ended.
-
-    Attributes:
-        job: the job.
-        error: traceback or reason of a failure; None if the result is in the cache.
-        running: number of jobs that run now.
-    """
+    """A job has ended: with an error, or with its result in the cache; ``running`` others run now."""
 
     job: Job
     error: str | None

@@ -18,10 +18,7 @@ WINDOW = 4_000
 def ray_tasks(jobs: Sequence[Job], cache: Cache, address: str | None = None) -> Outcomes:
     """Run jobs as Ray tasks of one CPU each, which Ray starts again for as long as their nodes die.
 
-    Args:
-        jobs: the jobs.
-        cache: kept by this process.
-        address: of the cluster; None: the one of RAY_ADDRESS or, without it, this machine.
+    Without an address the cluster is that of RAY_ADDRESS or, without it, this machine.
     """
     own = not ray.is_initialized()
     if own:

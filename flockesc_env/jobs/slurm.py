@@ -40,10 +40,9 @@ Task = submitit.Job[dict[str, str]]
 
 @dataclass(frozen=True)
 class Chunk:
-    """Jobs of one array task. When SLURM requeues it, it skips the results that are there.
+    """Jobs of one array task, with a cache on a disk that the driver and all nodes share.
 
-    Attributes:
-        cache: on a disk that the driver and all nodes share.
+    When SLURM requeues the task, it skips the results that are there.
     """
 
     cache: Cache
@@ -66,11 +65,7 @@ class Queue:
         self._done = set[str]()
 
     def ask(self, tasks: Iterable[str]) -> None:
-        """Ask for the states of all tasks at once.
-
-        Raises:
-            JobError: if SLURM does not answer.
-        """
+        """Ask for the states of all tasks at once; raise ``JobError`` if SLURM does not answer."""
         environment = {name: value for name, value in os.environ.items() if not name.startswith("SQUEUE_")}
         try:
             answer = subprocess.run(SQUEUE, env=environment, capture_output=True, check=True, text=True)  # noqa: S603
@@ -97,13 +92,9 @@ class Queue:
 
 
 def slurm(jobs: Sequence[Job], cache: Cache, cluster: str = "slurm", **options: int | str) -> Outcomes:
-    """Run jobs in array tasks of one core.
+    """Run jobs in array tasks of one core; the cluster "local" is this machine.
 
-    Args:
-        jobs: the jobs.
-        cache: in a folder that all nodes share.
-        cluster: "slurm", or "local" for processes of this machine.
-        options: of sbatch, by the names that submitit gives them; ``time`` is in minutes.
+    The options are those of sbatch, by the names that submitit gives them; ``time`` is in minutes.
     """
     if not jobs:
         return

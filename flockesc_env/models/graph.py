@@ -54,21 +54,13 @@ def neighbor_pairs(
 ) -> NDArray[np.int64]:
     """Return all pairs (i, j) of different agents such that agent i listens to agent j.
 
-    Args:
-        scenario: the scenario that defines neighbors, or a preset's name; ``None``: metric neighbors. With
-            ``frozen_graph`` the graph is computed from these positions.
-        positions: r_i in m, shape (n, 2) or (n, 3).
-        interaction_range: rho, a scalar or one per agent, shape (n,), in m or in the unit of the neighbor
-            rule.
-        velocities: v_i in m/s, same shape as ``positions``; required if the scenario has a blind angle.
+    The arguments are those of ``component_labels``.
 
     Returns:
         Pairs in lexicographic order, shape (m, 2).
 
     Raises:
-        ArgumentError: if an argument has a wrong shape, is not finite, or a range is negative, or if the
-            pairs do not fit into memory.
-        ScenarioError: if the name is not a preset of a flock.
+        InputError: as ``component_labels``, or if the pairs do not fit into memory.
 
     Examples:
         >>> neighbor_pairs(None, [[0, 0], [1, 0], [9, 0]], 2.0)
@@ -120,13 +112,7 @@ def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:
 def laplacian(states: ArrayLike, interaction_range: float) -> FloatArray:
     """Return the Laplacian L of the graph with edges ``|x_i - x_j| <= rho``, shape (n, n).
 
-    Args:
-        states: positions x_i of the agents, shape (n,).
-        interaction_range: rho.
-
-    Raises:
-        ArgumentError: if the states are not a vector of finite numbers, the range is not a number >= 0, or
-            the matrix does not fit into memory.
+    Arguments and errors are those of ``perron_matrix``.
     """
     return _core.laplacian(*_line(states, interaction_range))
 

@@ -20,8 +20,8 @@ from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, sim
 from flockesc_env.scenario.document import from_fields
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import MODELS
 
-_MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 _PACKAGES = ("flockesc-env", "numpy")
 _ORIGIN = ("seed", "is_start_given")
 _LARGEST = float(np.finfo(np.float64).max)
@@ -42,9 +42,9 @@ class RecordedRun:
     versions: dict[str, str]
 
 
-def versions() -> dict[str, str]:
-    """Return the installed versions of Python and the packages that a run depends on."""
-    return {"python": python_version(), **{name: version(name) for name in _PACKAGES}}
+def versions(*packages: str) -> dict[str, str]:
+    """Return the installed versions of Python, the packages that a run depends on, and other packages."""
+    return {"python": python_version(), **{name: version(name) for name in sorted({*_PACKAGES, *packages})}}
 
 
 def save_run(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name: str = "") -> None:
@@ -89,7 +89,7 @@ def load_run(path: str | Path) -> RecordedRun:
     path = as_path(path)
     header, columns = read_document(path, "a recorded run (npz)")
     try:
-        model, fields = _MODELS[header["model"]], header["scenario"]
+        model, fields = MODELS[header["model"]], header["scenario"]
         origin = {name: header[name] for name in _ORIGIN}
         name, recorded_with = str(header["name"]), dict(header["versions"])
     except (ValueError, KeyError, TypeError) as error:

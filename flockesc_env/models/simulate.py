@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError, shown
-from flockesc_env.common.extras import require
+from flockesc_env.common.extras import data_frame
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.seeds import fresh_seed
@@ -90,11 +90,8 @@ class Trajectory(Displayed):
         Raises:
             MissingExtraError: if the ``analysis`` extra is not installed.
         """
-        require("analysis", ["polars"])
-        import polars as pl
-
         names = ("mean_distance", "min_distance", "num_components", "polarization", "fraction_surviving")
-        return pl.DataFrame({"time": self.times, **{name: getattr(self, name) for name in names}})
+        return data_frame({"time": self.times, **{name: getattr(self, name) for name in names}})
 
     def agents_table(self) -> pl.DataFrame:
         """Return a polars DataFrame with one row per time and agent: position in m, velocity in m/s, caught.
@@ -102,13 +99,10 @@ class Trajectory(Displayed):
         Raises:
             MissingExtraError: if the ``analysis`` extra is not installed.
         """
-        require("analysis", ["polars"])
-        import polars as pl
-
         steps, agents, dimension = self.positions.shape
         axes = "xyz"[:dimension]
         caught = np.where(self.caught_at < 0, steps, self.caught_at)
-        return pl.DataFrame(
+        return data_frame(
             {
                 "time": np.repeat(self.times, agents),
                 "agent": np.tile(np.arange(agents), steps),
@@ -161,33 +155,22 @@ class LineTrajectory(Displayed):
         Raises:
             MissingExtraError: if the ``analysis`` extra is not installed.
         """
-        require("analysis", ["polars"])
-        import polars as pl
-
         names = ("num_components", "escape_distance")
         agents = {f"x_{agent}": states for agent, states in enumerate(self.states.T)}
-        return pl.DataFrame(
+        return data_frame(
             {"step": np.arange(len(self.states)), **{name: getattr(self, name) for name in names}, **agents}
         )
 
 
 def as_run(value: Any, field: str) -> Trajectory | LineTrajectory:
-    """Return a run after a check of its type.
-
-    Raises:
-        ArgumentError: if ``value`` is not a run.
-    """
+    """Return a run after a check of its type."""
     if not isinstance(value, Trajectory | LineTrajectory):
         raise ArgumentError(field, "a Trajectory or LineTrajectory", shown(value))
     return value
 
 
 def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
-    """Return a list of pairs (name, run of a flock) after a check of the types.
-
-    Raises:
-        ArgumentError: if ``value`` is anything else, or empty.
-    """
+    """Return a list of pairs (name, run of a flock) after a check of the types."""
     if not isinstance(value, Sequence) or isinstance(value, str | bytes):
         raise ArgumentError("runs", "a list of runs", shown(value))
     if not value:
@@ -287,23 +270,17 @@ def simulate(
                 raise ArgumentError(name, "None for a line", shown(value))
         return simulate_line(model, interaction_range, seed=seed)  # type: ignore[arg-type]  # checked there
     shape = (model.num_agents, model.dimension)
-    positions = (
-        None if initial_positions is None else as_floats(initial_positions, "initial_positions", shape)
-    )
-    velocities = (
-        None if initial_velocities is None else as_floats(initial_velocities, "initial_velocities", shape)
-    )
+    positions = _given(initial_positions, "initial_positions", shape)
+    velocities = _given(initial_velocities, "initial_velocities", shape)
     start = _seed(seed)
     ranges = _ranges(interaction_range, schedule, model)
     threads = as_threads(num_threads)
     document = model.to_json()
     _core.check_record(document, ranges.shape[1])
     actions_shape = (model.num_steps, model.num_learned, model.dimension)
-    accelerations = (
-        np.zeros(actions_shape)
-        if predator_actions is None
-        else as_floats(predator_actions, "predator_actions", actions_shape)
-    )
+    accelerations = _given(predator_actions, "predator_actions", actions_shape)
+    if accelerations is None:
+        accelerations = np.zeros(actions_shape)
     run = _core.simulate_flock(document, ranges, start, positions, velocities, threads, accelerations)
     with np.errstate(over="ignore"):
         times: FloatArray = np.arange(model.num_steps + 1) * np.float64(model.time_step)
@@ -344,13 +321,17 @@ def simulate_line(
         array([1, 2, 3, 3, 3, 3])
     """
     model = as_scenario(scenario, LineScenario)
-    states = None if initial_state is None else as_floats(initial_state, "initial_state", (model.num_agents,))
+    states = _given(initial_state, "initial_state", (model.num_agents,))
     start = _seed(seed)
     rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
     run: dict[str, Any] = _core.simulate_line(model.to_json(), rho, start, states)
     return LineTrajectory(
         scenario=model, seed=start, is_start_given=states is not None, interaction_range=rho, **run
     )
+
+
+def _given(value: ArrayLike | None, field: str, shape: tuple[int, ...]) -> FloatArray | None:
+    return None if value is None else as_floats(value, field, shape)
 
 
 def _seed(seed: int | None) -> int:

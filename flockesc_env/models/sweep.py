@@ -21,7 +21,7 @@ from flockesc_env.common.checks import (
     as_threads,
 )
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.common.extras import require
+from flockesc_env.common.extras import data_frame, require
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
@@ -173,13 +173,10 @@ class SweepResult(Displayed):
         Raises:
             MissingExtraError: if the ``analysis`` extra is not installed.
         """
-        require("analysis", ["polars"])
-        import polars as pl
-
         columns = [*(spec.column for spec in self.objectives.values()), "num_components"]
         if isinstance(self, LineSweepResult):
             columns.append("converged")
-        return pl.DataFrame(
+        return data_frame(
             {
                 "interaction_range": np.repeat(self.interaction_ranges, len(self.seeds)),
                 "seed": np.tile(self.seeds, len(self.interaction_ranges)),

@@ -12,7 +12,7 @@ import numpy as np
 from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_instance, as_path
 from flockesc_env.common.errors import ArgumentError, InputError, RecordError, ScenarioError
-from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.episodes.options import EnvOptions, LineOptions, View
 from flockesc_env.episodes.spaces import PolicySpec, flock_policy_spec, line_policy_spec
 from flockesc_env.models.records import versions
 from flockesc_env.policies.memory_rules import (
@@ -126,7 +126,7 @@ def _named_policy(header: dict[str, Any], parameters: Any) -> NamedPolicy:
         raise RecordError("header", "a string name, a bool per_agent", f"{name!r}, {per_agent!r}")
     scenario = from_fields(_MODELS[header["model"]], header["scenario"])
     if isinstance(scenario, FlockScenario):
-        spec = flock_policy_spec(scenario, EnvOptions(**options), per_agent=per_agent)
+        spec = flock_policy_spec(scenario, EnvOptions(**options), View.of(per_agent))
     else:  # a long line has gigabytes of entries, of the same kinds as a short one
         short = scenario.replace(num_agents=min(scenario.num_agents, _SHORT_LINE))
         spec = line_policy_spec(short, LineOptions(**options))

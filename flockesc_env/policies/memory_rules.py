@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray, as_choice, as_floats
+from flockesc_env.common.checks import FloatArray, as_choice
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
 from flockesc_env.policies.profile_rules import heard_velocities, unit, vector_entries
-from flockesc_env.policies.rules import check_rows_are_agents
+from flockesc_env.policies.rules import RangeRule, not_negative
 
 Criterion = Literal["closest_approach", "escape_direction"]
 
 
-class StubbornWitnesses(RowMemory):
+class StubbornWitnesses(RangeRule, RowMemory):
     """A rule for a predator that is visible only nearby: agents that have seen it stop listening.
 
     rho_i = 0 until the share ``patience`` of the episode has passed, and also from the moment at which agent
@@ -45,8 +44,6 @@ class StubbornWitnesses(RowMemory):
         ArgumentError: if an argument is not a finite number >= 0.
     """
 
-    per_agent: ClassVar[bool] = True
-
     def __init__(
         self,
         patience: float = 0.125,
@@ -57,24 +54,17 @@ class StubbornWitnesses(RowMemory):
         crowding: float = 0.0,
         agreement: float = 0.0,
     ) -> None:
-        given = {
-            "patience": patience,
-            "first_range": first_range,
-            "interaction_range": interaction_range,
-            "growth": growth,
-            "min_neighbors": min_neighbors,
-            "crowding": crowding,
-            "agreement": agreement,
-        }
-        self.parameters = _not_negative(given)
+        self.parameters = not_negative(
+            patience=patience,
+            first_range=first_range,
+            interaction_range=interaction_range,
+            growth=growth,
+            min_neighbors=min_neighbors,
+            crowding=crowding,
+            agreement=agreement,
+        )
 
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Return the action of every agent; see ``Policy.act``.
-
-        Raises:
-            ArgumentError: if ``spec.per_agent`` is False, or the number of rows changes during an episode.
-        """
-        check_rows_are_agents(spec)
+    def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
         begins = self._begin(len(observations))
         has_stopped, heard, is_later = self._recall(begins, False, False, False)
         patience, first, later, growth, min_neighbors, crowding, agreement = self.parameters
@@ -88,10 +78,10 @@ class StubbornWitnesses(RowMemory):
         later = np.clip(later, 0.0, spec.actions.max_range)
         ranges = np.where(waits | has_stopped, 0.0, np.where(heard, later, first))
         self._remember(len(begins), has_stopped, heard | ~waits, heard)
-        return spec.actions.from_ranges(ranges)
+        return ranges
 
 
-class ListenWhileThreatened(RowMemory):
+class ListenWhileThreatened(RangeRule, RowMemory):
     """A rule for the nearest agent and a predator that is visible only nearby.
 
     An agent that has not yet observed the predator listens to all: rho_i = ``unaware_range``. One that has
@@ -108,22 +98,14 @@ class ListenWhileThreatened(RowMemory):
         ArgumentError: if an argument is not a finite number >= 0.
     """
 
-    per_agent: ClassVar[bool] = True
-
     def __init__(
         self, unaware_range: float = 150.0, aware_range: float = 20.0, safe_distance: float = 25.0
     ) -> None:
-        given = {"unaware_range": unaware_range, "aware_range": aware_range, "safe_distance": safe_distance}
-        self.parameters = _not_negative(given)
+        self.parameters = not_negative(
+            unaware_range=unaware_range, aware_range=aware_range, safe_distance=safe_distance
+        )
 
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Return the action of every agent; see ``Policy.act``.
-
-        Raises:
-            ArgumentError: if ``spec.per_agent`` is False, the observation has no closest approach, or the
-                number of rows changes during an episode.
-        """
-        check_rows_are_agents(spec)
+    def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
         begins = self._begin(len(observations))
         (has_seen,) = self._recall(begins, False)
         own = observations[:, spec.layout.index("closest_approach")]
@@ -133,10 +115,10 @@ class ListenWhileThreatened(RowMemory):
         is_threatened = own < safe_distance / (safe_distance + spec.length_scale)
         aware = np.where(is_threatened & (heard > own), aware_range, 0.0)
         self._remember(len(begins), has_seen)
-        return spec.actions.from_ranges(np.where(has_seen, aware, unaware_range))
+        return np.where(has_seen, aware, unaware_range)
 
 
-class WinStayLoseShift(RowMemory):
+class WinStayLoseShift(RangeRule, RowMemory):
     """A rule with two ranges: stay with the one that helps, otherwise try the other one.
 
     An agent compares its own heading with the heading that it heard in the last action. With the criterion
@@ -163,8 +145,6 @@ class WinStayLoseShift(RowMemory):
         ArgumentError: if ``criterion`` is unknown, or another argument is not a finite number >= 0.
     """
 
-    per_agent: ClassVar[bool] = True
-
     def __init__(
         self,
         short_range: float = 10.0,
@@ -174,18 +154,12 @@ class WinStayLoseShift(RowMemory):
         *,
         criterion: Criterion = "closest_approach",
     ) -> None:
-        given = {"short_range": short_range, "long_range": long_range, "threshold": threshold, "pause": pause}
-        self.parameters = _not_negative(given)
+        self.parameters = not_negative(
+            short_range=short_range, long_range=long_range, threshold=threshold, pause=pause
+        )
         self.criterion = as_choice(criterion, "criterion", get_args(Criterion))
 
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Return the action of every agent; see ``Policy.act``.
-
-        Raises:
-            ArgumentError: if ``spec.per_agent`` is False, the observation lacks the entries of the criterion,
-                or the number of rows changes during an episode.
-        """
-        check_rows_are_agents(spec)
+    def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
         begins = self._begin(len(observations))
         listened, is_long, paused = self._recall(begins, False, False, 1.0)
         short_range, long_range, threshold, pause = self.parameters
@@ -203,10 +177,10 @@ class WinStayLoseShift(RowMemory):
         listens = wins | ((own < threshold) & (paused <= 0))
         self._remember(len(begins), listens, is_long, paused)
         ranges = np.where(is_long, long_range, short_range)
-        return spec.actions.from_ranges(np.where(listens, ranges, 0.0))
+        return np.where(listens, ranges, 0.0)
 
 
-class SpreadOut(RowMemory):
+class SpreadOut(RangeRule, RowMemory):
     """A rule for observations with a profile and a predator that is visible only nearby: fly apart.
 
     Until the share ``spread_time`` of the episode has passed, every agent takes the candidate range whose
@@ -227,20 +201,12 @@ class SpreadOut(RowMemory):
         ArgumentError: if an argument is not a finite number >= 0.
     """
 
-    per_agent: ClassVar[bool] = True
-
     def __init__(self, spread_time: float = 0.12, gain: float = 0.3, interaction_range: float = 35.0) -> None:
-        given = {"spread_time": spread_time, "gain": gain, "interaction_range": interaction_range}
-        self.parameters = _not_negative(given)
+        self.parameters = not_negative(
+            spread_time=spread_time, gain=gain, interaction_range=interaction_range
+        )
 
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Return the action of every agent; see ``Policy.act``.
-
-        Raises:
-            ArgumentError: if ``spec.per_agent`` is False, the profile has fewer than two candidates, or the
-                number of rows changes during an episode.
-        """
-        check_rows_are_agents(spec)
+    def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
         ranges = np.array(spec.profile_ranges)
         if ranges.size < 2:
             raise ArgumentError("profile_ranges", "at least two candidate ranges", ranges.size)
@@ -264,7 +230,7 @@ class SpreadOut(RowMemory):
         turned_at, count_then = np.where(turns, (time, count), (turned_at, count_then))
         self._remember(len(begins), has_seen, turned_at, count_then)
         later = np.where(has_seen, 0.0, interaction_range)
-        return spec.actions.from_ranges(np.where(time < spread_time, ranges[chosen], later))
+        return np.where(time < spread_time, ranges[chosen], later)
 
 
 def _neighbor_count(observations: Observations, entry: str, spec: PolicySpec) -> FloatArray:
@@ -278,8 +244,3 @@ def _heard_cosine(observations: Observations, spec: PolicySpec) -> FloatArray:
     """Return the cosine between heading and heard velocity, shape (rows,)."""
     cosines: FloatArray = unit(vector_entries("heard_velocity_", observations, spec))[:, 0]
     return cosines
-
-
-def _not_negative(given: dict[str, float]) -> FloatArray:
-    """Return the numbers after validation."""
-    return np.array([as_floats(value, name, (), least=0.0) for name, value in given.items()])

@@ -1,12 +1,9 @@
-"""``NetworkPolicy``: small neural networks as policies.
-
-``NetworkPolicy.act`` computes in NumPy. ``rollout`` plays whole episodes in the core.
-"""
+"""``NetworkPolicy``: small neural networks as policies. The core computes them."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any, Literal, get_args
@@ -14,6 +11,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flockesc_env import _core
 from flockesc_env.common.checks import (
     FloatArray,
     as_choice,
@@ -24,7 +22,7 @@ from flockesc_env.common.checks import (
     as_text,
 )
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
+from flockesc_env.episodes.spaces import PolicySpec, RangeActions
 from flockesc_env.policies.base import Observations, RowMemory
 
 Parameters = NDArray[np.float32]
@@ -33,18 +31,24 @@ Squash = Literal["clip", "tanh"]
 
 @dataclass(frozen=True)
 class Architecture:
-    """Inputs and layers of a ``NetworkPolicy``: tanh layers, then a linear layer squashed to [-1, 1].
+    """Inputs, layers and head of a ``NetworkPolicy``: tanh layers, then a linear layer for the head.
+
+    The head is a value by default, one normalized action. With ``ranges`` the network has one score for each
+    of them. With ``candidate_inputs`` it computes a score for every candidate of ``profile_ranges``. In both
+    cases it sets the range with the highest score, the first among equals.
 
     Attributes:
         inputs: names of the observation entries that are inputs (docs/model.md, "Observations").
         hidden: width of every hidden layer.
         memory: number of recurrent values. The network outputs them with every action and receives them as
             inputs for the next; they are 0 at the start of an episode.
-        mirror: whether observations are reflected such that the predator is on the left; see ``mirrored``.
+        mirror: whether observations of agents are reflected such that the predator is on the left. If no
+            predator is observed, the neighbors' mean velocity points to the left instead. The model is
+            invariant under reflection.
         squash: function that maps the action to [-1, 1]: ``"clip"`` or ``"tanh"``.
         candidate_inputs: names of the entries of a candidate range that are inputs, without ``profile_k_``;
-            or ``"range"``, the candidate divided by the largest one. The network then scores every candidate
-            of ``profile_ranges`` and sets the one with the highest score, the shortest among equals.
+            or ``"range"``, the candidate divided by the largest one.
+        ranges: ranges in m to choose from.
 
     Raises:
         ArgumentError: if an attribute has the wrong type or is out of bounds.
@@ -56,6 +60,7 @@ class Architecture:
     mirror: bool = False
     squash: Squash = "clip"
     candidate_inputs: tuple[str, ...] = ()
+    ranges: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         for field in ("inputs", "candidate_inputs"):
@@ -67,8 +72,12 @@ class Architecture:
         hidden = tuple(as_count(width, f"hidden[{i}]") for i, width in widths)
         object.__setattr__(self, "hidden", hidden)
         object.__setattr__(self, "memory", as_count(self.memory, "memory", least=0))
-        if self.memory and self.candidate_inputs:
-            raise ArgumentError("memory", "0 for a network that scores candidate ranges", self.memory)
+        as_instance(self.ranges, "ranges", tuple)
+        object.__setattr__(self, "ranges", tuple(as_floats(self.ranges, "ranges", least=0.0).tolist()))
+        if self.ranges and self.candidate_inputs:
+            raise ArgumentError("ranges", "none for a network that scores candidates", self.ranges)
+        if self.memory and (self.ranges or self.candidate_inputs):
+            raise ArgumentError("memory", "0 for a network that scores ranges", self.memory)
         object.__setattr__(self, "mirror", as_flag(self.mirror, "mirror"))
         object.__setattr__(self, "squash", as_choice(self.squash, "squash", get_args(Squash)))
 
@@ -76,7 +85,7 @@ class Architecture:
     def shapes(self) -> list[tuple[int, int]]:
         """Shape of the weight matrix of every layer, (inputs, outputs)."""
         inputs = len(self.inputs) + len(self.candidate_inputs) + self.memory
-        return list(pairwise([inputs, *self.hidden, 1 + self.memory]))
+        return list(pairwise([inputs, *self.hidden, len(self.ranges) or 1 + self.memory]))
 
     @property
     def size(self) -> int:
@@ -91,12 +100,11 @@ class Architecture:
 class NetworkPolicy(RowMemory):
     """A neural network that sets ranges.
 
-    It requires ``action_mode="normalized"``, unless it scores candidate ranges.
-
-    It computes in float64. Parameters and actions are float32.
+    It requires ``action_mode="normalized"``, unless it chooses from ranges or candidates. Actions do not
+    depend on the machine.
 
     Args:
-        architecture: inputs and layers of the network.
+        architecture: inputs, layers and head of the network.
         parameters: weights and biases, shape (architecture.size,).
 
     Raises:
@@ -109,99 +117,53 @@ class NetworkPolicy(RowMemory):
             narrow = as_floats(parameters, "parameters", (architecture.size,)).astype(np.float32)
         self.architecture = architecture
         self.parameters: Parameters = as_floats(narrow, "parameters").astype(np.float32)
-        self._layers = list(_layers(architecture, self.parameters))
+        self._document = architecture.to_core()
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return one action per observation row; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if an input is not in the observation; if the network does not score candidates and
-                the action mode is not ``"normalized"``; if the network has a memory and the number of rows
-                changes during an episode.
+            ArgumentError: if an input is not in the observation; if the network sets a value and the action
+                mode is not ``"normalized"``; if it scores candidates and there are none; if it has a memory
+                and the number of rows changes during an episode.
         """
-        values = self._read(self.architecture.inputs, observations, spec)
-        if self.architecture.candidate_inputs:
-            return self._choose(values, observations, spec)
-        if spec.actions.mode != "normalized":
-            raise ArgumentError("action_mode", "'normalized'", repr(spec.actions.mode))
+        actions, ranges = choices(self.architecture, spec.actions, spec.profile_ranges)
+        memory = np.empty((len(observations), 0))
         if self.architecture.memory:
-            (memory,) = self._recall(self._begin(len(values)), np.zeros(self.architecture.memory))
-            values = np.concatenate([values, memory], axis=1)
-        values = self._forward(values)
-        action = values[:, :1]
-        bounded = np.tanh(action) if self.architecture.squash == "tanh" else action.clip(-1, 1)
+            (memory,) = self._recall(self._begin(len(observations)), np.zeros(self.architecture.memory))
+        outputs, memory = _core.network_outputs(
+            (self._document, self.parameters[np.newaxis], ranges),
+            spec.layout.names,
+            spec.actions.core,
+            np.ascontiguousarray(observations, np.float32),
+            memory,
+        )
         if self.architecture.memory:
-            self._remember(len(values), np.tanh(values[:, 1:]))
-        return bounded.astype(np.float32)
-
-    def _read(self, names: Sequence[str], observations: Observations, spec: PolicySpec) -> FloatArray:
-        """Return the values of some entries, shape (k, names)."""
-        columns = [spec.layout.index(name) for name in names]
-        values: FloatArray = observations[:, columns].astype(np.float64)
-        if self.architecture.mirror:
-            _reflect(values, names, _sides(observations, spec.layout))
-        return values
-
-    def _choose(self, own: FloatArray, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Return the actions of the candidate ranges with the highest scores."""
-        candidates = spec.candidate_ranges
-        if not candidates.size:
-            raise ArgumentError("profile_ranges", "candidate ranges for a network that scores them", "none")
-        scores = []
-        for k, candidate in enumerate(candidates):
-            values = np.full((len(own), len(self.architecture.candidate_inputs)), candidate / candidates[-1])
-            names = [
-                (i, name) for i, name in enumerate(self.architecture.candidate_inputs) if name != "range"
-            ]
-            entries = [f"profile_{k}_{name}" for _, name in names]
-            values[:, [i for i, _ in names]] = self._read(entries, observations, spec)
-            scores.append(self._forward(np.concatenate([own, values], axis=1))[:, 0])
-        chosen: NDArray[np.int64] = np.argmax(scores, axis=0)
-        return spec.actions.from_ranges(np.array(spec.profile_ranges)[chosen])
-
-    def _forward(self, values: FloatArray) -> FloatArray:
-        """Return the outputs of the last layer, shape (k, outputs)."""
-        for weights, biases in self._layers[:-1]:
-            values = np.tanh(values @ weights + biases)
-        weights, biases = self._layers[-1]
-        outputs: FloatArray = values @ weights + biases
-        return outputs
+            self._remember(len(outputs), memory)
+        return actions[outputs.astype(np.int64)] if len(ranges) else outputs[:, np.newaxis].astype(np.float32)
 
 
-def mirrored(observations: Observations, layout: ObservationLayout) -> Observations:
-    """Return observations of agents, reflected such that the predator is on the left.
+def choices(
+    architecture: Architecture, actions: RangeActions, profile_ranges: tuple[float, ...]
+) -> tuple[NDArray[Any], FloatArray]:
+    """Return the actions from which a network chooses, and their ranges in m; both are empty for a value."""
+    ranges = architecture.ranges or (profile_ranges if architecture.candidate_inputs else ())
+    chosen = actions.from_ranges(np.array(ranges))
+    return chosen, actions.to_ranges(chosen, len(ranges))
 
-    If no predator is observed, the neighbors' mean velocity points to the left instead. The model is
-    invariant under reflection, so the reflected observation contains all that a policy needs.
+
+def tanh_layers(widths: Sequence[int], parameters: FloatArray, inputs: FloatArray) -> FloatArray:
+    """Return the outputs of tanh layers and a linear one, computed as in ``NetworkPolicy``.
 
     Args:
-        observations: observation rows of agents, shape (k, entries).
-        layout: names of the entries.
+        widths: number of inputs, width of every hidden layer, number of outputs.
+        parameters: for every layer the weights in row-major order, then the biases.
+        inputs: shape (rows, widths[0]).
+
+    Returns:
+        Shape (rows, widths[-1]).
+
+    Raises:
+        ArgumentError: if ``parameters`` or ``inputs`` does not fit ``widths``.
     """
-    reflected = observations.copy()
-    _reflect(reflected, layout.names, _sides(observations, layout))
-    return reflected
-
-
-def _sides(observations: Observations, layout: ObservationLayout) -> Parameters:
-    """Return -1 for rows to reflect and 1 for others, shape (k,)."""
-    predator = observations[:, layout.index("predator_direction_left")]
-    heard = observations[:, layout.index("heard_velocity_left")]
-    return np.where(np.where(predator != 0, predator, heard) < 0, np.float32(-1), np.float32(1))
-
-
-def _reflect(values: NDArray[Any], names: Sequence[str], sides: Parameters) -> None:
-    """Multiply the entries that point to the left by ``sides``, in place."""
-    for column, name in enumerate(names):
-        if name.endswith("_left"):
-            values[:, column] *= sides
-
-
-def _layers(architecture: Architecture, parameters: Parameters) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield the weights, shape (inputs, outputs), and biases, shape (outputs,), of every layer."""
-    numbers, at = parameters.astype(np.float64), 0
-    for rows, columns in architecture.shapes:
-        weights = numbers[at : at + rows * columns].reshape(rows, columns)
-        at += rows * columns
-        yield weights, numbers[at : at + columns]
-        at += columns
+    return _core.tanh_layers(list(widths), np.asarray(parameters, np.float64), np.ascontiguousarray(inputs))

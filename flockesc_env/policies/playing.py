@@ -1,26 +1,30 @@
-"""Rollouts of a policy object on flocks: outcomes of many episodes, or one recorded run."""
+"""Rollouts of policies: outcomes of many episodes of a flock or a line, or one recorded run."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any, Literal, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_policy
+from flockesc_env.common.checks import FloatArray, as_policy, as_threads
 from flockesc_env.common.notebook import Displayed
-from flockesc_env.episodes.batch import Columns, FlockBatch
+from flockesc_env.episodes.batch import Columns, FlockBatch, Step
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.options import EnvOptions, LineOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
+from flockesc_env.episodes.spaces import RangeActions, line_policy_spec
 from flockesc_env.models.simulate import IntArray, Trajectory, simulate
 from flockesc_env.policies.base import Observations, Policy
-from flockesc_env.policies.network import NetworkPolicy
-from flockesc_env.policies.network_rollout import play_flocks_of_networks
+from flockesc_env.policies.network import Architecture, NetworkPolicy, Parameters, choices
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+
+Report = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -49,58 +53,132 @@ class Episodes(Displayed):
         return {"num_seeds": len(self.seeds), **{name: float(getattr(self, name).mean()) for name in names}}
 
 
-def play_flocks(
+@dataclass(frozen=True, eq=False, repr=False)
+class LineEpisodes(Displayed):
+    """Results of ``rollout`` on lines, one entry per seed.
+
+    Attributes:
+        seeds: the seeds, shape (seeds,).
+        escape_distance: escape distance at the end of the episode, shape (seeds,); d_ss if ``converged``.
+        num_components: number of connected components at the end, shape (seeds,).
+        steps: number of model steps, shape (seeds,).
+        converged: whether the line reached its steady state, shape (seeds,).
+    """
+
+    seeds: NDArray[np.uint64]
+    escape_distance: FloatArray
+    num_components: IntArray
+    steps: IntArray
+    converged: NDArray[np.bool]
+
+    def _summary(self) -> dict[str, object]:
+        return {"num_seeds": len(self.seeds), "escape_distance": float(self.escape_distance.mean())}
+
+
+Results = TypeVar("Results", Episodes, LineEpisodes)
+
+
+def results(kind: type[Results], seeds: Sequence[int], columns: Columns) -> Results:
+    """Return the columns of ``play`` as an object of the class ``kind``."""
+    names = [field.name for field in fields(kind) if field.name != "seeds"]
+    return kind(seeds=np.array(seeds, np.uint64), **{name: columns[name] for name in names})
+
+
+def play(
     policy: Policy,
-    seeds: list[int],
-    scenario: FlockScenario,
-    options: EnvOptions,
+    seeds: Sequence[int],
+    model: FlockScenario | LineScenario,
+    options: EnvOptions | LineOptions,
     *,
-    per_agent: bool,
+    per_agent: bool = False,
     batch_size: int,
     num_threads: int | None,
-    predator_policy: PredatorPolicy | None,
-    progress: Callable[[int, int], None] | None,
-) -> Episodes:
-    """Run a policy on the flock of every seed; see ``rollout``."""
+    predator_policy: PredatorPolicy | None = None,
+    progress: Report | None = None,
+) -> Columns:
+    """Run a policy on the flock or line of every seed, see ``rollout``; return outcomes of shape (seeds,)."""
     if type(policy) is NetworkPolicy and predator_policy is None:
-        columns = play_flocks_of_networks(
+        return rollout_networks(
             policy.architecture,
             policy.parameters[np.newaxis],
             seeds,
-            scenario,
+            model,
             options,
             per_agent=per_agent,
             num_threads=num_threads,
             progress=progress,
         )
-        return _episodes(seeds, [columns])
     parts: list[Columns] = []
-    finished = 0
     for start in range(0, len(seeds), batch_size):
         chunk = seeds[start : start + batch_size]
-        batch = FlockBatch(
-            scenario,
-            options,
-            num_flocks=len(chunk),
-            per_agent=per_agent,
-            num_threads=num_threads,
-            predator_policy=predator_policy,
+        batch = (
+            _LineBatch(model, cast("LineOptions", options), len(chunk))
+            if isinstance(model, LineScenario)
+            else FlockBatch(
+                model,
+                cast("EnvOptions", options),
+                num_flocks=len(chunk),
+                view=View.of(per_agent),
+                num_threads=num_threads,
+                predator_policy=predator_policy,
+            )
         )
         total = np.zeros(len(chunk))
         for _, rewards in episode_steps(batch, policy, chunk):
             total += rewards.reshape(len(chunk), -1).mean(axis=1)
         components = batch.num_components()
         parts.append({**batch.metrics(), "num_components": components, "mean_return": total})
-        finished += len(chunk)
         if progress is not None:
-            progress(finished, len(seeds))
-    return _episodes(seeds, parts)
+            progress(start + len(chunk), len(seeds))
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def _episodes(seeds: list[int], parts: list[Columns]) -> Episodes:
-    names = (*(spec.column for spec in FLOCK_OBJECTIVES.values()), "num_components", "mean_return")
-    columns = {name: np.concatenate([part[name] for part in parts]) for name in names}
-    return Episodes(seeds=np.array(seeds, np.uint64), **columns)
+def rollout_networks(
+    architecture: Architecture,
+    parameters: Parameters,
+    seeds: Sequence[int],
+    model: FlockScenario | LineScenario,
+    options: EnvOptions | LineOptions,
+    *,
+    per_agent: bool = False,
+    num_threads: int | None,
+    progress: Report | None = None,
+) -> Columns:
+    """Run networks on the flock or line of every seed in the core. ``Learned`` predators fly straight on.
+
+    Results do not depend on the machine or on the number of threads.
+
+    Args:
+        architecture: inputs, layers and head of the networks.
+        parameters: weights and biases, shape (1, architecture.size) for one network on all flocks, or
+            (seeds, architecture.size) for one network per flock.
+        seeds: seeds of the flocks or lines.
+        model: the model's parameters.
+        options: options of the environment of this model.
+        per_agent: True: networks set one range per agent. False: one per flock.
+        num_threads: number of threads; ``None``: one per core.
+        progress: called with (finished episodes, all episodes). ``None``: no calls.
+
+    Returns:
+        The outcomes in ``Episodes`` or ``LineEpisodes`` and the number of actions, ``num_actions``, each of
+        shape (seeds,).
+
+    Raises:
+        ArgumentError: if the networks set values and the action mode is not ``"normalized"``, an input is not
+            in the observation, or ``parameters`` has the wrong shape or an entry that is not finite.
+    """
+    report = None if progress is None else lambda done: progress(done, len(seeds))
+    actions = RangeActions(options)
+    _, ranges = choices(architecture, actions, tuple(options.profile_ranges or ()))
+    network = architecture.to_core(), parameters, ranges
+    if isinstance(model, FlockScenario):
+        batch = FlockBatch(
+            model, cast("EnvOptions", options), view=View.of(per_agent), num_threads=num_threads
+        )
+        return batch.rollout(network, seeds, report)
+    documents = model.to_json(), cast("LineOptions", options).to_core()
+    numbers, threads = np.array(seeds, np.uint64), as_threads(num_threads)
+    return _core.rollout_line(documents, actions.core, network, numbers, threads, report)
 
 
 def record_flock(
@@ -115,7 +193,7 @@ def record_flock(
     """Run a policy on one flock and return the trajectory; see ``record``."""
     _core.check_record(scenario.to_json(), scenario.num_agents if per_agent else 1)
     recorder = None if predator_policy is None else _Recorder(as_policy(predator_policy, "predator_policy"))
-    batch = FlockBatch(scenario, options, per_agent=per_agent, predator_policy=recorder)
+    batch = FlockBatch(scenario, options, view=View.of(per_agent), predator_policy=recorder)
     ranges = np.array([ranges for ranges, _ in episode_steps(batch, policy, [seed])])
 
     def per_step(actions: FloatArray) -> FloatArray:
@@ -145,7 +223,7 @@ class _Recorder:
 
 
 def episode_steps(
-    batch: FlockBatch, policy: Policy, seeds: Sequence[int]
+    batch: FlockBatch | _LineBatch, policy: Policy, seeds: Sequence[int]
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Run a policy in every slot of a batch until all episodes have ended.
 
@@ -157,7 +235,7 @@ def episode_steps(
     Yields:
         Ranges in m and rewards after every action, both of shape (num_flocks * rows,).
     """
-    observations, _ = batch.reset(range(batch.num_flocks), seeds)
+    observations, _ = batch.reset(range(len(seeds)), seeds)
     reset_policy(policy, np.ones(len(observations), bool))
     has_ended = False
     while not has_ended:
@@ -165,3 +243,36 @@ def episode_steps(
         observations, rewards, ended, ranges, _ = batch.step(actions, at_end="stay")
         has_ended = bool(ended.all())
         yield ranges, rewards
+
+
+class _LineBatch:
+    """Episodes of lines, stepped together like the flocks of a ``FlockBatch``."""
+
+    def __init__(self, scenario: LineScenario, options: LineOptions, num_lines: int) -> None:
+        _core.check_lines("batch_size", scenario.num_agents, num_lines)
+        self.policy_spec = line_policy_spec(scenario, options)
+        self._documents = scenario.to_json(), options.to_core()
+        self._lines: list[_core.LineEpisode] = []
+
+    def reset(self, _: Sequence[int], seeds: Sequence[int]) -> tuple[Observations, Columns]:
+        self._lines = [_core.LineEpisode(*self._documents, seed) for seed in seeds]
+        self._observations = np.stack([line.observe() for line in self._lines])
+        return self._observations, {}
+
+    def step(self, actions: NDArray[np.generic], *, at_end: Literal["stay"]) -> Step:  # noqa: ARG002
+        ranges = self.policy_spec.actions.to_ranges(actions, len(self._lines))
+        rewards = np.zeros(len(self._lines))
+        for row, line in enumerate(self._lines):
+            if not line.has_ended:
+                self._observations[row], rewards[row], *_ = line.step(float(ranges[row]))
+        return self._observations, rewards, self._column("has_ended"), ranges, {}
+
+    def metrics(self) -> Columns:
+        names = {"escape_distance": "escape_distance", "steps": "steps", "converged": "is_steady"}
+        return {name: self._column(attribute) for name, attribute in names.items()}
+
+    def num_components(self) -> IntArray:
+        return self._column("num_components")
+
+    def _column(self, name: str) -> NDArray[Any]:
+        return np.array([getattr(line, name) for line in self._lines])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from flockesc_env.common.checks import FloatArray, as_flag, as_floats, as_text
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations
-from flockesc_env.policies.rules import check_rows_are_agents
+from flockesc_env.policies.rules import RangeRule, not_negative
 
 
 class BestCandidate:
@@ -59,10 +59,10 @@ class BestCandidate:
         scores = candidate_entries(self.entry, observations, spec)
         if self.polarization_cost:
             scores -= self.polarization_cost * candidate_entries("polarization", observations, spec)
-        return _best(scores, observations, spec, self.unaware_range)
+        return spec.actions.from_ranges(_best(scores, observations, spec, self.unaware_range))
 
 
-class BestNextHeading:
+class BestNextHeading(RangeRule):
     """A rule for the mean distance: the candidate range after which an agent heads best.
 
     One step turns agent i toward the direction h that it hears: its new heading is that of u + ``turn`` h,
@@ -79,19 +79,10 @@ class BestNextHeading:
         ArgumentError: if ``turn`` is not a finite number >= 0.
     """
 
-    per_agent: ClassVar[bool] = True
-
     def __init__(self, turn: float = 0.5) -> None:
         self.turn = float(as_floats(turn, "turn", (), least=0.0))
 
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Return the action of every agent; see ``Policy.act``.
-
-        Raises:
-            ArgumentError: if ``spec.per_agent`` is False, or the observation has no profile or no escape
-                direction.
-        """
-        check_rows_are_agents(spec)
+    def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
         own = observations[:, [spec.layout.index("escape_direction_ahead")]].astype(np.float64)
         heard = candidate_entries("escape_cosine", observations, spec)
         ahead = unit(heard_velocities(observations, spec))[:, :, 0]
@@ -99,7 +90,7 @@ class BestNextHeading:
         return _best((own + self.turn * heard) / lengths, observations, spec)
 
 
-class StepAside:
+class StepAside(RangeRule):
     """A rule for the nearest agent: first turn away from the predator's path, then keep the distance.
 
     Each candidate range has a score: the closest approach under the heard heading, as observed, plus
@@ -120,20 +111,10 @@ class StepAside:
         ArgumentError: if an argument is not a finite number >= 0.
     """
 
-    per_agent: ClassVar[bool] = True
-
     def __init__(self, aside_time: float = 0.1, weight: float = 0.2) -> None:
-        given = {"aside_time": aside_time, "weight": weight}
-        self.parameters = np.array([as_floats(value, name, (), least=0.0) for name, value in given.items()])
+        self.parameters = not_negative(aside_time=aside_time, weight=weight)
 
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Return the action of every agent; see ``Policy.act``.
-
-        Raises:
-            ArgumentError: if ``spec.per_agent`` is False, or the observation has no profile or no closest
-                approach.
-        """
-        check_rows_are_agents(spec)
+    def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
         aside_time, weight = self.parameters
         scores = candidate_entries("closest_approach", observations, spec)
         time = observations[:, [spec.layout.index("time")]].astype(np.float64)
@@ -178,11 +159,11 @@ def unit(vectors: FloatArray) -> FloatArray:
 
 def _best(
     scores: FloatArray, observations: Observations, spec: PolicySpec, unaware_range: float = 0.0
-) -> NDArray[Any]:
-    """Return the actions of the candidates with the best scores; ``unaware_range`` without a predator."""
+) -> FloatArray:
+    """Return the candidates with the best scores; ``unaware_range`` without a predator."""
     chosen = np.array(spec.profile_ranges)[scores.argmax(axis=1)]
     is_aware = observations[:, spec.layout.index("predator_sensed")] > 0
-    return spec.actions.from_ranges(np.where(is_aware, chosen, unaware_range))
+    return np.where(is_aware, chosen, unaware_range)
 
 
 def _aside(observations: Observations, spec: PolicySpec) -> FloatArray:

@@ -13,9 +13,8 @@ from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import Policy, is_per_agent
 from flockesc_env.policies.files import find_policy
-from flockesc_env.policies.playing import Episodes, play_flocks, record_flock
+from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record_flock, results
 from flockesc_env.policies.registry import NamedPolicy
-from flockesc_env.policies.rollout_line import LineEpisodes, play_lines
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario
@@ -101,37 +100,28 @@ def rollout(
     entry = _named(policy, per_agent)
     model = _scenario(scenario, entry)
     checked = as_seeds(seeds)
-    size = _LINE_BATCH_SIZE if isinstance(model, LineScenario) else _BATCH_SIZE
+    is_line = isinstance(model, LineScenario)
+    size = _LINE_BATCH_SIZE if is_line else _BATCH_SIZE
     size = size if batch_size is None else as_count(batch_size, "batch_size")
-    chosen = {**entry.options, **options}
-    if isinstance(model, LineScenario):
+    chosen: Any = {**entry.options, **options}
+    if is_line:
         for name, value in (("per_agent", per_agent or None), ("predator_policy", predator_policy)):
             if value is not None:
                 raise ArgumentError(name, "None for a line", shown(value))
-        checked_options = line_options(cast("LineOptionsDict", chosen))
-        with reporting(progress, "Rollout", len(checked)) as callback:
-            return play_lines(
-                entry.policy,
-                checked,
-                model,
-                checked_options,
-                batch_size=size,
-                num_threads=num_threads,
-                progress=callback,
-            )
-    flock_options = env_options(model, cast("EnvOptionsDict", chosen))
+    checked_options = line_options(chosen) if isinstance(model, LineScenario) else env_options(model, chosen)
     with reporting(progress, "Rollout", len(checked)) as callback:
-        return play_flocks(
+        columns = play(
             entry.policy,
             checked,
             model,
-            flock_options,
+            checked_options,
             per_agent=entry.per_agent,
             batch_size=size,
             num_threads=num_threads,
             predator_policy=predator_policy,
             progress=callback,
         )
+    return results(LineEpisodes, checked, columns) if is_line else results(Episodes, checked, columns)
 
 
 def record(

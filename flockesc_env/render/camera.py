@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,24 +38,19 @@ class Rect(NamedTuple):
         """Return the y coordinate of the bottom edge."""
         return self.top + self.height
 
+    @property
+    def center(self) -> FloatArray:
+        """Return the point in the middle."""
+        return np.array([self.left + self.width / 2, self.top + self.height / 2])
 
-class Camera(Protocol):
-    """Maps points of the world to the picture."""
 
-    def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the pixels of points and the scale there.
-
-        Args:
-            points: shape (k, D), in m.
-
-        Returns:
-            x and y in px, shape (k, 2), and px per m, shape (k,).
-        """
+Camera = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+"""Maps points of the world, shape (k, D) in m, to pixels x and y, shape (k, 2), and the px per m there."""
 
 
 def camera(view: FloatArray, rect: Rect) -> Camera:
     """Return a camera that shows the box from corner ``view[0]`` to corner ``view[1]``, in m, in ``rect``."""
-    return FlatCamera(view, rect) if view.shape[1] == 2 else PerspectiveCamera(view, rect)
+    return _flat(view, rect) if view.shape[1] == 2 else _perspective(view, rect)
 
 
 def grow(view: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
@@ -72,51 +67,43 @@ def grow(view: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     return np.stack([low, high])
 
 
-@dataclass(frozen=True, eq=False)
-class FlatCamera:
-    """The plane from above: y points up, and the scale is the same everywhere."""
+def _flat(view: FloatArray, rect: Rect) -> Camera:
+    """Return a camera above the plane: y points up, and the scale is the same everywhere."""
+    width, height = view[1] - view[0]
+    scale = float(min(rect.width / width, rect.height / height))
+    middle = view.mean(axis=0)
 
-    view: FloatArray
-    rect: Rect
+    def project(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return rect.center + (points - middle) * (scale, -scale), np.full(len(points), scale)
 
-    @property
-    def pixels_per_meter(self) -> float:
-        """Return the scale."""
-        width, height = self.view[1] - self.view[0]
-        return float(min(self.rect.width / width, self.rect.height / height))
-
-    def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the pixels of points and the scale there, as ``Camera.project``."""
-        scale = self.pixels_per_meter
-        center = np.array([self.rect.left + self.rect.width / 2, self.rect.top + self.rect.height / 2])
-        pixels = center + (points - self.view.mean(axis=0)) * (scale, -scale)
-        return pixels, np.full(len(points), scale)
+    return project
 
 
-class PerspectiveCamera:
-    """Space in perspective, from the side and above, z up; the box fills the picture."""
+def _perspective(view: FloatArray, rect: Rect) -> Camera:
+    """Return a camera beside and above a space, z up; the box fills the picture."""
+    cos, sin = np.cos(_ELEVATION), np.sin(_ELEVATION)
+    toward = np.array([cos * np.cos(_AZIMUTH), cos * np.sin(_AZIMUTH), sin])
+    right = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0])
+    axes = np.stack([right, np.cross(toward, right), toward])
+    target = view.mean(axis=0)
+    distance = _DISTANCE * float(np.linalg.norm(view[1] - view[0]))
 
-    def __init__(self, view: FloatArray, rect: Rect) -> None:
-        cos, sin = np.cos(_ELEVATION), np.sin(_ELEVATION)
-        toward = np.array([cos * np.cos(_AZIMUTH), cos * np.sin(_AZIMUTH), sin])
-        right = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0])
-        self._axes = np.stack([right, np.cross(toward, right), toward])
-        self._target = view.mean(axis=0)
-        self._distance = _DISTANCE * float(np.linalg.norm(view[1] - view[0]))
-        self._zoom, self._middle, self._shift = 1.0, np.zeros(2), np.zeros(2)
-        seen, _ = self.project(box_corners(view))
-        low, high = seen.min(axis=0), seen.max(axis=0)
-        room = np.array([rect.width, rect.height]) - 2 * _BORDER * rect.height
-        self._zoom = float(np.min(room / (high - low)))
-        self._middle = (low + high) / 2
-        self._shift = np.array([rect.left + rect.width / 2, rect.top + rect.height / 2])
+    def seen(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        x, y, z = axes @ (points - target).T
+        depth = distance - z
+        return np.stack([x, -y], axis=1) / depth[:, np.newaxis], depth
 
-    def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the pixels of points and the scale there, as ``Camera.project``."""
-        x, y, z = self._axes @ (points - self._target).T
-        depth = self._distance - z
-        seen = np.stack([x, -y], axis=1) / depth[:, np.newaxis]
-        return self._shift + self._zoom * (seen - self._middle), self._zoom / depth
+    corners, _ = seen(box_corners(view))
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    room = np.array([rect.width, rect.height]) - 2 * _BORDER * rect.height
+    zoom = float(np.min(room / (high - low)))
+    middle = (low + high) / 2
+
+    def project(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        pixels, depth = seen(points)
+        return rect.center + zoom * (pixels - middle), zoom / depth
+
+    return project
 
 
 def box_corners(view: FloatArray) -> FloatArray:

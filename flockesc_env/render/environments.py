@@ -18,12 +18,7 @@ if TYPE_CHECKING:
 
 
 def flock_viewer(batch: FlockBatch, render_mode: Any, render_options: Any, fps: int) -> FlockViewer | None:
-    """Return the viewer of a batch of flocks; ``None`` if the environment has no render mode.
-
-    Raises:
-        ScenarioError: if the mode is unknown, or the options are not options or do not fit the flock.
-        DependencyNotInstalled: if pygame is missing.
-    """
+    """Return the viewer of a batch of flocks; ``None`` if the environment has no render mode."""
     mode, options = as_render_mode(render_mode), as_render_options(render_options)
     options.selected(batch.scenario.num_agents)
     if mode is None:
@@ -35,12 +30,7 @@ def flock_viewer(batch: FlockBatch, render_mode: Any, render_options: Any, fps: 
 
 
 def line_viewer(scenario: LineScenario, render_mode: Any, render_options: Any, fps: int) -> LineViewer | None:
-    """Return the viewer of a line; ``None`` if the environment has no render mode.
-
-    Raises:
-        ScenarioError: if the mode is unknown, or the options are not options.
-        DependencyNotInstalled: if pygame is missing.
-    """
+    """Return the viewer of a line; ``None`` if the environment has no render mode."""
     mode, options = as_render_mode(render_mode), as_render_options(render_options)
     if mode is None:
         return None

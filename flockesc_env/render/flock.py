@@ -105,7 +105,7 @@ def _survivors(frame: FlockFrame) -> FlockFrame:
 
 def _crosses(canvas: Canvas, eye: Camera, places: FloatArray) -> None:
     """Draw a cross where each agent was caught."""
-    centers, _ = eye.project(places)
+    centers, _ = eye(places)
     arm = 0.005 * canvas.size * np.array([[(-1.0, -1.0), (1.0, 1.0)], [(-1.0, 1.0), (1.0, -1.0)]])
     strokes = (centers[:, np.newaxis, np.newaxis] + arm).reshape(-1, 2, 2)
     canvas.segments(strokes, [FRAME] * len(strokes), 0.0025 * canvas.size)
@@ -114,21 +114,17 @@ def _crosses(canvas: Canvas, eye: Camera, places: FloatArray) -> None:
 def _shadows(canvas: Canvas, eye: Camera, frame: FlockFrame) -> None:
     """Draw the shadows of agents and predators on the floor, and a line from each predator down to it."""
     moment, floor = frame.moment, frame.view[0, 2]
-    agents, _ = eye.project(_on_floor(moment.positions, floor))
+    agents, _ = eye(moment.positions * (1, 1, 0) + (0, 0, floor))
     canvas.dots(agents, 0.0022 * canvas.size, [FRAME] * len(agents))
-    feet, _ = eye.project(_on_floor(moment.predator_positions, floor))
-    predators, _ = eye.project(moment.predator_positions)
+    feet, _ = eye(moment.predator_positions * (1, 1, 0) + (0, 0, floor))
+    predators, _ = eye(moment.predator_positions)
     faint = faded([PREDATOR] * len(feet), 0.6).tolist()
     canvas.segments(np.stack([feet, predators], axis=1), faint)
     canvas.dots(feet, 0.005 * canvas.size, faint)
 
 
-def _on_floor(points: FloatArray, floor: float) -> FloatArray:
-    return np.column_stack([points[:, :2], np.full(len(points), floor)])
-
-
 def _predator_ranges(canvas: Canvas, eye: Camera, frame: FlockFrame) -> None:
-    centers, scale = eye.project(frame.moment.predator_positions)
+    centers, scale = eye(frame.moment.predator_positions)
     radii = frame.scenario.predator_range * scale
     canvas.discs(centers, radii, np.tile(np.array(PREDATOR, np.uint8), (len(centers), 1)), 0.1)
     for center, radius in zip(centers, radii.tolist(), strict=True):
@@ -140,7 +136,7 @@ def _interaction_discs(
 ) -> None:
     """Draw the interaction ranges of the last step as discs: an agent's neighbors are inside its disc."""
     count = len(frame.moment.positions)
-    centers, scale = eye.project(frame.moment.positions[chosen])
+    centers, scale = eye(frame.moment.positions[chosen])
     ranges = np.broadcast_to(frame.moment.interaction_range, count)[chosen]
     far_first = np.argsort(scale, kind="stable")
     radii = (ranges * scale)[far_first]
@@ -154,7 +150,7 @@ def _edges(canvas: Canvas, eye: Camera, frame: FlockFrame, chosen: IntArray, col
     is_chosen = np.isin(np.arange(count), chosen)
     pairs = np.sort(pairs[is_chosen[pairs].any(axis=1)], axis=1)
     ones, others = np.divmod(np.unique(pairs[:, 0] * count + pairs[:, 1]), count)  # every pair once
-    pixels, _ = eye.project(frame.moment.positions)
+    pixels, _ = eye(frame.moment.positions)
     ends = np.stack([pixels[ones], pixels[others]], axis=1)
     canvas.segments(ends, faded(colors, 0.55)[ones].tolist())
 
@@ -167,9 +163,10 @@ def _listening(frame: FlockFrame) -> tuple[FloatArray, FloatArray]:
 
 def _trails(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptions) -> None:
     """Draw the past positions of the predators, fading with age."""
-    recent = frame.times >= frame.times[-1] - options.trail
+    times = frame.series[0]
+    recent = times >= times[-1] - options.trail
     for predator in range(frame.trails.shape[1]):
-        points, _ = eye.project(frame.trails[recent, predator])
+        points, _ = eye(frame.trails[recent, predator])
         pieces = np.stack([points[:-1], points[1:]], axis=1)
         age = np.linspace(1.0, 0.15, len(pieces))[:, np.newaxis]
         fading = faded(np.tile(PREDATOR, (len(pieces), 1)), age).tolist()
@@ -182,7 +179,7 @@ def _marks(canvas: Canvas, eye: Camera, frame: FlockFrame, colors: Colors) -> No
     count, predators = len(moment.positions), len(moment.predator_positions)
     points = np.concatenate([moment.positions, moment.predator_positions])
     velocities = np.concatenate([moment.velocities, moment.predator_velocities])
-    _, scale = eye.project(points)
+    _, scale = eye(points)
     crowding = np.clip((300 / max(count, 1)) ** 0.25, 0.7, 1.5)
     lengths = canvas.size * np.repeat([0.0125 * crowding, 0.026], [count, predators])
     near, far = scale.max(), scale.min()
@@ -197,9 +194,9 @@ def _marks(canvas: Canvas, eye: Camera, frame: FlockFrame, colors: Colors) -> No
 def _darts(eye: Camera, points: FloatArray, velocities: FloatArray, lengths: FloatArray) -> FloatArray:
     """Return the corners of marks, shape (k, 4, 2) in px, foreshortened in the direction of the view."""
     ahead = velocities / np.maximum(np.linalg.norm(velocities, axis=1, keepdims=True), 1e-300)
-    centers, scale = eye.project(points)
+    centers, scale = eye(points)
     short = 1e-3  # m; a step for the derivative of the projection
-    seen = (eye.project(points + short * ahead)[0] - centers) / (short * scale[:, np.newaxis])
+    seen = (eye(points + short * ahead)[0] - centers) / (short * scale[:, np.newaxis])
     share = np.linalg.norm(seen, axis=1, keepdims=True)
     along = np.where(share > 1e-6, seen / np.maximum(share, 1e-6), (1.0, 0.0))
     left = np.stack([along[:, 1], -along[:, 0]], axis=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -59,10 +60,7 @@ class FlockFrame:
         listening: the moment whose positions and velocities define the neighbor graph, with the ranges of the
             last step: the last moment or, with a frozen graph, the first.
         view: lowest and highest corner of a box around all positions so far, shape (2, D); it never shrinks.
-        times: shape (k,), one entry per moment.
-        mean_distance: shape (k,).
-        min_distance: shape (k,).
-        objective: shape (k,).
+        series: times, mean distances, minimum distances and objectives, shape (4, k), one column per moment.
         trails: predator positions, shape (k, P, D).
     """
 
@@ -71,20 +69,12 @@ class FlockFrame:
     moment: FlockMoment
     listening: FlockMoment
     view: FloatArray
-    times: FloatArray
-    mean_distance: FloatArray
-    min_distance: FloatArray
-    objective: FloatArray
+    series: FloatArray
     trails: FloatArray
 
 
 class FlockHistory:
-    """Collects the moments of one episode into frames.
-
-    Args:
-        scenario: the scenario of the episode, as drawn.
-        objective: the objective.
-    """
+    """Collects the moments of one episode into frames."""
 
     def __init__(self, scenario: FlockScenario, objective: ObjectiveSpec) -> None:
         self._scenario = scenario
@@ -117,27 +107,20 @@ class FlockHistory:
         """Return the frame of the last moment; ``None`` before the first."""
         if self._last is None:
             return None
-        times, mean_distance, min_distance, objective = np.array(self._rows).T
         return FlockFrame(
             scenario=self._scenario,
             spec=self._objective,
             moment=self._last,
             listening=self._frozen or self._last,
             view=self._view,
-            times=times,
-            mean_distance=mean_distance,
-            min_distance=min_distance,
-            objective=objective,
+            series=np.array(self._rows).T,
             trails=np.array(self._trails),
         )
 
 
 def shared_view(trajectories: Sequence[Trajectory]) -> FloatArray | None:
     """Return the smallest box that holds whole runs, shape (2, D); ``None`` if their dimensions differ."""
-    views = []
-    for trajectory in trajectories:
-        *_, last = recorded_frames(trajectory)
-        views.append(last.view)
+    views = [deque(recorded_frames(trajectory), 1)[0].view for trajectory in trajectories]
     if len({view.shape for view in views}) > 1:
         return None
     return reduce(lambda view, other: grow(view, *other), views)

@@ -15,14 +15,14 @@ _BOX_EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4
 def draw_ground(canvas: Canvas, eye: Camera, view: FloatArray, rect: Rect) -> None:
     """Draw a grid in the plane or on the floor of the box ``view``, and the distance between its lines."""
     size = canvas.size
-    _, (scale,) = eye.project(view.mean(axis=0, keepdims=True))
+    _, (scale,) = eye(view.mean(axis=0, keepdims=True))
     in_space = view.shape[1] == 3
     spacing = nice((0.08 if in_space else 0.12) * size / scale)
     lines = _grid(view, spacing)
     if in_space:
         corners = box_corners(view)
         lines = np.concatenate([lines, [(corners[a], corners[b]) for a, b in _BOX_EDGES]])
-    pixels, _ = eye.project(lines.reshape(-1, view.shape[1]))
+    pixels, _ = eye(lines.reshape(-1, view.shape[1]))
     canvas.segments(pixels.reshape(-1, 2, 2), [GRID] * len(lines))
     text, height = f"{spacing:g} m", round(0.036 * size)
     right, bottom = rect.right - 0.022 * size, rect.bottom - 0.022 * size

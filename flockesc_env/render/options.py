@@ -77,24 +77,14 @@ class RenderOptions:
 
 
 def as_render_mode(value: Any) -> RenderMode | None:
-    """Return a render mode or ``None``, checked.
-
-    Raises:
-        ScenarioError: if the value is neither a render mode nor ``None``.
-    """
-    if value is None:
-        return None
-    if not isinstance(value, str) or value not in RENDER_MODES:
+    """Return a render mode or ``None``; anything else raises ``ScenarioError``."""
+    if value is not None and (not isinstance(value, str) or value not in RENDER_MODES):
         raise ScenarioError("render_mode", f"one of {', '.join(RENDER_MODES)} or None", shown(value))
-    return cast("RenderMode", value)
+    return cast("RenderMode | None", value)
 
 
 def as_render_options(value: Any) -> RenderOptions:
-    """Return render options; ``None`` gives the defaults.
-
-    Raises:
-        ScenarioError: if the value is neither ``RenderOptions`` nor ``None``.
-    """
+    """Return render options, the defaults for ``None``; anything else raises ``ScenarioError``."""
     if value is None:
         return RenderOptions()
     if not isinstance(value, RenderOptions):

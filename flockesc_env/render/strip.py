@@ -19,7 +19,7 @@ def draw_strip(canvas: Canvas, frame: FlockFrame, rect: Rect, *, num_components:
     canvas.fill(Rect(rect.left, rect.top, rect.width, max(1.0, 0.002 * size)), FRAME)
     one = "" if num_components == 1 else "s"
     words = [
-        f"t = {frame.times[-1]:.2f} s",
+        f"t = {frame.series[0, -1]:.2f} s",
         f"range {range_text(moment.interaction_range)} {frame.scenario.neighbor_rule.unit}",
         f"{num_components} component{one}",
         f"J = {frame.spec.text(moment.objective)}" if np.isfinite(moment.objective) else "no predator",
@@ -57,7 +57,8 @@ def range_text(ranges: FloatArray) -> str:
 
 
 def _plot(canvas: Canvas, frame: FlockFrame, plot: Rect) -> None:
-    highest = frame.mean_distance.max()
+    moments, means, minima, objectives = frame.series
+    highest = means.max()
     if not np.isfinite(highest):
         return  # without predators
     size, small = canvas.size, round(0.032 * canvas.size)
@@ -77,11 +78,10 @@ def _plot(canvas: Canvas, frame: FlockFrame, plot: Rect) -> None:
     for time in np.arange(0.0, horizon + tick / 1e6, tick):
         x, y = at(time, 0.0).tolist()
         canvas.text(f"{time:g}", (x, y + 0.01 * size), small, FAINT_TEXT, "midtop")
-    canvas.path(at(frame.times, frame.min_distance), MINIMUM, 0.004 * size)
-    canvas.path(at(frame.times, frame.mean_distance), MEAN, 0.004 * size)
+    canvas.path(at(moments, minima), MINIMUM, 0.004 * size)
+    canvas.path(at(moments, means), MEAN, 0.004 * size)
     if frame.spec.unit != "m":
         return
-    first = int(np.argmin(frame.objective))
-    level = at(frame.times, frame.objective)[first:]
+    level = at(moments, objectives)[np.argmin(objectives) :]
     canvas.path(level, TEXT, 0.002 * size)
     canvas.dots(level[:1], 0.008 * size, [TEXT])

@@ -127,11 +127,7 @@ def write_video(
 
 
 def _check_film(film: str, expected: int) -> None:
-    """Check that a film has all frames: imageio-ffmpeg does not say whether ffmpeg failed.
-
-    Raises:
-        OSError: if it has not.
-    """
+    """Check that a film has all frames: imageio-ffmpeg does not say whether ffmpeg failed."""
     import imageio_ffmpeg
 
     try:

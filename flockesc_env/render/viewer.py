@@ -21,13 +21,7 @@ from flockesc_env.scenario.line import LineScenario
 
 
 class Viewer(ABC):
-    """Pictures of an environment, as arrays or in a window.
-
-    Args:
-        mode: ``"rgb_array"`` or ``"human"``.
-        options: what the pictures show.
-        fps: pictures per second in the window.
-    """
+    """Pictures of an environment, as arrays or, in mode ``"human"``, in a window."""
 
     def __init__(self, mode: RenderMode, options: RenderOptions, fps: int) -> None:
         self._options = options
@@ -35,18 +29,10 @@ class Viewer(ABC):
 
     @abstractmethod
     def images(self) -> list[Image]:
-        """Return a picture of every flock, or of the line.
-
-        Raises:
-            ResetNeededError: before the first reset.
-        """
+        """Return a picture of every flock, or of the line; raise ``ResetNeededError`` before a reset."""
 
     def render(self) -> list[Image] | None:
-        """Return ``images`` or, in mode ``"human"``, show them.
-
-        Raises:
-            ResetNeededError: before the first reset.
-        """
+        """Return ``images`` or, in mode ``"human"``, show them."""
         if self._window is None:
             return self.images()
         self._window.show(_tiled(self.images()))
@@ -103,11 +89,7 @@ class FlockViewer(Viewer):
             self._histories[slot] = FlockHistory(self._batch.drawn(slot), self._objective)
 
     def images(self) -> list[Image]:
-        """Return a picture of every flock.
-
-        Raises:
-            ResetNeededError: before the first reset.
-        """
+        """Return a picture of every flock, as ``Viewer.images``."""
         frames = [history.frame() for history in self._histories]
         started = [frame for frame in frames if frame is not None]
         if len(started) < len(frames):
@@ -124,13 +106,7 @@ class LineViewer(Viewer):
         self._moments: list[tuple[int, FloatArray, float]] = []
 
     def update(self, steps: int, states: FloatArray, interaction_range: float) -> None:
-        """Add a moment, after a reset or a step.
-
-        Args:
-            steps: number of steps made.
-            states: x, shape (n,).
-            interaction_range: rho of the last step.
-        """
+        """Add the moment after ``steps`` steps, with states x of shape (n,) and rho of the last step."""
         if steps == 0:
             self.forget()
         self._moments.append((steps, states, interaction_range))
@@ -141,11 +117,7 @@ class LineViewer(Viewer):
         self._moments = []
 
     def images(self) -> list[Image]:
-        """Return the picture of the line.
-
-        Raises:
-            ResetNeededError: before the first reset.
-        """
+        """Return the picture of the line, as ``Viewer.images``."""
         if not self._moments:
             raise ResetNeededError("render() called before reset()")
         steps, states, ranges = (np.array(column) for column in zip(*self._moments, strict=True))

@@ -115,11 +115,7 @@ def parse_document(document: str, *, is_toml: bool) -> Any:
 
 
 def from_fields(cls: type[_D], fields: Any) -> _D:
-    """Return the scenario with these fields of a document; missing ones get their defaults.
-
-    Raises:
-        ScenarioError: if a field is unknown, has the wrong type or is out of bounds.
-    """
+    """Return the scenario with these fields of a document; missing ones get their defaults."""
     return cls(**_check_names(cls, fields, ""))
 
 

@@ -175,11 +175,7 @@ def preset(name: str) -> Scenario:
 
 
 def as_model(value: Any) -> Scenario:
-    """Return a scenario of either model, given as a scenario or as the name of a preset.
-
-    Raises:
-        ScenarioError: if the name is unknown, or the value has another type.
-    """
+    """Return a scenario of either model, given as a scenario or as the name of a preset."""
     scenario = preset(value) if isinstance(value, str) else value
     if not isinstance(scenario, FlockScenario | LineScenario):
         raise ScenarioError("scenario", "a FlockScenario, a LineScenario or a preset's name", shown(value))
@@ -187,11 +183,7 @@ def as_model(value: Any) -> Scenario:
 
 
 def as_scenario(value: _T | str | None, model: type[_T]) -> _T:
-    """Return a scenario of one model, given as a scenario, the name of a preset, or ``None`` for the paper's.
-
-    Raises:
-        ScenarioError: if the name is unknown, or the scenario is one of the other model.
-    """
+    """Return a scenario of one model, given as itself or the name of a preset; ``None``: the paper's."""
     if value is None:
         return model()
     scenario = preset(value) if isinstance(value, str) else value

@@ -19,19 +19,8 @@ from flockesc_env.render.palette import DARK, LIGHT
 from flockesc_env.watch.document import Run, check_runs, run_document
 
 _SCRIPTS = (
-    "data",
-    "groups",
-    "theme",
-    "camera",
-    "ground",
-    "neighbors",
-    "scene",
-    "panel",
-    "curves",
-    "player",
-    "live",
-    "save",
-    "main",
+    *("data", "groups", "theme", "camera", "ground", "neighbors", "scene", "panel", "curves"),
+    *("player", "live", "save", "main"),
 )
 """Scripts under ``js/``, in order of dependence."""
 

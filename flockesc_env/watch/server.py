@@ -5,14 +5,11 @@ from __future__ import annotations
 import json
 import webbrowser
 from collections.abc import Sequence
-from concurrent.futures import Future
 from contextlib import suppress
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from queue import Empty, Full, Queue
-from threading import Thread
+from http.server import BaseHTTPRequestHandler, HTTPServer
 from typing import Any
-from urllib.parse import parse_qs
+from urllib.parse import parse_qsl
 
 from flockesc_env.common.checks import as_count, as_flag, as_instance, as_seed
 from flockesc_env.common.errors import ArgumentError, InputError
@@ -22,11 +19,8 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.watch.document import Run, check_runs, run_document
 from flockesc_env.watch.page import render
 
-MAX_WAITING = 16
-"""Runs that may wait for the run under way. A page asks for one at a time in each of its panels."""
-
 _LOOPBACK = "127.0.0.1"
-_POLL = 0.05  # s between two checks for Ctrl-C, or for a request to stop
+_POLL = 0.05  # s between two checks for Ctrl-C
 
 
 def serve(
@@ -59,97 +53,48 @@ def serve(
     dimension = runs[0][1].scenario.dimension
     if scenario.dimension != dimension:
         raise ArgumentError("scenario", f"dimension {dimension}, as in the runs", scenario.dimension)
-    with _listen(port, page, scenario) as server:
+    try:
+        server = Server(port, page, scenario)
+    except OSError as error:
+        raise ArgumentError("port", "a free TCP port", f"{port} ({error.strerror})") from error
+    with server:
         try:
             print(f"Watching at {server.address} (Ctrl-C stops)", flush=True)
             if open_browser:
                 webbrowser.open(server.address)
-            server.work()
+            server.serve_forever(_POLL)
         except KeyboardInterrupt:
             print("Stopped.", flush=True)
 
 
-def _listen(port: int, page: bytes, scenario: FlockScenario) -> _Server:
-    try:
-        return _Server(port, page, scenario)
-    except OSError as error:
-        raise ArgumentError("port", "a free TCP port", f"{port} ({error.strerror})") from error
-
-
-class _Server(ThreadingHTTPServer):
-    """Answers requests in threads; simulates in the thread that called ``work``, where Ctrl-C arrives.
+class Server(HTTPServer):
+    """Answers one request after another, in the thread where Ctrl-C arrives.
 
     Attributes:
         address: the URL of the page.
-        hosts: the values of the ``Host`` header that are answered.
         page: the page, encoded.
         scenario: the scenario of every flock that is simulated.
-        waiting: queries that wait for the run under way, each with the future of its answer.
     """
-
-    daemon_threads = True
 
     def __init__(self, port: int, page: bytes, scenario: FlockScenario) -> None:
         super().__init__((_LOOPBACK, port), _Handler)
         self.address = f"http://{_LOOPBACK}:{self.server_port}/"
-        self.hosts = {f"{host}:{self.server_port}" for host in (_LOOPBACK, "localhost")}
-        if self.server_port == 80:  # a browser leaves out the default port
-            self.hosts |= {_LOOPBACK, "localhost"}
         self.page = page
         self.scenario = scenario
-        self.waiting: Queue[tuple[str, Future[bytes]]] = Queue(MAX_WAITING)
-
-    def work(self) -> None:
-        """Listen, and simulate what requests ask for, until Ctrl-C."""
-        Thread(target=self.serve_forever, args=(_POLL,), daemon=True).start()
-        try:
-            while True:
-                try:
-                    # A wait without a limit would miss a Ctrl-C that arrives right before it.
-                    query, future = self.waiting.get(timeout=_POLL)
-                except Empty:
-                    continue
-                try:
-                    future.set_result(run_for(query, self.scenario))
-                except Exception as error:  # of one answer; the server goes on
-                    future.set_exception(error)
-        finally:
-            self.shutdown()
-
-    def run(self, query: str) -> bytes:
-        """Return the run that a query asks for, as JSON.
-
-        Raises:
-            InputError: if the query is bad; it names the field.
-            queue.Full: if ``MAX_WAITING`` runs already wait.
-        """
-        future: Future[bytes] = Future()
-        self.waiting.put_nowait((query, future))
-        return future.result()
 
 
 def run_for(query: str, scenario: FlockScenario) -> bytes:
     """Simulate the flock of ``seed=K&policy=NAME`` and return its document as JSON.
 
     Raises:
-        InputError: if a field is missing, unknown or bad; it names the field.
+        InputError: if a field is missing or bad; it names the field.
     """
-    values = parse_qs(query, keep_blank_values=True)
-    for name in values:
-        if name not in {"seed", "policy"}:
-            raise ArgumentError(name, "seed and policy only", "an unknown field")
-    policy = built_in(_single(values, "policy"), "policy")
-    seed = _single(values, "seed")
+    values = dict(parse_qsl(query))
+    policy = built_in(values.get("policy", ""), "policy")
+    seed = values.get("seed", "")
     is_integer = seed.isdecimal() and len(seed) <= 20
     document = run_document(policy.name, policy.record(as_seed(int(seed) if is_integer else seed), scenario))
     return json.dumps(document, allow_nan=False).encode()
-
-
-def _single(values: dict[str, list[str]], field: str) -> str:
-    given = values.get(field, [])
-    if len(given) != 1:
-        raise ArgumentError(field, "one value", f"{len(given)}")
-    return given[0]
 
 
 def _is_policy(name: str) -> bool:
@@ -161,38 +106,24 @@ def _is_policy(name: str) -> bool:
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """Answers ``/`` with the page and ``/run?seed=K&policy=NAME`` with a run.
+    """Answers ``/`` with the page, and ``/run?seed=K&policy=NAME`` with a run or, if it is bad, an error."""
 
-    A bad query gets status 400 with the field and a message; a run for which there is no room, 503. A request
-    whose ``Host`` is not an address of the server gets 403: a browser sends such a request for a page of
-    another site that has pointed its own name at this machine (DNS rebinding).
-    """
-
-    server: _Server
+    server: Server
+    timeout = 0.5  # s; a browser keeps idle connections open, which would hold up the next request
 
     def do_GET(self) -> None:
         """Answer a request."""
-        (path, _, query), hosts = self.path.partition("?"), self.headers.get_all("Host", [])
-        if len(hosts) != 1 or hosts[0] not in self.server.hosts:
-            only = f"This server answers requests for {self.server.address} only."
-            self.send_error(HTTPStatus.FORBIDDEN, explain=only)
-        elif path == "/":
+        path, _, query = self.path.partition("?")
+        if path == "/":
             self._send(HTTPStatus.OK, "text/html; charset=utf-8", self.server.page)
         elif path == "/run":
-            self._send_run(query)
+            try:
+                self._send(HTTPStatus.OK, "application/json", run_for(query, self.server.scenario))
+            except InputError as error:
+                refusal = json.dumps({"field": error.field, "message": str(error)}).encode()
+                self._send(HTTPStatus.BAD_REQUEST, "application/json", refusal)
         else:
-            self.send_error(HTTPStatus.NOT_FOUND if path.startswith("/") else HTTPStatus.BAD_REQUEST)
-
-    def _send_run(self, query: str) -> None:
-        try:
-            status, body = HTTPStatus.OK, self.server.run(query)
-        except InputError as error:
-            refusal = {"field": error.field, "message": str(error)}
-            status, body = HTTPStatus.BAD_REQUEST, json.dumps(refusal).encode()
-        except Full:
-            refusal = {"message": f"{MAX_WAITING} runs are waiting already; try again in a moment."}
-            status, body = HTTPStatus.SERVICE_UNAVAILABLE, json.dumps(refusal).encode()
-        self._send(status, "application/json", body)
+            self.send_error(HTTPStatus.NOT_FOUND)
 
     def _send(self, status: HTTPStatus, content_type: str, body: bytes) -> None:
         self.send_response(status)

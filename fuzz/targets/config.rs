@@ -35,7 +35,7 @@ fuzz_target!(|bytes: &[u8]| {
 fn run_flock<const D: usize>(config: FlockConfig) {
     let has_many_clusters = matches!(
         &config.initial_positions,
-        InitialPositions::Clusters(clusters) if clusters.num_clusters > SMALL
+        InitialPositions::Clusters { num_clusters, .. } if *num_clusters > SMALL
     );
     if config.num_agents > SMALL || config.predators.len() > SMALL || has_many_clusters {
         return;

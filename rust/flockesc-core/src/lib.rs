@@ -26,10 +26,8 @@ pub use base::error::{Error, Result};
 pub use base::rng::episode_seed;
 pub use episode::{Batch, Episode, EpisodeConfig, EpisodeOutcome, Metrics, Running};
 pub use flock::{
-    AlignedHeadings, Choice, Clusters, Disc, Distribution, FlockConfig, Gaussian, GivenHeadings,
-    GivenPositions, Inertial, InitialHeadings, InitialPositions, InitialState, LogUniform, Motion,
-    PredatorDistance, RandomHeadings, Reynolds, Ring, Schedule, Segment, Square, Trajectory,
-    Uniform, Vicsek, World, check_record, simulate_flock,
+    Distribution, FlockConfig, InitialHeadings, InitialPositions, InitialState, Motion,
+    PredatorDistance, Reynolds, Schedule, Trajectory, World, check_record, simulate_flock,
 };
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use kinds::kinds;
@@ -38,8 +36,12 @@ pub use line::{
     LineTrajectory, check_lines, line_entries, rollout_line, simulate_line,
 };
 pub use neighbor::{Metric, NeighborRule, Ranges, Topological, Voronoi};
-pub use network::{Architecture, NetworkRanges, Networks, NormalizedRange, Squash};
-pub use observation::{ExtraEntries, SensingRange, View, flock_entries, predator_entries};
+pub use network::{
+    Architecture, Head, NetworkRanges, Networks, NormalizedRange, Squash, tanh_layers,
+};
+pub use observation::{
+    ExtraEntries, SensingRange, View, ViewSpec, flock_entries, predator_entries, views,
+};
 pub use parallel::Progress;
 pub use predator::{
     ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PrescribedPath,

@@ -125,16 +125,7 @@ pub(crate) fn are_bounded<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> boo
 /// Checks that there are `count` numbers, all of them [bounded](is_bounded).
 pub(crate) fn check_numbers(numbers: &[f64], count: usize, what: &str) -> Result<()> {
     check(numbers.len() == count, what)?;
-    check(numbers.iter().all(|number| is_bounded(*number)), what)
-}
-
-/// Checks that every entry of a vector is [bounded](is_bounded).
-pub(crate) fn check_vector<const D: usize>(
-    vector: Option<&SVector<f64, D>>,
-    what: &str,
-) -> Result<()> {
-    let mut entries = vector.into_iter().flat_map(|vector| vector.iter());
-    check(entries.all(|entry| is_bounded(*entry)), what)
+    check(are_bounded(numbers), what)
 }
 
 /// Converts `entries` into a vector after checking that there are D of them, all [bounded](is_bounded).

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::base::error::Result;
 use crate::base::memory;
 use crate::flock::{FlockConfig, InitialState, World, check_flocks, check_ranges};
-use crate::line::{Line, LineConfig};
+use crate::line::{Line, LineConfig, run_line};
 use crate::neighbor::Ranges;
 use crate::parallel::{self, Progress};
 use crate::reward::Objective;
@@ -95,7 +95,13 @@ pub fn sweep_line(
 ) -> Result<Vec<LineOutcome>> {
     check_ranges("interaction_ranges", ranges)?;
     grid(ranges, seeds, num_threads, progress, |range, seed| {
-        run_line(config, range, seed, progress)
+        let mut line = Line::new(config.clone(), seed, None)?;
+        let (_, converged) = run_line(&mut line, range, progress, |_| Ok(()))?;
+        Ok(LineOutcome {
+            escape_distance: line.escape_distance(),
+            num_components: line.num_components(range),
+            converged,
+        })
     })
 }
 
@@ -145,27 +151,4 @@ fn run_flock<const D: usize>(
     }
     outcome.num_components = world.num_components(Ranges::Shared(range));
     Ok(outcome)
-}
-
-fn run_line(
-    config: &Arc<LineConfig>,
-    range: f64,
-    seed: u64,
-    progress: &Progress,
-) -> Result<LineOutcome> {
-    let mut line = Line::new(config.clone(), seed, None)?;
-    let mut converged = false;
-    for _ in 0..config.max_steps {
-        progress.check()?;
-        let moved = line.step(range)?;
-        converged = line.is_steady(moved);
-        if converged {
-            break;
-        }
-    }
-    Ok(LineOutcome {
-        escape_distance: line.escape_distance(),
-        num_components: line.num_components(range),
-        converged,
-    })
 }

@@ -1,46 +1,53 @@
-//! `RangeMap`: conversion of actions into interaction ranges, with validation.
-
-mod map;
+//! `RangeMap`: conversion of actions into interaction ranges. Actions that cannot be read directly, and errors, are
+//! left to the functions of `flockesc_env.episodes.actions`.
 
 use std::sync::Arc;
 
 use flockesc_core::{Error, NormalizedRange};
-use numpy::{IntoPyArray, PyArray1};
+use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::call::PyCallArgs;
+use pyo3::conversion::FromPyObjectOwned;
 use pyo3::prelude::*;
-use pyo3::types::PyList;
+use pyo3::types::{PyBool, PyDict, PyList, PyTuple};
 
-use crate::arrays::shaped;
-use crate::errors::{CoreError, action_error};
-use map::{Map, entry, index, number};
+use crate::arrays::{Object, shaped};
+use crate::errors::CoreError;
 
 /// Maps actions to interaction ranges. Arrays of float32 or float64 are read directly, or of int64
 /// with a grid. Other array-likes are converted by NumPy first.
 #[pyclass(frozen, module = "flockesc_env._core")]
 #[derive(Clone)]
-pub(crate) struct RangeMap(Arc<Map>);
+pub(crate) struct RangeMap {
+    map: NormalizedRange,
+    /// Whether actions lie in [-1, 1] instead of [`min_range`, `max_range`].
+    is_normalized: bool,
+    /// Ranges in m that a discrete action is an index into.
+    grid: Option<Arc<[f64]>>,
+}
 
 #[pymethods]
 impl RangeMap {
     #[new]
     #[pyo3(signature = (min_range, max_range, is_normalized, grid))]
     fn new(min_range: f64, max_range: f64, is_normalized: bool, grid: Option<Vec<f64>>) -> Self {
-        Self(Arc::new(Map {
-            min_range,
-            max_range,
+        Self {
+            map: NormalizedRange {
+                min_range,
+                max_range,
+            },
             is_normalized,
-            grid,
-        }))
+            grid: grid.map(Arc::from),
+        }
     }
 
     /// Returns the arguments of the constructor, for copies and pickles.
     fn __getnewargs__(&self) -> (f64, f64, bool, Option<Vec<f64>>) {
-        let map = &self.0;
-        (
-            map.min_range,
-            map.max_range,
-            map.is_normalized,
-            map.grid.clone(),
-        )
+        let grid = self.grid.as_ref().map(|grid| grid.to_vec());
+        let NormalizedRange {
+            min_range,
+            max_range,
+        } = self.map;
+        (min_range, max_range, self.is_normalized, grid)
     }
 
     /// Returns the ranges of `count` stacked actions. `label(index)` returns the name of an action
@@ -59,19 +66,12 @@ impl RangeMap {
 
     /// Returns the range of a single action.
     pub(crate) fn to_range(&self, action: &Bound<'_, PyAny>) -> PyResult<f64> {
-        let map = &self.0;
-        let range = match &map.grid {
-            Some(grid) => match index(action) {
-                Some(index) => entry(grid, index),
-                None => entry(grid, map.plain_one(action, "action")?.extract()?),
-            },
-            None => match number(action) {
-                Some(value) => map.of_number(value),
-                None => map.of_number(map.plain_one(action, "action")?.extract()?),
-            },
+        let range = match &self.grid {
+            Some(grid) => entry(grid, self.one(action, index, "action")?),
+            None => self.of_number(self.one(action, number, "action")?),
         };
         if range.is_nan() {
-            return Err(map.outside(action, 0, "action".to_owned()));
+            return Err(self.outside(action, 0, "action".to_owned()));
         }
         Ok(range)
     }
@@ -83,13 +83,13 @@ impl RangeMap {
         actions: &Bound<'py, PyAny>,
         agents: &Bound<'py, PyList>,
         known: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let (py, map) = (actions.py(), &self.0);
-        if map.grid.is_some() {
-            let indices = map.each(actions, agents, known, index)?;
+    ) -> Object<'py> {
+        let py = actions.py();
+        if self.grid.is_some() {
+            let indices = self.each(actions, agents, known, index)?;
             return Ok(indices.into_pyarray(py).into_any());
         }
-        let numbers = map.each(actions, agents, known, number)?;
+        let numbers = self.each(actions, agents, known, number)?;
         shaped(py, numbers, [agents.len(), 1])
     }
 }
@@ -100,14 +100,10 @@ impl RangeMap {
     /// # Errors
     /// `ArgumentError` on `action_mode` if it is not `"normalized"`.
     pub(crate) fn normalized(&self) -> Result<NormalizedRange, CoreError> {
-        let map = &self.0;
-        if map.is_normalized && map.grid.is_none() {
-            return Ok(map.normalized());
-        }
-        let given = if map.grid.is_some() {
-            "'discrete'"
-        } else {
-            "'range'"
+        let given = match (self.is_normalized, &self.grid) {
+            (true, None) => return Ok(self.map),
+            (_, Some(_)) => "'discrete'",
+            (false, None) => "'range'",
         };
         Err(Error::argument("action_mode", "'normalized'", given).into())
     }
@@ -115,18 +111,15 @@ impl RangeMap {
     /// Returns the ranges of `count` stacked actions, with NaN for actions outside of the action
     /// space.
     pub(crate) fn ranges(&self, actions: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<f64>> {
-        let map = &self.0;
-        if let Some(ranges) = map.direct(actions, count) {
+        if let Some(ranges) = self.direct(actions, count) {
             return Ok(ranges);
         }
-        let shape = if map.grid.is_some() {
-            vec![count]
-        } else {
-            vec![count, 1]
+        let shape: &[usize] = match self.grid {
+            Some(_) => &[count],
+            None => &[count, 1],
         };
-        let plain = map.plain(actions, &shape, "action")?;
-        let ranges = map.direct(&plain, count);
-        ranges.ok_or_else(|| action_error(actions.py(), "action", "an array", &plain))
+        let plain = self.plain(actions, shape, "action")?;
+        Ok(self.direct(&plain, count).unwrap_or_default())
     }
 
     /// Returns an error for the first action whose range is NaN. `label(index)` returns its name.
@@ -143,6 +136,168 @@ impl RangeMap {
             Some(label) => label.call1((first,))?.extract()?,
             None => format!("action[{first}]"),
         };
-        Err(self.0.outside(actions, first, name))
+        Err(self.outside(actions, first, name))
     }
+
+    /// Returns the ranges of `count` actions, or `None` if `actions` is not an array that can be
+    /// read directly.
+    fn direct(&self, actions: &Bound<'_, PyAny>, count: usize) -> Option<Vec<f64>> {
+        if let Some(grid) = &self.grid {
+            let array = actions.cast::<PyArray1<i64>>().ok()?.try_readonly().ok()?;
+            let indices = array.as_slice().ok()?;
+            return (indices.len() == count)
+                .then(|| indices.iter().map(|index| entry(grid, *index)).collect());
+        }
+        self.column::<f32>(actions, count)
+            .or_else(|| self.column::<f64>(actions, count))
+    }
+
+    fn column<T: Element + Copy + Into<f64>>(
+        &self,
+        actions: &Bound<'_, PyAny>,
+        count: usize,
+    ) -> Option<Vec<f64>> {
+        let array = actions.cast::<PyArray2<T>>().ok()?;
+        if array.shape() != [count, 1] {
+            return None;
+        }
+        let array = array.try_readonly().ok()?;
+        let values = array.as_slice().ok()?.iter();
+        Some(
+            values
+                .map(|value| self.of_number((*value).into()))
+                .collect(),
+        )
+    }
+
+    /// Converts actions into a new contiguous array of float64, or int64 with a grid.
+    ///
+    /// # Errors
+    /// `ActionError` on `label` if the dtype or shape is wrong.
+    fn plain<'py>(&self, actions: &Bound<'py, PyAny>, shape: &[usize], label: &str) -> Object<'py> {
+        let py = actions.py();
+        let shape = PyTuple::new(py, shape)?;
+        python(
+            py,
+            "plain_array",
+            (actions, shape, label, self.grid.is_some()),
+        )
+    }
+
+    /// Reads a single action, directly or by way of NumPy.
+    fn one<'py, T: FromPyObjectOwned<'py>>(
+        &self,
+        action: &Bound<'py, PyAny>,
+        read: fn(&Bound<'_, PyAny>) -> Option<T>,
+        label: &str,
+    ) -> PyResult<T> {
+        if let Some(value) = read(action) {
+            return Ok(value);
+        }
+        let shape: &[usize] = if self.grid.is_some() { &[] } else { &[1] };
+        let plain = self.plain(action, shape, label)?.call_method0("item")?;
+        plain.extract().map_err(Into::into)
+    }
+
+    /// Reads the actions of `agents` one by one.
+    fn each<'py, T: FromPyObjectOwned<'py>>(
+        &self,
+        actions: &Bound<'py, PyAny>,
+        agents: &Bound<'py, PyList>,
+        known: &Bound<'py, PyAny>,
+        read: fn(&Bound<'_, PyAny>) -> Option<T>,
+    ) -> PyResult<Vec<T>> {
+        let py = actions.py();
+        let dict = actions
+            .cast::<PyDict>()
+            .ok()
+            .filter(|dict| dict.len() == agents.len());
+        let check = || python(py, "check_agents", (actions, agents, known)).map(drop);
+        if dict.is_none() {
+            check()?;
+        }
+        let mut values = Vec::with_capacity(agents.len());
+        for agent in agents {
+            let action = match dict {
+                Some(actions) => actions.get_item(&agent)?,
+                None => Some(actions.get_item(&agent)?),
+            };
+            let Some(action) = action else {
+                check()?;
+                break; // check() has raised an error
+            };
+            values.push(match read(&action) {
+                Some(value) => value,
+                None => self.one(&action, read, &format!("action of {}", agent.repr()?))?,
+            });
+        }
+        Ok(values)
+    }
+
+    /// Returns the error for an action outside of the action space.
+    fn outside(&self, actions: &Bound<'_, PyAny>, place: usize, label: String) -> PyErr {
+        let (low, high) = self.bounds();
+        let size = self.grid.as_ref().map(|grid| grid.len());
+        let error = python(
+            actions.py(),
+            "outside",
+            (actions, place, label, low, high, size),
+        );
+        error.map_or_else(|error| error, PyErr::from_value)
+    }
+
+    /// Returns the bounds of the action space.
+    fn bounds(&self) -> (f64, f64) {
+        if self.is_normalized {
+            (-1.0, 1.0)
+        } else {
+            (self.map.min_range, self.map.max_range)
+        }
+    }
+
+    /// Returns the range of a continuous action, or NaN if it is outside of the action space.
+    fn of_number(&self, value: f64) -> f64 {
+        let (low, high) = self.bounds();
+        // The bounds of the space are float32. They must be accepted even if they are outside of
+        // the float64 bounds.
+        let (least, most) = (f64::from(low as f32), f64::from(high as f32));
+        if !(low.min(least)..=high.max(most)).contains(&value) {
+            return f64::NAN;
+        }
+        let value = value.clamp(low, high);
+        if self.is_normalized {
+            self.map.of(value)
+        } else {
+            value
+        }
+    }
+}
+
+/// Calls a function of `flockesc_env.episodes.actions`.
+fn python<'py>(py: Python<'py>, name: &str, arguments: impl PyCallArgs<'py>) -> Object<'py> {
+    let module = py.import("flockesc_env.episodes.actions")?;
+    module.getattr(name)?.call1(arguments)
+}
+
+/// Returns the range of a discrete action, or NaN if it is outside of the action space.
+fn entry(grid: &[f64], index: i64) -> f64 {
+    let range = usize::try_from(index).ok().and_then(|at| grid.get(at));
+    range.copied().unwrap_or(f64::NAN)
+}
+
+/// Returns the number in an array of shape (1,), if it can be read directly.
+fn number(action: &Bound<'_, PyAny>) -> Option<f64> {
+    fn only<T: Element + Into<f64>>(array: &Bound<'_, PyArray1<T>>) -> Option<f64> {
+        let is_one = array.len() == 1 && array.is_aligned();
+        is_one.then(|| array.get_owned(0).map(T::into))?
+    }
+    match action.cast::<PyArray1<f32>>() {
+        Ok(array) => only(array),
+        Err(_) => only(action.cast::<PyArray1<f64>>().ok()?),
+    }
+}
+
+/// Returns an integer, if the action is one and not a bool.
+fn index(action: &Bound<'_, PyAny>) -> Option<i64> {
+    (!action.is_instance_of::<PyBool>()).then(|| action.extract().ok())?
 }

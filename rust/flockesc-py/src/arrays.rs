@@ -1,12 +1,18 @@
 //! Conversion between NumPy arrays and vectors, with checks of shapes.
 
 use numpy::{
-    Element, IntoPyArray, PyArray, PyArray1, PyArrayMethods, PyReadonlyArrayDyn,
-    PyUntypedArrayMethods, ndarray::Dimension,
+    Element, IntoPyArray, PyArray, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
+    ndarray::Dimension,
 };
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::errors::CoreError;
+
+/// An array, or another object.
+pub(crate) type Object<'py> = PyResult<Bound<'py, PyAny>>;
+pub(crate) type Dict<'py> = PyResult<Bound<'py, PyDict>>;
+pub(crate) type Tuple<'py> = PyResult<Bound<'py, PyTuple>>;
 
 /// Returns a flat copy of an optional array. The core checks its length.
 pub(crate) fn flat(array: Option<PyReadonlyArrayDyn<'_, f64>>) -> PyResult<Option<Vec<f64>>> {
@@ -41,7 +47,7 @@ pub(crate) fn shaped<'py, T: numpy::Element, const K: usize>(
     py: Python<'py>,
     values: Vec<T>,
     shape: [usize; K],
-) -> PyResult<Bound<'py, PyAny>>
+) -> Object<'py>
 where
     [usize; K]: numpy::ndarray::IntoDimension,
 {
@@ -66,8 +72,8 @@ pub(crate) fn column<'py, S, T: numpy::Element>(
     py: Python<'py>,
     items: &[S],
     field: impl Fn(&S) -> T,
-) -> Bound<'py, PyArray1<T>> {
-    items.iter().map(field).collect::<Vec<T>>().into_pyarray(py)
+) -> Bound<'py, PyAny> {
+    array(py, items.iter().map(field).collect())
 }
 
 /// Collects one field of all cells, in row-major order, into a two-dimensional array.
@@ -76,6 +82,11 @@ pub(crate) fn grid<'py, S, T: numpy::Element>(
     cells: &[S],
     shape: [usize; 2],
     field: impl Fn(&S) -> T,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> Object<'py> {
     shaped(py, cells.iter().map(field).collect(), shape)
+}
+
+/// Converts a vector into a one-dimensional array, without a copy.
+pub(crate) fn array<T: numpy::Element>(py: Python<'_>, values: Vec<T>) -> Bound<'_, PyAny> {
+    values.into_pyarray(py).into_any()
 }

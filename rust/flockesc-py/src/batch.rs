@@ -6,22 +6,24 @@ mod step;
 
 use std::sync::Arc;
 
+use flockesc_core::bindings::AtEnd;
 use flockesc_core::{
     Batch, EpisodeConfig, Error, FlockConfig, Progress, flock_entries, predator_entries,
 };
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyType};
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::actions::RangeMap;
-use crate::arrays::{column, shaped};
+use crate::arrays::{Dict, Object, Tuple, column, overwrite, shaped};
 use crate::errors::{CoreError, option_error, try_borrow, try_borrow_mut};
-use crate::info::{self, metric_columns};
+use crate::info::{self, columns, metric_columns};
 use crate::long_call::{long_call, read};
-use crate::rollout::{networks, outcome_columns};
+use crate::rollout::{NetworkArguments, names, outcome_columns};
 use inner::{Inner, on_batch};
-use reset::{Began, Start};
-use step::{Out, Step, StepFlock, StepOne};
+use reset::{Start, resets};
+use step::Out;
 
 #[pyclass(module = "flockesc_env._core")]
 #[derive(Clone)]
@@ -40,23 +42,6 @@ pub(crate) struct FlockBatch {
 /// Writes observations of `slots`, which have this shape.
 type Write<const D: usize> =
     fn(&Batch<D>, &[usize], &mut [f32], &Progress) -> flockesc_core::Result<()>;
-
-/// Returns an array of this shape with the observations of `slots`.
-fn rows<'py, const D: usize>(
-    py: Python<'py>,
-    batch: &Batch<D>,
-    slots: Vec<usize>,
-    shape: [usize; 2],
-    write: Write<D>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let visits = batch.work_of_observations(slots.len());
-    let observations = read(py, batch, visits, move |batch, progress| {
-        let mut observations = vec![0.0; shape[0] * shape[1]];
-        write(batch, &slots, &mut observations, progress)?;
-        Ok(observations)
-    })?;
-    shaped(py, observations, shape)
-}
 
 /// Arguments of the constructor: the different scenarios, the index of each slot's scenario, options and number
 /// of threads.
@@ -108,20 +93,24 @@ impl FlockBatch {
         })
     }
 
-    /// Starts new episodes in `slots`. A seed starts a new schedule, and `None` continues the
-    /// slot's schedule. `starts` has one entry per slot, or one for all.
+    /// Starts new episodes in `slots` and returns their observations and metrics. A seed starts a new schedule,
+    /// and `None` continues the slot's schedule. `starts` has one entry per slot, or one for all.
     fn reset<'py>(
         slf: &Bound<'py, Self>,
-        py: Python<'py>,
         slots: Vec<usize>,
         seeds: Vec<Option<u64>>,
         starts: Vec<Start<'py>>,
-    ) -> PyResult<Began<'py>> {
-        reset::reset(slf, py, &slots, seeds, starts)
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
+        let py = slf.py();
+        let this = &mut *try_borrow_mut(slf)?;
+        let shape = [slots.len() * this.rows, this.row_length];
+        let resets = resets(&slots, seeds, starts)?;
+        let (observations, measured) = this.inner.restart(py, resets, this.count_components)?;
+        Ok((shaped(py, observations, shape)?, columns(py, &measured)?))
     }
 
-    /// Steps all flocks with stacked actions. `label(index)` returns the name of an action for
-    /// errors.
+    /// Steps all flocks with stacked actions and returns observations, rewards, whether each episode has ended,
+    /// ranges in m, and metrics. `label(index)` returns the name of an action for errors.
     ///
     /// `at_end` determines what happens to a slot whose episode has ended: "refuse" raises an
     /// error, "restart" starts the next episode, and "stay" changes nothing. The slot's action is
@@ -131,108 +120,136 @@ impl FlockBatch {
     #[pyo3(signature = (actions, label=None, at_end="refuse", out=None, predator_actions=None))]
     fn step<'py>(
         slf: &Bound<'py, Self>,
-        py: Python<'py>,
         actions: &Bound<'py, PyAny>,
         label: Option<&Bound<'py, PyAny>>,
         at_end: &str,
         out: Option<Out<'py>>,
         predator_actions: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<Step<'py>> {
-        step::step(slf, py, actions, label, at_end, out, predator_actions)
+    ) -> Tuple<'py> {
+        let py = slf.py();
+        let at_end = step::parsed(at_end)?;
+        let ranges = step::ranges(slf, actions, label, at_end)?;
+        let stepped = step::step(slf, ranges, at_end, predator_actions)?;
+        let metrics = columns(py, &stepped.measured)?;
+        let (observations, rewards) = match out {
+            Some((observations, rewards)) => {
+                overwrite(&observations, &stepped.observations)?;
+                overwrite(&rewards, &stepped.rewards)?;
+                try_borrow_mut(slf)?.scratch = (stepped.observations, stepped.rewards);
+                (observations.into_any(), rewards)
+            }
+            None => {
+                let shape = [stepped.rewards.len(), try_borrow(slf)?.row_length];
+                let observations = shaped(py, stepped.observations, shape)?;
+                (observations, stepped.rewards.into_pyarray(py))
+            }
+        };
+        let (ended, ranges) = (
+            stepped.ended.into_pyarray(py),
+            stepped.ranges.into_pyarray(py),
+        );
+        (observations, rewards, ended, ranges, metrics).into_pyobject(py)
     }
 
     /// Steps a batch of one flock, as `step` does. The end flag and the metrics are not arrays.
     #[pyo3(signature = (actions, label=None, predator_actions=None))]
     fn step_flock<'py>(
         slf: &Bound<'py, Self>,
-        py: Python<'py>,
         actions: &Bound<'py, PyAny>,
         label: Option<&Bound<'py, PyAny>>,
         predator_actions: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<StepFlock<'py>> {
-        step::step_flock(slf, py, actions, label, predator_actions)
+    ) -> Tuple<'py> {
+        let py = slf.py();
+        let ranges = step::ranges(slf, actions, label, AtEnd::Refuse)?;
+        let stepped = step::step(slf, ranges, AtEnd::Refuse, predator_actions)?;
+        let (metrics, has_ended) = (stepped.first(py)?, stepped.ended[0]);
+        let shape = [stepped.rewards.len(), try_borrow(slf)?.row_length];
+        let observations = shaped(py, stepped.observations, shape)?;
+        let (rewards, ranges) = (
+            stepped.rewards.into_pyarray(py),
+            stepped.ranges.into_pyarray(py),
+        );
+        (observations, rewards, has_ended, ranges, metrics).into_pyobject(py)
     }
 
-    /// Steps a batch of one flock with one shared range, as `step` does.
+    /// Steps a batch of one flock with one shared range, and returns observation, reward, whether the episode
+    /// has ended, and `info`.
     #[pyo3(signature = (action, predator_actions=None))]
     fn step_one<'py>(
         slf: &Bound<'py, Self>,
-        py: Python<'py>,
         action: &Bound<'py, PyAny>,
         predator_actions: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<StepOne<'py>> {
-        step::step_one(slf, py, action, predator_actions)
+    ) -> Tuple<'py> {
+        let py = slf.py();
+        let map = try_borrow(slf)?.actions.clone();
+        let range = map.to_range(action)?; // may call Python, so no borrow is held
+        let stepped = step::step(slf, vec![range], AtEnd::Refuse, predator_actions)?;
+        let info = stepped.first(py)?;
+        info.set_item(intern!(py, "interaction_range"), range)?;
+        let (reward, has_ended) = (stepped.rewards[0], stepped.ended[0]);
+        (
+            stepped.observations.into_pyarray(py),
+            reward,
+            has_ended,
+            info,
+        )
+            .into_pyobject(py)
     }
 
     /// Plays the flock of every seed to its end, under one network for all seeds or one per seed.
     ///
-    /// Returns one array per outcome. The flocks of the batch stay unchanged. `candidates` are the
-    /// ranges that the candidates set, for networks that score them. `report` is called with the
+    /// Returns one array per outcome. The flocks of the batch stay unchanged. `report` is called with the
     /// number of finished flocks.
-    #[pyo3(signature = (architecture, parameters, candidates, seeds, report=None))]
+    #[pyo3(signature = (network, seeds, report=None))]
     fn rollout<'py>(
         slf: &Bound<'py, Self>,
-        py: Python<'py>,
-        architecture: &str,
-        parameters: PyReadonlyArray2<'py, f32>,
-        candidates: Vec<f64>,
+        network: NetworkArguments<'py>,
         seeds: PyReadonlyArray1<'py, u64>,
         report: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    ) -> Dict<'py> {
+        let py = slf.py();
         let (inner, actions) = {
             let this = try_borrow(slf)?;
             (this.inner.without_episodes(), this.actions.clone())
         };
         let seeds = seeds.as_slice()?.to_vec();
         let outcomes = on_batch!(inner, batch => {
-            let entries = batch.entries();
-            let networks = networks(architecture, &parameters, &entries, &actions, candidates)?;
+            let networks = network.networks(&names(batch.entries()), &actions)?;
             long_call(py, report, move |progress| batch.rollout(&networks, &seeds, progress))?
         });
         outcome_columns(py, &outcomes)
     }
 
-    /// Returns the observations of `slots`, slot after slot.
-    fn observe<'py>(
-        slf: &Bound<'py, Self>,
-        py: Python<'py>,
-        slots: Vec<usize>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    /// Returns the observations of `slots`, slot after slot: the rows of the batch's own view, "flock": one row
+    /// per slot without optional entries, or "predators": one row per learned predator.
+    #[pyo3(signature = (slots, view="own"))]
+    fn observe<'py>(slf: &Bound<'py, Self>, slots: Vec<usize>, view: &str) -> Object<'py> {
+        let py = slf.py();
         let this = &*try_borrow(slf)?;
-        let shape = [slots.len() * this.rows, this.row_length];
-        on_batch!(&this.inner, batch => rows(py, batch, slots, shape, Batch::observe))
-    }
-
-    /// Returns one row per slot: the flock view without optional entries.
-    fn observe_flock<'py>(
-        slf: &Bound<'py, Self>,
-        py: Python<'py>,
-        slots: Vec<usize>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let this = &*try_borrow(slf)?;
-        let inner = &this.inner;
-        let dimension = on_batch!(inner, batch => batch.dimension());
-        let shape = [slots.len(), flock_entries(dimension).len()];
-        on_batch!(inner, batch => rows(py, batch, slots, shape, Batch::observe_flock))
-    }
-
-    /// Returns the observations of the learned predators of `slots`, slot after slot and one row
-    /// per predator.
-    fn observe_predators<'py>(
-        slf: &Bound<'py, Self>,
-        py: Python<'py>,
-        slots: Vec<usize>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let this = &*try_borrow(slf)?;
-        let inner = &this.inner;
-        let (learned, dimension) =
-            on_batch!(inner, batch => (batch.num_learned(), batch.dimension()));
-        let shape = [slots.len() * learned, predator_entries(dimension).len()];
-        on_batch!(inner, batch => rows(py, batch, slots, shape, Batch::observe_predators))
+        on_batch!(&this.inner, batch => {
+            let d = batch.dimension();
+            let (rows, entries, write): (_, _, Write<_>) = match view {
+                "flock" => (1, flock_entries(d).len(), Batch::observe_flock),
+                "predators" => {
+                    let entries = predator_entries(d).len();
+                    (batch.num_learned(), entries, Batch::observe_predators)
+                }
+                _ => (this.rows, this.row_length, Batch::observe),
+            };
+            let shape = [slots.len() * rows, entries];
+            let visits = batch.work_of_observations(slots.len());
+            let observations = read(py, batch, visits, move |batch, progress| {
+                let mut observations = vec![0.0; shape[0] * shape[1]];
+                write(batch, &slots, &mut observations, progress)?;
+                Ok(observations)
+            })?;
+            shaped(py, observations, shape)
+        })
     }
 
     /// Returns the metrics of all slots, one array per metric, without the number of components.
-    fn metrics<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn metrics<'py>(slf: &Bound<'py, Self>) -> Dict<'py> {
+        let py = slf.py();
         let this = &*try_borrow(slf)?;
         let metrics = on_batch!(&this.inner, batch => {
             let visits = batch.work_of_observations(batch.num_flocks());
@@ -243,10 +260,8 @@ impl FlockBatch {
 
     /// Returns the number of connected components of every slot under the ranges of its last
     /// action.
-    fn num_components<'py>(
-        slf: &Bound<'py, Self>,
-        py: Python<'py>,
-    ) -> PyResult<Bound<'py, PyArray1<i64>>> {
+    fn num_components<'py>(slf: &Bound<'py, Self>) -> Object<'py> {
+        let py = slf.py();
         let this = &*try_borrow(slf)?;
         let components = on_batch!(&this.inner, batch => {
             read(py, batch, batch.work(), Batch::num_components)
@@ -267,11 +282,8 @@ impl FlockBatch {
 
     /// Returns the state of a slot: step, ranges, distances, positions and velocities of agents and
     /// predators.
-    fn state<'py>(
-        slf: &Bound<'py, Self>,
-        py: Python<'py>,
-        slot: usize,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    fn state<'py>(slf: &Bound<'py, Self>, slot: usize) -> Dict<'py> {
+        let py = slf.py();
         let this = &*try_borrow(slf)?;
         on_batch!(&this.inner, batch => {
             info::state(py, batch.episode(slot).map_err(CoreError::from)?)
@@ -294,7 +306,8 @@ impl FlockBatch {
     }
 
     /// Returns whether each agent of each slot was caught.
-    fn caught<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn caught<'py>(slf: &Bound<'py, Self>) -> Object<'py> {
+        let py = slf.py();
         let this = &*try_borrow(slf)?;
         let caught = this.inner.is_caught()?;
         let agents = caught.len() / this.num_flocks;
@@ -302,11 +315,8 @@ impl FlockBatch {
     }
 
     /// Returns a snapshot of `slots`.
-    fn get_state<'py>(
-        slf: &Bound<'py, Self>,
-        py: Python<'py>,
-        slots: Vec<usize>,
-    ) -> PyResult<Bound<'py, PyBytes>> {
+    fn get_state<'py>(slf: &Bound<'py, Self>, slots: Vec<usize>) -> PyResult<Bound<'py, PyBytes>> {
+        let py = slf.py();
         let this = &*try_borrow(slf)?;
         for slot in &slots {
             this.inner.has_ended(*slot)?; // raises if the slot was never reset
@@ -316,12 +326,8 @@ impl FlockBatch {
 
     /// Restores `slots` from a snapshot of as many slots, or of one. A rejected snapshot changes
     /// nothing.
-    fn set_state(
-        slf: &Bound<'_, Self>,
-        py: Python<'_>,
-        slots: Vec<usize>,
-        state: &[u8],
-    ) -> Result<(), CoreError> {
+    fn set_state(slf: &Bound<'_, Self>, slots: Vec<usize>, state: &[u8]) -> Result<(), CoreError> {
+        let py = slf.py();
         let inner = &mut try_borrow_mut(slf)?.inner;
         Ok(py.detach(|| on_batch!(inner, batch => batch.restore(&slots, state)))?)
     }
@@ -333,40 +339,28 @@ impl FlockBatch {
         Ok(())
     }
 
-    #[expect(clippy::type_complexity, reason = "the protocol of pickle")]
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(
-        Bound<'py, PyType>,
-        (
-            Vec<String>,
-            Vec<usize>,
-            String,
-            RangeMap,
-            Option<usize>,
-            bool,
-            u64,
-        ),
-        Bound<'py, PyBytes>,
-    )> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Tuple<'py> {
+        let py = slf.py();
         let batch = &*try_borrow(slf)?;
         let (scenarios, slots, options, num_threads) = batch.made_from.clone();
         let all: Vec<usize> = (0..batch.num_flocks).collect();
+        let (actions, counts) = (batch.actions.clone(), batch.count_components);
+        let seed = 0; // the state contains the seeds of all slots
         let arguments = (
             scenarios,
             slots,
             options,
-            batch.actions.clone(),
+            actions,
             num_threads,
-            batch.count_components,
-            0, // the state contains the seeds of all slots
+            counts,
+            seed,
         );
-        Ok((slf.get_type(), arguments, batch.inner.save(slf.py(), &all)?))
+        (slf.get_type(), arguments, batch.inner.save(py, &all)?).into_pyobject(py)
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, py: Python<'_>, state: &[u8]) -> Result<(), CoreError> {
+    fn __setstate__(slf: &Bound<'_, Self>, state: &[u8]) -> Result<(), CoreError> {
         let all = (0..try_borrow(slf)?.num_flocks).collect();
-        Self::set_state(slf, py, all, state)
+        Self::set_state(slf, all, state)
     }
 
     /// Returns an independent copy.

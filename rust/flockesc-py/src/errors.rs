@@ -1,11 +1,11 @@
 //! Conversion of core errors into the exceptions of `flockesc_env.common.errors`.
 
 use flockesc_core::Error;
+use pyo3::PyClass;
 use pyo3::call::PyCallArgs;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::False;
-use pyo3::{IntoPyObjectExt, PyClass};
 
 /// A core error or a Python exception, so that `?` converts both.
 pub(crate) enum CoreError {
@@ -66,19 +66,6 @@ fn config_error(class: &str, error: Error) -> PyErr {
             given,
         } => raised(class, (field, expected, given)),
         error => CoreError::Core(error).into(),
-    }
-}
-
-/// Creates the `ActionError` for a rejected action. Python formats `given`.
-pub(crate) fn action_error<'py>(
-    py: Python<'py>,
-    field: &str,
-    expected: &str,
-    given: impl IntoPyObject<'py>,
-) -> PyErr {
-    match given.into_py_any(py) {
-        Ok(given) => raised("ActionError", (field, expected, given)),
-        Err(error) => error,
     }
 }
 

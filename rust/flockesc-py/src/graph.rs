@@ -6,7 +6,7 @@ use nalgebra::SVector;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::arrays::shaped;
+use crate::arrays::{Object, shaped};
 use crate::errors::CoreError;
 use crate::long_call::run;
 
@@ -34,7 +34,7 @@ pub(crate) fn neighbor_pairs<'py>(
     positions: PyReadonlyArray2<'py, f64>,
     velocities: PyReadonlyArray2<'py, f64>,
     ranges: PyReadonlyArray1<'py, f64>,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> Object<'py> {
     let arguments = GraphArguments::new(scenario, &positions, &velocities, &ranges)?;
     let flat: Vec<i64> = run_detached(py, arguments.len(), move || {
         let pairs = match arguments.dimension {
@@ -104,7 +104,7 @@ pub(crate) fn laplacian<'py>(
     py: Python<'py>,
     states: PyReadonlyArray1<'py, f64>,
     interaction_range: f64,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> Object<'py> {
     matrix(py, &states, interaction_range, flockesc_core::laplacian)
 }
 
@@ -113,7 +113,7 @@ pub(crate) fn perron_matrix<'py>(
     py: Python<'py>,
     states: PyReadonlyArray1<'py, f64>,
     interaction_range: f64,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> Object<'py> {
     matrix(py, &states, interaction_range, flockesc_core::perron_matrix)
 }
 
@@ -123,7 +123,7 @@ fn matrix<'py>(
     states: &PyReadonlyArray1<'py, f64>,
     range: f64,
     compute: fn(&[f64], f64) -> Result<Vec<f64>>,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> Object<'py> {
     let states = states.as_slice()?.to_vec();
     let n = states.len();
     let entries = run_detached(py, n, move || compute(&states, range))?;

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use flockesc_core::{Episode, Metrics, Objective, objectives};
-use numpy::{IntoPyArray, PyReadonlyArray1};
-use pyo3::intern;
+use nalgebra::SVector;
+use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyList, PyString};
+use pyo3::types::{IntoPyDict, PyDict, PyList, PyString};
+use pyo3::{IntoPyObjectExt, intern};
 
-use crate::arrays::{column, shaped};
+use crate::arrays::{Dict, array, column, shaped};
 
 /// The metrics of one flock, with the number of connected components if it was requested.
 pub(crate) struct Measured {
@@ -20,7 +21,7 @@ pub(crate) struct Measured {
 impl Measured {
     pub(crate) fn of<const D: usize>(episode: &Episode<D>, count_components: bool) -> Self {
         Self {
-            metrics: Metrics::of(episode),
+            metrics: episode.metrics(),
             components: count_components.then(|| episode.num_components()),
         }
     }
@@ -52,7 +53,7 @@ fn values(metrics: &Metrics) -> [f64; 2 * Objective::COUNT + 1] {
 }
 
 /// Returns the metrics of one flock as numbers.
-pub(crate) fn numbers<'py>(py: Python<'py>, measured: &Measured) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn numbers<'py>(py: Python<'py>, measured: &Measured) -> Dict<'py> {
     let dict = PyDict::new(py);
     let values = values(&measured.metrics);
     for (name, place) in fields(py) {
@@ -66,43 +67,31 @@ pub(crate) fn numbers<'py>(py: Python<'py>, measured: &Measured) -> PyResult<Bou
 
 /// Returns the state of a flock: step, ranges, predator distances, positions and velocities of agents and
 /// predators.
-pub(crate) fn state<'py, const D: usize>(
-    py: Python<'py>,
-    episode: &Episode<D>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
-    let world = episode.world();
-    let agents = [world.config().num_agents, world.config().dimension];
-    let predators = [world.predators().len(), world.config().dimension];
+pub(crate) fn state<'py, const D: usize>(py: Python<'py>, episode: &Episode<D>) -> Dict<'py> {
+    let (world, ranges) = (episode.world(), episode.ranges().to_vec());
+    let (n, d) = (world.config().num_agents, world.config().dimension);
+    let predators = world.predators();
     let mut distances = Vec::new();
     world.write_distances(&mut distances);
-    let flat = |rows: &[_]| rows.iter().flatten().copied().collect::<Vec<f64>>();
-    let positions: Vec<_> = world.predators().iter().map(|p| p.position).collect();
-    let velocities: Vec<_> = world.predators().iter().map(|p| p.velocity).collect();
-    dict.set_item("step", episode.step_count())?;
-    dict.set_item(
-        "interaction_range",
-        episode.ranges().to_vec().into_pyarray(py),
-    )?;
-    dict.set_item("distances", distances.into_pyarray(py))?;
-    dict.set_item("positions", shaped(py, flat(&world.positions()), agents)?)?;
-    dict.set_item("velocities", shaped(py, flat(&world.velocities()), agents)?)?;
-    dict.set_item(
-        "predator_positions",
-        shaped(py, flat(&positions), predators)?,
-    )?;
-    dict.set_item(
-        "predator_velocities",
-        shaped(py, flat(&velocities), predators)?,
-    )?;
-    Ok(dict)
+    let rows = |vectors: &[SVector<f64, D>], count| {
+        shaped(py, vectors.iter().flatten().copied().collect(), [count, d])
+    };
+    let positions: Vec<_> = predators.iter().map(|p| p.position).collect();
+    let velocities: Vec<_> = predators.iter().map(|p| p.velocity).collect();
+    [
+        ("step", episode.step_count().into_bound_py_any(py)?),
+        ("interaction_range", array(py, ranges)),
+        ("distances", array(py, distances)),
+        ("positions", rows(&world.positions(), n)?),
+        ("velocities", rows(&world.velocities(), n)?),
+        ("predator_positions", rows(&positions, predators.len())?),
+        ("predator_velocities", rows(&velocities, predators.len())?),
+    ]
+    .into_py_dict(py)
 }
 
 /// Returns the metrics of several flocks, one array per metric.
-pub(crate) fn metric_columns<'py>(
-    py: Python<'py>,
-    metrics: &[Metrics],
-) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn metric_columns<'py>(py: Python<'py>, metrics: &[Metrics]) -> Dict<'py> {
     let dict = PyDict::new(py);
     for (name, place) in fields(py) {
         dict.set_item(name, column(py, metrics, |flock| values(flock)[*place]))?;
@@ -112,18 +101,13 @@ pub(crate) fn metric_columns<'py>(
 
 /// Returns the metrics of several flocks as [`metric_columns`] does, with the number of components if it was
 /// requested.
-pub(crate) fn columns<'py>(py: Python<'py>, measured: &[Measured]) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn columns<'py>(py: Python<'py>, measured: &[Measured]) -> Dict<'py> {
     let metrics: Vec<Metrics> = measured.iter().map(|flock| flock.metrics).collect();
     let dict = metric_columns(py, &metrics)?;
-    let components: Option<Vec<i64>> = measured
-        .iter()
-        .map(|flock| flock.components.map(|count| count as i64))
-        .collect();
-    if let Some(components) = components {
-        dict.set_item(
-            intern!(py, "num_components"),
-            column(py, &components, |count| *count),
-        )?;
+    let components = measured.iter().map(|flock| flock.components);
+    if let Some(components) = components.collect::<Option<Vec<_>>>() {
+        let counts = column(py, &components, |count| *count as i64);
+        dict.set_item(intern!(py, "num_components"), counts)?;
     }
     Ok(dict)
 }
@@ -139,17 +123,16 @@ pub(crate) fn infos<'py>(
     columns: &Bound<'py, PyDict>,
     ranges: Option<PyReadonlyArray1<'py, f64>>,
 ) -> PyResult<Bound<'py, PyList>> {
-    let py = columns.py();
-    let (names, arrays) = (columns.keys(), columns.values());
-    let values = arrays.iter().map(|array| {
+    let (py, names) = (columns.py(), columns.keys());
+    let list = |array: Bound<'py, PyAny>| {
         let list = array.call_method0(intern!(py, "tolist"))?;
         Ok(list.cast_into::<PyList>()?)
-    });
-    let values = values.collect::<PyResult<Vec<_>>>()?;
+    };
+    let values: Vec<_> = columns.values().iter().map(list).collect::<PyResult<_>>()?;
     let flocks = values.first().map_or(0, PyListMethods::len);
     let ranges = ranges
         .as_ref()
-        .map(PyReadonlyArray1::as_slice)
+        .map(|ranges| ranges.as_slice())
         .transpose()?;
     let rows = ranges.map_or(0, <[f64]>::len) / flocks.max(1);
     let info = PyDict::new(py);
@@ -176,7 +159,7 @@ pub(crate) fn named_infos<'py>(
     names: &Bound<'py, PyList>,
     info: &Bound<'py, PyDict>,
     ranges: PyReadonlyArray1<'py, f64>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> Dict<'py> {
     let (info, named) = (info.copy()?, PyDict::new(info.py()));
     for (name, range) in names.iter().zip(ranges.as_slice()?) {
         named.set_item(name, with_range(&info, *range)?)?;
@@ -185,7 +168,7 @@ pub(crate) fn named_infos<'py>(
 }
 
 /// Sets `interaction_range` and returns a copy of the dict. Adding all keys one by one takes longer.
-fn with_range<'py>(info: &Bound<'py, PyDict>, range: f64) -> PyResult<Bound<'py, PyDict>> {
+fn with_range<'py>(info: &Bound<'py, PyDict>, range: f64) -> Dict<'py> {
     info.set_item(intern!(info.py(), "interaction_range"), range)?;
     info.copy()
 }

@@ -1,9 +1,10 @@
 //! Python functions for seeds of episodes, and names and bounds of observation entries.
 
-use flockesc_core::{Entry, EpisodeConfig, predator_entries};
+use flockesc_core::bindings::memory;
+use flockesc_core::{Entry, EpisodeConfig, line_entries, predator_entries};
 use pyo3::prelude::*;
 
-use crate::errors::option_error;
+use crate::errors::{CoreError, option_error};
 
 /// Returns the seed of the `episode`-th episode after an episode with seed `seed`.
 #[pyfunction]
@@ -29,6 +30,19 @@ pub(crate) fn observation_entries(
 pub(crate) fn predator_observation_entries(dimension: usize) -> Vec<(String, f32, f32)> {
     bounds(predator_entries(dimension))
 }
+
+/// Returns the name, lower and upper bound of every entry of a line's observation.
+#[pyfunction]
+pub(crate) fn line_observation_entries(
+    num_agents: usize,
+    num_profile_ranges: usize,
+) -> Result<Vec<(String, f32, f32)>, CoreError> {
+    memory::check("num_agents", num_agents as u128 * ENTRY_BYTES)?;
+    Ok(bounds(line_entries(num_agents, num_profile_ranges)))
+}
+
+/// Memory in bytes of the name and bounds of an entry, here and in Python.
+const ENTRY_BYTES: u128 = 256;
 
 fn bounds(entries: Vec<Entry>) -> Vec<(String, f32, f32)> {
     let bounds = |entry: Entry| (entry.name, entry.low, entry.high);

@@ -2,25 +2,15 @@
 
 use std::sync::Arc;
 
-use flockesc_core::bindings::memory;
-use flockesc_core::{LineConfig, LineEpisodeConfig, line_entries};
+use flockesc_core::{LineConfig, LineEpisodeConfig};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArrayDyn};
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyType};
+use pyo3::types::{PyBytes, PyDict};
 
-use crate::arrays::flat;
+use crate::arrays::{Dict, Tuple, flat};
 use crate::errors::{CoreError, try_borrow, try_borrow_mut};
 use crate::long_call::{change, run};
-
-/// Observation, reward, terminated (in the steady state), truncated, `info`.
-type StepOne<'py> = (
-    Bound<'py, PyArray1<f32>>,
-    f64,
-    bool,
-    bool,
-    Bound<'py, PyDict>,
-);
 
 #[pyclass(module = "flockesc_env._core")]
 #[derive(Clone)]
@@ -51,21 +41,10 @@ impl LineEpisode {
         Ok(Self { inner, made_from })
     }
 
-    /// Applies one action and returns the reward. An interrupted call is rolled back.
-    fn step(slf: &Bound<'_, Self>, py: Python<'_>, interaction_range: f64) -> PyResult<f64> {
-        let this = &mut *try_borrow_mut(slf)?;
-        let visits = this.inner.work();
-        change(py, &mut this.inner, visits, move |episode, progress| {
-            episode.advance(interaction_range, progress)
-        })
-    }
-
-    /// Applies one action as `step` does, and returns observation, reward, terminated, truncated and `info`.
-    fn step_one<'py>(
-        slf: &Bound<'py, Self>,
-        py: Python<'py>,
-        interaction_range: f64,
-    ) -> PyResult<StepOne<'py>> {
+    /// Applies one action, and returns observation, reward, terminated (in the steady state), truncated and
+    /// `info`. An interrupted call is rolled back.
+    fn step<'py>(slf: &Bound<'py, Self>, interaction_range: f64) -> Tuple<'py> {
+        let py = slf.py();
         let this = &mut *try_borrow_mut(slf)?;
         let visits = this
             .inner
@@ -76,20 +55,14 @@ impl LineEpisode {
                 let reward = episode.advance(interaction_range, progress)?;
                 Ok((reward, episode.observation()))
             })?;
-        let inner = &this.inner;
-        let is_steady = inner.is_steady();
-        let is_truncated = inner.has_ended() && !is_steady;
-        Ok((
-            observation.into_pyarray(py),
-            reward,
-            is_steady,
-            is_truncated,
-            info(py, inner)?,
-        ))
+        let is_steady = this.inner.is_steady();
+        let is_truncated = this.inner.has_ended() && !is_steady;
+        let (observation, info) = (observation.into_pyarray(py), info(py, &this.inner)?);
+        (observation, reward, is_steady, is_truncated, info).into_pyobject(py)
     }
 
     /// Returns the `info` of the environment.
-    fn info<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+    fn info<'py>(slf: &Bound<'py, Self>) -> Dict<'py> {
         info(slf.py(), &try_borrow(slf)?.inner)
     }
 
@@ -120,17 +93,11 @@ impl LineEpisode {
         Ok(schedule)
     }
 
-    #[expect(clippy::type_complexity, reason = "the protocol of pickle")]
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(
-        Bound<'py, PyType>,
-        (String, String, u64),
-        Bound<'py, PyBytes>,
-    )> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Tuple<'py> {
+        let py = slf.py();
         let (scenario, options) = try_borrow(slf)?.made_from.clone();
         let state = Self::get_state(slf, 0, 0)?;
-        Ok((slf.get_type(), (scenario, options, 0), state))
+        (slf.get_type(), (scenario, options, 0), state).into_pyobject(py)
     }
 
     fn __setstate__(slf: &Bound<'_, Self>, state: &[u8]) -> Result<(), CoreError> {
@@ -183,10 +150,7 @@ impl LineEpisode {
     }
 }
 
-fn info<'py>(
-    py: Python<'py>,
-    episode: &flockesc_core::LineEpisode,
-) -> PyResult<Bound<'py, PyDict>> {
+fn info<'py>(py: Python<'py>, episode: &flockesc_core::LineEpisode) -> Dict<'py> {
     let (line, range) = (episode.line(), episode.last_range());
     let dict = PyDict::new(py);
     dict.set_item(intern!(py, "escape_distance"), line.escape_distance())?;
@@ -204,19 +168,3 @@ pub(crate) fn check_lines(
 ) -> Result<(), CoreError> {
     Ok(flockesc_core::check_lines(field, num_agents, num_lines)?)
 }
-
-/// Returns the name, lower and upper bound of every entry of a line's observation.
-#[pyfunction]
-pub(crate) fn line_observation_entries(
-    num_agents: usize,
-    num_profile_ranges: usize,
-) -> Result<Vec<(String, f32, f32)>, CoreError> {
-    memory::check("num_agents", num_agents as u128 * ENTRY_BYTES)?;
-    Ok(line_entries(num_agents, num_profile_ranges)
-        .into_iter()
-        .map(|entry| (entry.name, entry.low, entry.high))
-        .collect())
-}
-
-/// Memory in bytes of the name and bounds of an entry, here and in Python.
-const ENTRY_BYTES: u128 = 256;

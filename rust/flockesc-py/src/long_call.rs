@@ -131,3 +131,9 @@ impl Drop for CancelOnDrop {
         self.0.cancel();
     }
 }
+
+/// Marks the process as forked. Python calls it in every child process after a fork.
+#[pyfunction]
+pub(crate) fn forked() {
+    flockesc_core::bindings::forked();
+}

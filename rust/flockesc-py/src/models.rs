@@ -5,18 +5,17 @@ use std::sync::Arc;
 
 use flockesc_core::bindings::memory;
 use flockesc_core::{FlockConfig, InitialState, LineConfig, Objective, Schedule};
-use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArrayDyn};
+use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 
-use crate::arrays::{flat, grid, rows_and_columns, shaped, vector};
+use crate::arrays::{Dict, array, flat, grid, rows_and_columns, shaped, vector};
 use crate::errors::CoreError;
 use crate::long_call::long_call;
 
 #[pyfunction]
 pub(crate) fn check_flock_scenario(scenario: &str) -> Result<(), CoreError> {
-    FlockConfig::from_json(scenario)?;
-    Ok(())
+    Ok(FlockConfig::from_json(scenario).map(drop)?)
 }
 
 /// Returns the scenario of the episode with this seed, with drawn numbers, or `None` without randomization.
@@ -27,8 +26,7 @@ pub(crate) fn drawn_flock_scenario(scenario: &str, seed: u64) -> Result<Option<S
 
 #[pyfunction]
 pub(crate) fn check_line_scenario(scenario: &str) -> Result<(), CoreError> {
-    LineConfig::from_json(scenario)?;
-    Ok(())
+    Ok(LineConfig::from_json(scenario).map(drop)?)
 }
 
 /// Returns the document of the default flock, which is the paper's.
@@ -59,6 +57,12 @@ pub(crate) fn objectives() -> Vec<String> {
     rows.map(|objective| objective.to_json()).collect()
 }
 
+/// Returns the table of views as JSON documents.
+#[pyfunction]
+pub(crate) fn views() -> Vec<String> {
+    flockesc_core::views().map(|view| view.to_json()).collect()
+}
+
 /// Raises `ArgumentError` if a call that needs this many bytes exceeds the memory that the process can have.
 #[pyfunction]
 pub(crate) fn check_memory(field: &str, num_bytes: u128) -> Result<(), CoreError> {
@@ -84,7 +88,7 @@ pub(crate) fn simulate_flock<'py>(
     velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
     num_threads: Option<usize>,
     predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> Dict<'py> {
     let config = Arc::new(FlockConfig::from_json(scenario).map_err(CoreError::from)?);
     let (rows, columns) = rows_and_columns(&ranges)?;
     let schedule = Schedule {
@@ -103,26 +107,24 @@ pub(crate) fn simulate_flock<'py>(
     let run = long_call(py, None, move |progress| {
         flockesc_core::simulate_flock(simulated, &schedule, &start, num_threads, progress)
     })?;
-    let times = config.num_steps + 1;
-    let agents = [times, config.num_agents, config.dimension];
-    let predators = [times, config.predators.len(), config.dimension];
-    let dict = PyDict::new(py);
-    dict.set_item("positions", shaped(py, run.positions, agents)?)?;
-    dict.set_item("velocities", shaped(py, run.velocities, agents)?)?;
-    dict.set_item(
-        "predator_positions",
-        shaped(py, run.predator_positions, predators)?,
-    )?;
-    dict.set_item("mean_distance", run.mean_distance.into_pyarray(py))?;
-    dict.set_item("min_distance", run.min_distance.into_pyarray(py))?;
-    dict.set_item("num_components", run.num_components.into_pyarray(py))?;
-    dict.set_item("polarization", run.polarization.into_pyarray(py))?;
-    dict.set_item(
-        "fraction_surviving",
-        run.fraction_surviving.into_pyarray(py),
-    )?;
-    dict.set_item("caught_at", run.caught_at.into_pyarray(py))?;
-    Ok(dict)
+    let (times, n, p) = (
+        config.num_steps + 1,
+        config.num_agents,
+        config.predators.len(),
+    );
+    let rows = |values, count| shaped(py, values, [times, count, config.dimension]);
+    [
+        ("positions", rows(run.positions, n)?),
+        ("velocities", rows(run.velocities, n)?),
+        ("predator_positions", rows(run.predator_positions, p)?),
+        ("mean_distance", array(py, run.mean_distance)),
+        ("min_distance", array(py, run.min_distance)),
+        ("num_components", array(py, run.num_components)),
+        ("polarization", array(py, run.polarization)),
+        ("fraction_surviving", array(py, run.fraction_surviving)),
+        ("caught_at", array(py, run.caught_at)),
+    ]
+    .into_py_dict(py)
 }
 
 #[pyfunction]
@@ -133,24 +135,27 @@ pub(crate) fn simulate_line<'py>(
     interaction_range: f64,
     seed: u64,
     initial_state: Option<PyReadonlyArrayDyn<'py, f64>>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> Dict<'py> {
     let config = Arc::new(LineConfig::from_json(scenario).map_err(CoreError::from)?);
     let states = flat(initial_state)?;
     let agents = config.num_agents;
     let run = long_call(py, None, move |progress| {
         flockesc_core::simulate_line(config, interaction_range, seed, states.as_deref(), progress)
     })?;
-    let dict = PyDict::new(py);
-    dict.set_item("states", shaped(py, run.states, [run.steps + 1, agents])?)?;
-    dict.set_item("num_components", run.num_components.into_pyarray(py))?;
-    dict.set_item("escape_distance", run.escape_distance.into_pyarray(py))?;
+    let dict = [
+        ("states", shaped(py, run.states, [run.steps + 1, agents])?),
+        ("num_components", array(py, run.num_components)),
+        ("escape_distance", array(py, run.escape_distance)),
+    ]
+    .into_py_dict(py)?;
     dict.set_item("converged", run.converged)?;
     dict.set_item("steps", run.steps)?;
     Ok(dict)
 }
 
+/// Returns one array per outcome of all runs, shape (ranges, seeds). `report` is called with the number of
+/// finished runs.
 #[pyfunction]
-#[pyo3(signature = (scenario, ranges, seeds, num_threads, report))]
 pub(crate) fn sweep_flock<'py>(
     py: Python<'py>,
     scenario: &str,
@@ -158,7 +163,7 @@ pub(crate) fn sweep_flock<'py>(
     seeds: PyReadonlyArray1<'py, u64>,
     num_threads: Option<usize>,
     report: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> Dict<'py> {
     let config = Arc::new(FlockConfig::from_json(scenario).map_err(CoreError::from)?);
     let (ranges, seeds) = (ranges.as_slice()?.to_vec(), seeds.as_slice()?.to_vec());
     let shape = [ranges.len(), seeds.len()];
@@ -173,15 +178,13 @@ pub(crate) fn sweep_flock<'py>(
         let values = grid(py, &cells, shape, |cell| cell.objectives[index])?;
         dict.set_item(objective.column, values)?;
     }
-    dict.set_item(
-        "num_components",
-        grid(py, &cells, shape, |cell| cell.num_components as i64)?,
-    )?;
+    let components = grid(py, &cells, shape, |cell| cell.num_components as i64)?;
+    dict.set_item("num_components", components)?;
     Ok(dict)
 }
 
+/// Returns one array per outcome of all runs, as `sweep_flock` does.
 #[pyfunction]
-#[pyo3(signature = (scenario, ranges, seeds, num_threads, report))]
 pub(crate) fn sweep_line<'py>(
     py: Python<'py>,
     scenario: &str,
@@ -189,22 +192,20 @@ pub(crate) fn sweep_line<'py>(
     seeds: PyReadonlyArray1<'py, u64>,
     num_threads: Option<usize>,
     report: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> Dict<'py> {
     let config = Arc::new(LineConfig::from_json(scenario).map_err(CoreError::from)?);
     let (ranges, seeds) = (ranges.as_slice()?.to_vec(), seeds.as_slice()?.to_vec());
     let shape = [ranges.len(), seeds.len()];
     let cells = long_call(py, report, move |progress| {
         flockesc_core::sweep_line(&config, &ranges, &seeds, num_threads, progress)
     })?;
-    let dict = PyDict::new(py);
-    dict.set_item(
-        "escape_distance",
-        grid(py, &cells, shape, |cell| cell.escape_distance)?,
-    )?;
-    dict.set_item(
-        "num_components",
-        grid(py, &cells, shape, |cell| cell.num_components as i64)?,
-    )?;
-    dict.set_item("converged", grid(py, &cells, shape, |cell| cell.converged)?)?;
-    Ok(dict)
+    let components = grid(py, &cells, shape, |cell| cell.num_components as i64)?;
+    let distances = grid(py, &cells, shape, |cell| cell.escape_distance)?;
+    let converged = grid(py, &cells, shape, |cell| cell.converged)?;
+    [
+        ("escape_distance", distances),
+        ("num_components", components),
+        ("converged", converged),
+    ]
+    .into_py_dict(py)
 }

@@ -1,99 +1,100 @@
-//! Rollouts: whole episodes under networks, for Python.
+//! Networks: their outputs, and rollouts of whole episodes under them.
 
 use std::sync::Arc;
 
 use flockesc_core::{
-    Architecture, Entry, EpisodeOutcome, LineConfig, LineEpisodeConfig, NetworkRanges, Networks,
-    Objective, line_entries, objectives,
+    Architecture, Entry, EpisodeOutcome, Head, LineConfig, LineEpisodeConfig, LineEpisodeOutcome,
+    NetworkRanges, Networks, Objective, line_entries, objectives,
 };
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::actions::RangeMap;
-use crate::arrays::column;
+use crate::arrays::{Dict, Object, column, shaped};
 use crate::errors::{CoreError, argument_error, option_error};
-use crate::long_call::long_call;
+use crate::long_call::{long_call, maybe_detach};
 
-/// Creates networks of one architecture, one per row of `parameters`. `entries` are the entries of
-/// an observation row. `candidates` are the ranges that the candidates set, for networks that score them.
-///
-/// # Errors
-/// `ArgumentError` naming the argument that is wrong.
-pub(crate) fn networks(
-    architecture: &str,
-    parameters: &PyReadonlyArray2<'_, f32>,
-    entries: &[Entry],
-    actions: &RangeMap,
-    candidates: Vec<f64>,
-) -> PyResult<Networks> {
-    let architecture = Architecture::from_json(architecture).map_err(argument_error)?;
-    let (count, parameters) = (parameters.shape()[0], parameters.as_slice()?);
-    let ranges = if architecture.is_scorer() {
-        NetworkRanges::Candidates(candidates)
-    } else {
-        NetworkRanges::Normalized(actions.normalized()?)
-    };
-    let networks = Networks::new(&architecture, entries, ranges, parameters, count);
-    Ok(networks.map_err(CoreError::from)?)
+/// Networks of one architecture, one per row of `parameters`. `choices` are the ranges in m that they choose from.
+#[derive(FromPyObject)]
+pub(crate) struct NetworkArguments<'py>(String, PyReadonlyArray2<'py, f32>, Vec<f64>);
+
+impl NetworkArguments<'_> {
+    /// Returns the networks for rows with these entries.
+    ///
+    /// # Errors
+    /// `ArgumentError` naming the argument that is wrong.
+    pub(crate) fn networks(self, names: &[String], actions: &RangeMap) -> PyResult<Networks> {
+        let Self(architecture, parameters, choices) = self;
+        let architecture = Architecture::from_json(&architecture).map_err(argument_error)?;
+        let (count, parameters) = (parameters.shape()[0], parameters.as_slice()?);
+        let ranges = match architecture.head() {
+            Head::Value => NetworkRanges::Normalized(actions.normalized()?),
+            Head::Argmax | Head::Candidates => NetworkRanges::Choices(choices),
+        };
+        let networks = Networks::new(&architecture, names, ranges, parameters, count);
+        Ok(networks.map_err(CoreError::from)?)
+    }
+}
+
+pub(crate) fn names(entries: Vec<Entry>) -> Vec<String> {
+    entries.into_iter().map(|entry| entry.name).collect()
+}
+
+/// Returns the output of a network for every row and the next memory: see `flockesc_core::Networks::outputs`.
+/// `names` are those of the entries of a row.
+#[pyfunction]
+pub(crate) fn network_outputs<'py>(
+    py: Python<'py>,
+    network: NetworkArguments<'py>,
+    names: Vec<String>,
+    actions: &Bound<'py, RangeMap>,
+    observations: PyReadonlyArray2<'py, f32>,
+    memory: PyReadonlyArray2<'py, f64>,
+) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyAny>)> {
+    let networks = network.networks(&names, actions.get())?;
+    let shape = [memory.shape()[0], memory.shape()[1]];
+    let observations = observations.as_slice()?.to_vec();
+    let mut memory = memory.as_slice()?.to_vec();
+    let outputs = maybe_detach(py, observations.len(), || {
+        networks.outputs(&observations, &mut memory)
+    });
+    let outputs = outputs.map_err(CoreError::from)?;
+    Ok((outputs.into_pyarray(py), shaped(py, memory, shape)?))
+}
+
+/// Returns the outputs of tanh layers and a linear one for every row of `inputs`.
+#[pyfunction]
+pub(crate) fn tanh_layers<'py>(
+    py: Python<'py>,
+    widths: Vec<usize>,
+    parameters: PyReadonlyArray1<'py, f64>,
+    inputs: PyReadonlyArray2<'py, f64>,
+) -> Object<'py> {
+    let outputs = flockesc_core::tanh_layers(&widths, parameters.as_slice()?, inputs.as_slice()?);
+    let shape = [
+        inputs.shape()[0],
+        widths.last().copied().unwrap_or_default(),
+    ];
+    shaped(py, outputs.map_err(CoreError::from)?, shape)
 }
 
 /// Returns one array per outcome, with one entry per flock.
-pub(crate) fn outcome_columns<'py>(
-    py: Python<'py>,
-    outcomes: &[EpisodeOutcome],
-) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn outcome_columns<'py>(py: Python<'py>, outcomes: &[EpisodeOutcome]) -> Dict<'py> {
     let dict = PyDict::new(py);
     for (index, objective) in objectives().take(Objective::COUNT).enumerate() {
         let minimum = |flock: &EpisodeOutcome| flock.metrics.objectives[index].minimum;
         dict.set_item(objective.column, column(py, outcomes, minimum))?;
     }
-    dict.set_item(
-        "num_components",
-        column(py, outcomes, |flock| flock.num_components as i64),
-    )?;
+    let count =
+        |count: fn(&EpisodeOutcome) -> usize| column(py, outcomes, |flock| count(flock) as i64);
+    dict.set_item("num_components", count(|flock| flock.num_components))?;
     dict.set_item(
         "mean_return",
         column(py, outcomes, |flock| flock.mean_return),
     )?;
-    dict.set_item(
-        "num_actions",
-        column(py, outcomes, |flock| flock.num_actions as i64),
-    )?;
+    dict.set_item("num_actions", count(|flock| flock.num_actions))?;
     Ok(dict)
-}
-
-/// Returns the ranges in m that a network sets for successive observations of one episode.
-/// `entries` are the name, lower bound and upper bound of every entry of a row.
-#[pyfunction]
-pub(crate) fn network_ranges<'py>(
-    py: Python<'py>,
-    architecture: &str,
-    parameters: PyReadonlyArray2<'py, f32>,
-    entries: Vec<(String, f32, f32)>,
-    actions: &Bound<'py, RangeMap>,
-    candidates: Vec<f64>,
-    observations: Vec<PyReadonlyArray2<'py, f32>>,
-) -> PyResult<Vec<Bound<'py, PyArray1<f64>>>> {
-    let entries = entries.into_iter();
-    let entries: Vec<_> = entries
-        .map(|(name, low, high)| Entry { name, low, high })
-        .collect();
-    let networks = networks(
-        architecture,
-        &parameters,
-        &entries,
-        actions.get(),
-        candidates,
-    )?;
-    let observations = observations
-        .iter()
-        .map(|rows| Ok(rows.as_slice()?.to_vec()));
-    let ranges = networks.ranges(&observations.collect::<PyResult<Vec<_>>>()?);
-    Ok(ranges
-        .into_iter()
-        .map(|ranges| ranges.into_pyarray(py))
-        .collect())
 }
 
 /// Plays the line of every seed to the end of its episode, under one network for all seeds or one
@@ -101,30 +102,20 @@ pub(crate) fn network_ranges<'py>(
 ///
 /// Returns one array per outcome. `report` is called with the number of finished lines.
 #[pyfunction]
-#[pyo3(signature = (scenario, options, actions, architecture, parameters, seeds, num_threads, report))]
-#[expect(clippy::too_many_arguments, reason = "arguments of a rollout")]
 pub(crate) fn rollout_line<'py>(
     py: Python<'py>,
-    scenario: &str,
-    options: &str,
+    documents: (String, String),
     actions: &Bound<'py, RangeMap>,
-    architecture: &str,
-    parameters: PyReadonlyArray2<'py, f32>,
+    network: NetworkArguments<'py>,
     seeds: PyReadonlyArray1<'py, u64>,
     num_threads: Option<usize>,
     report: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let scenario = Arc::new(LineConfig::from_json(scenario).map_err(CoreError::from)?);
-    let options = LineEpisodeConfig::from_json(options).map_err(option_error)?;
-    let num_profile_ranges = options.profile_ranges.as_ref().map_or(0, Vec::len);
-    let entries = line_entries(scenario.num_agents, num_profile_ranges);
-    let networks = networks(
-        architecture,
-        &parameters,
-        &entries,
-        actions.get(),
-        Vec::new(),
-    )?;
+) -> Dict<'py> {
+    let scenario = Arc::new(LineConfig::from_json(&documents.0).map_err(CoreError::from)?);
+    let options = LineEpisodeConfig::from_json(&documents.1).map_err(option_error)?;
+    let candidates = options.profile_ranges.as_ref().map_or(0, Vec::len);
+    let entries = names(line_entries(scenario.num_agents, candidates));
+    let networks = network.networks(&entries, actions.get())?;
     let seeds = seeds.as_slice()?.to_vec();
     let outcomes = long_call(py, report, move |progress| {
         flockesc_core::rollout_line(
@@ -136,20 +127,16 @@ pub(crate) fn rollout_line<'py>(
             progress,
         )
     })?;
-    let dict = PyDict::new(py);
-    dict.set_item(
-        "escape_distance",
-        column(py, &outcomes, |line| line.escape_distance),
-    )?;
-    dict.set_item(
-        "num_components",
-        column(py, &outcomes, |line| line.num_components as i64),
-    )?;
-    dict.set_item("steps", column(py, &outcomes, |line| line.steps as i64))?;
-    dict.set_item("converged", column(py, &outcomes, |line| line.converged))?;
-    dict.set_item(
-        "num_actions",
-        column(py, &outcomes, |line| line.num_actions as i64),
-    )?;
-    Ok(dict)
+    let count =
+        |of: fn(&LineEpisodeOutcome) -> usize| column(py, &outcomes, |line| of(line) as i64);
+    let distances = column(py, &outcomes, |line| line.escape_distance);
+    let converged = column(py, &outcomes, |line| line.converged);
+    [
+        ("escape_distance", distances),
+        ("num_components", count(|line| line.num_components)),
+        ("steps", count(|line| line.steps)),
+        ("converged", converged),
+        ("num_actions", count(|line| line.num_actions)),
+    ]
+    .into_py_dict(py)
 }

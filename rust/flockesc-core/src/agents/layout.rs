@@ -33,7 +33,7 @@ pub(crate) struct Group<const D: usize> {
 }
 
 impl<const D: usize> Group<D> {
-    pub(super) const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         position: [[f64::NAN; GROUP]; D],
         velocity: [[0.0; GROUP]; D],
         speed: [0.0; GROUP],

@@ -7,9 +7,6 @@ use pulp::Simd;
 /// 1.5 * 2^52. The sum of it and a number of magnitude at most 2^51 has the nearest integer in its low bits.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
 
-/// 2^28, the unit of the high part of a truncated number.
-const HIGH: f64 = 268_435_456.0;
-
 /// Number of bits of a quantized number.
 const BITS: i32 = 51;
 
@@ -83,11 +80,6 @@ impl Scale {
         (value * self.up) as i64
     }
 
-    /// Returns the number of units of 1, a power of two.
-    pub(crate) fn units_of_one(self) -> f64 {
-        self.up
-    }
-
     /// Returns the value of `sum` units.
     #[inline(always)]
     pub(crate) fn value(self, sum: i64) -> f64 {
@@ -118,31 +110,6 @@ pub(crate) fn to_float(integer: i64) -> f64 {
     // 2^84 + 2^63 + 2^52. The difference is exact, so that the sum is rounded once.
     let offset = f64::from_bits(0x4530_0000_8010_0000);
     (f64::from_bits(high) - offset) + f64::from_bits(low)
-}
-
-/// Returns a register of numbers of magnitude below 2^62, rounded toward 0, in two parts. Sums of at most 2^24 such
-/// parts are exact; [`whole`] puts two sums together. Not every instruction set converts registers to integers.
-#[inline(always)]
-pub(crate) fn truncated_parts<S: Simd>(simd: S, numbers: S::f64s) -> [S::f64s; 2] {
-    let (zero, shift) = (simd.splat_f64s(0.0), simd.splat_f64s(SHIFT));
-    let opposite = simd.sub_f64s(zero, numbers);
-    let size = simd.max_f64s(numbers, opposite);
-    let scaled = simd.mul_f64s(size, simd.splat_f64s(1.0 / HIGH));
-    let high = simd.sub_f64s(simd.add_f64s(scaled, shift), shift);
-    let rest = simd.sub_f64s(size, simd.mul_f64s(high, simd.splat_f64s(HIGH)));
-    let nearest = simd.sub_f64s(simd.add_f64s(rest, shift), shift);
-    let below = simd.sub_f64s(nearest, simd.splat_f64s(1.0));
-    let low = simd.select_f64s(simd.less_than_f64s(rest, nearest), below, nearest);
-    let is_negative = simd.less_than_f64s(numbers, zero);
-    [
-        simd.select_f64s(is_negative, simd.sub_f64s(zero, high), high),
-        simd.select_f64s(is_negative, simd.sub_f64s(zero, low), low),
-    ]
-}
-
-/// Returns the integer with these two parts.
-pub(crate) fn whole([high, low]: [f64; 2]) -> i64 {
-    high as i64 * HIGH as i64 + low as i64
 }
 
 /// Returns the number of bits that each of `terms` numbers may have if their sum fits into 63 bits.
@@ -177,19 +144,6 @@ mod tests {
             prop_assert!((scale.value(sum) - plain).abs() <= 1e-15 * largest * values.len() as f64);
             values.reverse();
             prop_assert_eq!(total(&values), sum);
-        }
-    }
-
-    proptest! {
-        #[test]
-        fn parts_equal_the_truncated_number(mantissa in -1.0..1.0_f64, exponent in -70..62_i32) {
-            let number = mantissa * 2f64.powi(exponent);
-            let simd = pulp::Scalar::new();
-            for number in [number, number.trunc(), number.round() + 0.5, -0.0] {
-                let [high, low] = truncated_parts(simd, number);
-                prop_assert_eq!(whole([high, low]), number as i64);
-                prop_assert!(low.abs() <= HIGH / 2.0 + 1.0);
-            }
         }
     }
 

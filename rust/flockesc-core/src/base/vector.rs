@@ -45,6 +45,11 @@ pub(crate) fn side_of<const D: usize>(
     unit(&(rough - heading * heading.dot(&rough)))
 }
 
+/// Returns the vector with these entries. Missing entries are 0.
+pub(crate) fn embed<const D: usize>(entries: &[f64]) -> SVector<f64, D> {
+    SVector::from_fn(|axis, _| entries.get(axis).copied().unwrap_or(0.0))
+}
+
 /// Returns the smaller number, or `a` if `b` is NaN.
 #[inline(always)]
 pub(crate) fn smaller(a: f64, b: f64) -> f64 {

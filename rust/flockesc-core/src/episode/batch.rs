@@ -15,7 +15,7 @@ pub use step::AtEnd;
 
 use super::options::EpisodeConfig;
 use super::slot::Slot;
-use super::{Episode, Metrics, rows};
+use super::{Episode, Metrics};
 use crate::agents;
 use crate::base::check::rounding;
 use crate::base::entry::Entry;
@@ -68,7 +68,7 @@ impl<const D: usize> Batch<D> {
     /// Returns the number of ranges and observation rows per flock: 1, or the number of agents.
     #[must_use]
     pub fn rows(&self) -> usize {
-        rows(&self.config, self.scenario())
+        self.config.view.rows(self.scenario())
     }
 
     /// Returns the number of entries of an observation row.
@@ -98,14 +98,16 @@ impl<const D: usize> Batch<D> {
     /// Returns the scenario of the first slot. All scenarios have the same numbers of agents and of learned
     /// predators.
     pub(super) fn scenario(&self) -> &Arc<FlockConfig> {
-        self.slots[0].scenario()
+        &self.slots[0].scenario
     }
 
     /// Restarts the seed schedules of all slots: slot i from [`episode_seed`]`(seed, i + 1)`.
     /// Running episodes continue. Without this call slot i follows the schedule of seed i.
     pub fn seed(&mut self, seed: u64) {
         for (index, slot) in (1..).zip(&mut self.slots) {
-            Arc::make_mut(slot).seed(episode_seed(seed, index));
+            Arc::make_mut(slot)
+                .schedule
+                .restart(episode_seed(seed, index));
         }
     }
 
@@ -143,7 +145,7 @@ impl<const D: usize> Batch<D> {
     pub fn episode(&self, slot: usize) -> Result<&Episode<D>> {
         self.slots
             .get(slot)
-            .and_then(|slot| slot.episode())
+            .and_then(|slot| slot.episode.as_ref())
             .ok_or_else(|| never_reset(slot))
     }
 
@@ -153,7 +155,7 @@ impl<const D: usize> Batch<D> {
     /// As [`Self::episode`].
     pub fn episode_seed(&self, slot: usize) -> Result<u64> {
         self.episode(slot)?;
-        Ok(self.slots[slot].episode_seed())
+        Ok(self.slots[slot].schedule.seed)
     }
 
     /// Returns the team's reward of every slot in the last step. With individual rewards it is
@@ -256,7 +258,7 @@ impl<const D: usize> Batch<D> {
     /// # Errors
     /// [`Error::Episode`] if a slot was never reset; [`Error::Interrupted`] if `progress` was cancelled.
     pub fn metrics(&self, progress: &Progress) -> Result<Vec<Metrics>> {
-        self.measure(&self.all(), progress, Metrics::of)
+        self.measure(&self.all(), progress, Episode::metrics)
     }
 
     /// Returns the number of connected components of every slot under the ranges of its last

@@ -1,50 +1,39 @@
 //! Episodes: a flock from t = 0 to the horizon, with actions, rewards and observations.
 
 mod batch;
-mod metrics;
 mod options;
+mod outcomes;
 mod rollout;
-mod running;
 mod slot;
-mod state;
 
 use std::sync::{Arc, OnceLock};
 
 pub use batch::{AtEnd, Batch, SlotReset};
-pub use metrics::Metrics;
 pub use options::EpisodeConfig;
+pub use outcomes::{Metrics, Running};
 pub use rollout::EpisodeOutcome;
-pub use running::Running;
-pub(crate) use state::EpisodeState;
 
 use crate::base::error::Result;
-use crate::flock::{FlockConfig, InitialState, Summary, World};
-use crate::neighbor::Ranges;
+use crate::flock::{FlockConfig, InitialState, Summary, World, WorldState};
 use crate::observation::{Extras, Scene, View};
 use crate::parallel::Progress;
-use crate::reward::{ActionContext, Objective, StepContext, Term};
+use crate::reward::ActionContext;
+use outcomes::Outcomes;
 
 /// An episode of one flock.
 #[derive(Debug, Clone)]
 pub struct Episode<const D: usize> {
     config: Arc<EpisodeConfig>,
     world: World<D>,
-    step: usize,
-    /// d_i in m after the current and the previous step. Empty unless rewards are individual.
-    agent_distances: Vec<f64>,
-    agent_distances_before: Vec<f64>,
-    /// d_i in m at the last fall of the objective's running minimum, or at t = 0. Empty unless rewards are
-    /// individual.
-    agent_distances_at_minimum: Vec<f64>,
-    /// The values of all objectives, in the order of [`Objective`].
-    objectives: [Running; Objective::COUNT],
+    outcomes: Outcomes,
     /// Computed when it is needed first after an action.
     summary: OnceLock<Summary<D>>,
-    /// Ranges in m of the last action, one or n; 0 before the first action.
-    ranges: Vec<f64>,
     /// Team reward of the last action; 0 for individual rewards.
     team_reward: f64,
 }
+
+/// The serialized form of an [`Episode`].
+pub(crate) type EpisodeState<const D: usize> = (WorldState<D>, Outcomes);
 
 impl<const D: usize> Episode<D> {
     /// Creates the episode at t = 0. `start` must pass [`InitialState::check`].
@@ -54,24 +43,35 @@ impl<const D: usize> Episode<D> {
         config: Arc<EpisodeConfig>,
         start: &InitialState,
     ) -> Self {
-        let ranges = vec![0.0; rows(&config, &scenario)];
         let world = World::new(scenario, start);
-        let mut agent_distances = Vec::new();
-        if config.reward.is_individual() {
-            world.write_distances(&mut agent_distances);
-        }
+        let outcomes = Outcomes::new(&world, &config);
+        Self::of(config, world, outcomes)
+    }
+
+    fn of(config: Arc<EpisodeConfig>, world: World<D>, outcomes: Outcomes) -> Self {
         Self {
-            objectives: Objective::values_of(&world).map(Running::new),
-            summary: OnceLock::new(),
             config,
             world,
-            step: 0,
-            agent_distances_before: agent_distances.clone(),
-            agent_distances_at_minimum: agent_distances.clone(),
-            agent_distances,
-            ranges,
+            outcomes,
+            summary: OnceLock::new(),
             team_reward: 0.0,
         }
+    }
+
+    pub(crate) fn save(&self) -> EpisodeState<D> {
+        (self.world.save(), self.outcomes.clone())
+    }
+
+    /// Restores an episode that was started with `seed`.
+    pub(crate) fn restore(
+        (world, outcomes): EpisodeState<D>,
+        scenario: &Arc<FlockConfig>,
+        config: &Arc<EpisodeConfig>,
+        seed: u64,
+    ) -> Result<Self> {
+        outcomes.check(scenario, config)?;
+        let world = World::restore(world, scenario, seed)?;
+        Ok(Self::of(config.clone(), world, outcomes))
     }
 
     /// Applies one action for `steps_per_action` steps or until the end of the episode, and writes the
@@ -93,14 +93,11 @@ impl<const D: usize> Episode<D> {
     ) -> Result<()> {
         self.summary.take();
         self.world.set_predator_actions(predator_actions);
-        self.ranges.copy_from_slice(ranges);
+        self.outcomes.ranges.copy_from_slice(ranges);
         let caught_before = self.world.caught().len();
-        let term = self.config.reward.term::<D>();
-        let counterfactual = match term {
-            Term::Team(_) | Term::Individual(_) => None,
-            Term::Counterfactual(add) => Some((add, self.world.clone())),
-        };
-        let left = self.world.config().num_steps - self.step;
+        let repeats_action = self.config.reward.repeats_actions();
+        let before = repeats_action.then(|| self.world.clone());
+        let left = self.world.config().num_steps - self.outcomes.step;
         let num_steps = self.config.steps_per_action.min(left);
         rewards.fill(0.0);
         self.team_reward = 0.0;
@@ -109,37 +106,10 @@ impl<const D: usize> Episode<D> {
                 break;
             }
             progress.check()?;
-            let minimum_before = self.objective().minimum;
-            self.world.step(as_ranges(&self.config, &self.ranges))?;
-            self.step += 1;
-            if self.config.reward.is_individual() {
-                std::mem::swap(&mut self.agent_distances_before, &mut self.agent_distances);
-                self.world.write_distances(&mut self.agent_distances);
-            }
-            let values = Objective::values_of(&self.world);
-            for (running, value) in self.objectives.iter_mut().zip(values) {
-                running.update(value);
-            }
-            let objective = self.objective();
-            let step_context = StepContext {
-                world: &self.world,
-                max_range: self.config.max_range,
-                value: objective.now,
-                minimum_before,
-                minimum: objective.minimum,
-                minimum_at_start: objective.start,
-                distances_before: &self.agent_distances_before,
-                distances: &self.agent_distances,
-                distances_at_minimum: &self.agent_distances_at_minimum,
-                is_last: self.has_ended(),
-            };
-            self.team_reward += term.add_step(&step_context, rewards);
-            if objective.minimum < minimum_before {
-                self.agent_distances_at_minimum
-                    .clone_from(&self.agent_distances);
-            }
+            self.world.step(self.config.view.ranges(ranges))?;
+            self.team_reward += self.outcomes.record(&self.world, &self.config, rewards);
         }
-        if let Some((add, before)) = counterfactual {
+        if let Some(before) = before {
             let action = ActionContext {
                 before: &before,
                 objective: self.config.objective,
@@ -147,9 +117,9 @@ impl<const D: usize> Episode<D> {
                 num_steps,
                 value: self.objective().now,
             };
-            add(&action, rewards, progress)?;
+            action.add_differences(rewards, progress)?;
         }
-        if self.config.view == View::Agent {
+        if self.config.view.is_per_agent() {
             for agent in self.world.caught().take(caught_before) {
                 rewards[agent] = 0.0;
             }
@@ -162,14 +132,12 @@ impl<const D: usize> Episode<D> {
     /// # Errors
     /// [`crate::Error::Argument`] if the graph does not fit into memory.
     pub(crate) fn pairs_to_freeze(&self, ranges: &[f64]) -> Result<usize> {
-        self.world.pairs_to_freeze(as_ranges(&self.config, ranges))
+        self.world.pairs_to_freeze(self.config.view.ranges(ranges))
     }
 
     /// Returns the memory in bytes of an episode.
     pub(crate) fn bytes(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
-        let per_row = size_of::<f64>() * rows(config, scenario);
-        let distances = if config.reward.is_individual() { 3 } else { 0 };
-        World::<D>::bytes(scenario) + per_row * (1 + distances)
+        World::<D>::bytes(scenario) + Outcomes::bytes(scenario, config)
     }
 
     /// Writes the observation: one row for the flock, or one per agent.
@@ -203,11 +171,11 @@ impl<const D: usize> Episode<D> {
             summary: &self.summary,
             objective: self.config.objective,
             minimum: self.objective().minimum,
-            ranges: &self.ranges,
+            ranges: &self.outcomes.ranges,
             max_range: self.config.max_range,
             sensing_range: self.config.predator_sensing_range,
             extras: self.config.extras(),
-            step: self.step,
+            step: self.outcomes.step,
         }
     }
 
@@ -219,13 +187,13 @@ impl<const D: usize> Episode<D> {
     /// Returns whether the episode has reached its horizon or all agents were caught.
     #[must_use]
     pub fn has_ended(&self) -> bool {
-        self.step >= self.world.config().num_steps || self.world.agents().len() == 0
+        self.outcomes.is_end(&self.world)
     }
 
     /// Returns the number of model steps so far.
     #[must_use]
     pub fn step_count(&self) -> usize {
-        self.step
+        self.outcomes.step
     }
 
     /// Returns the flock.
@@ -243,7 +211,16 @@ impl<const D: usize> Episode<D> {
     /// Returns the value of the objective.
     #[must_use]
     pub fn objective(&self) -> Running {
-        self.objectives[self.config.objective as usize]
+        self.outcomes.objectives[self.config.objective as usize]
+    }
+
+    /// Returns the metrics.
+    #[must_use]
+    pub fn metrics(&self) -> Metrics {
+        Metrics {
+            objectives: self.outcomes.objectives,
+            polarization: self.polarization(),
+        }
     }
 
     /// Returns the norm of the mean heading, in [0, 1].
@@ -255,28 +232,13 @@ impl<const D: usize> Episode<D> {
     /// Returns the ranges in m of the last action: one entry, or one per agent.
     #[must_use]
     pub fn ranges(&self) -> &[f64] {
-        &self.ranges
+        &self.outcomes.ranges
     }
 
     /// Returns the number of weakly connected components under the ranges of the last action.
     #[must_use]
     pub fn num_components(&self) -> usize {
-        self.world
-            .num_components(as_ranges(&self.config, &self.ranges))
-    }
-}
-
-/// Returns the number of ranges and observation rows per flock: 1, or the number of agents.
-pub(crate) fn rows(config: &EpisodeConfig, scenario: &FlockConfig) -> usize {
-    match config.view {
-        View::Flock => 1,
-        View::Agent => scenario.num_agents,
-    }
-}
-
-fn as_ranges<'a>(config: &EpisodeConfig, ranges: &'a [f64]) -> Ranges<'a> {
-    match config.view {
-        View::Flock => Ranges::Shared(ranges[0]),
-        View::Agent => Ranges::PerAgent(ranges),
+        let ranges = self.config.view.ranges(&self.outcomes.ranges);
+        self.world.num_components(ranges)
     }
 }

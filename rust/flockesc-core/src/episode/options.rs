@@ -91,7 +91,7 @@ impl EpisodeConfig {
                 return Err(Error::config(field, "different entries", "one twice"));
             }
         }
-        if self.reward.is_individual() && self.view == View::Flock {
+        if self.reward.is_individual() && !self.view.is_per_agent() {
             let team = Reward::team_kinds().join(", ");
             let expected = format!("one of {team} with the view of the whole flock");
             return Err(Error::config("reward", expected, "an individual reward"));
@@ -108,7 +108,7 @@ impl EpisodeConfig {
             let expected = "none with a frozen graph, whose neighbors do not depend on the range";
             return Err(Error::config("profile_ranges", expected, "some"));
         }
-        if self.view == View::Flock && scenario.motion.needs_pairs() {
+        if !self.view.is_per_agent() && scenario.motion.needs_pairs() {
             let expected =
                 "none with one range for the flock and forces between pairs of neighbors";
             return Err(Error::config("profile_ranges", expected, "some"));

@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use super::options::EpisodeConfig;
-use super::{Batch, Episode, Metrics, rows};
+use super::{Batch, Episode, Metrics};
 use crate::base::error::Result;
 use crate::base::rng::episode_seed;
 use crate::flock::{FlockConfig, InitialState};
 use crate::network::{EpisodeNetwork, Networks};
-use crate::observation::View;
 use crate::parallel::{Progress, dispatch};
 use crate::reward::exact_sum;
 
@@ -46,8 +45,9 @@ impl<const D: usize> Batch<D> {
     /// };
     /// let range = NormalizedRange { min_range: 0.0, max_range: 100.0 };
     /// let ranges = NetworkRanges::Normalized(range);
+    /// let names: Vec<String> = batch.entries().into_iter().map(|entry| entry.name).collect();
     /// // The range grows from 0 m to 100 m during the episode.
-    /// let networks = Networks::new(&architecture, &batch.entries(), ranges, &[2.0, -1.0], 1)?;
+    /// let networks = Networks::new(&architecture, &names, ranges, &[2.0, -1.0], 1)?;
     /// let outcomes = batch.rollout(&networks, &[0, 1], &Progress::default())?;
     /// assert!(outcomes[0].metrics.objectives[Objective::Mean as usize].minimum > 0.0);
     /// # Ok::<(), flockesc_core::Error>(())
@@ -64,7 +64,7 @@ impl<const D: usize> Batch<D> {
     ) -> Result<Vec<EpisodeOutcome>> {
         networks.check_count(seeds.len())?;
         let (scenario, config) = (self.scenario(), &self.config);
-        let rows = rows(config, scenario);
+        let rows = config.view.rows(scenario);
         let work = seeds.iter().enumerate();
         let outcomes = dispatch(self.pool(seeds.len())?, work, |(index, seed)| {
             let outcome = play::<D>(
@@ -92,7 +92,7 @@ fn play<const D: usize>(
     progress.check()?;
     let start = InitialState::seeded(episode_seed(seed, 0));
     let mut episode = Episode::<D>::new(scenario.clone(), config.clone(), &start);
-    let rows = rows(config, scenario);
+    let rows = config.view.rows(scenario);
     let mut observations = vec![0.0; rows * network.row_length()];
     let (mut ranges, mut rewards) = (vec![0.0; rows], vec![0.0; rows]);
     let (mut mean_return, mut num_actions) = (0.0, 0);
@@ -100,7 +100,7 @@ fn play<const D: usize>(
         episode.observe(&mut observations, progress)?;
         network.act(&observations, &mut ranges);
         let mut num_rewarded = rows;
-        if config.view == View::Agent {
+        if config.view.is_per_agent() {
             let caught = episode.world().caught();
             num_rewarded -= caught.len();
             caught.for_each(|agent| ranges[agent] = 0.0);
@@ -114,7 +114,7 @@ fn play<const D: usize>(
         num_actions += 1;
     }
     Ok(EpisodeOutcome {
-        metrics: Metrics::of(&episode),
+        metrics: episode.metrics(),
         num_components: episode.num_components(),
         mean_return,
         num_actions,

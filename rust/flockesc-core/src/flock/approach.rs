@@ -152,66 +152,22 @@ pub(crate) fn closest_distance<const D: usize>(
     reduce(smallest, smaller)
 }
 
-/// Returns the mean distance in m of the agents to a predator after `time` s with the present velocities.
-pub(crate) fn mean_distance_after<const D: usize>(
-    groups: &[Group<D>],
-    num_agents: usize,
+/// Sets the distances in m of the agents to the ones to a predator after `time` s with the present velocities.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn measure_after<const D: usize>(
+    groups: &mut [Group<D>],
     predator: &Straight<D>,
     time: f64,
-) -> f64 {
-    let scale = Scale::for_registers(farthest(groups, predator, time), num_agents);
-    let sum = total_distance(groups, predator, time, scale);
-    scale.mean(sum, num_agents as i64)
-}
-
-/// Returns the largest distance in m of the agents to a predator after `time` s.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn farthest<const D: usize>(groups: &[Group<D>], predator: &Straight<D>, time: f64) -> f64 {
-    let mut farthest = [0.0; GROUP];
+) {
     for group in groups {
-        let distances = distances_after(group, predator, time);
         for lane in 0..GROUP {
-            farthest[lane] = larger(farthest[lane], distances[lane]);
+            let offset: [f64; D] = std::array::from_fn(|axis| {
+                let relative = group.velocity[axis][lane] - predator.velocity[axis];
+                group.position[axis][lane] - predator.position[axis] + relative * time
+            });
+            group.distance[lane] = squared_norm(&offset).sqrt();
         }
     }
-    reduce(farthest, larger)
-}
-
-/// Returns the sum of the distances of the agents to a predator after `time` s, in units of `scale`.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn total_distance<const D: usize>(
-    groups: &[Group<D>],
-    predator: &Straight<D>,
-    time: f64,
-    scale: Scale,
-) -> i64 {
-    let mut sums = [0; GROUP];
-    for group in groups {
-        let distances = distances_after(group, predator, time);
-        for lane in 0..GROUP {
-            let units = scale.quantize(distances[lane]);
-            sums[lane] += units & -i64::from(!distances[lane].is_nan());
-        }
-    }
-    reduce(sums, |a, b| a + b)
-}
-
-/// Returns the distances in m of a group's agents to a predator after `time` s, NaN in empty lanes.
-#[inline(always)]
-fn distances_after<const D: usize>(
-    group: &Group<D>,
-    predator: &Straight<D>,
-    time: f64,
-) -> Column<f64> {
-    let mut distances = [0.0; GROUP];
-    for lane in 0..GROUP {
-        let offset: [f64; D] = std::array::from_fn(|axis| {
-            let relative = group.velocity[axis][lane] - predator.velocity[axis];
-            group.position[axis][lane] - predator.position[axis] + relative * time
-        });
-        distances[lane] = squared_norm(&offset).sqrt();
-    }
-    distances
 }
 
 /// Returns the bounding box of all agents and the largest speed.

@@ -89,7 +89,7 @@ impl InitialState {
     pub(super) fn predators<const D: usize>(&self, config: &FlockConfig) -> Vec<Predator<D>> {
         let predators = config.predators.iter();
         let mut predators: Vec<_> = predators
-            .map(|predator| Predator::new(predator, config.time_step))
+            .map(|predator| predator.start(config.time_step))
             .collect();
         if let Some(given) = &self.predator_positions {
             for (predator, row) in predators.iter_mut().zip(rows(given)) {

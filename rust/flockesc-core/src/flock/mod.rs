@@ -13,15 +13,12 @@ mod summary;
 mod world;
 
 pub(crate) use approach::{Drift, Straight, approaches};
-pub use initial::{
-    AlignedHeadings, Clusters, Disc, Gaussian, GivenHeadings, GivenPositions, InitialHeadings,
-    InitialPositions, RandomHeadings, Ring, Segment, Square,
-};
+pub use initial::{InitialHeadings, InitialPositions};
 pub use initial_state::InitialState;
 pub use metrics::PredatorDistance;
-pub use motion::{Inertial, Motion, Reynolds, Vicsek};
+pub use motion::{Motion, Reynolds};
 pub(crate) use preview::{Approach, Preview};
-pub use randomization::{Choice, Distribution, LogUniform, Uniform};
+pub use randomization::Distribution;
 pub use scenario::FlockConfig;
 pub use simulate::{Schedule, Trajectory, check_record, simulate_flock};
 pub(crate) use simulate::{check_flocks, check_predator_actions, check_ranges};

@@ -2,8 +2,8 @@
 
 use multiversion::multiversion;
 
-use super::approach::{Drift, Straight, closest_distance, extremes, mean_distance_after};
-use super::metrics::distances;
+use super::approach::{Drift, Straight, closest_distance, extremes, measure_after};
+use super::metrics::{PredatorDistance, distances};
 use super::motion::{Predators, advance};
 use super::summary::Headings;
 use super::world::World;
@@ -53,9 +53,8 @@ impl<const D: usize> Preview<D> {
             before: world.predator_positions(),
             after: &after,
         };
-        let (motion, parameters) = (&config.motion, config.motion_parameters());
         let (groups, sums) = (&mut self.groups, &mut self.sums);
-        advance(motion, &parameters, &places, ids, groups, sums, None);
+        advance(config, &places, ids, groups, sums, None);
         self.headings(ids.len(), &after)
     }
 
@@ -78,30 +77,27 @@ impl<const D: usize> Preview<D> {
         self.headings(num_agents, &places).heading_away
     }
 
-    /// Returns the closest approach of the predators.
+    /// Returns the closest approach of the predators. It replaces the distances to predators.
     pub(crate) fn approach(
-        &self,
+        &mut self,
         num_agents: usize,
         drift: &Drift<D>,
         predators: &[Straight<D>],
     ) -> Approach {
-        let approach = |predator: &Straight<D>| {
-            let time = drift.time_of_approach(predator);
-            (
-                mean_distance_after(&self.groups, num_agents, predator, time),
-                time,
-            )
-        };
-        let nearest = predators
-            .iter()
-            .map(approach)
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        let (mean_distance, time) = nearest.unwrap_or((f64::INFINITY, 0.0));
-        Approach {
-            mean_distance,
-            time,
+        let mut approach = Approach {
+            mean_distance: f64::INFINITY,
+            time: 0.0,
             min_distance: closest_distance(&self.groups, predators),
+        };
+        for predator in predators {
+            let time = drift.time_of_approach(predator);
+            measure_after(&mut self.groups, predator, time);
+            let mean_distance = PredatorDistance::of(&self.groups, num_agents).mean;
+            if mean_distance < approach.mean_distance {
+                (approach.mean_distance, approach.time) = (mean_distance, time);
+            }
         }
+        approach
     }
 
     /// Returns averages over the headings relative to the `places` that the agents' distances are measured to.

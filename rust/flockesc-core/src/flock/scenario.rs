@@ -9,8 +9,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::initial::{InitialHeadings, InitialPositions, RandomHeadings, Space, Square};
-use super::motion::{Inertial, Motion, Parameters};
+use super::initial::{InitialHeadings, InitialPositions, Space};
+use super::motion::Motion;
 use super::randomization::{self, Distribution};
 use crate::agents::PerAgent;
 use crate::base::check::{
@@ -103,13 +103,13 @@ impl Default for FlockConfig {
             mass: PerAgent::Shared(0.1),
             speed: PerAgent::Shared(10.0),
             initial_side: 100.0,
-            initial_positions: InitialPositions::Square(Square {}),
-            initial_headings: InitialHeadings::Random(RandomHeadings {}),
+            initial_positions: InitialPositions::Square {},
+            initial_headings: InitialHeadings::Random {},
             initial_plane: false,
             predator_range: 30.0,
             repulsion_strength: PerAgent::Shared(10.0),
             alignment_strength: PerAgent::Shared(1.0),
-            motion: Motion::Inertial(Inertial {}),
+            motion: Motion::Inertial {},
             angular_noise: 0.0,
             sensing_noise: 0.0,
             sensing_delay: 0,
@@ -216,23 +216,6 @@ impl FlockConfig {
     /// Returns the space that the flock starts in.
     pub(crate) fn space(&self) -> Space {
         Space::new(self.dimension, self.initial_plane, self.initial_side)
-    }
-
-    /// Returns the parameters of the agents' motion.
-    pub(super) fn motion_parameters(&self) -> Parameters<'_> {
-        Parameters {
-            num_agents: self.num_agents,
-            time_step: self.time_step,
-            mass: &self.mass,
-            speed: &self.speed,
-            alignment_strength: &self.alignment_strength,
-            repulsion_strength: &self.repulsion_strength,
-            predator_range: self.predator_range,
-            angular_noise: self.angular_noise,
-            sensing_noise: self.sensing_noise,
-            sensing_delay: self.sensing_delay,
-            constant_speed: self.constant_speed,
-        }
     }
 
     /// Returns the options of the neighbor graph.

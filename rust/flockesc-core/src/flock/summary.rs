@@ -77,7 +77,7 @@ struct Sums<const D: usize> {
 
 impl<const D: usize> Summary<D> {
     /// Summary of a flock without agents.
-    const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         centroid: [0.0; D],
         dispersion: 0.0,
         velocity: [0.0; D],

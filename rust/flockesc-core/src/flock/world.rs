@@ -18,7 +18,7 @@ use crate::flock::metrics::{PredatorDistance, distances};
 use crate::flock::scenario::FlockConfig;
 use crate::neighbor::{Neighborhood, Ranges};
 use crate::parallel;
-use crate::predator::{self, Predator, Prey};
+use crate::predator::{self, Predator, Prey, Surroundings};
 
 /// Number of fields with one number per agent that a randomized scenario can draw.
 const RANDOMIZED_FIELDS: usize = 4;
@@ -60,24 +60,38 @@ impl<const D: usize> World<D> {
     pub fn new(config: Arc<FlockConfig>, start: &InitialState) -> Self {
         let config = config.drawn(start.seed);
         let mut agents = Agents::new(&start.positions(&config), &start.velocities(&config));
-        let predators: Vec<Predator<D>> = start.predators(&config);
-        let after: Vec<[f64; D]> = predators.iter().map(|p| p.position.into()).collect();
         if let Some(side) = config.periodic_side {
             agents.wrap(side);
         }
+        let neighborhood = Neighborhood::new(config.neighbor_options(), &agents);
+        let (predators, response) = (start.predators(&config), Response::new(start.seed));
+        let rng = rng::stream(start.seed, Stream::Predators);
+        Self::assemble(config, agents, predators, rng, neighborhood, response)
+    }
+
+    /// Creates a world from its parts and computes the predator distances.
+    fn assemble(
+        config: Arc<FlockConfig>,
+        mut agents: Agents<D>,
+        predators: Vec<Predator<D>>,
+        rng: ChaCha8Rng,
+        neighborhood: Neighborhood<D>,
+        response: Response<D>,
+    ) -> Self {
+        let after: Vec<[f64; D]> = predators.iter().map(|p| p.position.into()).collect();
         for group in &mut agents.groups {
             group.distance = distances(&group.position, &after);
         }
         Self {
             predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
-            neighborhood: Neighborhood::new(config.neighbor_options(), &agents),
-            rng: rng::stream(start.seed, Stream::Predators),
-            response: Response::new(start.seed),
             before: after.clone(),
             after,
-            predators,
-            agents,
             config,
+            agents,
+            predators,
+            rng,
+            neighborhood,
+            response,
         }
     }
 
@@ -96,11 +110,9 @@ impl<const D: usize> World<D> {
     /// is unchanged.
     pub fn step(&mut self, ranges: Ranges<'_>) -> Result<()> {
         self.neighborhood.freeze(&self.agents, ranges)?;
-        let prey = Prey {
-            agents: &self.agents,
-            neighborhood: &self.neighborhood,
-        };
-        predator::prepare(&mut self.predators, self.config.time_step, prey);
+        let prey = Prey::new(&self.agents, &self.neighborhood);
+        let (configs, time_step) = (&self.config.predators, self.config.time_step);
+        predator::prepare(configs, &mut self.predators, time_step, prey);
         if self.agents.len() > 0 {
             self.neighborhood.sum_neighbors(&mut self.agents, ranges);
         }
@@ -113,17 +125,16 @@ impl<const D: usize> World<D> {
             before: &self.before,
             after: &self.after,
         };
-        let (motion, parameters) = (&self.config.motion, self.config.motion_parameters());
-        let neighborhood = &mut self.neighborhood;
+        let (config, neighborhood) = (&self.config, &mut self.neighborhood);
         let forces = self
             .response
-            .neighbor_forces(motion, &parameters, &self.agents, neighborhood);
+            .neighbor_forces(config, &self.agents, neighborhood);
         let sums = neighborhood.sums_mut();
         let (groups, ids) = self.agents.groups_and_ids();
         parallel::for_each_chunk(groups, sums, |first, groups, sums| {
             let ids = &ids[first * GROUP..];
             let forces = forces.map(|forces| &forces[first..]);
-            advance(motion, &parameters, &predators, ids, groups, sums, forces);
+            advance(config, &predators, ids, groups, sums, forces);
         });
         self.agents.clear_empty_places();
         self.response.apply_angular_noise(&mut self.agents);
@@ -136,16 +147,12 @@ impl<const D: usize> World<D> {
                 .catch(radius, |from, to| neighborhood.relocate(from, to));
         }
         self.neighborhood.refresh(&self.agents);
-        let prey = Prey {
-            agents: &self.agents,
-            neighborhood: &self.neighborhood,
+        let surroundings = Surroundings {
+            time_step: self.config.time_step,
+            prey: Prey::new(&self.agents, &self.neighborhood),
+            rng: &mut self.rng,
         };
-        predator::steer(
-            &mut self.predators,
-            self.config.time_step,
-            prey,
-            &mut self.rng,
-        );
+        predator::steer(&self.config.predators, &mut self.predators, surroundings);
         self.predator_distance = PredatorDistance::of(&self.agents.groups, self.agents.len());
         Ok(())
     }
@@ -173,11 +180,7 @@ impl<const D: usize> World<D> {
         };
         Agents::<D>::bytes(config.num_agents, config.capture_radius.is_some())
             + Neighborhood::<D>::bytes(&config.neighbor_options(), config.num_agents)
-            + Response::<D>::bytes(
-                &config.motion,
-                &config.motion_parameters(),
-                config.num_steps,
-            )
+            + Response::<D>::bytes(config)
             + config.predators.len() * per_predator
             + drawn
     }
@@ -185,7 +188,7 @@ impl<const D: usize> World<D> {
     /// Sets the actions of the learned predators for the next steps: D entries in [-1, 1] per predator. With
     /// an empty slice they fly straight on.
     pub fn set_predator_actions(&mut self, actions: &[f64]) {
-        predator::set_actions(&mut self.predators, actions);
+        predator::set_actions(&self.config.predators, &mut self.predators, actions);
     }
 
     /// Returns the parameters, with the drawn numbers of a randomized scenario.
@@ -218,10 +221,7 @@ impl<const D: usize> World<D> {
 
     /// Returns the agents in the form that predators use.
     pub(crate) fn prey(&self) -> Prey<'_, D> {
-        Prey {
-            agents: &self.agents,
-            neighborhood: &self.neighborhood,
-        }
+        Prey::new(&self.agents, &self.neighborhood)
     }
 
     /// Returns the mean and minimum predator distance in m.

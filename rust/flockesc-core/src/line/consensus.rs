@@ -3,19 +3,12 @@
 use super::groups::Group;
 use crate::base::exact::Scale;
 
-/// Number of groups that the search for the upper end of a window compares at a time, without a branch.
-const STRIDE: usize = 4;
-
-/// The neighbors' means of a line, and buffers to compute them.
+/// The neighbors' means of a line, and a buffer to compute them.
 #[derive(Debug, Clone)]
 pub(super) struct Consensus {
     means: Vec<f64>,
-    /// States of one component, padded with `STRIDE` infinities.
-    states: Vec<f64>,
     /// Sums over the first k groups of one component, from k = 0 to all.
     prefixes: Vec<Prefix>,
-    /// Number of groups that leave the window when it moves to the k-th group of the component.
-    leaving: Vec<u32>,
 }
 
 /// A prefix sum over groups.
@@ -35,16 +28,14 @@ pub(super) fn components(groups: &[Group], range: f64) -> impl Iterator<Item = &
 impl Consensus {
     /// Returns the memory in bytes of the buffers for this many groups.
     pub(super) fn bytes(num_groups: usize) -> usize {
-        (num_groups + STRIDE) * (2 * size_of::<f64>() + size_of::<Prefix>() + size_of::<u32>())
+        (num_groups + 1) * (size_of::<f64>() + size_of::<Prefix>())
     }
 
     /// Creates buffers for `num_groups` groups.
     pub(super) fn with_capacity(num_groups: usize) -> Self {
         Self {
             means: Vec::with_capacity(num_groups),
-            states: Vec::with_capacity(num_groups + STRIDE),
             prefixes: Vec::with_capacity(num_groups + 1),
-            leaving: Vec::with_capacity(num_groups + 1),
         }
     }
 
@@ -60,61 +51,35 @@ impl Consensus {
                 self.means.extend(component.iter().map(|group| group.state));
             } else {
                 let scale = Scale::new(first.abs().max(last.abs()), num_agents);
-                self.sum_up(component, scale);
-                self.extend_means(component, scale, range);
+                self.extend(component, scale, range);
             }
         }
         &mut self.means
     }
 
-    fn sum_up(&mut self, component: &[Group], scale: Scale) {
-        self.states.clear();
-        self.states
-            .extend(component.iter().map(|group| group.state));
-        self.states.extend([f64::INFINITY; STRIDE]);
+    /// Adds the means of a component.
+    fn extend(&mut self, component: &[Group], scale: Scale, range: f64) {
         let mut sum = Prefix::default();
         self.prefixes.clear();
         self.prefixes.push(sum);
-        self.prefixes.extend(component.iter().map(|group| {
+        for group in component {
             let size = i64::from(group.size);
             sum.state += size * scale.truncate(group.state);
             sum.size += size;
-            sum
-        }));
-    }
-
-    fn extend_means(&mut self, component: &[Group], scale: Scale, range: f64) {
-        let (states, prefixes, leaving) = (&self.states, &self.prefixes, &mut self.leaving);
-        leaving.clear();
-        leaving.resize(component.len() + 1, 0);
-        let first = component[0].state;
-        let mut low = 0;
-        let mut high = component.partition_point(|group| group.state - first <= range);
-        self.means
-            .extend(component.iter().enumerate().map(|(k, group)| {
-                if high < component.len() {
-                    high = window_end(states, high, group.state, range);
-                }
-                // Neighbors are mutual: the first group above this group's window is also the first group
-                // whose window excludes this group.
-                leaving[high] += 1;
-                low += leaving[k] as usize;
-                let (below, up_to) = (prefixes[low], prefixes[high]);
-                scale.mean(up_to.state - below.state, up_to.size - below.size)
-            }));
-    }
-}
-
-/// Returns the index of the first of the ascending `states` above `state` + `range`, searching from index
-/// `from`.
-fn window_end(states: &[f64], from: usize, state: f64, range: f64) -> usize {
-    let mut end = from;
-    while let Some(next) = states[end..].first_chunk::<STRIDE>() {
-        let inside = next.iter().filter(|&next| next - state <= range).count();
-        end += inside;
-        if inside < STRIDE {
-            break;
+            self.prefixes.push(sum);
+        }
+        // The neighbors of a group are those from `low` to `high`.
+        let (mut low, mut high) = (0, 0);
+        for group in component {
+            while group.state - component[low].state > range {
+                low += 1;
+            }
+            while high < component.len() && component[high].state - group.state <= range {
+                high += 1;
+            }
+            let (below, up_to) = (self.prefixes[low], self.prefixes[high]);
+            let mean = scale.mean(up_to.state - below.state, up_to.size - below.size);
+            self.means.push(mean);
         }
     }
-    end
 }

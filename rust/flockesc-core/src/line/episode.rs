@@ -1,20 +1,21 @@
 //! `LineEpisode`: an episode of a line with actions, rewards and observations, up to its steady state.
 
-mod profile;
-mod state;
+mod observation;
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+pub use observation::line_entries;
+
+use super::groups::Groups;
 use super::step::{Line, check_range};
 use crate::base::check::{MAX_STEPS, positive, profile_ranges, rounding, within};
 use crate::base::document::parse;
-use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
 use crate::line::scenario::LineConfig;
 use crate::parallel::Progress;
-use profile::scaled;
+use crate::snapshot::{Fingerprint, check, decode, encode, is_bounded, is_range};
 
 /// Options of a line's episode: reward and action (docs/model.md). Every field has a default in documents.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -164,21 +165,9 @@ impl LineEpisode {
     /// The sorted offsets determine the state up to the agents' ids, so that the decision process is Markov.
     #[must_use]
     pub fn observation(&self) -> Vec<f32> {
-        let scenario = self.line.config();
-        let predator = scenario.predator_position.unwrap_or_default();
-        let offsets = self.line.sorted_states().map(|x| x - predator);
-        let candidates = self.profile_ranges().iter();
-        let scalars = [
-            self.status.step as f64 / scenario.max_steps as f64,
-            scaled(self.line.escape_distance()),
-            (self.status.last_range / self.config.max_range).min(1.0),
-        ];
-        scalars
-            .into_iter()
-            .chain(offsets.map(scaled))
-            .chain(candidates.flat_map(|range| profile::values(&self.line, *range)))
-            .map(|entry| entry as f32)
-            .collect()
+        let time = self.status.step as f64 / self.line.config().max_steps as f64;
+        let last_range = self.status.last_range / self.config.max_range;
+        observation::observe(&self.line, time, last_range, self.profile_ranges())
     }
 
     fn profile_ranges(&self) -> &[f64] {
@@ -229,21 +218,38 @@ impl LineEpisode {
     pub fn last_range(&self) -> f64 {
         self.status.last_range
     }
-}
 
-/// Returns the names and bounds of a line's observation entries, in order.
-#[must_use]
-pub fn line_entries(num_agents: usize, num_profile_ranges: usize) -> Vec<Entry> {
-    let scalars = ["time", "escape_distance", "last_range"].map(|name| (name.to_owned(), 0.0));
-    let offsets = (0..num_agents).map(|rank| (format!("offset_{rank}"), -1.0));
-    scalars
-        .into_iter()
-        .chain(offsets)
-        .chain((0..num_profile_ranges).flat_map(profile::names))
-        .map(|(name, low)| Entry {
-            name,
-            low,
-            high: 1.0,
-        })
-        .collect()
+    /// Returns a snapshot of the episode and of `schedule`, a pair of the first seed and the number of the
+    /// next episode.
+    ///
+    /// # Errors
+    /// [`crate::Error::Argument`] if serialization fails.
+    pub fn save(&self, schedule: (u64, u64)) -> Result<Vec<u8>> {
+        let state = (schedule, self.line.groups(), &self.status);
+        encode(self.fingerprint(), &state)
+    }
+
+    /// Returns the episode and schedule of a snapshot by [`Self::save`]. The snapshot must have this
+    /// episode's scenario and options.
+    ///
+    /// # Errors
+    /// [`crate::Error::Argument`] if the bytes are damaged or have another version, scenario or options.
+    pub fn restored(&self, state: &[u8]) -> Result<(Self, (u64, u64))> {
+        let scenario = self.line.shared_config();
+        let (schedule, groups, status): (_, Groups, Status) = decode(self.fingerprint(), state)?;
+        check(groups.fit(scenario.num_agents), "states of agents")?;
+        check(status.step <= scenario.max_steps, "step")?;
+        check(is_bounded(status.start_distance), "distance")?;
+        check(is_range(status.last_range), "range")?;
+        let episode = Self {
+            config: self.config.clone(),
+            line: Line::of_groups(scenario.clone(), groups),
+            status,
+        };
+        Ok((episode, schedule))
+    }
+
+    fn fingerprint(&self) -> Fingerprint {
+        Fingerprint::of(&(self.line.config(), &self.config))
+    }
 }

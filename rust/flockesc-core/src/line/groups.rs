@@ -4,7 +4,7 @@
 //! line has few groups after some steps, and the cost of a step is proportional to the number of groups
 //! instead of agents.
 
-use std::hint::select_unpredictable;
+use std::cmp::Ordering;
 
 use serde::{Deserialize, Serialize};
 
@@ -19,16 +19,6 @@ pub(super) struct Group {
     /// The lowest id of the agents.
     first: u32,
 }
-
-/// Sentinel before the first group. NaN differs from every state.
-const NO_GROUP: Group = Group {
-    state: f64::NAN,
-    size: 0,
-    first: 0,
-};
-
-/// Number of shifts per group after which insertion sort is replaced by the library's sort.
-const MAX_SHIFTS: usize = 16;
 
 /// All groups of a line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -51,7 +41,7 @@ impl Groups {
                 first,
             })
             .collect();
-        sorted.sort_unstable_by(|a, b| a.state.total_cmp(&b.state));
+        sorted.sort_unstable_by(by_state);
         Self { sorted, companion }
     }
 
@@ -88,31 +78,23 @@ impl Groups {
     /// displacement.
     pub(super) fn move_to(&mut self, next: &[f64]) -> f64 {
         let mut moved = 0.0;
-        let mut is_unsorted = false;
-        let mut last = NO_GROUP;
-        let mut len = 0;
-        // No branches, because the processor cannot predict which groups merge.
-        for i in 0..self.sorted.len() {
-            let Group {
-                state: before,
-                size,
-                first,
-            } = self.sorted[i];
-            let state = next[i];
-            moved = f64::max(moved, (state - before).abs());
-            is_unsorted |= state < last.state;
-            let equal = state == last.state;
-            let later = select_unpredictable(equal, first.max(last.first), first);
-            let first = select_unpredictable(equal, first.min(last.first), first);
-            let size = size + select_unpredictable(equal, last.size, 0);
-            self.companion[later as usize] = first;
-            last = Group { state, size, first };
-            len += usize::from(!equal);
-            self.sorted[len - 1] = last;
+        for (group, state) in self.sorted.iter_mut().zip(next) {
+            moved = f64::max(moved, (state - group.state).abs());
+            group.state = *state;
         }
-        self.sorted.truncate(len);
-        if is_unsorted {
-            sort(&mut self.sorted);
+        let companion = &mut self.companion;
+        self.sorted.dedup_by(|group, last| {
+            let is_equal = group.state == last.state;
+            if is_equal {
+                let first = group.first.min(last.first);
+                companion[group.first.max(last.first) as usize] = first;
+                (last.first, last.size) = (first, last.size + group.size);
+            }
+            is_equal
+        });
+        // A linear force is larger on agents closer to the predator and reverses the order of some groups.
+        if !self.sorted.is_sorted_by(|a, b| a.state <= b.state) {
+            self.sorted.sort_unstable_by(by_state);
         }
         moved
     }
@@ -131,30 +113,8 @@ impl Groups {
     }
 }
 
-/// Sorts the groups by insertion, which is fast because a step keeps most of the order.
-fn sort(groups: &mut [Group]) {
-    // A linear force is larger on agents closer to the predator and reverses the order of some groups.
-    for descending in groups.chunk_by_mut(|a, b| a.state > b.state) {
-        descending.reverse();
-    }
-    let mut shifts = MAX_SHIFTS * groups.len();
-    for i in 1..groups.len() {
-        let group = groups[i];
-        let mut place = i;
-        while place > 0 && groups[place - 1].state > group.state {
-            groups[place] = groups[place - 1];
-            place -= 1;
-        }
-        if place == i {
-            continue;
-        }
-        groups[place] = group;
-        if shifts < i - place {
-            groups.sort_unstable_by(|a, b| a.state.total_cmp(&b.state));
-            break;
-        }
-        shifts -= i - place;
-    }
+fn by_state(a: &Group, b: &Group) -> Ordering {
+    a.state.total_cmp(&b.state).then(a.first.cmp(&b.first))
 }
 
 #[cfg(test)]
@@ -169,7 +129,7 @@ mod tests {
     }
 
     proptest! {
-        /// States are chosen from 200 values, so that many groups merge and the library's sort is reached.
+        /// States are chosen from 200 values, so that many groups merge.
         #[test]
         fn moves_keep_order_and_ids(
             start in prop::collection::vec(0..200_u8, 1..300),
@@ -213,7 +173,7 @@ mod tests {
             |groups| groups.sorted[0].first = 4,
             |groups| groups.sorted[0].state = f64::NAN,
             |groups| groups.sorted.swap(0, 3),
-            |groups| groups.sorted.push(NO_GROUP),
+            |groups| groups.sorted.push(groups.sorted[3]),
         ];
         for (index, spoil) in spoilings.into_iter().enumerate() {
             let mut spoiled = groups.clone();

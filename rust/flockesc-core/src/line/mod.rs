@@ -15,5 +15,6 @@ pub use episode::{LineEpisode, LineEpisodeConfig, LineReward, line_entries};
 pub use escape::EscapeForce;
 pub use rollout::{LineEpisodeOutcome, rollout_line};
 pub use scenario::LineConfig;
+pub(crate) use simulate::run_line;
 pub use simulate::{LineTrajectory, simulate_line};
 pub use step::{Line, check_lines};

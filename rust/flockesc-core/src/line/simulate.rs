@@ -38,27 +38,45 @@ pub fn simulate_line(
 ) -> Result<LineTrajectory> {
     let mut line = Line::new(config, seed, initial_state)?;
     let mut trajectory = LineTrajectory {
-        states: line.states(),
-        num_components: vec![line.num_components(range) as i64],
-        escape_distance: vec![line.escape_distance()],
+        states: Vec::new(),
+        num_components: Vec::new(),
+        escape_distance: Vec::new(),
         converged: false,
         steps: 0,
     };
-    while !trajectory.converged && trajectory.steps < line.config().max_steps {
+    trajectory.record(&line, range)?;
+    let (steps, converged) = run_line(&mut line, range, progress, |line| {
+        trajectory.record(line, range)
+    })?;
+    (trajectory.steps, trajectory.converged) = (steps, converged);
+    Ok(trajectory)
+}
+
+impl LineTrajectory {
+    fn record(&mut self, line: &Line, range: f64) -> Result<()> {
+        memory::reserve("max_steps", &mut self.states, line.config().num_agents)?;
+        line.append_states(&mut self.states);
+        self.num_components.push(line.num_components(range) as i64);
+        self.escape_distance.push(line.escape_distance());
+        Ok(())
+    }
+}
+
+/// Runs a line until its steady state or for `max_steps` steps, and calls `record` after every step. Returns the
+/// number of steps and whether the line reached a steady state.
+pub(crate) fn run_line(
+    line: &mut Line,
+    range: f64,
+    progress: &Progress,
+    mut record: impl FnMut(&Line) -> Result<()>,
+) -> Result<(usize, bool)> {
+    for step in 1..=line.config().max_steps {
         progress.check()?;
         let moved = line.step(range)?;
-        memory::reserve(
-            "max_steps",
-            &mut trajectory.states,
-            line.config().num_agents,
-        )?;
-        line.append_states(&mut trajectory.states);
-        trajectory
-            .num_components
-            .push(line.num_components(range) as i64);
-        trajectory.escape_distance.push(line.escape_distance());
-        trajectory.converged = line.is_steady(moved);
-        trajectory.steps += 1;
+        record(line)?;
+        if line.is_steady(moved) {
+            return Ok((step, true));
+        }
     }
-    Ok(trajectory)
+    Ok((line.config().max_steps, false))
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::consensus::{Consensus, components};
-use super::groups::{Group, Groups};
+use super::groups::Groups;
 use crate::base::check::{coordinates, rounding};
 use crate::base::error::{Error, Result};
 use crate::base::memory;
@@ -82,10 +82,12 @@ impl Line {
         self.groups.append_states(out);
     }
 
-    /// Returns the states x(t) in ascending order, length n.
-    pub(super) fn sorted_states(&self) -> impl Iterator<Item = f64> {
+    /// Returns the offsets x_i - x_p in ascending order, length n; the states without a predator.
+    pub(super) fn offsets(&self) -> impl Iterator<Item = f64> {
+        let predator = self.config.predator_position.unwrap_or_default();
         let groups = self.groups.sorted().iter();
-        groups.flat_map(|group| std::iter::repeat_n(group.state, group.size as usize))
+        groups
+            .flat_map(move |group| std::iter::repeat_n(group.state - predator, group.size as usize))
     }
 
     /// Returns the parameters.
@@ -114,14 +116,9 @@ impl Line {
                 escape_force,
                 ..
             } = *self.config;
-            // The groups inside the predator range are contiguous.
-            let offset = |group: &Group| group.state - predator;
-            let start = groups.partition_point(|group| offset(group) <= -predator_range);
-            let num_in_range =
-                groups[start..].partition_point(|group| offset(group) < predator_range);
-            let in_range = groups[start..].iter().take(num_in_range);
-            for (next, group) in next[start..].iter_mut().zip(in_range) {
-                *next += escape_force.at(offset(group), predator_range, repulsion_strength);
+            for (next, group) in next.iter_mut().zip(groups) {
+                let offset = group.state - predator;
+                *next += escape_force.at(offset, predator_range, repulsion_strength);
             }
         }
         self.groups.move_to(next)

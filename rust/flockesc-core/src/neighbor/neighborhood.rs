@@ -6,11 +6,10 @@ use crate::agents::{Agents, Column, GROUP};
 use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::memory;
-use crate::neighbor::engine::components::connect;
-use crate::neighbor::engine::forest::{Forest, connect_pairs};
+use crate::neighbor::engine::components::Components;
 use crate::neighbor::engine::isolation;
 use crate::neighbor::engine::kept::{Kept, Listing};
-use crate::neighbor::engine::kernel::sum_neighbors;
+use crate::neighbor::engine::kernel::SumNeighbors;
 use crate::neighbor::engine::links::Links;
 use crate::neighbor::engine::lists::{Lists, RANGE};
 use crate::neighbor::engine::pairs::Pairs;
@@ -102,17 +101,18 @@ impl<const D: usize> Neighborhood<D> {
         parallel::for_each_chunk_with(&mut self.sums, &mut self.scratch, |first, sums, scratch| {
             match links.reaches(options, ranges) {
                 Some(reaches) => {
-                    sum_neighbors(
+                    SumNeighbors {
                         agents,
                         tree,
                         reaches,
-                        options.field_of_view,
+                        field_of_view: options.field_of_view,
                         is_counting,
                         listing,
                         first,
                         sums,
                         scratch,
-                    );
+                    }
+                    .run();
                 }
                 None => sum_pairs(links.pairs(options, agents, tree), first, sums, scratch),
             }
@@ -262,14 +262,8 @@ impl<const D: usize> Neighborhood<D> {
         self.components(agents, ranges).labels(agents)
     }
 
-    fn components(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Forest {
-        let options = self.current_options();
-        let links = self.current_links(&options, agents, ranges);
-        let reaches = links.reaches(&options, ranges);
-        match reaches.filter(|_| options.is_by_reach()) {
-            Some(reaches) => connect(agents, &self.tree, reaches),
-            None => connect_pairs(&links.pairs(&options, agents, &self.tree)),
-        }
+    fn components(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Components {
+        self.with_pairs(agents, ranges, |pairs| Components::of(&pairs))
     }
 
     /// Computes the reaches and lists under `ranges` at the current positions.

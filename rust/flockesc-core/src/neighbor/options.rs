@@ -1,5 +1,7 @@
 //! `NeighborOptions`: the neighbor rule and the conditions that apply to every rule.
 
+use crate::agents::Agents;
+use crate::neighbor::engine::distances::Distances;
 use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
 use crate::neighbor::rules::rule::Criterion;
 use crate::neighbor::rules::{Metric, NeighborRule};
@@ -28,6 +30,18 @@ impl NeighborOptions {
         is_frozen: false,
         needs_pairs: false,
     };
+
+    /// Returns the distances between agents in the world of these options.
+    pub(in crate::neighbor) fn distances<const D: usize>(
+        self,
+        agents: &Agents<D>,
+    ) -> Distances<'_, D> {
+        Distances {
+            agents,
+            field_of_view: self.field_of_view,
+            torus: self.torus,
+        }
+    }
 
     /// Returns whether neighbors are determined by distances alone, so that nodes of the tree can be added at
     /// once.

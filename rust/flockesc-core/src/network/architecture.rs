@@ -8,8 +8,8 @@ use crate::base::check::{MAX_AGENTS, within};
 use crate::base::document::parse;
 use crate::base::error::{Error, Result};
 
-/// Inputs and layers of a network: tanh layers, then a linear layer. Its first output is the
-/// action, the others are the memory.
+/// Inputs, layers and head of a network: tanh layers, then a linear layer, whose outputs the head turns into a
+/// range.
 ///
 /// ```
 /// use flockesc_core::Architecture;
@@ -19,24 +19,37 @@ use crate::base::error::{Error, Result};
 /// assert_eq!(Architecture::from_json(r#"{"inputs": ["time"]}"#)?, network);
 /// # Ok::<(), flockesc_core::Error>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Architecture {
     /// Names of the observation entries that are inputs.
     pub inputs: Vec<String>,
     /// Names of the entries of a candidate range that are inputs, without `profile_k_`, or `range`, the
-    /// candidate divided by the largest one. The output is then the score of the candidate, and the action is
-    /// the candidate with the highest score, the shortest among equals.
+    /// candidate divided by the largest one. Not empty: the head is [`Head::Candidates`].
     pub candidate_inputs: Vec<String>,
+    /// Ranges in m to choose from. Not empty: the head is [`Head::Argmax`].
+    pub ranges: Vec<f64>,
     /// Width of every hidden layer, at least 1.
     pub hidden: Vec<usize>,
-    /// Number of recurrent values. The network outputs them with every action and receives them as
-    /// inputs for the next. They are 0 at the start of an episode.
+    /// Number of recurrent values of [`Head::Value`]. The network outputs them with every action and receives
+    /// them as inputs for the next. They are 0 at the start of an episode.
     pub memory: usize,
     /// Whether observations of agents are reflected such that the predator is on the left.
     pub mirror: bool,
     /// The function that maps the action to [-1, 1].
     pub squash: Squash,
+}
+
+/// What the outputs of the last layer are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Head {
+    /// The action in [-1, 1], then the memory.
+    Value,
+    /// One score per entry of [`Architecture::ranges`]. The highest one sets the range, the first among equals.
+    Argmax,
+    /// The score of one candidate range. The layers are computed for every candidate, and the highest score sets
+    /// the range, the first among equals.
+    Candidates,
 }
 
 /// A function that maps an action to [-1, 1].
@@ -55,6 +68,7 @@ impl Default for Architecture {
         Self {
             inputs: Vec::new(),
             candidate_inputs: Vec::new(),
+            ranges: Vec::new(),
             hidden: vec![8],
             memory: 0,
             mirror: false,
@@ -85,14 +99,25 @@ impl Architecture {
         for (index, width) in self.hidden.iter().enumerate() {
             within(&format!("hidden[{index}]"), *width, 1, MAX_AGENTS)?;
         }
-        let most = if self.is_scorer() { 0 } else { MAX_AGENTS };
+        if self.head() == Head::Candidates && !self.ranges.is_empty() {
+            let expected = "none for a network that scores candidates";
+            return Err(Error::config("ranges", expected, "some"));
+        }
+        let most = match self.head() {
+            Head::Value => MAX_AGENTS,
+            Head::Argmax | Head::Candidates => 0,
+        };
         within("memory", self.memory, 0, most)
     }
 
-    /// Returns whether the network scores candidate ranges.
+    /// Returns the head.
     #[must_use]
-    pub fn is_scorer(&self) -> bool {
-        !self.candidate_inputs.is_empty()
+    pub fn head(&self) -> Head {
+        match (&self.candidate_inputs[..], &self.ranges[..]) {
+            ([], []) => Head::Value,
+            ([], _) => Head::Argmax,
+            _ => Head::Candidates,
+        }
     }
 
     /// Returns the number of parameters. Every layer has its weights, one row per input, and then
@@ -106,11 +131,14 @@ impl Architecture {
 
     /// Returns the numbers of inputs and outputs of every layer.
     pub(super) fn shapes(&self) -> Vec<(usize, usize)> {
-        let widths: Vec<usize> =
-            once(self.inputs.len() + self.candidate_inputs.len() + self.memory)
-                .chain(self.hidden.iter().copied())
-                .chain(once(1 + self.memory))
-                .collect();
+        let inputs = self.inputs.len() + self.candidate_inputs.len() + self.memory;
+        let outputs = match self.head() {
+            Head::Value => 1 + self.memory,
+            Head::Argmax => self.ranges.len(),
+            Head::Candidates => 1,
+        };
+        let hidden = self.hidden.iter().copied();
+        let widths: Vec<usize> = once(inputs).chain(hidden).chain(once(outputs)).collect();
         widths.windows(2).map(|pair| (pair[0], pair[1])).collect()
     }
 }

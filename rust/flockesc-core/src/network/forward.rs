@@ -4,6 +4,7 @@
 use multiversion::multiversion;
 
 use super::tanh::tanh;
+use crate::base::error::{Error, Result};
 
 /// Number of rows that are computed together.
 pub(super) const LANES: usize = 16;
@@ -41,6 +42,41 @@ pub(super) fn forward(
             squash(&mut values[..columns]);
         }
     }
+}
+
+/// Returns the outputs of a network with layers of these widths for every row of `inputs`: tanh layers, then a
+/// linear one. Each layer has its weights, one row per input, and then its biases in `parameters`.
+///
+/// # Errors
+/// [`Error::Argument`] if `parameters` or `inputs` has the wrong length.
+pub fn tanh_layers(widths: &[usize], parameters: &[f64], inputs: &[f64]) -> Result<Vec<f64>> {
+    let shapes: Vec<_> = widths.windows(2).map(|pair| (pair[0], pair[1])).collect();
+    let size: usize = shapes
+        .iter()
+        .map(|(rows, columns)| (rows + 1) * columns)
+        .sum();
+    let [entries, .., columns] = *widths else {
+        return Err(Error::argument("widths", "at least two", widths.len()));
+    };
+    if parameters.len() != size || !inputs.len().is_multiple_of(entries) {
+        let expected = format!("{size} numbers, and inputs of {entries}");
+        return Err(Error::argument("parameters", expected, parameters.len()));
+    }
+    let width = widths.iter().copied().max().unwrap_or_default();
+    let (mut values, mut scratch) = (vec![[0.0; LANES]; width], vec![[0.0; LANES]; width]);
+    let mut outputs = Vec::with_capacity(inputs.len() / entries * columns);
+    for rows in inputs.chunks(LANES * entries) {
+        for (lane, row) in rows.chunks_exact(entries).enumerate() {
+            for (value, number) in values.iter_mut().zip(row) {
+                value[lane] = *number;
+            }
+        }
+        forward(&shapes, parameters, &mut values, &mut scratch);
+        for lane in 0..rows.len() / entries {
+            outputs.extend(values[..columns].iter().map(|value| value[lane]));
+        }
+    }
+    Ok(outputs)
 }
 
 /// Replaces every value by its tanh.

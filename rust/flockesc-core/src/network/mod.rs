@@ -6,10 +6,9 @@
 mod architecture;
 mod forward;
 mod networks;
-mod ranges;
 mod tanh;
 
-pub use architecture::{Architecture, Squash};
+pub use architecture::{Architecture, Head, Squash};
+pub use forward::tanh_layers;
 pub(crate) use networks::EpisodeNetwork;
-pub use networks::Networks;
-pub use ranges::{NetworkRanges, NormalizedRange};
+pub use networks::{NetworkRanges, Networks, NormalizedRange};

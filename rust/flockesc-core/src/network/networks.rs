@@ -1,24 +1,47 @@
 //! `Networks`: networks of one architecture, and their memory during an episode.
 
-use super::architecture::{Architecture, Squash};
+use super::architecture::{Architecture, Head, Squash};
 use super::forward::{LANES, Lanes, forward, squash};
-use super::ranges::NetworkRanges;
-use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
 
 /// Entries whose sign determines whether a row is reflected. The second entry counts if the first
 /// is 0.
 const MIRROR_ENTRIES: [&str; 2] = ["predator_direction_left", "heard_velocity_left"];
 
+/// A linear map from actions in [-1, 1] to ranges.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NormalizedRange {
+    /// Range in m of the action -1.
+    pub min_range: f64,
+    /// Range in m of the action 1.
+    pub max_range: f64,
+}
+
+impl NormalizedRange {
+    /// Returns the range in m of an action in [-1, 1].
+    #[must_use]
+    pub fn of(&self, action: f64) -> f64 {
+        self.min_range + (action + 1.0) / 2.0 * (self.max_range - self.min_range)
+    }
+}
+
+/// The ranges that networks can set.
+#[derive(Debug, Clone)]
+pub enum NetworkRanges {
+    /// Those of actions in [-1, 1]; for [`Head::Value`].
+    Normalized(NormalizedRange),
+    /// The ranges in m that a network chooses from; for [`Head::Argmax`] and [`Head::Candidates`].
+    Choices(Vec<f64>),
+}
+
 /// Networks of one architecture: one network for all episodes, or one per episode.
 #[derive(Debug, Clone)]
 pub struct Networks {
+    architecture: Architecture,
     shapes: Vec<(usize, usize)>,
-    squash: Squash,
-    memory: usize,
     ranges: NetworkRanges,
     inputs: Vec<Input>,
-    /// The inputs of every candidate range.
+    /// The inputs of every candidate of [`Head::Candidates`].
     candidates: Vec<Vec<Input>>,
     /// Columns of [`MIRROR_ENTRIES`], if rows are reflected.
     mirror_columns: Option<[usize; 2]>,
@@ -38,16 +61,16 @@ enum Input {
 }
 
 impl Networks {
-    /// Creates `count` networks. `entries` are the entries of an observation row. `parameters` has
+    /// Creates `count` networks. `entries` are the names of the entries of an observation row. `parameters` has
     /// [`Architecture::size`] numbers per network.
     ///
     /// # Errors
     /// [`Error::Config`] if a field of the architecture is out of bounds; [`Error::Argument`] if
-    /// `parameters` has the wrong length or an entry that is not finite, or if an input is not one
-    /// of `entries`.
+    /// `parameters` has the wrong length or an entry that is not finite, if an input is not one of `entries`,
+    /// or if `ranges` are not those of the head.
     pub fn new(
         architecture: &Architecture,
-        entries: &[Entry],
+        entries: &[String],
         ranges: NetworkRanges,
         parameters: &[f32],
         count: usize,
@@ -67,31 +90,30 @@ impl Networks {
             let is_left = architecture.mirror && name.ends_with("_left");
             Ok(Input::Column(column(entries, name)?, is_left))
         };
-        let names = architecture.inputs.iter();
-        let inputs = names.map(|name| input(name)).collect::<Result<_>>()?;
-        let candidates = match &ranges {
-            NetworkRanges::Candidates(ranges) if architecture.is_scorer() && !ranges.is_empty() => {
-                let largest = ranges.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-                let names = &architecture.candidate_inputs;
-                let inputs_of = |(k, range): (usize, &f64)| {
-                    let inputs = names.iter().map(|name| match name.as_str() {
-                        "range" => Ok(Input::Constant(range / largest)),
-                        name => input(&format!("profile_{k}_{name}")),
-                    });
-                    inputs.collect::<Result<_>>()
-                };
-                ranges
-                    .iter()
-                    .enumerate()
-                    .map(inputs_of)
-                    .collect::<Result<_>>()?
-            }
-            NetworkRanges::Normalized(_) if !architecture.is_scorer() => Vec::new(),
-            _ => {
-                let expected = "candidate ranges for a network that scores them, and only for it";
-                return Err(Error::argument("profile_ranges", expected, "others"));
-            }
+        let choices: &[f64] = match &ranges {
+            NetworkRanges::Normalized(_) => &[],
+            NetworkRanges::Choices(choices) => choices,
         };
+        let is_right = match architecture.head() {
+            Head::Value => choices.is_empty(),
+            Head::Argmax => choices.len() == architecture.ranges.len(),
+            Head::Candidates => !choices.is_empty(),
+        };
+        if !is_right {
+            let expected = "candidate ranges for a network that chooses, and only for it";
+            return Err(Error::argument("profile_ranges", expected, choices.len()));
+        }
+        let largest = choices.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let candidate = |(k, range): (usize, &f64)| {
+            let names = architecture.candidate_inputs.iter();
+            let inputs = names.map(|name| match name.as_str() {
+                "range" => Ok(Input::Constant(range / largest)),
+                name => input(&format!("profile_{k}_{name}")),
+            });
+            inputs.collect::<Result<Vec<_>>>()
+        };
+        let candidates = choices.iter().enumerate().map(candidate);
+        let candidates = candidates.collect::<Result<_>>()?;
         let mirror_columns = match architecture.mirror {
             true => Some([
                 column(entries, MIRROR_ENTRIES[0])?,
@@ -99,33 +121,38 @@ impl Networks {
             ]),
             false => None,
         };
+        let inputs = architecture.inputs.iter().map(|name| input(name));
         Ok(Self {
             shapes: architecture.shapes(),
-            squash: architecture.squash,
-            memory: architecture.memory,
             ranges,
-            inputs,
+            inputs: inputs.collect::<Result<_>>()?,
             candidates,
             mirror_columns,
             row_length: entries.len(),
             parameters: parameters.iter().copied().map(f64::from).collect(),
             size,
+            architecture: architecture.clone(),
         })
     }
 
-    /// Returns the ranges in m that the first network sets for successive observations of one
-    /// episode. All observations have the same number of rows.
-    #[doc(hidden)]
-    #[must_use]
-    pub fn ranges(&self, observations: &[Vec<f32>]) -> Vec<Vec<f64>> {
-        let lengths = observations.iter().map(Vec::len);
-        let rows = lengths.min().unwrap_or_default() / self.row_length;
-        let mut network = self.for_episode(0, rows);
-        let mut ranges = vec![vec![0.0; rows]; observations.len()];
-        for (rows, ranges) in observations.iter().zip(&mut ranges) {
-            network.act(rows, ranges);
+    /// Returns the output of the first network for every observation row: the action of [`Head::Value`], or the
+    /// index of the range that it chooses. `memory` has [`Architecture::memory`] numbers per row and is updated.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] if an array has the wrong length.
+    pub fn outputs(&self, observations: &[f32], memory: &mut Vec<f64>) -> Result<Vec<f64>> {
+        let rows = observations.len() / self.row_length;
+        let lengths = (rows * self.row_length, rows * self.architecture.memory);
+        if (observations.len(), memory.len()) != lengths {
+            let expected = format!("rows of {} entries", self.row_length);
+            return Err(Error::argument("observations", expected, "others"));
         }
-        ranges
+        let mut network = self.for_episode(0, rows);
+        network.memory.copy_from_slice(memory);
+        let mut outputs = vec![0.0; rows];
+        network.output(observations, &mut outputs);
+        *memory = network.memory;
+        Ok(outputs)
     }
 
     /// Checks that there is one network, or one per episode.
@@ -141,121 +168,19 @@ impl Networks {
     /// Returns the network of an episode, before its first action. `rows` is the number of
     /// observation rows.
     pub(crate) fn for_episode(&self, episode: usize, rows: usize) -> EpisodeNetwork<'_> {
-        let widths = self
-            .shapes
-            .iter()
-            .map(|(inputs, outputs)| *inputs.max(outputs));
-        let width = widths.max().unwrap_or_default();
+        let widths = self.shapes.iter().map(|layer| layer.0.max(layer.1));
+        let lanes = vec![[0.0; LANES]; widths.max().unwrap_or_default()];
         let first = episode * self.size % self.parameters.len();
         EpisodeNetwork {
             networks: self,
             parameters: &self.parameters[first..first + self.size],
-            memory: vec![[0.0; LANES]; rows.div_ceil(LANES) * self.memory],
-            values: vec![[0.0; LANES]; width],
-            scratch: vec![[0.0; LANES]; width],
-            own: vec![[0.0; LANES]; self.inputs.len()],
-        }
-    }
-}
-
-/// Returns the column of the entry `name` in a row.
-fn column(entries: &[Entry], name: &str) -> Result<usize> {
-    let at = entries.iter().position(|entry| entry.name == name);
-    at.ok_or_else(|| {
-        let names: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
-        let given = format!("only {}", names.join(", "));
-        Error::argument("observation", format!("an entry '{name}'"), given)
-    })
-}
-
-/// One network and its memory in one episode.
-#[derive(Debug)]
-pub(crate) struct EpisodeNetwork<'a> {
-    networks: &'a Networks,
-    parameters: &'a [f64],
-    /// Memory of all rows, in blocks of [`LANES`] rows.
-    memory: Vec<Lanes>,
-    values: Vec<Lanes>,
-    scratch: Vec<Lanes>,
-    /// Inputs that are the same for all candidates.
-    own: Vec<Lanes>,
-}
-
-impl EpisodeNetwork<'_> {
-    /// Returns the number of entries of an observation row.
-    pub(crate) fn row_length(&self) -> usize {
-        self.networks.row_length
-    }
-
-    /// Writes the range in m of every observation row, and updates the memory.
-    pub(crate) fn act(&mut self, observations: &[f32], ranges: &mut [f64]) {
-        let Networks {
-            shapes,
-            memory,
-            ranges: map,
-            row_length,
-            ..
-        } = self.networks;
-        let blocks = observations
-            .chunks(LANES * row_length)
-            .zip(ranges.chunks_mut(LANES));
-        for (block, (rows, ranges)) in blocks.enumerate() {
-            let inputs = self.networks.inputs.len();
-            let sign_flips = self.networks.sign_flips(rows);
-            self.networks
-                .read(&self.networks.inputs, rows, &sign_flips, &mut self.values);
-            let map = match map {
-                NetworkRanges::Normalized(map) => map,
-                NetworkRanges::Candidates(candidates) => {
-                    self.choose(candidates, rows, &sign_flips, ranges);
-                    continue;
-                }
-            };
-            let remembered = block * memory..(block + 1) * memory;
-            self.values[inputs..inputs + memory].copy_from_slice(&self.memory[remembered.clone()]);
-            forward(shapes, self.parameters, &mut self.values, &mut self.scratch);
-            let (action, rest) = self.values.split_at_mut(1);
-            squash(&mut rest[..*memory]);
-            self.memory[remembered].copy_from_slice(&rest[..*memory]);
-            if self.networks.squash == Squash::Tanh {
-                squash(action);
-            }
-            for (range, action) in ranges.iter_mut().zip(action[0]) {
-                // Actions are float32 in every interface.
-                let action = action.clamp(-1.0, 1.0) as f32;
-                *range = map.of(f64::from(action));
-            }
+            memory: vec![0.0; rows * self.architecture.memory],
+            values: lanes.clone(),
+            scratch: lanes,
+            scores: Vec::new(),
         }
     }
 
-    /// Writes the candidate range with the highest score for each of at most [`LANES`] rows.
-    fn choose(
-        &mut self,
-        candidates: &[f64],
-        rows: &[f32],
-        sign_flips: &[u64; LANES],
-        ranges: &mut [f64],
-    ) {
-        let networks = self.networks;
-        let inputs = networks.inputs.len();
-        self.own.copy_from_slice(&self.values[..inputs]);
-        let mut highest = [f64::NEG_INFINITY; LANES];
-        for (candidate, columns) in candidates.iter().zip(&networks.candidates) {
-            self.values[..inputs].copy_from_slice(&self.own);
-            networks.read(columns, rows, sign_flips, &mut self.values[inputs..]);
-            let shapes = &networks.shapes;
-            forward(shapes, self.parameters, &mut self.values, &mut self.scratch);
-            let scores = self.values[0];
-            for ((range, score), highest) in ranges.iter_mut().zip(scores).zip(&mut highest) {
-                if score > *highest {
-                    (*range, *highest) = (*candidate, score);
-                }
-            }
-        }
-    }
-}
-
-impl Networks {
     /// Returns the bit masks that negate the entries to the left, for at most [`LANES`] rows.
     fn sign_flips(&self, rows: &[f32]) -> [u64; LANES] {
         let mut sign_flips = [0; LANES];
@@ -291,6 +216,130 @@ impl Networks {
                         *value = f64::from_bits(f64::from(entry).to_bits() ^ sign_flip);
                     }
                 }
+            }
+        }
+    }
+}
+
+/// Returns the column of the entry `name` in a row.
+fn column(entries: &[String], name: &str) -> Result<usize> {
+    let at = entries.iter().position(|entry| entry == name);
+    at.ok_or_else(|| {
+        let given = format!("only {}", entries.join(", "));
+        Error::argument("observation", format!("an entry '{name}'"), given)
+    })
+}
+
+/// One network and its memory in one episode.
+#[derive(Debug)]
+pub(crate) struct EpisodeNetwork<'a> {
+    networks: &'a Networks,
+    parameters: &'a [f64],
+    /// Memory of all rows, row after row.
+    memory: Vec<f64>,
+    values: Vec<Lanes>,
+    scratch: Vec<Lanes>,
+    /// Scores of the candidates.
+    scores: Vec<Lanes>,
+}
+
+impl EpisodeNetwork<'_> {
+    /// Returns the number of entries of an observation row.
+    pub(crate) fn row_length(&self) -> usize {
+        self.networks.row_length
+    }
+
+    /// Writes the range in m of every observation row, and updates the memory.
+    pub(crate) fn act(&mut self, observations: &[f32], ranges: &mut [f64]) {
+        self.output(observations, ranges);
+        for range in ranges {
+            *range = match &self.networks.ranges {
+                NetworkRanges::Normalized(map) => map.of(*range),
+                NetworkRanges::Choices(choices) => choices[*range as usize],
+            }
+        }
+    }
+
+    /// Writes the output of every observation row, and updates the memory; see [`Networks::outputs`].
+    fn output(&mut self, observations: &[f32], outputs: &mut [f64]) {
+        let networks = self.networks;
+        let blocks = observations.chunks(LANES * networks.row_length);
+        for (block, (rows, outputs)) in blocks.zip(outputs.chunks_mut(LANES)).enumerate() {
+            let sign_flips = networks.sign_flips(rows);
+            networks.read(&networks.inputs, rows, &sign_flips, &mut self.values);
+            match networks.architecture.head() {
+                Head::Value => self.value(block, outputs),
+                Head::Argmax => {
+                    self.forward();
+                    argmax(&self.values[..networks.architecture.ranges.len()], outputs);
+                }
+                Head::Candidates => {
+                    self.score(rows, &sign_flips);
+                    argmax(&self.scores, outputs);
+                }
+            }
+        }
+    }
+
+    fn forward(&mut self) {
+        let shapes = &self.networks.shapes;
+        forward(shapes, self.parameters, &mut self.values, &mut self.scratch);
+    }
+
+    /// Writes the actions of a block of rows, and updates their memory.
+    fn value(&mut self, block: usize, actions: &mut [f64]) {
+        let Architecture {
+            inputs,
+            memory,
+            squash: bound,
+            ..
+        } = &self.networks.architecture;
+        let remembered = block * LANES * memory..(block * LANES + actions.len()) * memory;
+        let rows = self.memory[remembered.clone()].chunks_exact((*memory).max(1));
+        for (lane, row) in rows.enumerate() {
+            for (value, number) in self.values[inputs.len()..].iter_mut().zip(row) {
+                value[lane] = *number;
+            }
+        }
+        self.forward();
+        squash(&mut self.values[1..=*memory]);
+        let rows = self.memory[remembered].chunks_exact_mut((*memory).max(1));
+        for (lane, row) in rows.enumerate() {
+            for (value, number) in self.values[1..].iter().zip(row) {
+                *number = value[lane];
+            }
+        }
+        if *bound == Squash::Tanh {
+            squash(&mut self.values[..1]);
+        }
+        for (action, value) in actions.iter_mut().zip(self.values[0]) {
+            // Actions are float32 in every interface.
+            *action = f64::from(value.clamp(-1.0, 1.0) as f32);
+        }
+    }
+
+    /// Computes the scores of all candidates for at most [`LANES`] rows.
+    fn score(&mut self, rows: &[f32], sign_flips: &[u64; LANES]) {
+        let networks = self.networks;
+        self.scores.clear();
+        for candidate in &networks.candidates {
+            let (own, rest) = self.values.split_at_mut(networks.inputs.len());
+            networks.read(&networks.inputs, rows, sign_flips, own);
+            networks.read(candidate, rows, sign_flips, rest);
+            self.forward();
+            self.scores.push(self.values[0]);
+        }
+    }
+}
+
+/// Writes the index of the highest score of every row, the first among equals.
+fn argmax(scores: &[Lanes], indices: &mut [f64]) {
+    let mut highest = [f64::NEG_INFINITY; LANES];
+    indices.fill(0.0);
+    for (k, scores) in scores.iter().enumerate() {
+        for ((index, score), highest) in indices.iter_mut().zip(scores).zip(&mut highest) {
+            if score > highest {
+                (*index, *highest) = (k as f64, *score);
             }
         }
     }

@@ -1,184 +1,225 @@
 //! Observations of the agents: one row per agent, in the agent's body frame.
 
 use multiversion::multiversion;
-use nalgebra::SVector;
 
-use super::Scene;
-use super::columns::{ColumnTable, GroupRows, Rows, put_in_frames};
-use super::extras::agent::Writer;
-use super::table::squash;
-use super::vectors::Vectors;
+use super::frames::{Axes, Shared, Vectors, perceive, put_in_frames};
+use super::row::{GroupRows, squash};
+use super::scene::Common;
+use super::velocities::Velocities;
+use super::{Extras, Scene};
 use crate::agents::{Column, GROUP, Group};
+use crate::base::entry::{Entries, Row};
 use crate::base::error::Result;
 use crate::base::exact::{Scale, to_float};
-use crate::base::vector::{SHORTEST, squared_norm};
-use crate::flock::HALF_COUNT;
-use crate::neighbor::NeighborSums;
+use crate::base::vector::SHORTEST;
+use crate::flock::{Drift, HALF_COUNT, Straight, approaches};
+use crate::neighbor::{NeighborSums, Profile};
 use crate::parallel::Progress;
-use crate::predator::Predator;
 
-/// The values that are the same for all agents of a flock.
-struct Common {
-    /// Largest range of an action in m.
-    max_range: f64,
-    /// Distance in m up to which a predator is sensed.
-    sensing_length: f64,
-    /// Scale of speeds in m/s.
-    speed: f64,
-    /// Scale of lengths in m.
-    length: f64,
-    /// Unit of the sums over neighbors, in m/s.
-    unit: Scale,
+/// What the entries of one group are computed from. Values in empty lanes are unspecified.
+struct Seen<'a, const D: usize> {
+    group: &'a Group<D>,
+    /// Sums over the neighbors in the last step, and under every candidate range.
+    heard: &'a NeighborSums<D>,
+    candidates: &'a [NeighborSums<D>],
+    /// Ranges of the last action in m.
+    last_ranges: &'a Column<f64>,
+    vectors: &'a Vectors<D>,
+    axes: &'a Axes<D>,
 }
 
-/// Columns of values of the agents of one group, scaled as in their rows. Vectors are in the agents' body
-/// frames. Values in empty lanes are unspecified.
-pub(super) struct Features<const D: usize> {
-    time: Column<f64>,
-    running_minimum: Column<f64>,
-    /// In m until the entries are added.
-    last_range: Column<f64>,
-    speed: Column<f64>,
-    /// Number of neighbors in the last step, the agent itself excluded.
-    neighbor_count: Column<f64>,
-    /// Mean velocity of the neighbors and the agent itself.
-    heard_velocity: [Column<f64>; D],
-    /// 1 if the agent senses the nearest predator, otherwise 0. The values below are then 0, too.
-    predator_sensed: Column<f64>,
-    predator_distance: Column<f64>,
-    predator_direction: [Column<f64>; D],
-    predator_velocity: [Column<f64>; D],
-}
-
-/// Adds the entries of a row to `table`.
-#[inline(always)]
-pub(super) fn table<const D: usize>(table: &mut impl ColumnTable<Features<D>>) {
-    table.numbers("time", 0.0, |features| &features.time);
-    table.numbers("running_minimum", 0.0, |features| &features.running_minimum);
-    table.numbers("last_range", 0.0, |features| &features.last_range);
-    table.numbers("speed", 0.0, |features| &features.speed);
-    table.numbers("neighbor_count", 0.0, |features| &features.neighbor_count);
-    table.vectors("heard_velocity", |features| &features.heard_velocity);
-    table.numbers("predator_sensed", 0.0, |features| &features.predator_sensed);
-    table.numbers("predator_distance", 0.0, |features| {
-        &features.predator_distance
-    });
-    table.vectors("predator_direction", |features| {
-        &features.predator_direction
-    });
-    table.vectors("predator_velocity", |features| &features.predator_velocity);
-}
-
-impl<const D: usize> Features<D> {
-    const EMPTY: Self = Self {
-        time: [0.0; GROUP],
-        running_minimum: [0.0; GROUP],
-        last_range: [0.0; GROUP],
-        speed: [0.0; GROUP],
-        neighbor_count: [0.0; GROUP],
-        heard_velocity: [[0.0; GROUP]; D],
-        predator_sensed: [0.0; GROUP],
-        predator_distance: [0.0; GROUP],
-        predator_direction: [[0.0; GROUP]; D],
-        predator_velocity: [[0.0; GROUP]; D],
-    };
-}
-
-/// Computes the numbers and vectors of one group. `heard` are the sums over its agents' neighbors.
+/// Computes and adds all entries of a group.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn compute<const D: usize>(
-    group: &Group<D>,
-    heard: &NeighborSums<D>,
-    predators: &[Predator<D>],
-    common: &Common,
-    features: &mut Features<D>,
-    vectors: &mut Vectors<D>,
+fn add<const D: usize, R: for<'c> Row<&'c Column<f64>>>(
+    row: &mut R,
+    shared: &Shared<'_, D>,
+    seen: &Seen<'_, D>,
 ) {
-    let mut nearest = [f64::INFINITY; GROUP];
-    for predator in predators {
-        for lane in 0..GROUP {
-            let offset: [f64; D] =
-                std::array::from_fn(|axis| predator.position[axis] - group.position[axis][lane]);
-            let square = squared_norm(&offset);
-            let is_nearer = square < nearest[lane];
-            nearest[lane] = if is_nearer { square } else { nearest[lane] };
-            for axis in 0..D {
-                let approach = predator.velocity[axis] - group.velocity[axis][lane];
-                let direction = &mut vectors.predator_direction[axis][lane];
-                let before = vectors.approach[axis][lane];
-                *direction = if is_nearer { offset[axis] } else { *direction };
-                vectors.approach[axis][lane] = if is_nearer { approach } else { before };
-            }
-        }
-    }
+    let Common {
+        max_range,
+        length,
+        speed,
+        ..
+    } = shared.common;
+    let (group, vectors) = (seen.group, seen.vectors);
+    row.number("time", 0.0, &[shared.common.time; GROUP]);
+    let minimum = [shared.common.running_minimum; GROUP];
+    row.number("running_minimum", 0.0, &minimum);
+    let mut column = [0.0; GROUP];
     for lane in 0..GROUP {
-        let length = group.distance[lane];
-        let is_sensed = length < f64::INFINITY && length <= common.sensing_length;
-        let has_direction = is_sensed && length > SHORTEST;
-        features.predator_sensed[lane] = if is_sensed { 1.0 } else { 0.0 };
-        features.predator_distance[lane] = if is_sensed {
-            squash(length, common.length)
+        column[lane] = seen.last_ranges[lane] / max_range;
+    }
+    row.number("last_range", 0.0, &column);
+    for lane in 0..GROUP {
+        column[lane] = squash(vectors.own.norms[lane], speed);
+    }
+    row.number("speed", 0.0, &column);
+    add_neighbor_count(row, seen.heard);
+    add_vector(
+        row,
+        "heard_velocity",
+        seen.axes,
+        &vectors.heard.scaled(speed),
+    );
+    for lane in 0..GROUP {
+        column[lane] = if vectors.is_sensed[lane] { 1.0 } else { 0.0 };
+    }
+    row.number("predator_sensed", 0.0, &column);
+    for lane in 0..GROUP {
+        let distance = squash(group.distance[lane], length);
+        column[lane] = if vectors.is_sensed[lane] {
+            distance
         } else {
             0.0
         };
-        for axis in 0..D {
-            let direction = &mut vectors.predator_direction[axis][lane];
-            let approach = vectors.approach[axis][lane];
-            *direction = if has_direction {
-                *direction / length
-            } else {
-                0.0
-            };
-            vectors.approach[axis][lane] = if is_sensed { approach } else { 0.0 };
-        }
     }
-    for lane in 0..GROUP {
-        let velocity: [f64; D] = std::array::from_fn(|axis| group.velocity[axis][lane]);
-        let norm = squared_norm(&velocity).sqrt();
-        vectors.norm[lane] = norm;
-        features.speed[lane] = squash(norm, common.speed);
-        let count = to_float(heard.count[lane]);
-        features.neighbor_count[lane] = squash(count - 1.0, HALF_COUNT);
-        for axis in 0..D {
-            vectors.heading[axis][lane] = velocity[axis] / norm;
-            vectors.heard[axis][lane] = common.unit.value(heard.sum[axis][lane]) / count;
-        }
+    row.number("predator_distance", 0.0, &column);
+    add_vector(
+        row,
+        "predator_direction",
+        seen.axes,
+        &vectors.predator_direction,
+    );
+    let approach = vectors.approach.scaled(speed);
+    add_vector(row, "predator_velocity", seen.axes, &approach);
+    if !shared.extras.is_empty() {
+        add_optional(row, shared, seen);
     }
 }
 
-/// Computes the vectors in the body frames with these `axes`, and adds all entries to `rows`.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn add_entries<const D: usize>(
-    axes: &[[Column<f64>; D]; D],
-    vectors: &Vectors<D>,
-    common: &Common,
-    features: &mut Features<D>,
-    rows: &mut GroupRows,
-) {
-    for last_range in &mut features.last_range {
-        *last_range /= common.max_range;
-    }
-    let heard = scaled(&vectors.heard, common.speed);
-    put_in_frames(axes, &heard, &mut features.heard_velocity);
-    let direction = &mut features.predator_direction;
-    put_in_frames(axes, &vectors.predator_direction, direction);
-    let approach = scaled(&vectors.approach, common.speed);
-    put_in_frames(axes, &approach, &mut features.predator_velocity);
-    table(&mut Rows { features, rows });
-}
-
-/// Scales every velocity w to w / (||w|| + `speed`).
+/// Computes and adds the optional entries of a group.
 #[inline(always)]
-fn scaled<const D: usize>(velocities: &[Column<f64>; D], speed: f64) -> [Column<f64>; D] {
-    let mut scaled = [[0.0; GROUP]; D];
-    for lane in 0..GROUP {
-        let velocity: [f64; D] = std::array::from_fn(|axis| velocities[axis][lane]);
-        let divisor = squared_norm(&velocity).sqrt() + speed;
-        for axis in 0..D {
-            scaled[axis][lane] = velocity[axis] / divisor;
+fn add_optional<const D: usize>(
+    row: &mut impl for<'c> Row<&'c Column<f64>>,
+    shared: &Shared<'_, D>,
+    seen: &Seen<'_, D>,
+) {
+    let (has_escape, has_approach) = (shared.extras.has_escape(), shared.extras.has_approach());
+    let Common { length, speed, .. } = shared.common;
+    let (group, vectors) = (seen.group, seen.vectors);
+    let (mut column, mut cosines) = ([0.0; GROUP], [0.0; GROUP]);
+    if has_escape {
+        add_vector(row, "escape_direction", seen.axes, &vectors.escape);
+        vectors.own.cosines(&vectors.escape, &mut column);
+        vectors.heard.cosines(&vectors.escape, &mut cosines);
+        for lane in 0..GROUP {
+            column[lane] = 0.5 * (cosines[lane] - column[lane]);
+        }
+        row.number("heard_escape_gain", -1.0, &column);
+    }
+    if has_approach {
+        let (predators, sensing_length) = (&shared.predators, shared.common.sensing_length);
+        let found = approaches(group, &group.velocity, predators, sensing_length);
+        for lane in 0..GROUP {
+            column[lane] = scaled(found.distance[lane], length);
+        }
+        row.number("closest_approach", 0.0, &column);
+        for lane in 0..GROUP {
+            column[lane] = squash(found.time[lane], length / speed);
+        }
+        row.number("closest_approach_time", 0.0, &column);
+        distances(&vectors.heard, group, shared, &mut column);
+        row.number("heard_closest_approach", 0.0, &column);
+    }
+    let mut heard = Velocities::EMPTY;
+    for (k, sums) in seen.candidates.iter().enumerate() {
+        heard.set_to_means(sums, shared.candidate_unit);
+        row.begin_candidate(k);
+        add_vector(row, "velocity", seen.axes, &heard.scaled(speed));
+        add_neighbor_count(row, sums);
+        if has_escape {
+            heard.cosines(&vectors.escape, &mut column);
+            row.number("escape_cosine", -1.0, &column);
+        }
+        if has_approach {
+            distances(&heard, group, shared, &mut column);
+            row.number("closest_approach", 0.0, &column);
         }
     }
-    scaled
+}
+
+/// Adds the coordinates of vectors in the agents' body frames.
+#[inline(always)]
+fn add_vector<const D: usize>(
+    row: &mut impl for<'c> Row<&'c Column<f64>>,
+    name: &str,
+    axes: &Axes<D>,
+    vectors: &[Column<f64>; D],
+) {
+    let mut coordinates = [[0.0; GROUP]; D];
+    put_in_frames(axes, vectors, &mut coordinates);
+    row.vector(name, coordinates.each_ref());
+}
+
+/// Adds the scaled number of neighbors, the agent itself excluded.
+#[inline(always)]
+fn add_neighbor_count<const D: usize>(
+    row: &mut impl for<'c> Row<&'c Column<f64>>,
+    sums: &NeighborSums<D>,
+) {
+    let mut column = [0.0; GROUP];
+    for lane in 0..GROUP {
+        column[lane] = squash(to_float(sums.count[lane]) - 1.0, HALF_COUNT);
+    }
+    row.number("neighbor_count", 0.0, &column);
+}
+
+/// Computes the closest approaches with the agents' speeds and the headings of `velocities`, scaled to [0, 1).
+/// An agent keeps its heading where the velocity is 0.
+#[inline(always)]
+fn distances<const D: usize>(
+    velocities: &Velocities<D>,
+    group: &Group<D>,
+    shared: &Shared<'_, D>,
+    distances: &mut Column<f64>,
+) {
+    let mut turned = group.velocity;
+    for lane in 0..GROUP {
+        let norm = velocities.norms[lane];
+        let factor = group.speed[lane] / norm;
+        for axis in 0..D {
+            let own = group.velocity[axis][lane];
+            let aim = velocities.vectors[axis][lane] * factor;
+            turned[axis][lane] = if norm > SHORTEST { aim } else { own };
+        }
+    }
+    let sensing_length = shared.common.sensing_length;
+    let found = approaches(group, &turned, &shared.predators, sensing_length);
+    for lane in 0..GROUP {
+        distances[lane] = scaled(found.distance[lane], shared.common.length);
+    }
+}
+
+/// Returns a distance to a predator, scaled to [0, 1), or 0 for an infinite one.
+#[inline(always)]
+fn scaled(distance: f64, length: f64) -> f64 {
+    if distance < f64::INFINITY {
+        distance / (distance + length)
+    } else {
+        0.0
+    }
+}
+
+/// Collects the entries of a row.
+pub(super) fn name<const D: usize>(extras: Extras<'_>, entries: &mut Entries) {
+    let unit = Scale::new(0.0, 1);
+    let shared = Shared {
+        common: Common::default(),
+        extras,
+        predators: Vec::new(),
+        places: Vec::new(),
+        unit,
+        candidate_unit: unit,
+    };
+    let seen = Seen {
+        group: &Group::<D>::EMPTY,
+        heard: &NeighborSums::EMPTY,
+        candidates: &vec![NeighborSums::EMPTY; extras.ranges.len()],
+        last_ranges: &[0.0; GROUP],
+        vectors: &Vectors::EMPTY,
+        axes: &[[[0.0; GROUP]; D]; D],
+    };
+    add(entries, &shared, &seen);
 }
 
 /// Writes one row per agent. Rows of caught agents are 0.
@@ -187,65 +228,60 @@ pub(super) fn write<const D: usize>(
     out: &mut [f32],
     progress: &Progress,
 ) -> Result<()> {
-    let world = scene.world;
-    let common = Common {
-        max_range: scene.max_range,
-        sensing_length: scene.sensing_length(),
-        speed: scene.speed(),
-        length: scene.length(),
-        unit: world.neighborhood().scale(),
-    };
-    let length = out.len() / scene.scenario().num_agents;
+    let (world, extras) = (scene.world, scene.extras);
+    let (agents, neighborhood) = (world.agents(), world.neighborhood());
+    let length = out.len() / world.config().num_agents;
     for agent in world.caught() {
         out[agent * length..(agent + 1) * length].fill(0.0);
     }
-    if world.agents().len() == 0 {
+    if agents.len() == 0 {
         return Ok(());
     }
-    let mut features = Features {
-        time: [scene.time(); GROUP],
-        running_minimum: [scene.running_minimum(); GROUP],
-        ..Features::EMPTY
+    let predators: Vec<Straight<D>> = world.predators().iter().map(Straight::from).collect();
+    let mut places = Vec::new();
+    if extras.has_escape() {
+        let drift = Drift::of(&agents.groups, agents.len());
+        let place = |predator: &Straight<D>| predator.after(drift.time_of_approach(predator));
+        places.extend(predators.iter().map(place));
+    }
+    let mut profile = None;
+    if !extras.ranges.is_empty() {
+        profile = Some(Profile::new(neighborhood, agents, extras.ranges, progress)?);
+    }
+    let unit = neighborhood.scale();
+    let shared = Shared {
+        common: scene.common(),
+        extras,
+        predators,
+        places,
+        unit,
+        candidate_unit: profile.as_ref().map_or(unit, Profile::scale),
     };
+    let mut last_ranges = [0.0; GROUP];
     let mut vectors = Vectors::EMPTY;
     let mut axes = [[[0.0; GROUP]; D]; D];
     let mut rows = GroupRows::new(length);
-    let mut extras = Writer::new(scene, progress)?;
-    let sums = world.neighborhood().sums();
-    for (index, (group, heard)) in world.agents().groups.iter().zip(sums).enumerate() {
+    let sums = neighborhood.sums();
+    for (index, (group, heard)) in agents.groups.iter().zip(sums).enumerate() {
         progress.check()?;
-        let ids = world.agents().ids_of(index);
-        compute(
-            group,
-            heard,
-            world.predators(),
-            &common,
-            &mut features,
-            &mut vectors,
-        );
-        for (last_range, id) in features.last_range.iter_mut().zip(ids) {
+        let ids = agents.ids_of(index);
+        perceive(group, heard, &shared, &mut vectors);
+        for (last_range, id) in last_ranges.iter_mut().zip(ids) {
             *last_range = scene.ranges[*id as usize];
         }
-        if let Some(writer) = &mut extras {
-            writer.listen(index);
-        }
-        vectors.find_axes(group, ids.len(), extras.as_ref(), &mut axes);
-        add_entries(&axes, &vectors, &common, &mut features, &mut rows);
-        if let Some(writer) = &mut extras {
-            writer.add_entries(group, &axes, heard, &mut rows);
-        }
+        let profile = profile.as_mut().map(|profile| profile.of_group(index));
+        let candidates = profile.unwrap_or_default();
+        vectors.find_axes(group, ids.len(), candidates, &mut axes);
+        let seen = Seen {
+            group,
+            heard,
+            candidates,
+            last_ranges: &last_ranges,
+            vectors: &vectors,
+            axes: &axes,
+        };
+        add(&mut rows, &shared, &seen);
         rows.flush(ids, out);
     }
     Ok(())
-}
-
-/// Returns the predator nearest to `position` and its distance in m.
-pub(super) fn nearest<'a, const D: usize>(
-    position: &SVector<f64, D>,
-    predators: &'a [Predator<D>],
-) -> Option<(&'a Predator<D>, f64)> {
-    predators
-        .iter()
-        .map(|predator| (predator, (predator.position - position).norm()))
-        .min_by(|a, b| a.1.total_cmp(&b.1))
 }

@@ -4,42 +4,33 @@
 //! All entries are invariant under translations and rotations of the world.
 
 mod agent;
-mod columns;
 mod extras;
 mod flock;
+mod frames;
 mod predator;
+mod row;
 mod scene;
-mod sensing;
-mod table;
-mod vectors;
+mod velocities;
 mod view;
 
-use crate::agents::{GROUP, Group};
-use crate::base::entry::Entry;
+use crate::agents::GROUP;
+use crate::base::entry::{Entries, Entry};
 use crate::base::error::Result;
 use crate::flock::FlockConfig;
-use crate::neighbor::{NeighborSums, Profile};
+use crate::neighbor::Profile;
 use crate::parallel::Progress;
 pub use extras::ExtraEntries;
 pub(crate) use extras::Extras;
 pub(crate) use scene::Scene;
-pub use sensing::SensingRange;
-use table::Entries;
-pub use view::View;
+pub use scene::SensingRange;
+pub use view::{View, ViewSpec, views};
 
 /// Returns the entries of an observation row, in order, for dimension 2 or 3.
 pub(crate) fn entries(view: View, extras: Extras<'_>, dimension: usize) -> Vec<Entry> {
     let mut entries = Entries::default();
-    match (view, dimension) {
-        (View::Flock, 2) => flock::table::<2>(&mut entries),
-        (View::Flock, _) => flock::table::<3>(&mut entries),
-        (View::Agent, 2) => agent::table::<2>(&mut entries),
-        (View::Agent, _) => agent::table::<3>(&mut entries),
-    }
-    match (view, dimension) {
-        (View::Flock, _) => extras::flock::table(extras, &mut entries),
-        (View::Agent, 2) => extras::agent::table::<2>(extras, &mut entries),
-        (View::Agent, _) => extras::agent::table::<3>(extras, &mut entries),
+    match dimension {
+        2 => view.name::<2>(extras, &mut entries),
+        _ => view.name::<3>(extras, &mut entries),
     }
     entries.entries
 }
@@ -55,8 +46,8 @@ pub fn flock_entries(dimension: usize) -> Vec<Entry> {
 pub fn predator_entries(dimension: usize) -> Vec<Entry> {
     let mut entries = Entries::default();
     match dimension {
-        2 => predator::table::<2>(&mut entries),
-        _ => predator::table::<3>(&mut entries),
+        2 => predator::name::<2>(&mut entries),
+        _ => predator::name::<3>(&mut entries),
     }
     entries.entries
 }
@@ -71,12 +62,8 @@ pub(crate) fn working_bytes<const D: usize>(
     if extras.is_empty() {
         return 0;
     }
-    let per_group = match view {
-        View::Flock => size_of::<Group<D>>() + (1 + num_ranges) * size_of::<NeighborSums<D>>(),
-        View::Agent => 0,
-    };
     let profile = Profile::<D>::bytes(&scenario.neighbor_options(), n, num_ranges);
-    n.div_ceil(GROUP) * per_group + profile
+    n.div_ceil(GROUP) * view.bytes_per_group::<D>(num_ranges) + profile
 }
 
 impl<const D: usize> Scene<'_, D> {
@@ -85,10 +72,7 @@ impl<const D: usize> Scene<'_, D> {
     /// # Errors
     /// [`crate::Error::Interrupted`] if `progress` was cancelled.
     pub(crate) fn observe(&self, view: View, out: &mut [f32], progress: &Progress) -> Result<()> {
-        match view {
-            View::Flock => flock::write(self, out, progress),
-            View::Agent => agent::write(self, out, progress),
-        }
+        view.write(self, out, progress)
     }
 
     /// Writes one row per learned predator.

@@ -3,20 +3,17 @@
 use nalgebra::SVector;
 
 use super::Scene;
-use super::table::{Row, Table, squash};
+use super::row::squash;
+use super::scene::Common;
+use crate::base::entry::{Entries, Numbers, Row};
 use crate::base::frame::Frame;
 use crate::base::vector::unit;
 use crate::flock::Summary;
 use crate::predator::{self, Sighting};
 
-/// The values that a predator's observation is computed from.
-pub(super) struct Features<'a, const D: usize> {
-    time: f64,
-    running_minimum: f64,
-    /// Scale of lengths in m.
-    length: f64,
-    /// Scale of speeds in m/s.
-    speed: f64,
+/// The values that a predator's row is computed from.
+struct Features<'a, const D: usize> {
+    common: Common,
     sighting: Sighting<D>,
     frame: Frame<D>,
     flock: &'a Summary<D>,
@@ -24,95 +21,78 @@ pub(super) struct Features<'a, const D: usize> {
     fraction_in_range: f64,
 }
 
-/// Adds the entries of a row to `table`.
-#[inline(always)]
-pub(super) fn table<'a, const D: usize>(table: &mut impl Table<Features<'a, D>>) {
-    table.number("time", 0.0, |features| features.time);
-    table.number("running_minimum", 0.0, |features| features.running_minimum);
-    table.number("speed", 0.0, |features| {
-        features.sighting.velocity.norm() / features.sighting.max_speed
-    });
-    table.vector("nearest_direction", |features| {
-        features.direction(&features.sighting.nearest)
-    });
-    table.number("nearest_distance", 0.0, |features| {
-        features.distance(&features.sighting.nearest)
-    });
-    table.vector("nearest_velocity", |features| {
-        features.scaled(&features.sighting.nearest_velocity)
-    });
-    table.vector("centroid_direction", |features| {
-        features.direction(&features.sighting.centroid)
-    });
-    table.number("centroid_distance", 0.0, |features| {
-        features.distance(&features.sighting.centroid)
-    });
-    table.vector("flock_velocity", |features| {
-        features.scaled(&features.sighting.flock_velocity)
-    });
-    table.number("spread", 0.0, |features| {
-        squash(features.flock.dispersion, features.length)
-    });
-    table.number("polarization", 0.0, |features| features.flock.polarization);
-    table.number("fraction_in_range", 0.0, |features| {
-        features.fraction_in_range
-    });
-    table.number("other_present", 0.0, |features| {
-        f64::from(features.sighting.other.is_some())
-    });
-    table.vector("other_direction", |features| {
-        features.direction(&features.other())
-    });
-    table.number("other_distance", 0.0, |features| {
-        features.distance(&features.other())
-    });
+/// Adds all entries to `row`.
+fn add<const D: usize>(row: &mut impl Row<f64>, features: &Features<'_, D>) {
+    let Features {
+        common,
+        sighting,
+        frame,
+        flock,
+        ..
+    } = features;
+    let direction =
+        |offset: &SVector<f64, D>| frame.coordinates(&unit(offset).unwrap_or_else(SVector::zeros));
+    let distance = |offset: &SVector<f64, D>| squash(offset.norm(), common.length);
+    let velocity = |velocity: &SVector<f64, D>| {
+        frame.coordinates(&(velocity / (velocity.norm() + common.speed)))
+    };
+    let other = sighting.other.unwrap_or_else(SVector::zeros);
+    let speed = sighting.velocity.norm() / sighting.max_speed;
+    row.number("time", 0.0, common.time);
+    row.number("running_minimum", 0.0, common.running_minimum);
+    row.number("speed", 0.0, speed);
+    row.vector("nearest_direction", direction(&sighting.nearest));
+    row.number("nearest_distance", 0.0, distance(&sighting.nearest));
+    row.vector("nearest_velocity", velocity(&sighting.nearest_velocity));
+    row.vector("centroid_direction", direction(&sighting.centroid));
+    row.number("centroid_distance", 0.0, distance(&sighting.centroid));
+    row.vector("flock_velocity", velocity(&sighting.flock_velocity));
+    row.number("spread", 0.0, squash(flock.dispersion, common.length));
+    row.number("polarization", 0.0, flock.polarization);
+    row.number("fraction_in_range", 0.0, features.fraction_in_range);
+    row.number("other_present", 0.0, f64::from(sighting.other.is_some()));
+    row.vector("other_direction", direction(&other));
+    row.number("other_distance", 0.0, distance(&other));
 }
 
-impl<const D: usize> Features<'_, D> {
-    /// Returns the offset of the nearest other predator in m, or 0 if there is none.
-    fn other(&self) -> SVector<f64, D> {
-        self.sighting.other.unwrap_or_else(SVector::zeros)
-    }
-
-    /// Returns the direction of an offset in the predator's frame.
-    fn direction(&self, offset: &SVector<f64, D>) -> [f64; D] {
-        let direction = unit(offset).unwrap_or_else(SVector::zeros);
-        self.frame.coordinates(&direction)
-    }
-
-    /// Returns the length of an offset, scaled to [0, 1).
-    fn distance(&self, offset: &SVector<f64, D>) -> f64 {
-        squash(offset.norm(), self.length)
-    }
-
-    /// Returns a velocity in the predator's frame, scaled to a norm below 1.
-    fn scaled(&self, velocity: &SVector<f64, D>) -> [f64; D] {
-        let scale = velocity.norm() + self.speed;
-        self.frame.coordinates(&(velocity / scale))
-    }
+/// Collects the entries of a row.
+pub(super) fn name<const D: usize>(entries: &mut Entries) {
+    let zero = SVector::zeros();
+    let sighting = Sighting::<D> {
+        velocity: zero,
+        nearest: zero,
+        nearest_velocity: zero,
+        centroid: zero,
+        flock_velocity: zero,
+        other: None,
+        max_speed: 0.0,
+    };
+    let features = Features {
+        common: Common::default(),
+        frame: sighting.frame(),
+        sighting,
+        flock: &Summary::EMPTY,
+        fraction_in_range: 0.0,
+    };
+    add(entries, &features);
 }
 
 /// Writes one row per learned predator.
 pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
-    let (world, scenario) = (scene.world, scene.scenario());
-    let predators = world.predators();
-    let prey = world.prey();
-    let sightings =
-        (0..predators.len()).filter_map(|k| Some((k, predator::sighting(predators, k, prey)?)));
+    let (world, scenario) = (scene.world, scene.world.config());
+    let (predators, prey) = (world.predators(), world.prey());
+    let sightings = predator::sightings(&scenario.predators, predators, prey);
     let length = out.len() / scenario.num_learned().max(1);
     for ((index, sighting), row) in sightings.zip(out.chunks_exact_mut(length.max(1))) {
         let position = &predators[index].position;
         let in_range = prey.within(position, scenario.predator_range).count();
         let features = Features {
-            time: scene.time(),
-            running_minimum: scene.running_minimum(),
-            length: scene.length(),
-            speed: scene.speed(),
+            common: scene.common(),
             frame: sighting.frame(),
             sighting,
             flock: scene.summary(),
             fraction_in_range: in_range as f64 / world.agents().len().max(1) as f64,
         };
-        table(&mut Row::new(&features, row));
+        add(&mut Numbers(row.iter_mut()), &features);
     }
 }

@@ -2,10 +2,23 @@
 
 use std::sync::OnceLock;
 
-use super::table::squash;
-use super::{Extras, SensingRange};
-use crate::flock::{FlockConfig, Summary, World};
+use serde::{Deserialize, Serialize};
+
+use super::Extras;
+use super::row::squash;
+use crate::flock::{Summary, World};
 use crate::reward::Objective;
+
+/// Distance up to which agents sense a predator.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SensingRange {
+    /// The predator range rho_p of the episode's scenario.
+    PredatorRange,
+    /// A length in m.
+    #[serde(untagged)]
+    Length(f64),
+}
 
 /// The input of observations.
 #[derive(Debug, Clone, Copy)]
@@ -27,52 +40,47 @@ pub(crate) struct Scene<'a, const D: usize> {
     pub(crate) step: usize,
 }
 
-impl<'a, const D: usize> Scene<'a, D> {
-    pub(super) fn scenario(&self) -> &'a FlockConfig {
-        self.world.config()
-    }
+/// The numbers that every row of a flock uses.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Common {
+    /// Elapsed fraction of the episode.
+    pub(super) time: f64,
+    /// The objective's running minimum; distances are scaled to [0, 1).
+    pub(super) running_minimum: f64,
+    /// Largest range of an action in m.
+    pub(super) max_range: f64,
+    /// Distance in m up to which a predator is sensed.
+    pub(super) sensing_length: f64,
+    /// Scale of lengths in m.
+    pub(super) length: f64,
+    /// Scale of speeds in m/s.
+    pub(super) speed: f64,
+}
 
+impl<'a, const D: usize> Scene<'a, D> {
     /// Returns the averages over the flock.
     pub(crate) fn summary(&self) -> &'a Summary<D> {
         self.summary.get_or_init(|| Summary::of(self.world))
     }
 
-    /// Returns the distance in m up to which a predator is sensed.
-    pub(super) fn sensing_length(&self) -> f64 {
-        self.sensing_range
-            .map_or(f64::INFINITY, |range| range.length(self.scenario()))
-    }
-
-    /// Returns whether an agent senses a predator at this distance in m.
-    pub(super) fn is_sensed(&self, distance: f64) -> bool {
-        distance <= self.sensing_length()
-    }
-
-    /// Returns the elapsed fraction of the episode.
-    pub(super) fn time(&self) -> f64 {
-        self.step as f64 / self.scenario().num_steps as f64
-    }
-
-    /// Returns the objective's running minimum; distances are scaled to [0, 1).
-    pub(super) fn running_minimum(&self) -> f64 {
-        match self.objective {
-            Objective::Mean | Objective::Minimum => squash(self.minimum, self.length()),
-            Objective::Survival => self.minimum,
+    pub(super) fn common(&self) -> Common {
+        let scenario = self.world.config();
+        let length = scenario.initial_side;
+        Common {
+            time: self.step as f64 / scenario.num_steps as f64,
+            running_minimum: if self.objective.is_distance() {
+                squash(self.minimum, length)
+            } else {
+                self.minimum
+            },
+            max_range: self.max_range,
+            sensing_length: match self.sensing_range {
+                None => f64::INFINITY,
+                Some(SensingRange::PredatorRange) => scenario.predator_range,
+                Some(SensingRange::Length(range)) => range,
+            },
+            length,
+            speed: scenario.speed.largest(),
         }
-    }
-
-    /// Returns the mean range of the last action in m.
-    pub(super) fn mean_range(&self) -> f64 {
-        self.ranges.iter().sum::<f64>() / self.ranges.len() as f64
-    }
-
-    /// Returns the scale of lengths in m.
-    pub(super) fn length(&self) -> f64 {
-        self.scenario().initial_side
-    }
-
-    /// Returns the scale of speeds in m/s.
-    pub(super) fn speed(&self) -> f64 {
-        self.scenario().speed.largest()
     }
 }

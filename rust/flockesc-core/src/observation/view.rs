@@ -1,9 +1,28 @@
-//! `View`: one observation for the flock, or one per agent.
+//! `View`: one observation for the flock, or one per agent, and the table of all views.
 
 use serde::{Deserialize, Serialize};
+use strum::VariantArray as _;
+
+use super::{Extras, Scene, agent, flock};
+use crate::base::entry::Entries;
+use crate::base::error::Result;
+use crate::flock::FlockConfig;
+use crate::neighbor::Ranges;
+use crate::parallel::Progress;
 
 /// Whether an episode has one observation and one range for the flock, or one per agent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Serialize,
+    Deserialize,
+    strum::VariantNames,
+    strum::VariantArray,
+    strum::IntoStaticStr,
+)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 pub enum View {
@@ -13,7 +32,93 @@ pub enum View {
     Agent,
 }
 
+/// A row of the table of views.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct ViewSpec {
+    /// Name in documents.
+    pub name: &'static str,
+    /// Whether there is one observation row and one range per agent, or one for the flock.
+    pub per_agent: bool,
+}
+
+impl ViewSpec {
+    /// Returns the row as a JSON document.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_value(self).unwrap_or_default().to_string()
+    }
+}
+
 impl View {
     /// Names of all views in documents.
     pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
+
+    /// Returns whether there is one observation row and one range per agent, or one for the flock.
+    #[must_use]
+    pub fn is_per_agent(self) -> bool {
+        match self {
+            Self::Flock => false,
+            Self::Agent => true,
+        }
+    }
+
+    /// Returns the number of observation rows and ranges of a flock.
+    pub(crate) fn rows(self, scenario: &FlockConfig) -> usize {
+        if self.is_per_agent() {
+            scenario.num_agents
+        } else {
+            1
+        }
+    }
+
+    /// Returns the ranges of an action, given as one number per row.
+    pub(crate) fn ranges(self, ranges: &[f64]) -> Ranges<'_> {
+        if self.is_per_agent() {
+            Ranges::PerAgent(ranges)
+        } else {
+            Ranges::Shared(ranges[0])
+        }
+    }
+
+    /// Adds the entries of a row, in order, to `entries`.
+    pub(super) fn name<const D: usize>(self, extras: Extras<'_>, entries: &mut Entries) {
+        match self {
+            Self::Flock => flock::name::<D>(extras, entries),
+            Self::Agent => agent::name::<D>(extras, entries),
+        }
+    }
+
+    /// Writes the rows of a flock.
+    pub(super) fn write<const D: usize>(
+        self,
+        scene: &Scene<'_, D>,
+        out: &mut [f32],
+        progress: &Progress,
+    ) -> Result<()> {
+        match self {
+            Self::Flock => flock::write(scene, out, progress),
+            Self::Agent => agent::write(scene, out, progress),
+        }
+    }
+
+    /// Returns the memory in bytes per group of agents that optional entries need in addition to the profile.
+    pub(super) fn bytes_per_group<const D: usize>(self, num_ranges: usize) -> usize {
+        match self {
+            Self::Flock => flock::bytes_per_group::<D>(num_ranges),
+            Self::Agent => 0,
+        }
+    }
+}
+
+/// Returns the table of views, in the order of [`View`].
+///
+/// ```
+/// let per_agent = flockesc_core::views().find(|view| view.per_agent);
+/// assert_eq!(per_agent.map(|view| view.name), Some("agent"));
+/// ```
+pub fn views() -> impl Iterator<Item = ViewSpec> {
+    View::VARIANTS.iter().map(|view| ViewSpec {
+        name: view.into(),
+        per_agent: view.is_per_agent(),
+    })
 }

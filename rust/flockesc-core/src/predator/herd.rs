@@ -1,40 +1,40 @@
 //! The herding strategy: a predator drives the flock toward its partner.
 
-use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::shared::flight::steering;
-use super::shared::prey::Prey;
-use super::strategy::{Flight, Memory, Pack, Strategy, Surroundings};
+use super::shared::predator::{Predator, Surroundings};
+use super::shared::steering::Limits;
 use crate::base::check::quantity;
 use crate::base::error::{Error, Result};
 use crate::base::vector::unit;
-use crate::snapshot::check_vector;
 
-steering! {
-    /// Turns toward the driving position: the point behind the centroid, seen from its partner.
-    Herd {
-        /// Distance of the driving position from the centroid in m, at least 0.
-        distance: f64,
-        /// Index of the partner among the predators.
-        partner: usize,
-    }
+/// Turns toward the driving position: the point behind the centroid, seen from its partner.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Herd {
+    /// r_p(0) in m.
+    pub position: Vec<f64>,
+    /// v_p(0) in m/s.
+    pub velocity: Vec<f64>,
+    /// Largest turn rate in rad/s, at least 0.
+    pub max_turn_rate: f64,
+    /// Largest speed in m/s, at least ||v_p(0)||; `None` is a constant speed.
+    pub max_speed: Option<f64>,
+    /// Rate in m/s^2 at which the speed increases up to `max_speed`, at least 0.
+    pub acceleration: f64,
+    /// Distance of the driving position from the centroid in m, at least 0.
+    pub distance: f64,
+    /// Index of the partner among the predators.
+    pub partner: usize,
 }
 
-/// The driving position in m; `None` if the partner is at the centroid.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(crate) struct DrivingPosition<const D: usize>(Option<SVector<f64, D>>);
-
-impl<const D: usize> Memory for DrivingPosition<D> {
-    fn check(&self, _num_agents: usize) -> Result<()> {
-        check_vector(self.0.as_ref(), "a predator's driving position")
+impl Herd {
+    fn limits(&self) -> Limits {
+        Limits::new(self.max_turn_rate, self.max_speed, self.acceleration)
     }
-}
 
-impl Strategy for Herd {
-    type Memory<const D: usize> = DrivingPosition<D>;
-
-    fn check(&self, path: &str, index: usize, count: usize) -> Result<()> {
+    /// Checks the predator at `index` of `count`.
+    pub(super) fn check(&self, path: &str, index: usize, count: usize) -> Result<()> {
         self.limits().check(path, &self.velocity)?;
         quantity(&format!("{path}.distance"), self.distance)?;
         if self.partner >= count || self.partner == index {
@@ -48,37 +48,19 @@ impl Strategy for Herd {
         Ok(())
     }
 
-    /// Computes the driving position of every herding predator.
-    fn coordinate<const D: usize>(
-        pack: &mut (impl Pack<Self, D> + ?Sized),
-        _time_step: f64,
-        prey: Prey<'_, D>,
-    ) {
-        if pack.members().next().is_none() {
-            return;
-        }
-        let Some(center) = prey.centroid() else {
-            return;
-        };
-        for index in 0..pack.len() {
-            let Some(herd) = pack.member(index) else {
-                continue;
-            };
-            let (partner, distance) = (herd.strategy.partner, herd.strategy.distance);
-            let behind = unit(&(center - pack.flight(partner).position));
-            if let Some(herd) = pack.member(index) {
-                herd.memory.0 = behind.map(|away| center + away * distance);
-            }
-        }
-    }
-
-    fn steer<const D: usize>(
+    /// Turns the predator at `index` toward its driving position.
+    pub(super) fn steer<const D: usize>(
         &self,
-        driving_position: &mut DrivingPosition<D>,
-        flight: &Flight<D>,
-        surroundings: &mut Surroundings<'_, D>,
-    ) -> (SVector<f64, D>, f64) {
+        index: usize,
+        predators: &mut [Predator<D>],
+        surroundings: &Surroundings<'_, D>,
+    ) {
+        let partner = predators[self.partner].position;
+        let own = &mut predators[index];
+        if let Some(center) = surroundings.prey.centroid() {
+            own.aim = unit(&(center - partner)).map(|away| center + away * self.distance);
+        }
         self.limits()
-            .toward(driving_position.0, flight, surroundings.time_step)
+            .turn_toward(own.aim, own, surroundings.time_step);
     }
 }

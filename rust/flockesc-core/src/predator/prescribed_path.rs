@@ -3,11 +3,10 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::shared::start::{Start, embed};
-use super::strategy::{Flight, Memory, Strategy, Surroundings};
-use crate::base::check::{MAX_STEPS, positive_quantity, vector};
+use super::shared::predator::Predator;
+use crate::base::check::{positive_quantity, vector};
 use crate::base::error::{Error, Result};
-use crate::snapshot;
+use crate::base::vector::embed;
 
 /// Follows given positions: straight between two of them, and straight on after the last one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,6 +19,19 @@ pub struct PrescribedPath {
 }
 
 impl PrescribedPath {
+    pub(super) fn check(&self, path: &str, dimension: usize) -> Result<()> {
+        let (field, count) = (format!("{path}.positions"), self.positions.len());
+        if count < 2 {
+            return Err(Error::config(field, "at least 2 positions", count));
+        }
+        for (k, entries) in self.positions.iter().enumerate() {
+            vector(&format!("{field}[{k}]"), entries, dimension)?;
+        }
+        let field = format!("{path}.interval");
+        self.interval
+            .map_or(Ok(()), |interval| positive_quantity(&field, interval))
+    }
+
     /// Returns r_p in m after `steps` steps.
     fn at<const D: usize>(&self, steps: usize, time_step: f64) -> SVector<f64, D> {
         let intervals = match self.interval {
@@ -32,57 +44,18 @@ impl PrescribedPath {
         let (from, to): (SVector<f64, D>, _) = (point(segment), point(segment + 1));
         from + (to - from) * (intervals - segment as f64)
     }
-}
 
-impl Start for PrescribedPath {
-    const IS_FIXED: bool = true;
-
-    fn check_start(&self, path: &str, dimension: usize) -> Result<()> {
-        let (field, count) = (format!("{path}.positions"), self.positions.len());
-        if count < 2 {
-            return Err(Error::config(field, "at least 2 positions", count));
-        }
-        let mut positions = self.positions.iter().enumerate();
-        positions.try_for_each(|(k, entries)| vector(&format!("{field}[{k}]"), entries, dimension))
-    }
-
-    fn start<const D: usize>(&self, time_step: f64) -> (SVector<f64, D>, SVector<f64, D>) {
+    /// Returns the predator at t = 0.
+    pub(super) fn start<const D: usize>(&self, time_step: f64) -> Predator<D> {
         let position = self.at(0, time_step);
-        (position, (self.at(1, time_step) - position) / time_step)
-    }
-}
-
-/// Number of steps so far.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(crate) struct Steps(usize);
-
-impl Memory for Steps {
-    fn check(&self, _num_agents: usize) -> Result<()> {
-        snapshot::check(self.0 <= MAX_STEPS, "a predator's number of steps")
-    }
-}
-
-impl Strategy for PrescribedPath {
-    type Memory<const D: usize> = Steps;
-
-    fn check(&self, path: &str, _index: usize, _count: usize) -> Result<()> {
-        let field = format!("{path}.interval");
-        self.interval
-            .map_or(Ok(()), |interval| positive_quantity(&field, interval))
+        Predator::new(position, (self.at(1, time_step) - position) / time_step)
     }
 
-    /// Returns the velocity from the present position to the path's position at the end of the next step, so
+    /// Sets the velocity from the present position to the path's position at the end of the next step, so
     /// that rounding errors do not accumulate.
-    fn steer<const D: usize>(
-        &self,
-        steps: &mut Steps,
-        flight: &Flight<D>,
-        surroundings: &mut Surroundings<'_, D>,
-    ) -> (SVector<f64, D>, f64) {
-        steps.0 += 1;
-        let time_step = surroundings.time_step;
-        let velocity = (self.at(steps.0 + 1, time_step) - flight.position) / time_step;
-        (velocity, velocity.norm())
+    pub(super) fn steer<const D: usize>(&self, own: &mut Predator<D>, time_step: f64) {
+        own.steps += 1;
+        own.set_velocity((self.at(own.steps + 1, time_step) - own.position) / time_step);
     }
 }
 
@@ -117,6 +90,7 @@ mod tests {
     #[test]
     fn a_step_may_span_several_positions() {
         let start = path(Some(1.0)).start::<2>(2.0);
-        assert_eq!(start, (vector![0.0, 0.0], vector![2.0, 1.0]));
+        assert_eq!(start.position, vector![0.0, 0.0]);
+        assert_eq!(start.velocity, vector![2.0, 1.0]);
     }
 }

@@ -1,10 +1,13 @@
 //! Snapshots of a predator. Its strategy comes from the scenario.
 
+use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::{Predator, PredatorConfig, StrategyState};
+use super::shared::predator::Predator;
+use super::strategy::PredatorConfig;
+use crate::base::check::MAX_STEPS;
 use crate::base::error::Result;
-use crate::snapshot::{check, is_bounded, vector};
+use crate::snapshot::{are_bounded, check, is_bounded, vector};
 
 /// The serialized form of a [`Predator`]; fields have the same meaning.
 #[derive(Debug, Serialize, Deserialize)]
@@ -12,16 +15,17 @@ pub(crate) struct PredatorState {
     position: Vec<f64>,
     velocity: Vec<f64>,
     speed: f64,
+    /// The fields that the strategy uses.
     memory: Vec<u8>,
 }
 
 impl<const D: usize> Predator<D> {
-    pub(crate) fn save(&self) -> PredatorState {
+    pub(crate) fn save(&self, config: &PredatorConfig) -> PredatorState {
         PredatorState {
             position: self.position.as_slice().to_vec(),
             velocity: self.velocity.as_slice().to_vec(),
             speed: self.speed,
-            memory: self.strategy.save(),
+            memory: config.memory_of(self),
         }
     }
 
@@ -30,13 +34,17 @@ impl<const D: usize> Predator<D> {
         config: &PredatorConfig,
         num_agents: usize,
     ) -> Result<Self> {
-        let is_speed = is_bounded(state.speed) && state.speed >= 0.0;
+        let position = vector(&state.position, "a predator's position")?;
+        let mut own = Self::new(position, vector(&state.velocity, "a predator's velocity")?);
+        own.speed = state.speed;
+        config.remember(&mut own, &state.memory)?;
+        let is_speed = is_bounded(own.speed) && own.speed >= 0.0;
         check(is_speed, "a predator's speed")?;
-        Ok(Self {
-            position: vector(&state.position, "a predator's position")?,
-            velocity: vector(&state.velocity, "a predator's velocity")?,
-            speed: state.speed,
-            strategy: StrategyState::restore(config, &state.memory, num_agents)?,
-        })
+        let vectors = [own.aim.unwrap_or_else(SVector::zeros), own.action, own.push];
+        let is_memory = own.steps <= MAX_STEPS
+            && own.target.is_none_or(|target| target < num_agents)
+            && are_bounded(vectors.iter().flatten());
+        check(is_memory, "a predator's memory")?;
+        Ok(own)
     }
 }

@@ -1,269 +1,159 @@
-//! `Strategy`: the trait of a predator's strategy, and the macro that generates the enum of all strategies.
+//! `PredatorConfig`: the enum of all strategies, one struct per file.
 
-use std::fmt::Debug;
+use serde::{Deserialize, Serialize};
+use strum::{AsRefStr, VariantNames};
 
-use nalgebra::SVector;
-use rand_chacha::ChaCha8Rng;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+pub use super::constant_velocity::ConstantVelocity;
+pub use super::encircle::Encircle;
+pub use super::herd::Herd;
+pub use super::intercept::Intercept;
+pub use super::learned::Learned;
+pub use super::prescribed_path::PrescribedPath;
+pub use super::pure_pursuit::{PurePursuit, Target};
+pub use super::wandering::Wandering;
 
-use super::shared::prey::Prey;
-use super::shared::start::Start;
+use super::shared::predator::{Predator, Surroundings};
+use crate::base::check::vector;
 use crate::base::error::Result;
+use crate::base::vector::embed;
+use crate::snapshot::{read, write};
 
-/// The rule by which a predator sets its next velocity (step 5).
-pub(super) trait Strategy: Start + Sized + 'static {
-    /// The state of the strategy between steps.
-    type Memory<const D: usize>: Memory;
+/// A predator of a scenario: its strategy and initial state.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, AsRefStr, VariantNames)]
+#[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
+pub enum PredatorConfig {
+    /// Flies straight on.
+    ConstantVelocity(ConstantVelocity),
+    /// Turns toward an agent or the centroid of the flock.
+    PurePursuit(PurePursuit),
+    /// Turns in proportion to the turn rate of the line of sight to the nearest agent.
+    Intercept(Intercept),
+    /// Turns at random.
+    Wandering(Wandering),
+    /// Turns toward a station on a circle around the flock.
+    Encircle(Encircle),
+    /// Turns toward a point behind the flock.
+    Herd(Herd),
+    /// Accelerates by the action of a policy.
+    Learned(Learned),
+    /// Follows a prescribed path.
+    PrescribedPath(PrescribedPath),
+}
 
-    /// Checks the parameters of the predator at `index` of `count`. `path` is the strategy's path in the
-    /// scenario.
-    fn check(&self, path: &str, index: usize, count: usize) -> Result<()>;
+impl PredatorConfig {
+    /// Names of all strategies in documents.
+    pub const KINDS: &[&str] = <Self as VariantNames>::VARIANTS;
 
-    /// Checks the conditions on all predators with this strategy together.
-    fn check_all<'a>(_predators: impl Iterator<Item = &'a Self>) -> Result<()> {
-        Ok(())
+    /// Returns whether the predator is controlled by actions.
+    pub(crate) fn is_learned(&self) -> bool {
+        matches!(self, Self::Learned(_))
     }
 
-    /// Returns the limits of actions, if the predator is controlled by actions.
-    fn action_limits(&self) -> Option<ActionLimits> {
-        None
+    /// Returns whether an initial state cannot replace the initial position and velocity.
+    pub(crate) fn has_fixed_start(&self) -> bool {
+        matches!(self.start_fields(), Start::Path(_))
     }
 
-    /// Stores the action for the next steps, a vector of norm at most 1.
-    fn set_action<const D: usize>(_memory: &mut Self::Memory<D>, _action: SVector<f64, D>) {}
-
-    /// Prepares a step from the state before it.
-    fn prepare<const D: usize>(
-        _pack: &mut (impl Pack<Self, D> + ?Sized),
-        _time_step: f64,
-        _prey: Prey<'_, D>,
-    ) {
+    /// Returns whether the predator pursues the agent that is assigned to it.
+    pub(super) fn has_assigned_target(&self) -> bool {
+        matches!(self, Self::PurePursuit(pursuit) if pursuit.target == Target::Assigned)
     }
 
-    /// Makes the joint decisions of all predators with this strategy, before any of them turns.
-    fn coordinate<const D: usize>(
-        _pack: &mut (impl Pack<Self, D> + ?Sized),
-        _time_step: f64,
-        _prey: Prey<'_, D>,
-    ) {
+    /// Returns the fields that determine the predator at t = 0.
+    fn start_fields(&self) -> Start<'_> {
+        match self {
+            Self::ConstantVelocity(own) => Start::Given(&own.position, &own.velocity),
+            Self::PurePursuit(own) => Start::Given(&own.position, &own.velocity),
+            Self::Intercept(own) => Start::Given(&own.position, &own.velocity),
+            Self::Wandering(own) => Start::Given(&own.position, &own.velocity),
+            Self::Encircle(own) => Start::Given(&own.position, &own.velocity),
+            Self::Herd(own) => Start::Given(&own.position, &own.velocity),
+            Self::Learned(own) => Start::Given(&own.position, &own.velocity),
+            Self::PrescribedPath(path) => Start::Path(path),
+        }
     }
 
-    /// Returns the velocity in m/s for the next step, and its norm.
-    fn steer<const D: usize>(
+    /// Returns the predator at t = 0 for steps of `time_step` s. Missing coordinates are 0.
+    pub(crate) fn start<const D: usize>(&self, time_step: f64) -> Predator<D> {
+        match self.start_fields() {
+            Start::Given(position, velocity) => Predator::new(embed(position), embed(velocity)),
+            Start::Path(path) => path.start(time_step),
+        }
+    }
+
+    /// Checks the predator at `index` of `count`.
+    pub(super) fn check(&self, index: usize, count: usize, dimension: usize) -> Result<()> {
+        let path = format!("predators[{index}].{}", self.as_ref());
+        if let Start::Given(position, velocity) = self.start_fields() {
+            vector(&format!("{path}.position"), position, dimension)?;
+            vector(&format!("{path}.velocity"), velocity, dimension)?;
+        }
+        match self {
+            Self::ConstantVelocity(_) => Ok(()),
+            Self::PurePursuit(own) => own.check(&path),
+            Self::Intercept(own) => own.check(&path),
+            Self::Wandering(own) => own.check(&path),
+            Self::Encircle(own) => own.check(&path),
+            Self::Herd(own) => own.check(&path, index, count),
+            Self::Learned(own) => own.check(&path),
+            Self::PrescribedPath(own) => own.check(&path, dimension),
+        }
+    }
+
+    /// Sets the velocity of the predator at `index` for the next step.
+    pub(super) fn steer<const D: usize>(
         &self,
-        memory: &mut Self::Memory<D>,
-        flight: &Flight<D>,
+        index: usize,
+        predators: &mut [Predator<D>],
         surroundings: &mut Surroundings<'_, D>,
-    ) -> (SVector<f64, D>, f64);
-}
+    ) {
+        let time_step = surroundings.time_step;
+        match self {
+            Self::ConstantVelocity(_) => {}
+            Self::PurePursuit(own) => own.steer(&mut predators[index], surroundings),
+            Self::Intercept(own) => own.steer(&mut predators[index], surroundings),
+            Self::Wandering(own) => own.steer(&mut predators[index], surroundings),
+            Self::Encircle(own) => own.steer(&mut predators[index], time_step),
+            Self::Herd(own) => own.steer(index, predators, surroundings),
+            Self::Learned(own) => own.steer(&mut predators[index]),
+            Self::PrescribedPath(own) => own.steer(&mut predators[index], time_step),
+        }
+    }
 
-/// Position and velocity of a predator.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Flight<const D: usize> {
-    /// r_p in m.
-    pub(crate) position: SVector<f64, D>,
-    /// v_p in m/s.
-    pub(crate) velocity: SVector<f64, D>,
-    /// ||v_p|| in m/s.
-    pub(crate) speed: f64,
-}
+    /// Serializes the fields of a predator that the strategy remembers between steps.
+    pub(super) fn memory_of<const D: usize>(&self, predator: &Predator<D>) -> Vec<u8> {
+        match self {
+            Self::ConstantVelocity(_) | Self::Intercept(_) | Self::Wandering(_) => Vec::new(),
+            Self::PurePursuit(_) => write(&(predator.target, predator.aim)),
+            Self::Encircle(_) => write(&(predator.steps, predator.aim)),
+            Self::Herd(_) => write(&predator.aim),
+            Self::Learned(_) => write(&(predator.action, predator.push)),
+            Self::PrescribedPath(_) => write(&predator.steps),
+        }
+    }
 
-/// The input of a strategy: the agents at the end of a step, and the random stream of the predators.
-#[derive(Debug)]
-pub(crate) struct Surroundings<'a, const D: usize> {
-    /// dt in s.
-    pub(crate) time_step: f64,
-    pub(crate) prey: Prey<'a, D>,
-    pub(crate) rng: &'a mut ChaCha8Rng,
-}
-
-/// Limits of the actions of a learned predator.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct ActionLimits {
-    /// Largest speed in m/s.
-    pub(crate) max_speed: f64,
-}
-
-/// The state of a strategy between steps, which is part of snapshots.
-pub(crate) trait Memory: Debug + Clone + Default + Serialize + DeserializeOwned {
-    /// Checks a memory from a snapshot of a flock that had `num_agents` agents at t = 0.
-    fn check(&self, num_agents: usize) -> Result<()>;
-}
-
-impl Memory for () {
-    fn check(&self, _num_agents: usize) -> Result<()> {
+    /// Restores the fields that [`Self::memory_of`] serialized.
+    pub(super) fn remember<const D: usize>(
+        &self,
+        predator: &mut Predator<D>,
+        memory: &[u8],
+    ) -> Result<()> {
+        match self {
+            Self::ConstantVelocity(_) | Self::Intercept(_) | Self::Wandering(_) => {}
+            Self::PurePursuit(_) => (predator.target, predator.aim) = read(memory)?,
+            Self::Encircle(_) => (predator.steps, predator.aim) = read(memory)?,
+            Self::Herd(_) => predator.aim = read(memory)?,
+            Self::Learned(_) => (predator.action, predator.push) = read(memory)?,
+            Self::PrescribedPath(_) => predator.steps = read(memory)?,
+        }
         Ok(())
     }
 }
 
-/// All predators of a flock, with access to the memory of those with the strategy `S`.
-pub(crate) trait Pack<S: Strategy, const D: usize> {
-    /// Returns the number of predators of all strategies.
-    fn len(&self) -> usize;
-
-    /// Returns the position and velocity of the predator at `index`.
-    fn flight(&self, index: usize) -> Flight<D>;
-
-    /// Returns the predator at `index`, if it has the strategy `S`.
-    fn member(&mut self, index: usize) -> Option<Member<'_, S, D>>;
-
-    /// Returns the predators with the strategy `S`.
-    fn members(&mut self) -> impl Iterator<Item = Member<'_, S, D>>;
+/// The fields that determine a predator at t = 0.
+enum Start<'a> {
+    /// Position in m and velocity in m/s.
+    Given(&'a [f64], &'a [f64]),
+    Path(&'a PrescribedPath),
 }
-
-/// A predator with the strategy `S`.
-pub(crate) struct Member<'a, S: Strategy, const D: usize> {
-    /// r_p in m.
-    pub(crate) position: SVector<f64, D>,
-    pub(crate) strategy: &'a S,
-    pub(crate) memory: &'a mut S::Memory<D>,
-}
-
-/// Generates [`PredatorConfig`](super::PredatorConfig) and all code that matches on a strategy. The name of a
-/// strategy in documents is the name of its module.
-macro_rules! strategies {
-    ($($(#[$about:meta])* $module:ident::$Strategy:ident,)*) => {
-        $(pub use $module::$Strategy;)*
-
-        /// A predator of a scenario: its strategy and initial state.
-        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-        #[serde(rename_all = "snake_case")]
-        pub enum PredatorConfig {
-            $($(#[$about])* $Strategy($Strategy),)*
-        }
-
-        impl PredatorConfig {
-            /// Names of all strategies in documents.
-            pub const KINDS: &[&str] = &[$(stringify!($module)),*];
-
-            /// Returns the name of the strategy in documents.
-            fn kind(&self) -> &'static str {
-                match self {
-                    $(Self::$Strategy(_) => stringify!($module),)*
-                }
-            }
-
-            /// Returns whether an initial state cannot replace the initial position and velocity.
-            pub(crate) fn has_fixed_start(&self) -> bool {
-                match self {
-                    $(Self::$Strategy(_) => $Strategy::IS_FIXED,)*
-                }
-            }
-
-            /// Checks the fields of the initial position and velocity.
-            fn check_start(&self, path: &str, dimension: usize) -> Result<()> {
-                match self {
-                    $(Self::$Strategy(strategy) => strategy.check_start(path, dimension),)*
-                }
-            }
-
-            /// Returns the initial position in m and velocity in m/s.
-            fn start<const D: usize>(&self, time_step: f64) -> (SVector<f64, D>, SVector<f64, D>) {
-                match self {
-                    $(Self::$Strategy(strategy) => strategy.start(time_step),)*
-                }
-            }
-
-            /// Checks the strategy's parameters.
-            fn check_strategy(&self, path: &str, index: usize, count: usize) -> Result<()> {
-                match self {
-                    $(Self::$Strategy(strategy) => strategy.check(path, index, count),)*
-                }
-            }
-
-            /// Returns the limits of actions, if the predator is controlled by actions.
-            fn action_limits(&self) -> Option<ActionLimits> {
-                match self {
-                    $(Self::$Strategy(strategy) => strategy.action_limits(),)*
-                }
-            }
-
-            /// Checks the conditions on all predators of a strategy together.
-            fn check_all(predators: &[Self]) -> Result<()> {
-                $($Strategy::check_all(predators.iter().filter_map($Strategy::of_config))?;)*
-                Ok(())
-            }
-        }
-
-        /// A strategy and its memory.
-        #[derive(Debug, Clone)]
-        enum StrategyState<const D: usize> {
-            $($Strategy($Strategy, <$Strategy as Strategy>::Memory<D>),)*
-        }
-
-        impl<const D: usize> StrategyState<D> {
-            fn new(config: &PredatorConfig) -> Self {
-                match config {
-                    $(PredatorConfig::$Strategy(strategy) => {
-                        Self::$Strategy(strategy.clone(), Default::default())
-                    })*
-                }
-            }
-
-            /// Restores the memory from a snapshot.
-            fn restore(config: &PredatorConfig, memory: &[u8], num_agents: usize) -> Result<Self> {
-                Ok(match config {
-                    $(PredatorConfig::$Strategy(strategy) => {
-                        let memory: <$Strategy as Strategy>::Memory<D> = snapshot::read(memory)?;
-                        memory.check(num_agents)?;
-                        Self::$Strategy(strategy.clone(), memory)
-                    })*
-                })
-            }
-
-            /// Serializes the memory.
-            fn save(&self) -> Vec<u8> {
-                match self {
-                    $(Self::$Strategy(_, memory) => snapshot::write(memory),)*
-                }
-            }
-
-            fn action_limits(&self) -> Option<ActionLimits> {
-                match self {
-                    $(Self::$Strategy(strategy, _) => strategy.action_limits(),)*
-                }
-            }
-
-            fn set_action(&mut self, action: SVector<f64, D>) {
-                match self {
-                    $(Self::$Strategy(_, memory) => $Strategy::set_action(memory, action),)*
-                }
-            }
-
-            fn steer(&mut self, flight: &Flight<D>, surroundings: &mut Surroundings<'_, D>) -> (SVector<f64, D>, f64) {
-                match self {
-                    $(Self::$Strategy(strategy, memory) => strategy.steer(memory, flight, surroundings),)*
-                }
-            }
-        }
-
-        /// Prepares a step of all predators from the state before it.
-        pub(crate) fn prepare<const D: usize>(predators: &mut [Predator<D>], time_step: f64, prey: Prey<'_, D>) {
-            $($Strategy::prepare(predators, time_step, prey);)*
-        }
-
-        /// Makes the joint decisions of the predators of every strategy.
-        fn coordinate<const D: usize>(predators: &mut [Predator<D>], time_step: f64, prey: Prey<'_, D>) {
-            $($Strategy::coordinate(predators, time_step, prey);)*
-        }
-
-        $(impl Listed for $Strategy {
-            fn of_config(config: &PredatorConfig) -> Option<&Self> {
-                if let PredatorConfig::$Strategy(strategy) = config {
-                    return Some(strategy);
-                }
-                None
-            }
-
-            fn of<const D: usize>(predator: &mut Predator<D>) -> Option<Member<'_, Self, D>> {
-                let position = predator.position;
-                if let StrategyState::$Strategy(strategy, memory) = &mut predator.strategy {
-                    return Some(Member { position, strategy, memory });
-                }
-                None
-            }
-        })*
-    };
-}
-pub(super) use strategies;

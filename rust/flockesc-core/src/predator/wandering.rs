@@ -1,11 +1,9 @@
 //! The wandering strategy: rotational diffusion of the heading at constant speed.
 
 use nalgebra::SVector;
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::shared::start::given_start;
-use super::strategy::{Flight, Strategy, Surroundings};
+use super::shared::predator::{Predator, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::Result;
 use crate::base::rng;
@@ -23,47 +21,26 @@ pub struct Wandering {
     pub angular_diffusion: f64,
 }
 
-given_start!(Wandering);
-
 impl Wandering {
-    /// Returns the next velocity; `speed` is the norm of `velocity`.
-    fn turned<const D: usize>(
-        &self,
-        velocity: &SVector<f64, D>,
-        speed: f64,
-        time_step: f64,
-        rng: &mut ChaCha8Rng,
-    ) -> SVector<f64, D> {
-        let drawn = SVector::<f64, D>::from_fn(|_, _| rng::normal(rng));
-        let Some(heading) = unit(velocity) else {
-            return *velocity;
-        };
-        // The component across the heading is an isotropic normal vector with D - 1 coordinates.
-        let size = (drawn - heading * heading.dot(&drawn)).norm();
-        let angle = size * (2.0 * self.angular_diffusion * time_step).sqrt();
-        match side_of(&heading, &drawn) {
-            Some(side) => turn(&heading, &side, angle) * speed,
-            None => *velocity,
-        }
-    }
-}
-
-impl Strategy for Wandering {
-    type Memory<const D: usize> = ();
-
-    fn check(&self, path: &str, _index: usize, _count: usize) -> Result<()> {
+    pub(super) fn check(&self, path: &str) -> Result<()> {
         let field = format!("{path}.angular_diffusion");
         quantity(&field, self.angular_diffusion)
     }
 
-    fn steer<const D: usize>(
+    pub(super) fn steer<const D: usize>(
         &self,
-        (): &mut (),
-        flight: &Flight<D>,
+        own: &mut Predator<D>,
         surroundings: &mut Surroundings<'_, D>,
-    ) -> (SVector<f64, D>, f64) {
-        let (velocity, speed) = (&flight.velocity, flight.speed);
-        let turned = self.turned(velocity, speed, surroundings.time_step, surroundings.rng);
-        (turned, speed)
+    ) {
+        let drawn = SVector::<f64, D>::from_fn(|_, _| rng::normal(surroundings.rng));
+        let Some(heading) = unit(&own.velocity) else {
+            return;
+        };
+        // The component across the heading is an isotropic normal vector with D - 1 coordinates.
+        let size = (drawn - heading * heading.dot(&drawn)).norm();
+        let angle = size * (2.0 * self.angular_diffusion * surroundings.time_step).sqrt();
+        if let Some(side) = side_of(&heading, &drawn) {
+            own.velocity = turn(&heading, &side, angle) * own.speed;
+        }
     }
 }

@@ -1,80 +1,120 @@
-//! Reward terms, for the team or for each agent (docs/model.md, "Rewards").
+//! Rewards, for the team or for each agent (docs/model.md, "Rewards").
 
 mod difference;
-mod distance;
-mod distance_change;
 mod objective;
-mod running_minimum;
-mod term;
-mod terminal;
+mod step;
 mod total;
 
 use serde::{Deserialize, Serialize};
+use strum::VariantArray as _;
 
+pub(crate) use difference::ActionContext;
 pub use objective::{Objective, ObjectiveSpec, objectives};
-pub(crate) use term::{ActionContext, StepContext, Term};
+pub(crate) use step::StepContext;
 pub(crate) use total::exact_sum;
 
-/// Generates [`Reward`] and the term of each variant from a table.
-macro_rules! rewards {
-    ($($(#[$about:meta])* $Reward:ident = $Kind:ident($function:expr),)*) => {
-        /// The reward term of an episode. Team terms give every agent the same reward.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::VariantNames)]
-        #[serde(rename_all = "snake_case")]
-        #[strum(serialize_all = "snake_case")]
-        pub enum Reward {
-            $($(#[$about])* $Reward,)*
-        }
-
-        impl Reward {
-            /// Names of all terms in documents.
-            pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
-
-            const ALL: &[Self] = &[$(Self::$Reward),*];
-
-            /// Returns the function that computes the reward.
-            pub(crate) fn term<const D: usize>(self) -> Term<D> {
-                match self {
-                    $(Self::$Reward => Term::$Kind($function),)*
-                }
-            }
-        }
-    };
-}
-
-rewards! {
+/// The reward term of an episode. Team terms give every agent the same reward.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Serialize,
+    Deserialize,
+    strum::VariantNames,
+    strum::VariantArray,
+    strum::IntoStaticStr,
+)]
+#[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
+pub enum Reward {
     /// m_t - m_(t-1), where m is the running minimum of the objective. Sums to J - m_0 exactly.
-    RunningMinimum = Team(running_minimum::team),
+    RunningMinimum,
     /// The objective's value divided by the number of steps. Sums to the time average of the objective.
-    Distance = Team(distance::team),
+    Distance,
     /// d_i divided by the number of steps. Sums to the time average of d_i.
-    IndividualDistance = Individual(distance::individual),
+    IndividualDistance,
     /// d_i(t) - d_i(t-1). Sums to d_i(T) - d_i(0).
-    IndividualDistanceChange = Individual(distance_change::individual),
+    IndividualDistanceChange,
     /// Each agent's part of `RunningMinimum` of the mean distance: when the minimum falls, d_i minus d_i at
     /// the previous fall; 0 otherwise.
-    IndividualRunningMinimum = Individual(running_minimum::individual),
+    IndividualRunningMinimum,
     /// `IndividualDistanceChange`, averaged over the agent's neighborhood.
-    NeighborhoodDistanceChange = Individual(distance_change::neighborhood),
+    NeighborhoodDistanceChange,
     /// G - G_-i: the objective's value after an action minus its value with a range of 0 for agent i.
-    Difference = Counterfactual(difference::add),
+    Difference,
     /// J - m_0 in the last step, 0 before.
-    Terminal = Team(terminal::team),
+    Terminal,
 }
 
 impl Reward {
+    /// Names of all terms in documents.
+    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
+
     /// Returns whether agents have different rewards, which needs the view of the agents.
     pub(crate) fn is_individual(self) -> bool {
-        match self.term::<2>() {
-            Term::Team(_) => false,
-            Term::Individual(_) | Term::Counterfactual(_) => true,
+        match self {
+            Self::RunningMinimum | Self::Distance | Self::Terminal => false,
+            Self::IndividualDistance
+            | Self::IndividualDistanceChange
+            | Self::IndividualRunningMinimum
+            | Self::NeighborhoodDistanceChange
+            | Self::Difference => true,
         }
+    }
+
+    /// Returns whether the reward repeats every action once per agent.
+    pub(crate) fn repeats_actions(self) -> bool {
+        self == Self::Difference
     }
 
     /// Returns the names of the team terms.
     pub(crate) fn team_kinds() -> Vec<&'static str> {
-        let rewards = Self::ALL.iter().zip(Self::KINDS);
-        let team = rewards.filter(|(reward, _)| !reward.is_individual());
-        team.map(|(_, kind)| *kind).collect()
+        let team = Self::VARIANTS
+            .iter()
+            .filter(|reward| !reward.is_individual());
+        team.map(|reward| reward.into()).collect()
+    }
+
+    /// Returns the reward of a step that all agents share; 0 for individual terms.
+    pub(crate) fn of_team<const D: usize>(self, step: &StepContext<'_, D>) -> f64 {
+        match self {
+            Self::RunningMinimum => step.minimum - step.minimum_before,
+            Self::Distance => step.value * step.share(),
+            Self::Terminal if step.is_last => step.minimum - step.minimum_at_start,
+            Self::Terminal
+            | Self::IndividualDistance
+            | Self::IndividualDistanceChange
+            | Self::IndividualRunningMinimum
+            | Self::NeighborhoodDistanceChange
+            | Self::Difference => 0.0,
+        }
+    }
+
+    /// Adds the reward of a step of each agent to `rewards`; nothing for team terms.
+    pub(crate) fn add_individual<const D: usize>(
+        self,
+        step: &StepContext<'_, D>,
+        rewards: &mut [f64],
+    ) {
+        match self {
+            Self::IndividualDistance => {
+                let share = step.share();
+                for (reward, distance) in rewards.iter_mut().zip(step.distances) {
+                    *reward += distance * share;
+                }
+            }
+            Self::IndividualDistanceChange => step.add_changes(step.distances_before, rewards),
+            Self::IndividualRunningMinimum if step.minimum < step.minimum_before => {
+                step.add_changes(step.distances_at_minimum, rewards);
+            }
+            Self::NeighborhoodDistanceChange => step.add_neighborhood_changes(rewards),
+            Self::IndividualRunningMinimum
+            | Self::RunningMinimum
+            | Self::Distance
+            | Self::Terminal
+            | Self::Difference => {}
+        }
     }
 }

@@ -107,6 +107,11 @@ impl Objective {
         }
     }
 
+    /// Returns whether the objective is a distance in m.
+    pub(crate) fn is_distance(self) -> bool {
+        self.spec().unit == "m"
+    }
+
     /// Returns the current value of the objective in a flock.
     pub(crate) fn value_of<const D: usize>(self, world: &World<D>) -> f64 {
         match self {

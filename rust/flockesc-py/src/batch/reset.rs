@@ -6,15 +6,8 @@ use flockesc_core::InitialState;
 use flockesc_core::bindings::SlotReset;
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
-use super::FlockBatch;
-use crate::arrays::{flat, shaped};
-use crate::errors::try_borrow_mut;
-use crate::info::columns;
-
-/// Observations and metrics of the slots that were reset.
-pub(super) type Began<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
+use crate::arrays::flat;
 
 /// The options of a reset, as `flockesc_env.episodes.starts` returns them.
 #[derive(FromPyObject)]
@@ -41,35 +34,22 @@ impl Start<'_> {
     }
 }
 
-/// Starts new episodes in `slots`; see [`FlockBatch::reset`].
-pub(super) fn reset<'py>(
-    slf: &Bound<'py, FlockBatch>,
-    py: Python<'py>,
+/// Returns the resets of `slots`. `starts` has one entry per slot, or one for all.
+pub(super) fn resets(
     slots: &[usize],
     seeds: Vec<Option<u64>>,
-    starts: Vec<Start<'py>>,
-) -> PyResult<Began<'py>> {
-    let this = &mut *try_borrow_mut(slf)?;
+    starts: Vec<Start<'_>>,
+) -> PyResult<Vec<SlotReset>> {
     let starts = starts
         .into_iter()
         .map(Start::plain)
         .collect::<PyResult<Vec<_>>>()?;
-    let resets: Vec<_> = slots
-        .iter()
-        .zip(seeds)
-        .zip(starts.iter().cycle())
-        .map(|((&slot, seed), (episode, start))| SlotReset {
-            slot,
-            seed,
-            episode: *episode,
-            start: Arc::clone(start),
-        })
-        .collect();
-    let counts = this.count_components;
-    let (observations, measured) = this.inner.restart(py, resets, counts)?;
-    let rows = slots.len() * this.rows;
-    Ok((
-        shaped(py, observations, [rows, this.row_length])?,
-        columns(py, &measured)?,
-    ))
+    let resets = slots.iter().zip(seeds).zip(starts.iter().cycle());
+    let reset = |((&slot, seed), (episode, start)): ((&usize, _), &(_, Arc<_>))| SlotReset {
+        slot,
+        seed,
+        episode: *episode,
+        start: Arc::clone(start),
+    };
+    Ok(resets.map(reset).collect())
 }

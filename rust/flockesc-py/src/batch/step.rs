@@ -2,101 +2,47 @@
 
 use flockesc_core::Error;
 use flockesc_core::bindings::AtEnd;
-use numpy::{IntoPyArray, PyArray1, PyArray2};
-use pyo3::intern;
+use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::FlockBatch;
 use super::inner::{Inner, on_batch};
-use crate::arrays::{overwrite, shaped, vector};
+use crate::arrays::{Dict, vector};
 use crate::errors::{CoreError, try_borrow, try_borrow_mut};
-use crate::info::{Measured, columns, numbers};
-
-/// Observations, rewards, end flags of the episodes, ranges in m, metrics.
-pub(super) type Step<'py> = (
-    Bound<'py, PyAny>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<bool>>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyDict>,
-);
-
-/// Observations, rewards, end flag of the episode, ranges in m, metrics.
-pub(super) type StepFlock<'py> = (
-    Bound<'py, PyAny>,
-    Bound<'py, PyArray1<f64>>,
-    bool,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyDict>,
-);
-
-/// Observation, reward, end flag of the episode, `info`.
-pub(super) type StepOne<'py> = (Bound<'py, PyArray1<f32>>, f64, bool, Bound<'py, PyDict>);
+use crate::info::{Measured, numbers};
 
 /// Output arrays for observations and rewards.
 pub(super) type Out<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f64>>);
 
-/// Observations, rewards, ranges in m, metrics of each flock.
-type Stepped<'py> = (
-    Bound<'py, PyAny>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<f64>>,
-    Vec<Measured>,
-);
-
-/// Steps all flocks; see [`FlockBatch::step`].
-pub(super) fn step<'py>(
-    slf: &Bound<'py, FlockBatch>,
-    py: Python<'py>,
-    actions: &Bound<'py, PyAny>,
-    label: Option<&Bound<'py, PyAny>>,
-    at_end: &str,
-    out: Option<Out<'py>>,
-    predator_actions: Option<Bound<'py, PyAny>>,
-) -> PyResult<Step<'py>> {
-    let at_end = parsed(at_end)?;
-    let (observations, rewards, ranges, measured) =
-        stepped(slf, py, (actions, label), at_end, out, predator_actions)?;
-    let ended = try_borrow(slf)?.inner.ended()?.into_pyarray(py);
-    Ok((
-        observations,
-        rewards,
-        ended,
-        ranges,
-        columns(py, &measured)?,
-    ))
+/// A step of all flocks.
+pub(super) struct Stepped {
+    pub(super) observations: Vec<f32>,
+    pub(super) rewards: Vec<f64>,
+    pub(super) ranges: Vec<f64>,
+    pub(super) measured: Vec<Measured>,
+    /// Whether the episode in each slot has ended.
+    pub(super) ended: Vec<bool>,
 }
 
-/// Steps a batch of one flock; see [`FlockBatch::step_flock`].
-pub(super) fn step_flock<'py>(
-    slf: &Bound<'py, FlockBatch>,
-    py: Python<'py>,
-    actions: &Bound<'py, PyAny>,
-    label: Option<&Bound<'py, PyAny>>,
-    predator_actions: Option<Bound<'py, PyAny>>,
-) -> PyResult<StepFlock<'py>> {
-    let action = (actions, label);
-    let (observations, rewards, ranges, measured) =
-        stepped(slf, py, action, AtEnd::Refuse, None, predator_actions)?;
-    let has_ended = try_borrow(slf)?.inner.has_ended(0)?;
-    Ok((
-        observations,
-        rewards,
-        has_ended,
-        ranges,
-        first(py, &measured)?,
-    ))
+impl Stepped {
+    /// Returns the metrics of the first flock as numbers.
+    pub(super) fn first<'py>(&self, py: Python<'py>) -> Dict<'py> {
+        match self.measured.first() {
+            Some(measured) => numbers(py, measured),
+            None => Ok(PyDict::new(py)),
+        }
+    }
 }
 
-fn stepped<'py>(
-    slf: &Bound<'py, FlockBatch>,
-    py: Python<'py>,
-    (actions, label): (&Bound<'py, PyAny>, Option<&Bound<'py, PyAny>>),
+/// Returns the ranges of stacked actions, with 0 in rows whose action is ignored. `label(index)` returns the name
+/// of an action for errors.
+pub(super) fn ranges(
+    slf: &Bound<'_, FlockBatch>,
+    actions: &Bound<'_, PyAny>,
+    label: Option<&Bound<'_, PyAny>>,
     at_end: AtEnd,
-    out: Option<Out<'py>>,
-    predator_actions: Option<Bound<'py, PyAny>>,
-) -> PyResult<Stepped<'py>> {
+) -> PyResult<Vec<f64>> {
     let (map, rows) = {
         let this = try_borrow(slf)?;
         (this.actions.clone(), this.num_flocks * this.rows)
@@ -109,59 +55,40 @@ fn stepped<'py>(
         }
     }
     map.check(&ranges, actions, label)?;
-    let predator_actions = predator_actions_of(slf, predator_actions, at_end)?;
-    let this = &mut *try_borrow_mut(slf)?;
-    let (mut observations, mut rewards) = match out {
-        Some(_) if !this.scratch.1.is_empty() => std::mem::take(&mut this.scratch),
-        _ => (vec![0.0; rows * this.row_length], vec![0.0; rows]),
-    };
-    let out_of_core = (&mut rewards, &mut observations);
-    let counts = this.count_components;
-    let measured = this.inner.advance(
-        py,
-        (&ranges, &predator_actions),
-        at_end,
-        out_of_core,
-        counts,
-    )?;
-    let (observations, rewards) = match out {
-        Some((kept_observations, kept_rewards)) => {
-            overwrite(&kept_observations, &observations)?;
-            overwrite(&kept_rewards, &rewards)?;
-            this.scratch = (observations, rewards);
-            (kept_observations.into_any(), kept_rewards)
-        }
-        None => (
-            shaped(py, observations, [rows, this.row_length])?,
-            rewards.into_pyarray(py),
-        ),
-    };
-    Ok((observations, rewards, ranges.into_pyarray(py), measured))
+    Ok(ranges)
 }
 
-/// Steps a batch of one flock; see [`FlockBatch::step_one`].
-pub(super) fn step_one<'py>(
-    slf: &Bound<'py, FlockBatch>,
-    py: Python<'py>,
-    action: &Bound<'py, PyAny>,
-    predator_actions: Option<Bound<'py, PyAny>>,
-) -> PyResult<StepOne<'py>> {
-    let map = try_borrow(slf)?.actions.clone();
-    let range = map.to_range(action)?; // may call Python, so no borrow is held
-    let predator_actions = predator_actions_of(slf, predator_actions, AtEnd::Refuse)?;
+/// Steps all flocks with these ranges. `predator_actions` is an array, or a function that returns it.
+pub(super) fn step(
+    slf: &Bound<'_, FlockBatch>,
+    ranges: Vec<f64>,
+    at_end: AtEnd,
+    predator_actions: Option<Bound<'_, PyAny>>,
+) -> PyResult<Stepped> {
+    let predator_actions = predator_actions_of(slf, predator_actions, at_end)?;
     let this = &mut *try_borrow_mut(slf)?;
-    let mut reward = vec![0.0];
-    let mut observation = vec![0.0; this.row_length];
-    let out_of_core = (&mut reward, &mut observation);
-    let counts = this.count_components;
-    let action = (&[range][..], &predator_actions[..]);
-    let measured = this
-        .inner
-        .advance(py, action, AtEnd::Refuse, out_of_core, counts)?;
-    let info = first(py, &measured)?;
-    info.set_item(intern!(py, "interaction_range"), range)?;
-    let ended = this.inner.has_ended(0)?;
-    Ok((observation.into_pyarray(py), reward[0], ended, info))
+    let (mut observations, mut rewards) = if this.scratch.1.is_empty() {
+        (
+            vec![0.0; ranges.len() * this.row_length],
+            vec![0.0; ranges.len()],
+        )
+    } else {
+        std::mem::take(&mut this.scratch)
+    };
+    let measured = this.inner.advance(
+        slf.py(),
+        (&ranges, &predator_actions),
+        at_end,
+        (&mut rewards, &mut observations),
+        this.count_components,
+    )?;
+    Ok(Stepped {
+        observations,
+        rewards,
+        ranges,
+        measured,
+        ended: this.inner.ended()?,
+    })
 }
 
 /// Returns the actions of the learned predators from an array, or from a function that returns it. The
@@ -182,15 +109,7 @@ fn predator_actions_of(
     vector(&given.call0()?.extract()?)
 }
 
-/// Returns the metrics of the first flock as numbers.
-fn first<'py>(py: Python<'py>, measured: &[Measured]) -> PyResult<Bound<'py, PyDict>> {
-    match measured.first() {
-        Some(measured) => numbers(py, measured),
-        None => Ok(PyDict::new(py)),
-    }
-}
-
-fn parsed(at_end: &str) -> Result<AtEnd, CoreError> {
+pub(super) fn parsed(at_end: &str) -> Result<AtEnd, CoreError> {
     match at_end {
         "refuse" => Ok(AtEnd::Refuse),
         "restart" => Ok(AtEnd::Restart),

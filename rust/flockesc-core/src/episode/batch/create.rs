@@ -1,22 +1,30 @@
 //! Construction of a batch, from one scenario for all slots or one per slot.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use super::Batch;
 use crate::base::error::{Error, Result};
 use crate::base::memory;
 use crate::episode::options::EpisodeConfig;
-use crate::episode::rows;
 use crate::episode::slot::Slot;
 use crate::flock::{FlockConfig, World};
 use crate::observation;
 use crate::parallel;
-use crate::reward::Term;
 use crate::snapshot::Fingerprint;
 
 /// Cost of a search for the neighbors under a candidate range, in units of the same search in a step.
 const CANDIDATE_COST: usize = 4;
+
+/// Number of copies of the observations and rewards: in the core, and in the arrays of an environment.
+const ARRAYS: usize = 2;
+
+/// Memory in bytes of the metrics of a flock.
+const INFO_BYTES: usize = 256;
+
+/// Memory in bytes of the buffers of a thread that do not depend on the flock.
+const THREAD_BYTES: usize = 1 << 15;
 
 impl<const D: usize> Batch<D> {
     /// Creates a batch of `num_flocks` empty slots for a scenario of dimension D. `num_threads` of
@@ -52,22 +60,19 @@ impl<const D: usize> Batch<D> {
             return Err(Error::argument("num_flocks", "an integer of at least 1", 0));
         };
         let is_one = scenarios.iter().all(|other| Arc::ptr_eq(first, other));
-        let mut known = HashMap::new();
         let row_length = config.entries(D).len();
+        let mut known = HashMap::new();
         let mut checked = Vec::with_capacity(scenarios.len());
         for (index, scenario) in scenarios.iter().enumerate() {
-            let found = match known.get(&Arc::as_ptr(scenario)) {
-                Some(found) => *found,
-                None => {
-                    let label = if is_one {
-                        String::new()
-                    } else {
-                        format!("scenario[{index}].")
-                    };
+            let found = match known.entry(Arc::as_ptr(scenario)) {
+                Entry::Occupied(found) => *found.get(),
+                Entry::Vacant(place) => {
+                    let mut label = String::new();
+                    if !is_one {
+                        label = format!("scenario[{index}].");
+                    }
                     check_scenario::<D>(scenario, first, &config, &label)?;
-                    let new = Checked::new::<D>(scenario, &config, row_length);
-                    known.insert(Arc::as_ptr(scenario), new);
-                    new
+                    *place.insert(Checked::new::<D>(scenario, &config, row_length))
                 }
             };
             checked.push(found);
@@ -111,34 +116,24 @@ fn check_scenario<const D: usize>(
 ) -> Result<()> {
     scenario.check()?;
     config.check_scenario(scenario)?;
-    let field = |name: &str| format!("{label}{name}");
+    let refuse = |name: &str, expected: String, given: usize| {
+        Err(Error::config(format!("{label}{name}"), expected, given))
+    };
     let same = |count: usize, what: &str| format!("{count}{what}, as in scenario[0]");
     if scenario.dimension != D {
-        return Err(Error::config(
-            field("dimension"),
-            D.to_string(),
-            scenario.dimension,
-        ));
+        return refuse("dimension", D.to_string(), scenario.dimension);
     }
     if scenario.predators.is_empty() {
         let expected = "at least one predator, because rewards depend on the distance to it";
-        return Err(Error::config(field("predators"), expected, "none"));
+        return Err(Error::config(format!("{label}predators"), expected, "none"));
     }
     if scenario.num_agents != first.num_agents {
         let expected = same(first.num_agents, "");
-        return Err(Error::config(
-            field("num_agents"),
-            expected,
-            scenario.num_agents,
-        ));
+        return refuse("num_agents", expected, scenario.num_agents);
     }
-    if scenario.num_learned() != first.num_learned() {
-        let expected = same(first.num_learned(), " Learned");
-        return Err(Error::config(
-            field("predators"),
-            expected,
-            scenario.num_learned(),
-        ));
+    let (learned, expected) = (scenario.num_learned(), first.num_learned());
+    if learned != expected {
+        return refuse("predators", same(expected, " Learned"), learned);
     }
     Ok(())
 }
@@ -161,64 +156,34 @@ impl Checked {
         config: &EpisodeConfig,
         row_length: usize,
     ) -> Self {
-        let observation_work = work_per_observation(scenario, config);
+        let (n, neighbors) = (scenario.num_agents, scenario.neighbor_options());
+        let visits = if config.reward.repeats_actions() {
+            n
+        } else {
+            neighbors.work_per_agent(n, config.max_range)
+        };
+        let steps = config.steps_per_action.min(scenario.num_steps);
+        let work = n.saturating_mul(visits).saturating_mul(steps);
+        let ranges = config.profile_ranges.iter();
+        let visits = ranges.fold(1, |visits: usize, range| {
+            visits.saturating_add(CANDIDATE_COST * neighbors.work_per_agent(n, *range))
+        });
+        let observation_work = n.saturating_mul(visits);
+        let row_bytes = 2 * size_of::<f64>() + row_length * size_of::<f32>();
         Self {
             fingerprint: Fingerprint::of(&(scenario, config)),
-            work: work_per_step(scenario, config).saturating_add(observation_work),
+            work: work.saturating_add(observation_work),
             observation_work,
-            bytes: bytes_per_flock::<D>(scenario, config, row_length),
+            bytes: Slot::<D>::bytes(scenario, config)
+                + ARRAYS * config.view.rows(scenario) * row_bytes
+                + INFO_BYTES,
         }
     }
-}
-
-/// Estimates the memory in bytes of one flock in a batch, with its rows in the arrays of actions, rewards and
-/// observations here and in Python.
-fn bytes_per_flock<const D: usize>(
-    scenario: &FlockConfig,
-    config: &EpisodeConfig,
-    row_length: usize,
-) -> usize {
-    let entries =
-        ARRAYS * rows(config, scenario) * (2 * size_of::<f64>() + row_length * size_of::<f32>());
-    Slot::<D>::bytes(scenario, config) + entries + INFO_BYTES
 }
 
 /// Estimates the memory in bytes that a thread needs during a reset or a step.
 fn working_bytes<const D: usize>(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
     let observation = observation::working_bytes::<D>(config.view, config.extras(), scenario);
-    let copies = match config.reward.term::<D>() {
-        Term::Team(_) | Term::Individual(_) => 0,
-        Term::Counterfactual(_) => 2,
-    };
+    let copies = 2 * usize::from(config.reward.repeats_actions());
     THREAD_BYTES + observation + copies * World::<D>::bytes(scenario)
-}
-
-/// Number of copies of the observations and rewards: in the core, and in the arrays of an environment.
-const ARRAYS: usize = 2;
-/// Memory in bytes of the metrics of a flock.
-const INFO_BYTES: usize = 256;
-/// Memory in bytes of the buffers of a thread that do not depend on the flock.
-const THREAD_BYTES: usize = 1 << 15;
-
-/// Estimates the number of agents that one action visits in one flock, without its observation.
-fn work_per_step(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
-    let n = scenario.num_agents;
-    let neighbors = scenario.neighbor_options();
-    let visits = match config.reward.term::<2>() {
-        Term::Team(_) | Term::Individual(_) => neighbors.work_per_agent(n, config.max_range),
-        Term::Counterfactual(_) => n,
-    };
-    let steps = config.steps_per_action.min(scenario.num_steps);
-    n.saturating_mul(visits).saturating_mul(steps)
-}
-
-/// Estimates the number of agents that the observation of one flock visits.
-fn work_per_observation(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
-    let n = scenario.num_agents;
-    let neighbors = scenario.neighbor_options();
-    let ranges = config.profile_ranges.iter();
-    let visits = ranges.fold(1, |visits: usize, range| {
-        visits.saturating_add(CANDIDATE_COST * neighbors.work_per_agent(n, *range))
-    });
-    n.saturating_mul(visits)
 }

@@ -69,13 +69,13 @@ impl<const D: usize> Batch<D> {
                 let expected = format!("an integer below {}", self.slots.len());
                 return Err(Error::argument("slot", expected, reset.slot));
             };
-            reset.start.check(old.scenario())?;
+            reset.start.check(&old.scenario)?;
             let mut new = old.without_episode();
             if let Some(seed) = reset.seed {
-                new.seed(seed);
+                new.schedule.restart(seed);
             }
             if let Some(episode) = reset.episode {
-                new.set_next_episode(episode);
+                new.schedule.next = episode;
             }
             new_slots.insert(reset.slot, (new, reset.start));
         }

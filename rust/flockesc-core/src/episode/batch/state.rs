@@ -54,7 +54,7 @@ impl<const D: usize> Batch<D> {
     fn fingerprint(&self, slots: &[usize]) -> Fingerprint {
         let all: Vec<_> = slots
             .iter()
-            .map(|slot| self.slots[*slot].fingerprint())
+            .map(|slot| self.slots[*slot].fingerprint)
             .collect();
         match all.first() {
             Some(first) if all.iter().all(|other| other == first) => *first,

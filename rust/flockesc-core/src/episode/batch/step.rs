@@ -91,7 +91,7 @@ impl<const D: usize> Batch<D> {
             if !has_advanced && at_end == AtEnd::Restart {
                 slot.start(config, &InitialState::default());
             }
-            let Some(episode) = slot.episode() else {
+            let Some(episode) = &slot.episode else {
                 return Ok(None);
             };
             episode.observe(out, progress)?;
@@ -116,7 +116,7 @@ impl<const D: usize> Batch<D> {
         check_ranges("interaction_range", ranges)?;
         let mut num_pairs = 0;
         for (slot, ranges) in ranges.chunks_exact(self.rows()).enumerate() {
-            if self.slots[slot].scenario().frozen_graph {
+            if self.slots[slot].scenario.frozen_graph {
                 num_pairs += self.episode(slot)?.pairs_to_freeze(ranges)?;
             }
         }
@@ -133,7 +133,7 @@ impl<const D: usize> Batch<D> {
     #[doc(hidden)]
     pub fn check_episodes(&self, at_end: AtEnd) -> Result<()> {
         for (index, slot) in self.slots.iter().enumerate() {
-            let Some(episode) = slot.episode() else {
+            let Some(episode) = &slot.episode else {
                 let message = format!("step() called before reset(): flock {index} has no episode");
                 return Err(Error::episode(message));
             };

@@ -214,7 +214,7 @@ fn slots_without_a_seed_differ_and_rejected_resets_change_nothing() {
             .reset(slot, &InitialState::seeded(seed))
             .expect("a slot");
         assert_eq!(
-            Metrics::of(batch.episode(slot).expect("an episode")),
+            batch.episode(slot).expect("an episode").metrics(),
             *expected
         );
     }

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::base::check::vector;
 use crate::base::error::{Error, Result};
 use crate::base::rng;
-use crate::base::vector::SHORTEST;
+use crate::base::vector::{SHORTEST, embed};
 
 /// The space that a flock starts in: the plane z = 0 or R^D.
 #[derive(Debug, Clone, Copy)]
@@ -120,7 +120,7 @@ impl Space {
     }
 }
 
-/// Returns the vector with these entries; missing entries are 0.
-pub(super) fn embed<const D: usize>(entries: &[f64]) -> SVector<f64, D> {
-    SVector::from_fn(|axis, _| entries.get(axis).copied().unwrap_or(0.0))
+/// Calls `draw` `count` times and collects the results.
+pub(super) fn repeat<T>(count: usize, draw: impl FnMut() -> T) -> Vec<T> {
+    std::iter::repeat_with(draw).take(count).collect()
 }

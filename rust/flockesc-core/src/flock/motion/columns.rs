@@ -1,7 +1,7 @@
 //! Per-agent parameters of one group, column by column.
 
-use super::parameters::Parameters;
 use crate::agents::{Column, GROUP, PerAgent};
+use crate::flock::scenario::FlockConfig;
 
 /// Per-agent parameters of one group.
 pub(super) struct ParameterColumns {
@@ -20,19 +20,19 @@ pub(super) struct ParameterColumns {
 impl ParameterColumns {
     /// Fills all lanes with the parameters of agent 0.
     #[inline(always)]
-    pub(super) fn of_first(parameters: &Parameters<'_>) -> Self {
+    pub(super) fn of_first(config: &FlockConfig) -> Self {
         let fields = [
-            parameters.mass,
-            parameters.speed,
-            parameters.alignment_strength,
-            parameters.repulsion_strength,
+            &config.mass,
+            &config.speed,
+            &config.alignment_strength,
+            &config.repulsion_strength,
         ];
-        let speed = parameters.speed.of(0);
+        let speed = config.speed.of(0);
         Self {
-            gain: [parameters.time_step / parameters.mass.of(0); GROUP],
+            gain: [config.time_step / config.mass.of(0); GROUP],
             speed: [speed; GROUP],
-            alignment: [parameters.alignment_strength.of(0) * speed; GROUP],
-            repulsion: [parameters.repulsion_strength.of(0); GROUP],
+            alignment: [config.alignment_strength.of(0) * speed; GROUP],
+            repulsion: [config.repulsion_strength.of(0); GROUP],
             is_mixed: fields
                 .iter()
                 .any(|field| matches!(field, PerAgent::Each(_))),
@@ -41,20 +41,16 @@ impl ParameterColumns {
 
     /// Loads the parameters of the agents with these `ids`, if parameters differ between agents.
     #[inline(always)]
-    pub(super) fn load(&mut self, parameters: &Parameters<'_>, ids: &[u32]) {
+    pub(super) fn load(&mut self, config: &FlockConfig, ids: &[u32]) {
         if !self.is_mixed {
             return;
         }
-        parameters.mass.gather(ids, &mut self.gain);
-        parameters.speed.gather(ids, &mut self.speed);
-        parameters
-            .alignment_strength
-            .gather(ids, &mut self.alignment);
-        parameters
-            .repulsion_strength
-            .gather(ids, &mut self.repulsion);
+        config.mass.gather(ids, &mut self.gain);
+        config.speed.gather(ids, &mut self.speed);
+        config.alignment_strength.gather(ids, &mut self.alignment);
+        config.repulsion_strength.gather(ids, &mut self.repulsion);
         for lane in 0..ids.len() {
-            self.gain[lane] = parameters.time_step / self.gain[lane];
+            self.gain[lane] = config.time_step / self.gain[lane];
             self.alignment[lane] *= self.speed[lane];
         }
     }

@@ -1,46 +1,21 @@
 //! The paper's law of motion: forces change velocities (steps 3 and 4).
 
-use serde::{Deserialize, Serialize};
-
 use super::columns::ParameterColumns;
 use super::forces::Force;
-use super::law::Law;
-use super::parameters::Parameters;
 use crate::agents::{GROUP, Group};
 use crate::base::vector::{SHORTEST, squared_norm};
-
-/// Forces change velocities.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Inertial {}
-
-impl Law for Inertial {
-    #[inline(always)]
-    fn integrate<const D: usize>(
-        &self,
-        parameters: &Parameters<'_>,
-        columns: &ParameterColumns,
-        force: &Force<D>,
-        group: &mut Group<D>,
-    ) {
-        integrate(parameters, columns, force, group);
-    }
-}
+use crate::flock::scenario::FlockConfig;
 
 /// Adds dt v to r, adds (dt / m) f to v, and scales v to the speed v0 if the speed is constant. If the new v
 /// has length 0, the old v stays.
 #[inline(always)]
 pub(super) fn integrate<const D: usize>(
-    parameters: &Parameters<'_>,
+    config: &FlockConfig,
     columns: &ParameterColumns,
     force: &Force<D>,
     group: &mut Group<D>,
 ) {
-    let Parameters {
-        time_step,
-        constant_speed,
-        ..
-    } = *parameters;
+    let (time_step, constant_speed) = (config.time_step, config.constant_speed);
     let mut speeds = [0.0; GROUP];
     for lane in 0..GROUP {
         let speed = columns.speed[lane];

@@ -3,10 +3,10 @@
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 
-use super::parameters::Parameters;
 use crate::agents::{Agents, GROUP};
 use crate::base::rng::{self, Stream};
 use crate::base::vector::{heading, side_of, turn, unit};
+use crate::flock::scenario::FlockConfig;
 
 /// The random errors of one step, by id. They are drawn only if the scenario has noise.
 #[derive(Debug, Clone)]
@@ -28,19 +28,19 @@ impl<const D: usize> Noise<D> {
     }
 
     /// Returns the memory in bytes of the errors of a step.
-    pub(super) fn bytes(parameters: &Parameters<'_>) -> usize {
-        let sensing = if parameters.sensing_noise > 0.0 {
+    pub(super) fn bytes(config: &FlockConfig) -> usize {
+        let sensing = if config.sensing_noise > 0.0 {
             size_of::<SVector<f64, D>>()
         } else {
             0
         };
-        let turns = if parameters.angular_noise > 0.0 {
+        let turns = if config.angular_noise > 0.0 {
             size_of::<(f64, SVector<f64, D>)>()
         } else {
             0
         };
         // A vector that grows has room for up to twice its length.
-        2 * parameters.num_agents.max(4) * (sensing + turns)
+        2 * config.num_agents.max(4) * (sensing + turns)
     }
 
     /// Returns the position in the random stream.
@@ -54,15 +54,15 @@ impl<const D: usize> Noise<D> {
     }
 
     /// Draws the errors of the next step in the order of ids.
-    pub(super) fn draw(&mut self, parameters: &Parameters<'_>) {
+    pub(super) fn draw(&mut self, config: &FlockConfig) {
         self.sensing.clear();
         self.turns.clear();
-        let (rng, eta) = (&mut self.rng, parameters.angular_noise);
-        if parameters.sensing_noise <= 0.0 && eta <= 0.0 {
+        let (rng, eta) = (&mut self.rng, config.angular_noise);
+        if config.sensing_noise <= 0.0 && eta <= 0.0 {
             return;
         }
-        for _ in 0..parameters.num_agents {
-            if parameters.sensing_noise > 0.0 {
+        for _ in 0..config.num_agents {
+            if config.sensing_noise > 0.0 {
                 self.sensing.push(rng::direction(D, rng));
             }
             if eta > 0.0 {
@@ -77,12 +77,12 @@ impl<const D: usize> Noise<D> {
     /// Returns the neighbors' mean velocity in m/s with the sensing error of agent `id`.
     pub(super) fn sensed(
         &self,
-        parameters: &Parameters<'_>,
+        config: &FlockConfig,
         id: usize,
         mean: SVector<f64, D>,
     ) -> SVector<f64, D> {
         self.sensing.get(id).map_or(mean, |error| {
-            mean + error * (parameters.sensing_noise * parameters.speed.of(id))
+            mean + error * (config.sensing_noise * config.speed.of(id))
         })
     }
 

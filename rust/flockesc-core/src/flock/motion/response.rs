@@ -5,16 +5,15 @@ use std::collections::VecDeque;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::Motion;
 use super::columns::ParameterColumns;
 use super::forces::{Force, consensus_force};
-use super::law::GroupPairs;
+use super::law::{Motion, Reynolds};
 use super::noise::Noise;
-use super::parameters::Parameters;
 use crate::agents::{Agents, GROUP};
 use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::vector::heading;
+use crate::flock::scenario::FlockConfig;
 use crate::neighbor::{NeighborSums, Neighborhood, OffsetBuffers};
 use crate::parallel;
 use crate::snapshot::{are_bounded, check};
@@ -48,22 +47,17 @@ impl<const D: usize> Response<D> {
         }
     }
 
-    /// Returns the memory in bytes in a run of `num_steps` steps.
-    pub(crate) fn bytes(motion: &Motion, parameters: &Parameters<'_>, num_steps: usize) -> usize {
-        let Parameters {
-            num_agents: n,
-            sensing_noise,
-            sensing_delay,
-            ..
-        } = *parameters;
+    /// Returns the memory in bytes in a run of a scenario.
+    pub(crate) fn bytes(config: &FlockConfig) -> usize {
+        let (n, sensing_delay) = (config.num_agents, config.sensing_delay);
         let groups = n.div_ceil(GROUP).max(1);
-        let needs_pairs = motion.needs_pairs();
-        let mut bytes = Noise::<D>::bytes(parameters);
-        if sensing_noise > 0.0 || sensing_delay > 0 || needs_pairs {
+        let needs_pairs = config.motion.needs_pairs();
+        let mut bytes = Noise::<D>::bytes(config);
+        if config.sensing_noise > 0.0 || sensing_delay > 0 || needs_pairs {
             bytes += 2 * groups.max(4) * size_of::<Force<D>>();
         }
         if sensing_delay > 0 {
-            let past = 1 + sensing_delay.min(num_steps);
+            let past = 1 + sensing_delay.min(config.num_steps);
             bytes += past * (n * size_of::<SVector<f64, D>>() + 2 * size_of::<Vec<f64>>());
         }
         if needs_pairs {
@@ -81,16 +75,13 @@ impl<const D: usize> Response<D> {
 
     pub(crate) fn restore(
         state: ResponseState<D>,
-        parameters: &Parameters<'_>,
+        config: &FlockConfig,
         seed: u64,
     ) -> Result<Self> {
         let is_possible = |forces: &Vec<SVector<f64, D>>| {
-            forces.len() == parameters.num_agents && are_bounded(forces.iter().flatten())
+            forces.len() == config.num_agents && are_bounded(forces.iter().flatten())
         };
-        check(
-            state.past.len() <= parameters.sensing_delay + 1,
-            "past forces",
-        )?;
+        check(state.past.len() <= config.sensing_delay + 1, "past forces")?;
         check(state.past.iter().all(is_possible), "past forces")?;
         let mut response = Self::new(seed);
         response.noise.set_stream_position(state.stream_position);
@@ -102,22 +93,21 @@ impl<const D: usize> Response<D> {
     /// consensus forces of the current sums.
     pub(crate) fn neighbor_forces(
         &mut self,
-        motion: &Motion,
-        parameters: &Parameters<'_>,
+        config: &FlockConfig,
         agents: &Agents<D>,
         neighborhood: &mut Neighborhood<D>,
     ) -> Option<&[Force<D>]> {
-        self.noise.draw(parameters);
-        let needs_pairs = motion.needs_pairs();
-        if parameters.sensing_noise <= 0.0 && parameters.sensing_delay == 0 && !needs_pairs {
+        self.noise.draw(config);
+        let is_plain = config.sensing_noise <= 0.0 && config.sensing_delay == 0;
+        if is_plain && !config.motion.needs_pairs() {
             return None;
         }
-        self.consensus(parameters, agents, neighborhood);
-        if needs_pairs {
-            self.add_boids_forces(motion, parameters, agents, neighborhood);
+        self.consensus(config, agents, neighborhood);
+        if let Motion::Reynolds(law) = &config.motion {
+            self.add_boids_forces(law, config, agents, neighborhood);
         }
-        if parameters.sensing_delay > 0 {
-            self.delay(parameters, agents.ids());
+        if config.sensing_delay > 0 {
+            self.delay(config, agents.ids());
         }
         Some(&self.forces)
     }
@@ -125,19 +115,19 @@ impl<const D: usize> Response<D> {
     /// Computes the consensus forces.
     fn consensus(
         &mut self,
-        parameters: &Parameters<'_>,
+        config: &FlockConfig,
         agents: &Agents<D>,
         neighborhood: &mut Neighborhood<D>,
     ) {
         let unit = neighborhood.scale();
         self.forces.clear();
-        let mut columns = ParameterColumns::of_first(parameters);
+        let mut columns = ParameterColumns::of_first(config);
         let ids = agents.ids().chunks(GROUP);
         for (sums, ids) in neighborhood.sums_mut().iter_mut().zip(ids) {
-            columns.load(parameters, ids);
+            columns.load(config, ids);
             let mut force = consensus_force(&columns, sums);
-            if parameters.sensing_noise > 0.0 {
-                self.add_sensing_noise(parameters, &columns, ids, sums, unit, &mut force);
+            if config.sensing_noise > 0.0 {
+                self.add_sensing_noise(config, &columns, ids, sums, unit, &mut force);
             }
             self.forces.push(force);
         }
@@ -146,8 +136,8 @@ impl<const D: usize> Response<D> {
     /// Adds the forces between pairs of neighbors.
     fn add_boids_forces(
         &mut self,
-        motion: &Motion,
-        parameters: &Parameters<'_>,
+        law: &Reynolds,
+        config: &FlockConfig,
         agents: &Agents<D>,
         neighborhood: &Neighborhood<D>,
     ) {
@@ -159,16 +149,10 @@ impl<const D: usize> Response<D> {
         self.buffers.resize_with(chunks, OffsetBuffers::default);
         let buffers = &mut self.buffers;
         parallel::for_each_chunk_with(&mut self.forces, buffers, |first, forces, buffers| {
-            let mut columns = ParameterColumns::of_first(parameters);
+            let mut columns = ParameterColumns::of_first(config);
             for (group, force) in (first..).zip(forces) {
-                columns.load(parameters, agents.ids_of(group));
-                let pairs = GroupPairs {
-                    pairs: &pairs,
-                    group,
-                    columns: &columns,
-                    scale,
-                };
-                motion.add_pair_forces(&pairs, buffers, force);
+                columns.load(config, agents.ids_of(group));
+                law.add_forces(&pairs, group, scale, &columns, buffers, force);
             }
             buffers.trim();
         });
@@ -177,7 +161,7 @@ impl<const D: usize> Response<D> {
     /// Replaces consensus forces by the ones that follow from mean velocities with sensing noise.
     fn add_sensing_noise(
         &self,
-        parameters: &Parameters<'_>,
+        config: &FlockConfig,
         columns: &ParameterColumns,
         ids: &[u32],
         sums: &NeighborSums<D>,
@@ -187,7 +171,7 @@ impl<const D: usize> Response<D> {
         for (lane, &id) in ids.iter().enumerate() {
             let mean = |axis: usize, _| unit.mean(sums.sum[axis][lane], sums.count[lane]);
             let mean = SVector::from_fn(mean);
-            let sensed = self.noise.sensed(parameters, id as usize, mean);
+            let sensed = self.noise.sensed(config, id as usize, mean);
             let aim = heading(&sensed) * columns.alignment[lane];
             for axis in 0..D {
                 force[axis][lane] = aim[axis];
@@ -197,13 +181,13 @@ impl<const D: usize> Response<D> {
 
     /// Stores the forces and replaces them by the forces of `sensing_delay` steps ago. The first steps use
     /// the forces of t = 0.
-    fn delay(&mut self, parameters: &Parameters<'_>, ids: &[u32]) {
-        let recycled = if self.past.len() > parameters.sensing_delay {
+    fn delay(&mut self, config: &FlockConfig, ids: &[u32]) {
+        let recycled = if self.past.len() > config.sensing_delay {
             self.past.pop_front()
         } else {
             None
         };
-        let mut latest = recycled.unwrap_or_else(|| vec![SVector::zeros(); parameters.num_agents]);
+        let mut latest = recycled.unwrap_or_else(|| vec![SVector::zeros(); config.num_agents]);
         let force = |forces: &[Force<D>], place: usize| {
             SVector::from_fn(|axis, _| forces[place / GROUP][axis][place % GROUP])
         };
@@ -230,7 +214,6 @@ mod tests {
     use nalgebra::vector;
 
     use super::*;
-    use crate::flock::FlockConfig;
 
     #[test]
     fn past_forces_are_one_finite_force_per_agent_and_delayed_step() {
@@ -245,7 +228,7 @@ mod tests {
                 stream_position: 0,
                 past,
             };
-            Response::restore(state, &scenario.motion_parameters(), 0)
+            Response::restore(state, &scenario, 0)
         };
         let (force, nan) = (vector![1.0, 2.0], vector![1.0, f64::NAN]);
         assert!(restored(&[&[force, force], &[force, force]]).is_ok());

@@ -1,55 +1,25 @@
 //! Reynolds' law: the paper's law plus separation and cohesion, as in C. W. Reynolds' boids (1987).
 
-use serde::{Deserialize, Serialize};
-
 use super::columns::ParameterColumns;
 use super::forces::Force;
-use super::inertial::integrate;
-use super::law::{GroupPairs, Law};
-use super::parameters::Parameters;
-use crate::agents::{GROUP, Group};
-use crate::base::check::{not_negative, quantity};
-use crate::base::error::Result;
+use super::law::Reynolds;
+use crate::agents::GROUP;
+use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, squared_norm};
-use crate::neighbor::OffsetBuffers;
+use crate::neighbor::{OffsetBuffers, Pairs};
 
-/// Forces change velocities, and neighbors also attract and repel each other.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Reynolds {
-    /// Weight of the force away from close neighbors, at least 0.
-    pub separation_strength: f64,
-    /// Weight of the force toward the center of the neighbors, at least 0.
-    pub cohesion_strength: f64,
-    /// Distance in m up to which a neighbor is close, at least 0.
-    pub separation_range: f64,
-}
-
-impl Law for Reynolds {
-    fn check(&self, path: &str, _constant_speed: bool) -> Result<()> {
-        let field = |name: &str| format!("{path}.{name}");
-        quantity(&field("separation_strength"), self.separation_strength)?;
-        quantity(&field("cohesion_strength"), self.cohesion_strength)?;
-        not_negative(&field("separation_range"), self.separation_range)
-    }
-
-    fn needs_pairs(&self) -> bool {
-        true
-    }
-
-    /// Adds the separation force and the cohesion force. The norm of each is its strength times v0.
-    fn add_pair_forces<const D: usize>(
+impl Reynolds {
+    /// Adds the separation force and the cohesion force to the agents of a group. The norm of each is its
+    /// strength times v0. `scale` is the fixed-point scale of sums of offsets between agents, in m.
+    pub(super) fn add_forces<const D: usize>(
         &self,
-        pairs: &GroupPairs<'_, D>,
+        pairs: &Pairs<'_, D>,
+        group: usize,
+        scale: Scale,
+        columns: &ParameterColumns,
         buffers: &mut OffsetBuffers<D>,
         force: &mut Force<D>,
     ) {
-        let GroupPairs {
-            pairs,
-            group,
-            columns,
-            scale,
-        } = *pairs;
         let sums = pairs.sum_offsets(group, scale, self.separation_range, buffers);
         let mut add = |lane: usize, vector: [f64; D], strength: f64| {
             let norm = squared_norm(&vector).sqrt();
@@ -67,16 +37,5 @@ impl Law for Reynolds {
             let away = std::array::from_fn(|axis| sums.from_close[axis][lane]);
             add(lane, away, self.separation_strength);
         }
-    }
-
-    #[inline(always)]
-    fn integrate<const D: usize>(
-        &self,
-        parameters: &Parameters<'_>,
-        columns: &ParameterColumns,
-        force: &Force<D>,
-        group: &mut Group<D>,
-    ) {
-        integrate(parameters, columns, force, group);
     }
 }

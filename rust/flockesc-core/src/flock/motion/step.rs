@@ -2,37 +2,37 @@
 
 use multiversion::multiversion;
 
-use super::Motion;
 use super::columns::ParameterColumns;
 use super::forces::{Force, add_escape_force, consensus_force};
-use super::parameters::Parameters;
+use super::law::Motion;
+use super::{inertial, vicsek};
 use crate::agents::{GROUP, Group};
 use crate::flock::metrics::distances;
+use crate::flock::scenario::FlockConfig;
 use crate::neighbor::NeighborSums;
 
 /// Positions of the predators before and after a step, in m.
-pub(in crate::flock) struct Predators<'a, const D: usize> {
-    pub(in crate::flock) before: &'a [[f64; D]],
-    pub(in crate::flock) after: &'a [[f64; D]],
+pub(crate) struct Predators<'a, const D: usize> {
+    pub(crate) before: &'a [[f64; D]],
+    pub(crate) after: &'a [[f64; D]],
 }
 
 /// Advances the agents with these `ids` by one step and updates their predator distances. `forces` are the
 /// neighbor forces; `None` computes the consensus force from `sums`.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(in crate::flock) fn advance<const D: usize>(
-    motion: &Motion,
-    parameters: &Parameters<'_>,
+pub(crate) fn advance<const D: usize>(
+    config: &FlockConfig,
     predators: &Predators<'_, D>,
     ids: &[u32],
     groups: &mut [Group<D>],
     sums: &mut [NeighborSums<D>],
     forces: Option<&[Force<D>]>,
 ) {
-    let range = parameters.predator_range;
-    let mut columns = ParameterColumns::of_first(parameters);
+    let range = config.predator_range;
+    let mut columns = ParameterColumns::of_first(config);
     let agents = groups.iter_mut().zip(sums).zip(ids.chunks(GROUP));
     for (index, ((group, sums), ids)) in agents.enumerate() {
-        columns.load(parameters, ids);
+        columns.load(config, ids);
         let mut force = match forces {
             None => consensus_force(&columns, sums),
             Some(forces) => forces[index],
@@ -47,7 +47,12 @@ pub(in crate::flock) fn advance<const D: usize>(
                 }
             }
         }
-        motion.integrate(parameters, &columns, &force, group);
+        match config.motion {
+            Motion::Inertial {} | Motion::Reynolds(_) => {
+                inertial::integrate(config, &columns, &force, group);
+            }
+            Motion::Vicsek {} => vicsek::integrate(config, &columns, &force, group),
+        }
         group.distance = distances(&group.position, predators.after);
     }
 }

@@ -6,8 +6,7 @@ use std::iter;
 
 use serde_json::Value;
 
-use super::Distribution;
-use super::distribution::End;
+use super::distribution::{Distribution, End};
 use crate::base::error::{Error, Result};
 use crate::base::rng::{self, Stream};
 
@@ -30,7 +29,7 @@ const FIXED: [&str; 2] = ["initial_side", "time_step"];
 /// # Errors
 /// [`Error::Config`] if a distribution does not name a real number, or if a draw or a combination of draws is
 /// rejected.
-pub(in crate::flock) fn check(
+pub(crate) fn check(
     distributions: &[Distribution],
     scenario: Value,
     accept: impl Fn(&Value) -> Result<()>,
@@ -75,9 +74,8 @@ impl<'a> Trial<'a> {
         let mut parts: BTreeMap<_, Vec<_>> = BTreeMap::new();
         let mut numbers = Vec::with_capacity(distributions.len());
         for (index, distribution) in distributions.iter().enumerate() {
-            let (path, draw) = (path(index, distribution), distribution.as_draw());
-            draw.check(&path)?;
-            let field = draw.field();
+            let (path, field) = (path(index, distribution), distribution.field());
+            distribution.check(&path)?;
             let is_real = number_at(&mut scenario, field).is_some_and(|value| value.is_f64());
             let is_first = indices.insert(field, index).is_none();
             if !is_real || !is_first || FIXED.contains(&field) {
@@ -86,7 +84,7 @@ impl<'a> Trial<'a> {
                 let given = format!("{field:?}");
                 return Err(Error::config(format!("{path}.field"), expected, given));
             }
-            let ends = draw.ends();
+            let ends = distribution.ends();
             let values = || ends.iter().map(|(_, value)| *value);
             let low = values().fold(f64::INFINITY, f64::min);
             let high = values().fold(f64::NEG_INFINITY, f64::max);
@@ -213,21 +211,21 @@ fn ancestors(path: &str) -> impl Iterator<Item = &str> {
 
 /// Returns the path of a distribution in the scenario.
 fn path(index: usize, distribution: &Distribution) -> String {
-    format!("randomization[{index}].{}", distribution.kind())
+    format!("randomization[{index}].{}", distribution.as_ref())
 }
 
 /// Draws the randomized numbers of the episode with this seed and writes them to the scenario.
-pub(in crate::flock) fn draw(distributions: &[Distribution], seed: u64, scenario: &mut Value) {
+pub(crate) fn draw(distributions: &[Distribution], seed: u64, scenario: &mut Value) {
     let mut rng = rng::stream(seed, Stream::Scenario);
     for distribution in distributions {
-        let value = distribution.as_draw().draw(rng::uniform(&mut rng, 1.0));
+        let value = distribution.draw(rng::uniform(&mut rng, 1.0));
         set_number(scenario, distribution, value);
     }
 }
 
 /// Writes the number of a distribution to the scenario.
 fn set_number(scenario: &mut Value, distribution: &Distribution, value: f64) {
-    if let Some(number) = number_at(scenario, distribution.as_draw().field()) {
+    if let Some(number) = number_at(scenario, distribution.field()) {
         *number = Value::from(value);
     }
 }

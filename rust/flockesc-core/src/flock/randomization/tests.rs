@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::{Choice, Distribution, check};
+use super::{Distribution, check};
 use crate::base::error::{Error, Result};
 use crate::flock::FlockConfig;
 use crate::flock::scenario::tests::paper;
@@ -196,10 +196,8 @@ fn the_number_of_tests_does_not_grow_with_the_document() {
                     .map(move |number| number.replace('#', &k.to_string()))
             })
             .map(|field| {
-                Distribution::Choice(Choice {
-                    field,
-                    values: values.clone(),
-                })
+                let values = values.clone();
+                Distribution::Choice { field, values }
             })
             .collect();
         let calls = Cell::new(0);

@@ -8,7 +8,6 @@ use super::World;
 use crate::agents::{Agents, AgentsState};
 use crate::base::error::Result;
 use crate::base::rng::{self, Stream};
-use crate::flock::metrics::{PredatorDistance, distances};
 use crate::flock::motion::{Response, ResponseState};
 use crate::flock::scenario::FlockConfig;
 use crate::neighbor::{Neighborhood, NeighborhoodState};
@@ -28,9 +27,10 @@ pub(crate) struct WorldState<const D: usize> {
 
 impl<const D: usize> World<D> {
     pub(crate) fn save(&self) -> WorldState<D> {
+        let predators = self.predators.iter().zip(&self.config.predators);
         WorldState {
             agents: self.agents.save(),
-            predators: self.predators.iter().map(Predator::save).collect(),
+            predators: predators.map(|(own, config)| own.save(config)).collect(),
             stream_position: self.rng.get_word_pos(),
             neighborhood: self.neighborhood.save(&self.agents),
             response: self.response.save(),
@@ -45,29 +45,24 @@ impl<const D: usize> World<D> {
     ) -> Result<Self> {
         let config = config.clone().drawn(seed);
         let num_agents = config.num_agents;
-        let mut agents = Agents::restore(state.agents, num_agents)?;
+        let agents = Agents::restore(state.agents, num_agents)?;
         check(state.predators.len() == config.predators.len(), "predators")?;
         let predators = state.predators.iter().zip(&config.predators);
         let predators: Vec<Predator<D>> = predators
             .map(|(state, config)| Predator::restore(state, config, num_agents))
             .collect::<Result<_>>()?;
-        let after: Vec<[f64; D]> = predators.iter().map(|p| p.position.into()).collect();
-        for group in &mut agents.groups {
-            group.distance = distances(&group.position, &after);
-        }
         let mut rng = rng::stream(seed, Stream::Predators);
         rng.set_word_pos(state.stream_position);
         let options = config.neighbor_options();
-        Ok(Self {
-            predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
-            neighborhood: Neighborhood::restore(state.neighborhood, options, &agents)?,
-            rng,
-            response: Response::restore(state.response, &config.motion_parameters(), seed)?,
-            before: after.clone(),
-            after,
-            predators,
-            agents,
+        let neighborhood = Neighborhood::restore(state.neighborhood, options, &agents)?;
+        let response = Response::restore(state.response, &config, seed)?;
+        Ok(Self::assemble(
             config,
-        })
+            agents,
+            predators,
+            rng,
+            neighborhood,
+            response,
+        ))
     }
 }

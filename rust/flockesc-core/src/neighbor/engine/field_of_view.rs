@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use pulp::Simd;
+
 use crate::base::vector::{larger, smaller, squared_norm};
 use crate::neighbor::engine::nodes::Bounds;
 
@@ -21,13 +23,20 @@ impl Torus {
         side.map_or(Self::NONE, Self)
     }
 
-    /// Returns the shortest offset from `a` to `b` along one axis in m. Both are in [0, side).
+    /// Returns the shortest offsets from `a` to `b` along one axis in m. Both are in [0, side).
     #[inline(always)]
-    pub(in crate::neighbor) fn offset(self, a: f64, b: f64) -> f64 {
-        let (offset, half) = (b - a, 0.5 * self.0);
-        let turn = if offset > half { self.0 } else { 0.0 };
-        let back = if offset < -half { self.0 } else { 0.0 };
-        offset - turn + back
+    pub(in crate::neighbor) fn offset<S: Simd>(self, simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
+        let offset = simd.sub_f64s(b, a);
+        if self == Self::NONE {
+            return offset;
+        }
+        let (zero, side) = (simd.splat_f64s(0.0), simd.splat_f64s(self.0));
+        let half = simd.splat_f64s(0.5 * self.0);
+        let is_above = simd.less_than_f64s(half, offset);
+        let is_below = simd.less_than_f64s(offset, simd.sub_f64s(zero, half));
+        let turn = simd.select_f64s(is_above, side, zero);
+        let back = simd.select_f64s(is_below, side, zero);
+        simd.add_f64s(simd.sub_f64s(offset, turn), back)
     }
 
     /// Returns a lower bound in m^2 of the squared distance between agents in the two boxes.
@@ -57,7 +66,7 @@ impl Torus {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FieldOfView {
     /// Cosine of the largest visible angle from the heading; below -1 if all directions are visible.
-    pub(in crate::neighbor) edge: f64,
+    edge: f64,
 }
 
 impl FieldOfView {
@@ -73,11 +82,23 @@ impl FieldOfView {
         }
     }
 
-    /// Returns whether an agent with this speed sees a point at the squared distance `squared` in m^2.
-    /// `along` is the dot product of the agent's velocity and the offset. An agent at rest sees in all
-    /// directions, and every agent sees points at its own position. `kernel` computes the same for registers of agents.
+    /// Returns a mask of the agents that see points at the given offsets in m, whose squared norms are `squared`. An
+    /// agent at rest sees in all directions, and every agent sees points at its own position.
     #[inline(always)]
-    pub(in crate::neighbor) fn sees(self, along: f64, speed: f64, squared: f64) -> bool {
-        along >= self.edge * (speed * squared.sqrt())
+    pub(in crate::neighbor) fn sees<S: Simd, const D: usize>(
+        self,
+        simd: S,
+        velocity: [S::f64s; D],
+        speed: S::f64s,
+        offset: [S::f64s; D],
+        squared: S::f64s,
+    ) -> S::m64s {
+        let mut along = simd.mul_f64s(velocity[0], offset[0]);
+        for axis in 1..D {
+            along = simd.add_f64s(along, simd.mul_f64s(velocity[axis], offset[axis]));
+        }
+        let distance = simd.mul_f64s(speed, simd.sqrt_f64s(squared));
+        let least = simd.mul_f64s(simd.splat_f64s(self.edge), distance);
+        simd.less_than_or_equal_f64s(least, along)
     }
 }

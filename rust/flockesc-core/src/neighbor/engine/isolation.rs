@@ -1,7 +1,9 @@
 //! Search for the most isolated agent, whose nearest other agent is farthest away.
 
 use crate::agents::{Agents, FANOUT, TILE};
-use crate::base::vector::{larger, smaller, squared_norm};
+use crate::base::vector::{smaller, squared_norm};
+use crate::neighbor::engine::field_of_view::Torus;
+use crate::neighbor::engine::nodes::Bounds;
 use crate::neighbor::engine::tree::Tree;
 
 /// Returns the place of the agent whose nearest other agent is farthest away; among equals, the one with the
@@ -50,15 +52,11 @@ impl<const D: usize> Search<'_, D> {
             if self.nearest < self.stop_below {
                 return;
             }
-            let bounds = nodes.bounds_of(child);
-            let gap: [f64; D] = std::array::from_fn(|axis| {
-                let (low, high) = (bounds.low[axis], bounds.high[axis]);
-                larger(
-                    larger(low - self.position[axis], self.position[axis] - high),
-                    0.0,
-                )
-            });
-            if squared_norm(&gap) < self.nearest {
+            let point = Bounds {
+                low: self.position,
+                high: self.position,
+            };
+            if Torus::NONE.squared_gap(&point, &nodes.bounds_of(child)) < self.nearest {
                 let node = block * FANOUT + child;
                 match level.checked_sub(1) {
                     Some(below) => self.descend(below, node),

@@ -18,33 +18,7 @@ use crate::neighbor::engine::sums::{NeighborSums, Scratch};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::ranges::Reaches;
 
-/// Computes the sums of the groups from `first` on.
-#[expect(clippy::too_many_arguments, reason = "a struct would only rename them")]
-pub(in crate::neighbor) fn sum_neighbors<const D: usize>(
-    agents: &Agents<D>,
-    tree: &Tree<D>,
-    reaches: Reaches<'_>,
-    field_of_view: FieldOfView,
-    is_counting: bool,
-    listing: Listing,
-    first: usize,
-    sums: &mut [NeighborSums<D>],
-    scratch: &mut Scratch,
-) {
-    Arch::new().dispatch(SumNeighbors {
-        agents,
-        tree,
-        reaches,
-        field_of_view,
-        is_counting,
-        listing,
-        first,
-        sums,
-        scratch,
-    });
-}
-
-/// The arguments of [`sum_neighbors`], for dispatch to an instruction set.
+/// The sums over neighbors of the groups from `first` on.
 pub(in crate::neighbor) struct SumNeighbors<'a, const D: usize> {
     pub(in crate::neighbor) agents: &'a Agents<D>,
     pub(in crate::neighbor) tree: &'a Tree<D>,
@@ -56,6 +30,13 @@ pub(in crate::neighbor) struct SumNeighbors<'a, const D: usize> {
     pub(in crate::neighbor) first: usize,
     pub(in crate::neighbor) sums: &'a mut [NeighborSums<D>],
     pub(in crate::neighbor) scratch: &'a mut Scratch,
+}
+
+impl<const D: usize> SumNeighbors<'_, D> {
+    /// Computes the sums.
+    pub(in crate::neighbor) fn run(self) {
+        Arch::new().dispatch(self);
+    }
 }
 
 impl<const D: usize> WithSimd for SumNeighbors<'_, D> {

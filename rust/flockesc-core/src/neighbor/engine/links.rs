@@ -6,12 +6,12 @@ use crate::neighbor::engine::pairs::{Choice, Pairs};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::options::NeighborOptions;
 use crate::neighbor::ranges::{Ranges, Reaches};
-use crate::neighbor::rules::rule::{Criterion, Found, Sensing};
+use crate::neighbor::rules::rule::{Criterion, RuleInput, RuleOutput};
 
 /// The reach of every agent, and its neighbor list if the rule has lists.
 #[derive(Debug, Clone, Default)]
 pub(in crate::neighbor) struct Links {
-    found: Found,
+    output: RuleOutput,
     /// Places of all agents by id; empty without lists.
     places: Vec<u32>,
     /// Whether the lists are the frozen graph of the first step.
@@ -46,14 +46,12 @@ impl Links {
         if criterion == Criterion::Range && options.is_by_reach() && !options.needs_pairs {
             return;
         }
-        let sensing = Sensing {
-            agents,
+        let input = RuleInput {
+            distances: options.distances(agents),
             tree,
-            field_of_view: options.field_of_view,
-            torus: options.torus,
             ranges,
         };
-        options.rule.find(&sensing, &mut self.found);
+        options.rule.apply(&input, &mut self.output);
         if criterion == Criterion::List {
             self.places = places(agents);
         }
@@ -69,7 +67,7 @@ impl Links {
             .is_by_view()
             .then_some(match options.rule.criterion() {
                 Criterion::Range => Reaches::Ranges(ranges),
-                Criterion::Reach | Criterion::List => Reaches::Squares(&self.found.squares),
+                Criterion::Reach | Criterion::List => Reaches::Squares(&self.output.squares),
             })
     }
 
@@ -80,12 +78,12 @@ impl Links {
         agents: &'a Agents<D>,
         tree: &'a Tree<D>,
     ) -> Pairs<'a, D> {
-        let (lists, places) = (&self.found.lists, &self.places);
+        let (lists, places) = (&self.output.lists, &self.places);
         Pairs {
             agents,
             tree,
             options,
-            squares: &self.found.squares,
+            squares: &self.output.squares,
             choice: match options.rule.criterion() {
                 _ if self.is_frozen => Choice::Frozen(lists, places),
                 Criterion::List => Choice::Listed(lists, places),
@@ -102,12 +100,12 @@ impl Links {
 
     /// Returns the frozen graph, if there is one.
     pub(in crate::neighbor) fn frozen(&self) -> Option<&Lists> {
-        self.is_frozen.then_some(&self.found.lists)
+        self.is_frozen.then_some(&self.output.lists)
     }
 
     /// Freezes the graph `lists`.
     pub(in crate::neighbor) fn freeze<const D: usize>(&mut self, lists: Lists, agents: &Agents<D>) {
-        self.found.lists = lists;
+        self.output.lists = lists;
         self.places = places(agents);
         self.is_frozen = true;
     }
@@ -118,7 +116,7 @@ impl Links {
         options: &NeighborOptions,
         ranges: Ranges<'_>,
     ) -> f64 {
-        options.rule.typical_reach(ranges, &self.found)
+        options.rule.typical_reach(ranges, &self.output)
     }
 }
 

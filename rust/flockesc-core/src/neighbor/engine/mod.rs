@@ -1,10 +1,9 @@
 //! The neighbor search and the sums over neighbors, for all neighbor rules.
 
-mod box_distances;
 pub(super) mod candidates;
 pub(super) mod components;
+pub(super) mod distances;
 pub(super) mod field_of_view;
-pub(super) mod forest;
 pub(super) mod isolation;
 pub(super) mod kept;
 pub(super) mod kernel;
@@ -15,10 +14,7 @@ pub(super) mod offsets;
 mod own;
 pub(super) mod pairs;
 mod places;
-pub(super) mod profile;
 pub(super) mod reach;
-pub(super) mod select;
-mod separation;
 pub(super) mod sums;
 mod tiles;
 pub(super) mod tree;

@@ -18,8 +18,7 @@ pub(super) struct Own<S: Simd, const D: usize> {
     /// In m/s; only for agents with a blind sector, as the speed.
     velocity: [S::f64s; D],
     speed: S::f64s,
-    /// Cosine of the largest visible angle from the heading.
-    edge: S::f64s,
+    field_of_view: FieldOfView,
     /// Squared reaches in m^2.
     squared: S::f64s,
 }
@@ -41,7 +40,7 @@ impl<S: Simd, const D: usize> Own<S, D> {
             position: [simd.splat_f64s(0.0); D],
             velocity: [simd.splat_f64s(0.0); D],
             speed: simd.splat_f64s(0.0),
-            edge: simd.splat_f64s(field_of_view.edge),
+            field_of_view,
             squared: load(squared),
         };
         for axis in 0..D {
@@ -76,13 +75,11 @@ impl<S: Simd, const D: usize> Own<S, D> {
         let squared = squared_norm(simd, offset);
         let mut is_near = simd.less_than_or_equal_f64s(squared, self.squared);
         if IS_BLIND {
-            let mut along = simd.mul_f64s(self.velocity[0], offset[0]);
-            for axis in 1..D {
-                along = simd.add_f64s(along, simd.mul_f64s(self.velocity[axis], offset[axis]));
-            }
-            let distance = simd.mul_f64s(self.speed, simd.sqrt_f64s(squared));
-            let least = simd.mul_f64s(self.edge, distance);
-            is_near = simd.and_m64s(is_near, simd.less_than_or_equal_f64s(least, along));
+            let (velocity, speed) = (self.velocity, self.speed);
+            let is_seen = self
+                .field_of_view
+                .sees(simd, velocity, speed, offset, squared);
+            is_near = simd.and_m64s(is_near, is_seen);
         }
         (offset, is_near)
     }

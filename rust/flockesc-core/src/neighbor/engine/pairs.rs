@@ -1,14 +1,12 @@
 //! `Pairs`: iteration over all pairs of an agent and a neighbor, for all neighbor rules.
 
-use std::ops::Range;
-
-use multiversion::multiversion;
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
 use crate::base::error::Result;
 use crate::base::memory;
-use crate::base::vector::{larger, squared_norm};
-use crate::neighbor::engine::field_of_view::FieldOfView;
+use crate::base::vector::larger;
+use crate::neighbor::engine::distances::Distances;
 use crate::neighbor::engine::lists::{Lists, NO_PLACE, Pair, RANGE};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::options::NeighborOptions;
@@ -36,53 +34,46 @@ pub(in crate::neighbor) enum Choice<'a> {
     Frozen(&'a Lists, &'a [u32]),
 }
 
-impl<const D: usize> Pairs<'_, D> {
+impl<'a, const D: usize> Pairs<'a, D> {
     /// Calls `visit(lane, place)` for every agent of a group and each of its neighbors, where `place` is the
-    /// neighbor's. The first neighbor is the agent itself. Returns the number of tested pairs of tiles.
-    /// `tiles` is a buffer.
+    /// neighbor's. An agent is its own neighbor. Returns the number of tested pairs of tiles. `tiles` is a buffer.
     pub(crate) fn visit(
         &self,
         group: usize,
         tiles: &mut Vec<u32>,
         mut visit: impl FnMut(usize, usize),
     ) -> usize {
-        let lanes = self.agents.ids_of(group).len();
+        let num_agents = self.agents.ids_of(group).len();
+        let mut num_tile_pairs = 0;
         match self.choice {
             Choice::All => {
-                let mut num_tile_pairs = 0;
-                for tile in 0..lanes.div_ceil(TILE) {
-                    self.list_near(group, tile, tiles);
+                for tile in group * FANOUT..group * FANOUT + num_agents.div_ceil(TILE) {
+                    self.list_near(tile, tiles);
                     num_tile_pairs += tiles.len();
-                    let lanes = tile * TILE..lanes.min((tile + 1) * TILE);
-                    visit_near(self, group, lanes, tiles, &mut visit);
+                    Arch::new().dispatch(VisitNear {
+                        pairs: self,
+                        tile,
+                        tiles,
+                        visit: |place, other| visit(place % GROUP, other),
+                    });
                 }
-                num_tile_pairs
             }
-            Choice::Listed(lists, places) => {
+            Choice::Listed(lists, places) | Choice::Frozen(lists, places) => {
+                let is_frozen = matches!(self.choice, Choice::Frozen(..));
                 for (lane, &id) in self.agents.ids_of(group).iter().enumerate() {
-                    visit(lane, group * GROUP + lane);
-                    for &other in lists.of(id as usize) {
-                        let place = places[other as usize] as usize;
-                        if self.is_neighbor(group, lane, place) {
-                            visit(lane, place);
-                        }
-                    }
-                }
-                0
-            }
-            Choice::Frozen(lists, places) => {
-                for (lane, &id) in self.agents.ids_of(group).iter().enumerate() {
-                    visit(lane, group * GROUP + lane);
+                    let own = group * GROUP + lane;
+                    visit(lane, own);
                     let others = lists.of(id as usize).iter();
-                    for place in others.map(|&other| places[other as usize]) {
-                        if place != NO_PLACE {
-                            visit(lane, place as usize);
+                    for other in others.map(|&other| places[other as usize]) {
+                        let is_neighbor = || is_frozen || self.is_neighbor(own, other as usize);
+                        if other != NO_PLACE && is_neighbor() {
+                            visit(lane, other as usize);
                         }
                     }
                 }
-                0
             }
         }
+        num_tile_pairs
     }
 
     /// Returns the ids of all pairs of an agent and a neighbor other than itself.
@@ -122,149 +113,74 @@ impl<const D: usize> Pairs<'_, D> {
     }
 
     /// Lists the tiles that may contain neighbors of a tile's agents.
-    fn list_near(&self, group: usize, tile: usize, tiles: &mut Vec<u32>) {
-        let lanes = tile * TILE..self.agents.ids_of(group).len().min((tile + 1) * TILE);
+    pub(super) fn list_near(&self, tile: usize, tiles: &mut Vec<u32>) {
+        let (group, first) = (tile / FANOUT, tile % FANOUT * TILE);
+        let lanes = first..self.agents.ids_of(group).len().min(first + TILE);
         let longest = self.squares[group][lanes].iter().copied().fold(0.0, larger);
-        let bounds = self.tree.levels[0][group].bounds_of(tile);
+        let bounds = self.tree.levels[0][group].bounds_of(tile % FANOUT);
         let torus = self.options.torus;
         self.tree
             .list_tiles(tiles, |node| torus.squared_gap(&bounds, node) <= longest);
     }
 
-    /// Returns one bit per agent of a tile: whether it is within reach and in view of the agent in `lane`. In
-    /// a mutual graph the reach is the shorter one of the two agents.
+    /// Calls `visit(own, neighbor's place)` for the neighbors of the agent at place `own` among the agents of `tile`.
     #[inline(always)]
-    fn near(&self, group: usize, lane: usize, tile: usize) -> u8 {
-        let NeighborOptions {
-            field_of_view,
-            torus,
-            is_mutual,
-            ..
-        } = *self.options;
-        let (one, other) = (
-            &self.agents.groups[group],
-            &self.agents.groups[tile / FANOUT],
-        );
-        let first = tile % FANOUT * TILE;
-        let reach = self.squares[group][lane];
-        let (mut squared, mut reaches) = ([0.0; TILE], [reach; TILE]);
-        for axis in 0..D {
-            let own = one.position[axis][lane];
-            let column = &other.position[axis][first..first + TILE];
-            for k in 0..TILE {
-                let offset = torus.offset(own, column[k]);
-                squared[k] += offset * offset;
+    pub(super) fn visit_tile<S: Simd>(
+        &self,
+        simd: S,
+        own: usize,
+        tile: usize,
+        visit: &mut impl FnMut(usize, usize),
+    ) {
+        let reach = self.squares[own / GROUP][own % GROUP];
+        let mut near = self.distances().near(simd, own, tile, reach);
+        while near != 0 {
+            let other = tile * TILE + near.trailing_zeros() as usize;
+            near &= near - 1;
+            if !self.options.is_mutual || self.senses(other, own) {
+                visit(own, other);
             }
         }
-        if is_mutual {
-            let others = &self.squares[tile / FANOUT][first..first + TILE];
-            for k in 0..TILE {
-                reaches[k] = if others[k] < reach { others[k] } else { reach };
-            }
-        }
-        let mut near = [false; TILE];
-        for k in 0..TILE {
-            near[k] = squared[k] <= reaches[k];
-        }
-        if field_of_view != FieldOfView::ALL_ROUND {
-            let mut along = [0.0; TILE];
-            for axis in 0..D {
-                let (own, velocity) = (one.position[axis][lane], one.velocity[axis][lane]);
-                let column = &other.position[axis][first..first + TILE];
-                for k in 0..TILE {
-                    along[k] += velocity * torus.offset(own, column[k]);
-                }
-            }
-            let speed = self.speed(group, lane);
-            for k in 0..TILE {
-                near[k] &= field_of_view.sees(along[k], speed, squared[k]);
-            }
-        }
-        (0..TILE).fold(0, |bits, k| bits | u8::from(near[k]) << k)
     }
 
-    /// Returns whether the agent at `place` is a neighbor of the agent in `lane` by reach and view, mutually
-    /// in a mutual graph.
-    fn is_neighbor(&self, group: usize, lane: usize, place: usize) -> bool {
-        let NeighborOptions {
-            field_of_view,
-            is_mutual,
-            ..
-        } = *self.options;
-        let (offset, squared) = self.offset(group, lane, place);
-        let other = self.squares[place / GROUP][place % GROUP];
-        let own = self.squares[group][lane];
-        if squared > if is_mutual && other < own { other } else { own } {
-            return false;
-        }
-        let velocity = &self.agents.groups[group].velocity;
-        let along = (0..D).fold(0.0, |sum, axis| sum + velocity[axis][lane] * offset[axis]);
-        field_of_view == FieldOfView::ALL_ROUND
-            || field_of_view.sees(along, self.speed(group, lane), squared)
-                && self.sees_back(group, lane, place)
+    /// Returns whether `other` is a neighbor of `own`, by reach and view. Both are places.
+    fn is_neighbor(&self, own: usize, other: usize) -> bool {
+        self.senses(own, other) && (!self.options.is_mutual || self.senses(other, own))
     }
 
-    /// Returns whether the agent at `place` sees the agent in `lane`. Always true unless the graph is mutual.
-    #[inline(always)]
-    fn sees_back(&self, group: usize, lane: usize, place: usize) -> bool {
-        let NeighborOptions {
-            field_of_view,
-            is_mutual,
-            ..
-        } = *self.options;
-        if !is_mutual || field_of_view == FieldOfView::ALL_ROUND {
-            return true;
-        }
-        let (offset, squared) = self.offset(group, lane, place);
-        let velocity = &self.agents.groups[place / GROUP].velocity;
-        let along = (0..D).fold(0.0, |sum, axis| {
-            sum - velocity[axis][place % GROUP] * offset[axis]
-        });
-        field_of_view.sees(along, self.speed(place / GROUP, place % GROUP), squared)
+    /// Returns whether `other` is within reach and in view of `own`.
+    fn senses(&self, own: usize, other: usize) -> bool {
+        self.distances().squared(own, other) <= self.squares[own / GROUP][own % GROUP]
     }
 
-    /// Returns the speed ||v|| in m/s for the field of view.
-    #[inline(always)]
-    fn speed(&self, group: usize, lane: usize) -> f64 {
-        let columns = &self.agents.groups[group].velocity;
-        let velocity: [f64; D] = std::array::from_fn(|axis| columns[axis][lane]);
-        squared_norm(&velocity).sqrt()
-    }
-
-    /// Returns the offset in m from the agent in `lane` to the agent at `place`, and the squared distance in
-    /// m^2.
-    #[inline(always)]
-    pub(super) fn offset(&self, group: usize, lane: usize, place: usize) -> ([f64; D], f64) {
-        let one = &self.agents.groups[group].position;
-        let other = &self.agents.groups[place / GROUP].position;
-        let offset: [f64; D] = std::array::from_fn(|axis| {
-            let (own, place) = (one[axis][lane], other[axis][place % GROUP]);
-            self.options.torus.offset(own, place)
-        });
-        (offset, squared_norm(&offset))
+    /// Returns the distances between the agents.
+    pub(super) fn distances(&self) -> Distances<'a, D> {
+        self.options.distances(self.agents)
     }
 }
 
-/// Visits the neighbors of the agents in `lanes` among the agents of `tiles`.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn visit_near<const D: usize, F: FnMut(usize, usize)>(
-    pairs: &Pairs<'_, D>,
-    group: usize,
-    lanes: Range<usize>,
-    tiles: &[u32],
-    visit: &mut F,
-) {
-    for lane in lanes {
-        let own = group * GROUP + lane;
-        visit(lane, own);
-        for &tile in tiles {
-            let mut near = pairs.near(group, lane, tile as usize);
-            while near != 0 {
-                let place = tile as usize * TILE + near.trailing_zeros() as usize;
-                near &= near - 1;
-                if place != own && pairs.sees_back(group, lane, place) {
-                    visit(lane, place);
-                }
+/// Calls `visit(place, neighbor's place)` for the agents of `tile` and their neighbors among the agents of `tiles`.
+struct VisitNear<'a, 'b, const D: usize, F> {
+    pairs: &'a Pairs<'b, D>,
+    tile: usize,
+    tiles: &'a [u32],
+    visit: F,
+}
+
+impl<const D: usize, F: FnMut(usize, usize)> WithSimd for VisitNear<'_, '_, D, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self {
+            pairs,
+            tile,
+            tiles,
+            mut visit,
+        } = self;
+        for own in tile * TILE..pairs.agents.len().min((tile + 1) * TILE) {
+            for tile in tiles.iter().map(|&tile| tile as usize) {
+                pairs.visit_tile(simd, own, tile, &mut visit);
             }
         }
     }

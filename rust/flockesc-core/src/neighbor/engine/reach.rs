@@ -104,21 +104,14 @@ impl<const D: usize> Reach<D> {
         simd.less_than_or_equal_f64s(squared_norm(simd, extent), shortest)
     }
 
-    /// Returns one bit per node: whether it may contain agents within reach of one of the agents.
-    #[inline(always)]
-    pub(in crate::neighbor) fn near<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> u8 {
-        let mut mask = 0;
-        for register in 0..FANOUT / S::F64_LANES {
-            let (low, high) = nodes.corners(simd, register);
-            mask |= bits(simd, self.meets(simd, low, high)) << (register * S::F64_LANES);
-        }
-        mask
-    }
-
     /// Returns one bit per node for those entirely within reach, and one for those partly within reach.
     #[inline(always)]
     pub(in crate::neighbor) fn classify<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> (u8, u8) {
-        let near = self.near(simd, nodes);
+        let mut near = 0;
+        for register in 0..FANOUT / S::F64_LANES {
+            let (low, high) = nodes.corners(simd, register);
+            near |= bits(simd, self.meets(simd, low, high)) << (register * S::F64_LANES);
+        }
         if near == 0 || !self.may_enclose {
             return (0, near);
         }

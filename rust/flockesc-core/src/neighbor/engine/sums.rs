@@ -23,7 +23,7 @@ pub(crate) struct NeighborSums<const D: usize> {
 
 impl<const D: usize> NeighborSums<D> {
     /// Sums over no agents.
-    pub(in crate::neighbor) const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         sum: [[0; GROUP]; D],
         count: [0; GROUP],
         norm: [0.0; GROUP],

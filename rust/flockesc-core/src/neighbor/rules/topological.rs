@@ -1,192 +1,134 @@
-//! The topological neighbor rule: neighbors are the k nearest agents in view.
+//! The topological neighbor rule: the reach of every agent is the distance to its k-th nearest agent in view.
 
-use multiversion::multiversion;
-use serde::{Deserialize, Serialize};
+use bytemuck::cast_slice;
+use pulp::{Arch, Simd, WithSimd};
 
-use super::rule::{Criterion, Found, Rule, SearchBuffers, Sensing};
+use super::rule::{RuleInput, RuleOutput, SearchBuffers};
 use crate::agents::{Column, FANOUT, GROUP, TILE};
-use crate::base::vector::{larger, smaller, squared_norm};
-use crate::neighbor::engine::field_of_view::FieldOfView;
-use crate::neighbor::engine::select::{TileColumn, nth_smallest, second_smallest};
-use crate::neighbor::ranges::{Ranges, SAMPLE};
+use crate::base::vector::{larger, squared_norm};
+use crate::neighbor::ranges::SAMPLE;
 use crate::parallel;
-
-/// The k nearest agents in view, ties included. The interaction range is k.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Topological {}
-
-impl Rule for Topological {
-    fn criterion(&self) -> Criterion {
-        Criterion::Reach
-    }
-
-    fn find<const D: usize>(&self, sensing: &Sensing<'_, D>, found: &mut Found) {
-        let num_groups = sensing.agents.groups.len();
-        let Found {
-            squares, searches, ..
-        } = found;
-        squares.resize(num_groups, [0.0; GROUP]);
-        searches.resize_with(parallel::num_chunks(num_groups), SearchBuffers::default);
-        parallel::for_each_chunk_with(squares, searches, |first, squares, buffers| {
-            reach_nearest(sensing, first, squares, buffers);
-            buffers.trim();
-        });
-    }
-
-    fn bytes(&self, num_agents: usize) -> usize {
-        let chunks = parallel::num_chunks(num_agents.div_ceil(GROUP));
-        chunks * SearchBuffers::most_bytes(num_agents)
-    }
-
-    fn typical_reach(&self, _ranges: Ranges<'_>, found: &Found) -> f64 {
-        let first = found.squares.iter().map(|squares| squares[0].sqrt());
-        let sample = first.step_by(found.squares.len().div_ceil(SAMPLE).max(1));
-        let (sum, count) = sample.fold((0.0, 1e-300), |(sum, count), r| (sum + r, count + 1.0));
-        sum / count
-    }
-}
 
 /// Ratio of the squared search radius to the squared reach in the last step.
 const MARGIN: f64 = 1.3;
 /// Factor of the squared search radius if a search has found too few agents.
 const GROWTH: f64 = 4.0;
 
+/// Computes the squared reaches.
+pub(super) fn find_reaches<const D: usize>(input: &RuleInput<'_, D>, output: &mut RuleOutput) {
+    let num_groups = input.distances.agents.groups.len();
+    let RuleOutput {
+        squares, searches, ..
+    } = output;
+    squares.resize(num_groups, [0.0; GROUP]);
+    searches.resize_with(parallel::num_chunks(num_groups), SearchBuffers::default);
+    parallel::for_each_chunk_with(squares, searches, |first, squares, buffers| {
+        Arch::new().dispatch(ReachNearest {
+            input,
+            first,
+            squares,
+            buffers,
+        });
+        buffers.trim();
+    });
+}
+
+/// Returns the memory in bytes of the buffers for this many agents.
+pub(super) fn bytes(num_agents: usize) -> usize {
+    parallel::num_chunks(num_agents.div_ceil(GROUP)) * SearchBuffers::most_bytes(num_agents)
+}
+
+/// Returns the mean reach of a sample of the agents, in m.
+pub(super) fn typical_reach(output: &RuleOutput) -> f64 {
+    let first = output.squares.iter().map(|squares| squares[0].sqrt());
+    let sample = first.step_by(output.squares.len().div_ceil(SAMPLE).max(1));
+    let (sum, count) = sample.fold((0.0, 1e-300), |(sum, count), r| (sum + r, count + 1.0));
+    sum / count
+}
+
 /// Replaces the squared reaches `squares` of the groups from `first` on by the squared distances in m^2 to
 /// the k-th nearest other agents in view. The new reach is the largest number if there are fewer agents in
 /// view, and 0 for k = 0. The old reaches determine the search radius.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn reach_nearest<const D: usize>(
-    sensing: &Sensing<'_, D>,
+struct ReachNearest<'a, const D: usize> {
+    input: &'a RuleInput<'a, D>,
     first: usize,
-    squares: &mut [Column<f64>],
+    squares: &'a mut [Column<f64>],
+    buffers: &'a mut SearchBuffers,
+}
+
+impl<const D: usize> WithSimd for ReachNearest<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let tiles = self.squares.as_flattened_mut().as_chunks_mut::<TILE>().0;
+        for (tile, squares) in (self.first * FANOUT..).zip(tiles) {
+            reach_nearest(simd, self.input, tile, squares, self.buffers);
+        }
+    }
+}
+
+/// Replaces the squared reaches in m^2 of the agents of one tile.
+#[inline(always)]
+fn reach_nearest<S: Simd, const D: usize>(
+    simd: S,
+    input: &RuleInput<'_, D>,
+    tile: usize,
+    squares: &mut [f64; TILE],
     buffers: &mut SearchBuffers,
 ) {
-    for (group, squares) in (first..).zip(squares) {
-        let ids = sensing.agents.ids_of(group);
-        let tiles = squares.as_chunks_mut::<TILE>().0.iter_mut();
-        for (tile, (squares, ids)) in tiles.zip(ids.chunks(TILE)).enumerate() {
-            let mut numbers = [0; TILE];
-            for (number, &id) in numbers.iter_mut().zip(ids) {
-                *number = (sensing.ranges.of(id) + 0.5) as usize;
-            }
-            let search = Search {
-                sensing,
-                group,
-                tile,
-            };
-            search.fill(&numbers, squares, buffers);
-        }
+    let RuleInput {
+        distances,
+        tree,
+        ranges,
+    } = *input;
+    let agents = distances.agents;
+    let SearchBuffers { tiles, near } = buffers;
+    let bounds = tree.levels[0][tile / FANOUT].bounds_of(tile % FANOUT);
+    let known = squares.iter().copied().filter(|square| *square < f64::MAX);
+    let mut limit = MARGIN * known.fold(0.0, larger);
+    if limit <= 0.0 {
+        let size: [f64; D] = std::array::from_fn(|axis| bounds.high[axis] - bounds.low[axis]);
+        limit = squared_norm(&size);
     }
-}
-
-/// Search for the neighbors of the agents of one tile.
-struct Search<'a, const D: usize> {
-    sensing: &'a Sensing<'a, D>,
-    group: usize,
-    tile: usize,
-}
-
-impl<const D: usize> Search<'_, D> {
-    /// Replaces the squared reaches in m^2 of the tile's agents. `numbers` are their k.
-    #[inline(always)]
-    fn fill(
-        &self,
-        numbers: &TileColumn<usize>,
-        squares: &mut TileColumn<f64>,
-        buffers: &mut SearchBuffers,
-    ) {
-        let Sensing {
-            agents,
-            tree,
-            torus,
-            ..
-        } = *self.sensing;
-        let SearchBuffers { tiles, distances } = buffers;
-        let bounds = tree.levels[0][self.group].bounds_of(self.tile);
-        let known = squares.iter().copied().filter(|square| *square < f64::MAX);
-        let mut limit = MARGIN * known.fold(0.0, larger);
-        if limit <= 0.0 {
-            let size: [f64; D] = std::array::from_fn(|axis| bounds.high[axis] - bounds.low[axis]);
-            limit = squared_norm(&size);
-        }
-        let is_wanted = |number: usize| number > 0 && number < agents.len();
-        let wanted = numbers.map(|number| if is_wanted(number) { number } else { 0 });
-        loop {
-            tree.list_tiles(tiles, |node| torus.squared_gap(&bounds, node) <= limit);
-            self.measure(tiles, distances);
-            let found = if wanted.iter().all(|&number| number <= 1) {
-                second_smallest(distances)
-            } else {
-                nth_smallest(distances, &wanted, limit, squares)
-            };
-            let is_all = tiles.len() == agents.len().div_ceil(TILE);
-            let is_near = |agent: usize| wanted[agent] == 0 || found[agent] <= limit;
-            if limit >= f64::MAX || (0..TILE).all(is_near) {
-                for agent in 0..TILE {
-                    squares[agent] = match numbers[agent] {
-                        0 => 0.0,
-                        number if is_wanted(number) => smaller(found[agent], f64::MAX),
-                        _ => f64::MAX,
-                    };
-                }
-                return;
-            }
-            let wider = (GROWTH * limit).min(f64::MAX);
-            limit = if is_all || wider <= 0.0 {
-                f64::MAX
-            } else {
-                wider
-            };
-        }
+    let own = tile * TILE..agents.len().min((tile + 1) * TILE);
+    let mut is_missing = [false; TILE];
+    let mut numbers = [0; TILE];
+    for (lane, place) in own.clone().enumerate() {
+        numbers[lane] = (ranges.of(agents.id(place) as u32) + 0.5) as usize;
+        squares[lane] = if numbers[lane] == 0 { 0.0 } else { f64::MAX };
+        is_missing[lane] = (1..agents.len()).contains(&numbers[lane]);
     }
-
-    /// Computes the squared distances in m^2 of the tile's agents from all agents of `tiles`, row by row. They are
-    /// infinite out of view.
-    #[inline(always)]
-    fn measure(&self, tiles: &[u32], distances: &mut Vec<TileColumn<f64>>) {
-        let Sensing {
-            agents,
-            field_of_view,
-            torus,
-            ..
-        } = *self.sensing;
-        let lanes = self.tile * TILE..(self.tile + 1) * TILE;
-        let group = &agents.groups[self.group];
-        let (mut position, mut velocity) = ([[0.0; TILE]; D], [[0.0; TILE]; D]);
-        let mut speed = [0.0; TILE];
-        for axis in 0..D {
-            position[axis].copy_from_slice(&group.position[axis][lanes.clone()]);
-            velocity[axis].copy_from_slice(&group.velocity[axis][lanes.clone()]);
-            for agent in 0..TILE {
-                speed[agent] += velocity[axis][agent] * velocity[axis][agent];
+    while is_missing != [false; TILE] {
+        tree.list_tiles(tiles, |node| {
+            distances.torus.squared_gap(&bounds, node) <= limit
+        });
+        for (lane, place) in own.clone().enumerate() {
+            if !is_missing[lane] {
+                continue;
             }
-        }
-        for speed in &mut speed {
-            *speed = speed.sqrt();
-        }
-        distances.clear();
-        for &tile in tiles {
-            let first = tile as usize * TILE;
-            let columns = &agents.groups[tile as usize / FANOUT].position;
-            for place in first..agents.len().min(first + TILE) {
-                let (mut squared, mut along) = ([0.0; TILE], [0.0; TILE]);
-                for axis in 0..D {
-                    let other = columns[axis][place % GROUP];
-                    for agent in 0..TILE {
-                        let offset = torus.offset(position[axis][agent], other);
-                        squared[agent] += offset * offset;
-                        along[agent] += velocity[axis][agent] * offset;
-                    }
+            near.clear();
+            for &tile in &*tiles {
+                for first in (0..TILE).step_by(S::F64_LANES) {
+                    let other = tile as usize * TILE + first;
+                    let squared = distances.squared_to_register(simd, place, other);
+                    let squared: &[f64] = cast_slice(std::slice::from_ref(&squared));
+                    near.extend(squared.iter().filter(|squared| **squared <= limit));
                 }
-                if field_of_view != FieldOfView::ALL_ROUND {
-                    for agent in 0..TILE {
-                        let sees = field_of_view.sees(along[agent], speed[agent], squared[agent]);
-                        squared[agent] = if sees { squared[agent] } else { f64::INFINITY };
-                    }
-                }
-                distances.push(squared);
             }
+            // The agent itself is the nearest.
+            if numbers[lane] < near.len() {
+                let (_, reach, _) = near.select_nth_unstable_by(numbers[lane], f64::total_cmp);
+                squares[lane] = *reach;
+            }
+            is_missing[lane] = near.len() <= numbers[lane] && limit < f64::MAX;
         }
+        let wider = (GROWTH * limit).min(f64::MAX);
+        let is_all = tiles.len() == agents.len().div_ceil(TILE);
+        limit = if is_all || wider <= 0.0 {
+            f64::MAX
+        } else {
+            wider
+        };
     }
 }

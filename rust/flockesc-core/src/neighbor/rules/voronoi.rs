@@ -7,53 +7,37 @@
 
 use nalgebra::SVector;
 use robust::{Coord, incircle};
-use serde::{Deserialize, Serialize};
 use spade::{DelaunayTriangulation, Point2, Triangulation, mitigate_underflow};
 
-use super::rule::{Criterion, Found, Rule, Sensing};
 use crate::agents::Agents;
 use crate::base::error::{Error, Result};
 use crate::neighbor::engine::lists::Lists;
 
-/// The agents within the interaction range whose Voronoi cells share an edge with the agent's. For D = 2.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Voronoi {}
-
-impl Rule for Voronoi {
-    fn check(&self, dimension: usize, periodic_side: Option<f64>) -> Result<()> {
-        if dimension != 2 {
-            let expected = format!("a rule for {dimension} dimensions");
-            return Err(Error::config("neighbor_rule", expected, "voronoi"));
-        }
-        match periodic_side {
-            Some(side) => Err(Error::config(
-                "periodic_side",
-                "None with neighbor_rule voronoi",
-                side,
-            )),
-            None => Ok(()),
-        }
+/// Checks that the rule is defined in a world with this dimension and periodic side.
+pub(super) fn check(dimension: usize, periodic_side: Option<f64>) -> Result<()> {
+    if dimension != 2 {
+        let expected = format!("a rule for {dimension} dimensions");
+        return Err(Error::config("neighbor_rule", expected, "voronoi"));
     }
-
-    fn criterion(&self) -> Criterion {
-        Criterion::List
+    match periodic_side {
+        Some(side) => Err(Error::config(
+            "periodic_side",
+            "None with neighbor_rule voronoi",
+            side,
+        )),
+        None => Ok(()),
     }
+}
 
-    /// An agent has 6 neighbors on average. The triangulation takes about 50 times the memory of its id.
-    fn bytes(&self, num_agents: usize) -> usize {
-        num_agents * (50 + 6 * 5) * size_of::<u32>()
-    }
-
-    fn find<const D: usize>(&self, sensing: &Sensing<'_, D>, found: &mut Found) {
-        found.square_ranges(sensing);
-        found.lists = voronoi_neighbors(sensing.agents);
-    }
+/// Returns the memory in bytes for this many agents. An agent has 6 neighbors on average. The triangulation takes
+/// about 50 times the memory of its id.
+pub(super) fn bytes(num_agents: usize) -> usize {
+    num_agents * (50 + 6 * 5) * size_of::<u32>()
 }
 
 /// Returns every agent's Voronoi neighbors, the agent itself excluded. Agents with a coordinate above 2^201 m
 /// have only neighbors at the same point.
-fn voronoi_neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
+pub(super) fn neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
     // Agents that are close in space are close in memory, so that the search for the triangle of the next point
     // starts near it.
     let mut triangulation = DelaunayTriangulation::<Point2<f64>>::new();

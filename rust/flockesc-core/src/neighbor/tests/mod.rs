@@ -11,11 +11,9 @@ use nalgebra::SVector;
 use proptest::prelude::*;
 use pulp::{Scalar, Simd};
 
-use super::engine::components::connect;
 use super::engine::field_of_view::FieldOfView;
 use super::engine::kept::Listing;
 use super::engine::kernel::SumNeighbors;
-use super::engine::profile::{ProfileScratch, SumProfile};
 use super::engine::sums::{NeighborSums, Scratch};
 use super::engine::tree::Tree;
 use super::ranges::Reaches;
@@ -23,6 +21,7 @@ use super::{NeighborOptions, Neighborhood, Ranges};
 use crate::agents::{Agents, GROUP};
 use crate::base::exact::Scale;
 use crate::base::rng::{self, Stream};
+use crate::base::vector::squared_norm;
 
 /// A flock, and the range of every agent.
 #[derive(Debug, Clone)]
@@ -57,15 +56,12 @@ fn reference<const D: usize>(
         let mut sums = ([0; D], 0);
         for (position, velocity) in case.positions.iter().zip(&case.velocities) {
             let squared = squared_distance(&case.positions[i], position);
-            let own = &case.velocities[i];
-            let along = (0..D).fold(0.0, |sum, axis| {
-                sum + own[axis] * (position[axis] - case.positions[i][axis])
-            });
-            let speed = (0..D)
-                .fold(0.0, |sum, axis| sum + own[axis] * own[axis])
-                .sqrt();
+            let own: [f64; D] = std::array::from_fn(|axis| case.velocities[i][axis]);
+            let offset: [f64; D] =
+                std::array::from_fn(|axis| position[axis] - case.positions[i][axis]);
+            let speed = squared_norm(&own).sqrt();
             let is_seen = field_of_view == FieldOfView::ALL_ROUND
-                || field_of_view.sees(along, speed, squared);
+                || field_of_view.sees(Scalar::new(), own, speed, offset, squared);
             if is_seen && squared <= range_of(ranges, i).powi(2) {
                 for axis in 0..D {
                     sums.0[axis] += scale.quantize(velocity[axis]);
@@ -138,36 +134,6 @@ fn by_id<const D: usize>(agents: &Agents<D>, groups: &[NeighborSums<D>]) -> Vec<
     sums
 }
 
-/// Returns the sums under each of `ranges` by the kernel for several ranges.
-fn profile<S: Simd, const D: usize>(
-    simd: S,
-    agents: &Agents<D>,
-    tree: &Tree<D>,
-    ranges: &[f64],
-) -> Vec<Vec<([i64; D], i64)>> {
-    let squares: Vec<f64> = ranges
-        .iter()
-        .map(|range| (range * range).min(f64::MAX))
-        .collect();
-    let mut groups = vec![Vec::new(); ranges.len()];
-    let mut scratch = ProfileScratch::new(tree, ranges.len());
-    for group in 0..agents.groups.len() {
-        let mut sums = vec![NeighborSums::EMPTY; ranges.len()];
-        simd.vectorize(SumProfile {
-            agents,
-            tree,
-            squares: &squares,
-            group,
-            sums: &mut sums,
-            scratch: &mut scratch,
-        });
-        for (groups, sums) in groups.iter_mut().zip(sums) {
-            groups.push(sums);
-        }
-    }
-    groups.iter().map(|groups| by_id(agents, groups)).collect()
-}
-
 fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
     let agents = Agents::new(&case.positions, &case.velocities);
     let mut tree = Tree::new(agents.groups.len());
@@ -200,35 +166,12 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
     for ranges in [shared, per_agent] {
         let labels = reference_labels(case, ranges);
         let first = |&(id, label): &(usize, &u32)| id == *label as usize;
-        let forest = connect(&agents, &tree, Reaches::Ranges(ranges));
+        let neighborhood = Neighborhood::new(NeighborOptions::METRIC, &agents);
         prop_assert_eq!(
-            forest.count(),
+            neighborhood.num_components(&agents, ranges),
             labels.iter().enumerate().filter(first).count()
         );
-        prop_assert_eq!(forest.labels(&agents), labels);
-    }
-    let mut ranges: Vec<f64> = case.ranges.iter().copied().take(6).collect();
-    ranges.sort_by(f64::total_cmp);
-    let expected: Vec<_> = ranges
-        .iter()
-        .map(|range| {
-            reference(
-                case,
-                Ranges::Shared(*range),
-                FieldOfView::ALL_ROUND,
-                tree.scale,
-            )
-        })
-        .collect();
-    prop_assert_eq!(&profile(Scalar::new(), &agents, &tree, &ranges), &expected);
-    #[cfg(target_arch = "x86_64")]
-    {
-        if let Some(simd) = pulp::x86::V3::try_new() {
-            prop_assert_eq!(&profile(simd, &agents, &tree, &ranges), &expected);
-        }
-        if let Some(simd) = pulp::x86::V4::try_new() {
-            prop_assert_eq!(&profile(simd, &agents, &tree, &ranges), &expected);
-        }
+        prop_assert_eq!(neighborhood.component_labels(&agents, ranges), labels);
     }
     Ok(())
 }

@@ -2,11 +2,12 @@
 
 use nalgebra::SVector;
 use proptest::prelude::*;
+use pulp::Scalar;
 
 use super::{Case, cases, squared_distance};
 use crate::agents::Agents;
 use crate::base::exact::Scale;
-use crate::base::vector::SHORTEST;
+use crate::base::vector::{SHORTEST, squared_norm};
 use crate::neighbor::engine::offsets::OffsetBuffers;
 use crate::neighbor::{FieldOfView, NeighborOptions, Neighborhood, Ranges};
 
@@ -15,14 +16,11 @@ fn neighbors<const D: usize>(case: &Case<D>, i: usize, reach: f64) -> Vec<SVecto
     let own = case.positions[i];
     let field_of_view = FieldOfView::new(case.blind_angle);
     let sees = |offset: &SVector<f64, D>, squared: f64| {
-        let velocity = case.velocities[i];
-        let (mut along, mut speed) = (0.0, 0.0);
-        for axis in 0..D {
-            along += velocity[axis] * offset[axis];
-            speed += velocity[axis] * velocity[axis];
-        }
+        let velocity: [f64; D] = std::array::from_fn(|axis| case.velocities[i][axis]);
+        let offset: [f64; D] = std::array::from_fn(|axis| offset[axis]);
+        let speed = squared_norm(&velocity).sqrt();
         field_of_view == FieldOfView::ALL_ROUND
-            || field_of_view.sees(along, f64::sqrt(speed), squared)
+            || field_of_view.sees(Scalar::new(), velocity, speed, offset, squared)
     };
     let is_neighbor = |other: &&SVector<f64, D>| {
         let squared = squared_distance(other, &own);

@@ -3,15 +3,15 @@
 use nalgebra::SVector;
 use pathfinding::prelude::{Matrix, kuhn_munkres};
 
+use super::prey::{Prey, PreyAgent};
 use crate::base::exact::Scale;
-use crate::predator::shared::prey::{Prey, PreyAgent};
 
 /// Largest number of predators with assigned targets. The cost matrix has up to `MAX_ASSIGNED`^3 entries.
-pub(in crate::predator) const MAX_ASSIGNED: usize = 64;
+pub(crate) const MAX_ASSIGNED: usize = 64;
 
 /// Assigns a distinct agent to each of at least two `places`. If there are fewer agents than places, the
 /// remaining places get their nearest agent.
-pub(in crate::predator) fn assign<const D: usize>(
+pub(crate) fn assign<const D: usize>(
     places: &[SVector<f64, D>],
     prey: Prey<'_, D>,
 ) -> Vec<Option<PreyAgent<D>>> {

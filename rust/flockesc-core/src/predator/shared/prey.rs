@@ -22,9 +22,16 @@ pub(crate) struct PreyAgent<const D: usize> {
     pub(crate) velocity: SVector<f64, D>,
 }
 
-impl<const D: usize> Prey<'_, D> {
+impl<'a, const D: usize> Prey<'a, D> {
+    pub(crate) fn new(agents: &'a Agents<D>, neighborhood: &'a Neighborhood<D>) -> Self {
+        Self {
+            agents,
+            neighborhood,
+        }
+    }
+
     /// Returns the agent nearest to `place`; among equals, the one with the lowest id.
-    pub(in crate::predator) fn nearest(&self, place: &SVector<f64, D>) -> Option<PreyAgent<D>> {
+    pub(crate) fn nearest(&self, place: &SVector<f64, D>) -> Option<PreyAgent<D>> {
         let mut best = (f64::INFINITY, usize::MAX, None);
         for agent in self.all() {
             let squared = (agent.position - place).norm_squared();
@@ -37,11 +44,7 @@ impl<const D: usize> Prey<'_, D> {
 
     /// Returns the `count` agents nearest to `place`, or all if there are fewer, in the order of distance and
     /// then of ids.
-    pub(in crate::predator) fn nearest_few(
-        &self,
-        place: &SVector<f64, D>,
-        count: usize,
-    ) -> Vec<PreyAgent<D>> {
+    pub(crate) fn nearest_few(&self, place: &SVector<f64, D>, count: usize) -> Vec<PreyAgent<D>> {
         let mut few: Vec<(f64, PreyAgent<D>)> = Vec::with_capacity(count + 1);
         for agent in self.all() {
             let squared = (agent.position - place).norm_squared();
@@ -67,7 +70,7 @@ impl<const D: usize> Prey<'_, D> {
 
     /// Returns the agent that has the index `rank` among the agents within `radius` m of `place`, in the
     /// order of ids.
-    pub(in crate::predator) fn at_rank(
+    pub(crate) fn at_rank(
         &self,
         place: &SVector<f64, D>,
         radius: f64,
@@ -98,7 +101,7 @@ impl<const D: usize> Prey<'_, D> {
     }
 
     /// Returns the mean position of all agents in m, or `None` if there are no agents.
-    pub(in crate::predator) fn centroid(&self) -> Option<SVector<f64, D>> {
+    pub(crate) fn centroid(&self) -> Option<SVector<f64, D>> {
         let bounds = self.neighborhood.bounds();
         let agents = self.agents;
         (agents.len() > 0).then(|| centroid(&agents.groups, bounds, agents.len()).into())
@@ -106,7 +109,7 @@ impl<const D: usize> Prey<'_, D> {
 
     /// Returns the position in m of the agent whose nearest other agent is farthest away; among equals, the
     /// one with the lowest id.
-    pub(in crate::predator) fn most_isolated(&self) -> Option<SVector<f64, D>> {
+    pub(crate) fn most_isolated(&self) -> Option<SVector<f64, D>> {
         let agents = self.agents;
         (agents.len() > 0).then(|| agents.at(self.neighborhood.most_isolated(agents)).1)
     }

@@ -2,10 +2,10 @@
 
 use nalgebra::SVector;
 
+use super::predator::Predator;
+use super::prey::Prey;
 use crate::base::frame::Frame;
 use crate::base::vector::unit;
-use crate::predator::shared::prey::{Prey, PreyAgent};
-use crate::predator::strategy::{ActionLimits, Flight};
 
 /// Positions and velocities relative to one predator. They are 0 if all agents were caught.
 #[derive(Debug, Clone, Copy)]
@@ -31,33 +31,36 @@ pub(crate) struct Sighting<const D: usize> {
 const REST: f64 = 1e-9;
 
 impl<const D: usize> Sighting<D> {
-    /// Computes the observation of the predator `own`; `others` are the positions of the other predators.
-    pub(in crate::predator) fn of(
-        own: &Flight<D>,
-        limits: ActionLimits,
-        others: impl Iterator<Item = SVector<f64, D>>,
+    /// Computes the observation of the predator at `index`. `max_speed` is its largest speed in m/s.
+    pub(crate) fn of(
+        index: usize,
+        predators: &[Predator<D>],
+        max_speed: f64,
         prey: Prey<'_, D>,
     ) -> Self {
+        let own = &predators[index];
+        let (centroid, velocity) = prey
+            .centroid()
+            .map_or((own.position, own.velocity), |mean| {
+                let total = SVector::from(prey.neighborhood.total_velocity());
+                (mean, total / prey.agents.len() as f64)
+            });
         let nearest = prey.nearest(&own.position);
-        let of_nearest = |vector: fn(&PreyAgent<D>) -> SVector<f64, D>, own: &SVector<f64, D>| {
-            nearest.map_or_else(SVector::zeros, |agent| vector(&agent) - own)
-        };
-        let centroid = prey.centroid();
-        let mean_velocity =
-            |_| SVector::from(prey.neighborhood.total_velocity()) / prey.agents.len() as f64;
+        let nearest = nearest.map_or((own.position, own.velocity), |agent| {
+            (agent.position, agent.velocity)
+        });
+        let others = predators.iter().enumerate().filter(|(k, _)| *k != index);
         let other = others
-            .map(|position| position - own.position)
+            .map(|(_, other)| other.position - own.position)
             .min_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
         Self {
             velocity: own.velocity,
-            nearest: of_nearest(|agent| agent.position, &own.position),
-            nearest_velocity: of_nearest(|agent| agent.velocity, &own.velocity),
-            centroid: centroid.map_or_else(SVector::zeros, |centroid| centroid - own.position),
-            flock_velocity: centroid
-                .map(mean_velocity)
-                .map_or_else(SVector::zeros, |mean| mean - own.velocity),
+            nearest: nearest.0 - own.position,
+            nearest_velocity: nearest.1 - own.velocity,
+            centroid: centroid - own.position,
+            flock_velocity: velocity - own.velocity,
             other,
-            max_speed: limits.max_speed,
+            max_speed,
         }
     }
 

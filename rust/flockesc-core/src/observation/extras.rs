@@ -1,8 +1,4 @@
-//! Optional entries of observations: what each of several ranges would bring, and closest approaches.
-
-pub(super) mod agent;
-mod features;
-pub(super) mod flock;
+//! Which optional entries an observation has.
 
 use serde::{Deserialize, Serialize};
 use strum::VariantNames;
@@ -33,12 +29,15 @@ pub(crate) struct Extras<'a> {
 }
 
 impl Extras<'_> {
-    /// Returns whether there are no optional entries.
     pub(super) fn is_empty(self) -> bool {
         self.ranges.is_empty() && self.entries.is_empty()
     }
 
-    fn has(self, entries: ExtraEntries) -> bool {
-        self.entries.contains(&entries)
+    pub(super) fn has_escape(self) -> bool {
+        self.entries.contains(&ExtraEntries::EscapeDirection)
+    }
+
+    pub(super) fn has_approach(self) -> bool {
+        self.entries.contains(&ExtraEntries::ClosestApproach)
     }
 }
