@@ -16,13 +16,7 @@ ROW = 0.235
 
 @dataclass(frozen=True)
 class Group:
-    """Rows under a title.
-
-    Attributes:
-        title: of the group; "" for none.
-        rows: label and estimate of every row.
-        color: of the rows; "" for the color of the plot.
-    """
+    """Rows under a title."""
 
     title: str
     rows: Sequence[tuple[str, Estimate]]

@@ -1,25 +1,23 @@
-"""Measurements of fixed ranges on many seeds."""
+"""Measurements as jobs: runs of fixed ranges and policies on many seeds."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
 
 from flockesc_env import FlockScenario, LineScenario
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
-from flockesc_env.jobs.sweeps import joined, seed_jobs
+from flockesc_env.jobs.sweeps import seed_jobs
+
+Key = TypeVar("Key")
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """Runs of one scenario: seeds from 0 on under every range.
-
-    Attributes:
-        function: of ``Job``; it takes a scenario, ranges and seeds.
-        scenario: the model's parameters.
-        ranges: rho of every row.
-        num_seeds: number of flocks or lines.
-    """
+    """Runs of one scenario on seeds from 0 on, by a function of scenario, ranges and seeds."""
 
     function: str
     scenario: FlockScenario | LineScenario
@@ -31,28 +29,39 @@ class Measurement:
         return seed_jobs(self.function, self.scenario, self.ranges, range(self.num_seeds))
 
 
-def measure(
-    measurements: Mapping[str, Measurement], cache: Cache, backend: Backend, *, progress: bool = False
-) -> dict[str, Arrays]:
-    """Run all jobs that the cache lacks, and return the results of every measurement.
+@dataclass(frozen=True)
+class Runner:
+    """Runs jobs on a back end; a job whose result is in the cache is not computed again."""
 
-    Args:
-        measurements: by name.
-        cache: keeps the results of jobs; a job in it is not computed again.
-        backend: where jobs run.
-        progress: whether to show the progress bar even if stderr is not a terminal.
+    cache: Cache
+    backend: Backend
+    progress: bool = False
 
-    Raises:
-        JobError: if jobs failed.
-    """
-    jobs = {name: measurement.jobs() for name, measurement in measurements.items()}
-    return run_groups(jobs, cache, backend, title="Measuring", progress=progress)
+    def each(self, jobs: Mapping[Key, Job], title: str) -> dict[Key, Arrays]:
+        """Run a job per key, and return the results."""
+        found = run(list(jobs.values()), self.cache, self.backend, title=title, progress=self.progress)
+        return dict(zip(jobs, found, strict=True))
+
+    def groups(self, jobs: Mapping[Key, Sequence[Job]], title: str) -> dict[Key, Arrays]:
+        """Run the jobs of all groups; jobs of a group differ in their seeds, and their results are joined."""
+        parts = {(key, at): job for key, group in jobs.items() for at, job in enumerate(group)}
+        found = self.each(parts, title)
+        return {key: _joined([found[key, at] for at in range(len(group))]) for key, group in jobs.items()}
+
+    def measure(self, measurements: Mapping[str, Measurement]) -> dict[str, Arrays]:
+        """Return the results of every measurement."""
+        jobs = {name: measurement.jobs() for name, measurement in measurements.items()}
+        return self.groups(jobs, "Measuring")
 
 
-def run_groups(
-    jobs: Mapping[str, list[Job]], cache: Cache, backend: Backend, *, title: str, progress: bool = False
-) -> dict[str, Arrays]:
-    """Run the jobs of all groups; the jobs of a group differ in their seeds, and their results are joined."""
-    every = [job for group in jobs.values() for job in group]
-    results = iter(run(every, cache, backend, title=title, progress=progress))
-    return {name: joined([next(results) for _ in group]) for name, group in jobs.items()}
+def chunks(flocks: range, size: int) -> list[range]:
+    """Cut a range of seeds into parts of at most ``size``."""
+    return [flocks[start : start + size] for start in range(0, len(flocks), size)]
+
+
+def _joined(parts: Sequence[Arrays]) -> Arrays:
+    """Join the axes of seeds: the second ones, or the only ones of arrays with one axis."""
+    return {
+        name: np.concatenate([part[name] for part in parts], axis=min(1, values.ndim - 1))
+        for name, values in parts[0].items()
+    }

@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from flockesc_env.common.stats import Estimate
 
 
-def templates(package: str) -> Environment:
-    """Return the environment that renders the templates of a package."""
+def render(template: str, **values: Any) -> str:
+    """Return a page from a template, whose name is "study/file"."""
+    package, _, name = template.partition("/")
     # No text that a user typed gets onto the pages unchecked, so nothing has to be escaped.
-    return Environment(
-        loader=PackageLoader(package),
+    environment = Environment(
+        loader=PackageLoader(f"studies.{package}"),
         autoescape=False,  # noqa: S701
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    return environment.get_template(name).render(values)
 
 
 def path_from(page: Path, target: Path) -> str:
@@ -30,7 +33,7 @@ def path_from(page: Path, target: Path) -> str:
 
 def signed(estimate: Estimate) -> str:
     """Return an estimate with its interval as text, with signs."""
-    return f"{estimate.mean:+.2f} [{estimate.low:+.2f}, {estimate.high:+.2f}]"
+    return f"{estimate:+.2f}"
 
 
 def compared(estimate: Estimate) -> str:

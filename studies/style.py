@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from flockesc_env.common.stats import FloatArray
+from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.render.colors import label_colors
 from flockesc_env.render.palette import LIGHT
 
@@ -37,3 +39,24 @@ def cluster_colors(final: FloatArray, rho: float) -> list[Any]:
     numbers = np.zeros(len(final), int)
     numbers[order] = np.concatenate([[0], np.cumsum(np.diff(final[order]) > rho)])
     return [_PALETTE[number % len(_PALETTE)] for number in numbers]
+
+
+def caption(figure: Figure, text: str, size: float = 10) -> None:
+    """Write a line above all panels."""
+    figure.suptitle(text, x=0.01, ha="left", fontsize=size)
+
+
+def curve(
+    axes: Axes,
+    at: Sequence[float],
+    estimates: Sequence[Estimate],
+    color: str,
+    *form: str,
+    band: float,
+    **style: Any,
+) -> None:
+    """Draw estimates as a line with a band of their intervals; ``band`` is its opacity."""
+    axes.fill_between(
+        at, [e.low for e in estimates], [e.high for e in estimates], color=color, alpha=band, lw=0
+    )
+    axes.plot(at, [e.mean for e in estimates], *form, color=color, **style)

@@ -16,6 +16,9 @@ from training.config import ImitationArgs
 GROUP = 16
 """Flocks that are played up to the same action and copied there."""
 
+EXPLORATION = 0.1
+"""Probability of a random candidate as an action before the flock is copied."""
+
 _EARLINESS = 3
 """Exponent of the uniform random number that chooses the action: early ones decide more."""
 
@@ -25,17 +28,15 @@ class Branches:
 
     Args:
         args: the setting, and how flocks and candidates are drawn.
-        teacher: plays the copies of the flocks.
 
     Attributes:
-        teacher: the same; may be replaced.
         spec: policy spec of the environment.
 
     Raises:
         ArgumentError: if the setting is a line or has one range per agent, or candidates are missing.
     """
 
-    def __init__(self, args: ImitationArgs, teacher: Policy) -> None:
+    def __init__(self, args: ImitationArgs) -> None:
         model = args.model
         if args.per_agent or not isinstance(model, FlockScenario):
             raise ArgumentError("per_agent", "one range for a flock", "another setting")
@@ -44,61 +45,56 @@ class Branches:
         if args.candidate_inputs and not args.profile_ranges:
             raise ArgumentError("profile_ranges", "candidate ranges", "none")
         self._candidates = np.array(args.ranges or args.profile_ranges)
-        self.teacher = teacher
-        self._args, self._actions = args, 0
         options: Any = args.env_options()
-        self._model, self._options = model, env_options(model, options)
+        self._args, self._model, self._options = args, model, env_options(model, options)
         self.spec: PolicySpec = self._batch(1).policy_spec
 
-    def take_actions(self) -> int:
-        """Return the number of actions chosen since the last call."""
-        taken, self._actions = self._actions, 0
-        return taken
-
     def values(
-        self, policy: Policy, flocks: range, rng: np.random.Generator
-    ) -> tuple[Observations, FloatArray]:
+        self, policy: Policy, teacher: Policy, flocks: range, rng: np.random.Generator
+    ) -> tuple[Observations, FloatArray, int]:
         """Play flocks up to a random action and value some candidates there.
 
         Args:
-            policy: chooses the actions before, except those that are drawn at random (``explore``).
+            policy: chooses the actions before, except those that are drawn at random (``EXPLORATION``).
+            teacher: plays the copies of the flocks to the end.
             flocks: seeds of the flocks.
             rng: draws the action, the exploration and the candidates.
 
         Returns:
-            The observations, shape (flocks, entries), and the values in m, shape (flocks, candidates), which
-            are nan for candidates that were not drawn.
+            The observations, shape (flocks, entries); the values in m, shape (flocks, candidates), which
+            are nan for candidates that were not drawn; and the number of actions.
         """
         args, candidates = self._args, self._candidates
         num_flocks, num_actions = len(flocks), -(-self._model.num_steps // args.steps_per_action)
         source = self._batch(num_flocks)
         observations, _ = source.reset(range(num_flocks), list(flocks))
-        for _ in range(int(num_actions * rng.random() ** _EARLINESS)):
+        before = int(num_actions * rng.random() ** _EARLINESS)
+        for _ in range(before):
             actions = policy.act(observations, self.spec)
-            explored = rng.random(num_flocks) < args.explore
+            explored = rng.random(num_flocks) < EXPLORATION
             drawn = rng.choice(candidates, int(explored.sum()))
             actions[explored] = self.spec.actions.from_ranges(drawn)
             observations, *_ = source.step(actions)
-            self._actions += num_flocks
         chosen = np.array([rng.permutation(len(candidates))[: args.branches] for _ in flocks])
         values = np.full((num_flocks, len(candidates)), np.nan)
-        np.put_along_axis(values, chosen, self._play(source, candidates[chosen]), axis=1)
-        return observations, values
+        found, after = self._play(source, candidates[chosen], teacher)
+        np.put_along_axis(values, chosen, found, axis=1)
+        return observations, values, before * num_flocks + after
 
-    def _play(self, source: FlockBatch, ranges: FloatArray) -> FloatArray:
-        """Return the objective of copies that begin with ``ranges``, shape (flocks, copies)."""
+    def _play(self, source: FlockBatch, ranges: FloatArray, teacher: Policy) -> tuple[FloatArray, int]:
+        """Return the objective of copies that begin with ``ranges``, (flocks, copies), and the actions."""
         num_flocks, num_copies = ranges.shape
         copies = self._batch(ranges.size)
         copies.set_state(source.get_state(np.repeat(np.arange(num_flocks), num_copies).tolist()))
-        actions = self.spec.actions.from_ranges(ranges.ravel())
+        actions, taken = self.spec.actions.from_ranges(ranges.ravel()), 0
         while True:
             observations, _, has_ended, *_ = copies.step(actions, at_end="stay")
-            self._actions += ranges.size
+            taken += ranges.size
             if has_ended.all():
                 break
-            actions = self.teacher.act(observations, self.spec)
+            actions = teacher.act(observations, self.spec)
         values: FloatArray = copies.metrics()[self._args.spec.column]
-        return values.reshape(ranges.shape)
+        return values.reshape(ranges.shape), taken
 
     def _batch(self, num_flocks: int) -> FlockBatch:
         return FlockBatch(self._model, self._options, num_flocks=num_flocks, num_threads=1)

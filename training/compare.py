@@ -16,7 +16,7 @@ from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import check_writable, write_text
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
 from training import plots, seeds
 from training.arguments import CompareArgs
 from training.evaluation import run_policy
@@ -26,12 +26,15 @@ from training.versions import versions
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")
 """Recorded runs of one flock, for ``flockesc watch``."""
 
+_PARTS = (("mean", ""), ("low", "_low"), ("high", "_high"))
+"""Attributes of an estimate, and the ends of their columns."""
+
 
 def compare(args: CompareArgs) -> pl.DataFrame:
     """Evaluate all policies on the held-out flocks; write and return the table.
 
     Raises:
-        ValueError: if an argument is out of bounds or a policy is unknown.
+        ArgumentError: if an argument is out of bounds or a policy is unknown.
     """
     entries = [named_policy(spec) for spec in args.policies]
     scenario = scenario_of(entries)
@@ -57,16 +60,32 @@ def compare(args: CompareArgs) -> pl.DataFrame:
         episodes = run_policy(entry, held_out, scenario=scenario, num_threads=args.num_threads)
         outcomes[entry.name] = spec.values(episodes)
 
-    table = _table(outcomes, fixed)
-    print(_markdown(table, args))
-    _write(args, table, outcomes, held_out)
+    estimates = {name: _estimates(values, fixed) for name, values in outcomes.items()}
+    table = pl.DataFrame(
+        {"policy": name}
+        | {column + end: getattr(found, part) for column, found in row.items() for part, end in _PARTS}
+        for name, row in estimates.items()
+    )
+    text = _markdown(estimates, spec, args)
+    print(text)
+    write_text(args.output / "table.md", text + "\n")
+    write_table(table, args.output / "table.parquet")
+    by_flock = pl.DataFrame({"seed": held_out, **outcomes})
+    long = by_flock.unpivot(index="seed", variable_name="policy", value_name="objective")
+    write_table(long, args.output / "episodes.parquet")
+    record = {
+        "command": shlex.join(["python", "-m", "training", *sys.argv[1:]]),
+        "args": {**dataclasses.asdict(args), "output": args.output.name},
+        "versions": versions(),
+    }
+    write_text(args.output / "comparison.json", json.dumps(record, indent=2) + "\n")
     figures = [plots.objective_against_range(search, spec, outcomes, args.output)]
     if entries:
         last = entries[-1]
         # A typical flock: the lower median of the last policy's paired differences to the best range.
         order = np.argsort(outcomes[last.name] - fixed, kind="stable")
         flock = held_out[int(order[(len(order) - 1) // 2])]
-        runs = plots.record_both(baseline, last, scenario, flock)
+        runs = [(entry.name, entry.record(flock, scenario)) for entry in (baseline, last)]
         for file, (name, run) in zip(RECORDS, runs, strict=True):
             save_run(run, args.output / file, name=name)
         figures += [plots.flock_over_time(runs, spec, args.output)]
@@ -82,30 +101,15 @@ def _sweep(
         return sweep(scenario, grid, flocks, num_threads=args.num_threads, progress=report)
 
 
-def _table(outcomes: dict[str, FloatArray], fixed: FloatArray) -> pl.DataFrame:
-    rows = []
-    for name, values in outcomes.items():
-        objective, difference = stats.mean(values), stats.mean(values - fixed)
-        chance = stats.improvement(values, fixed)
-        rows.append(
-            {
-                "policy": name,
-                "objective": objective.mean,
-                "objective_low": objective.low,
-                "objective_high": objective.high,
-                "difference": difference.mean,
-                "difference_low": difference.low,
-                "difference_high": difference.high,
-                "improvement": chance.mean,
-                "improvement_low": chance.low,
-                "improvement_high": chance.high,
-            }
-        )
-    return pl.DataFrame(rows)
+def _estimates(values: FloatArray, fixed: FloatArray) -> dict[str, stats.Estimate]:
+    return {
+        "objective": stats.mean(values),
+        "difference": stats.mean(values - fixed),
+        "improvement": stats.improvement(values, fixed),
+    }
 
 
-def _markdown(table: pl.DataFrame, args: CompareArgs) -> str:
-    spec = FLOCK_OBJECTIVES[args.objective]
+def _markdown(estimates: dict[str, dict[str, stats.Estimate]], spec: ObjectiveSpec, args: CompareArgs) -> str:
     lines = [
         f"Objective `{spec.name}`{f' in {spec.unit}' if spec.unit else ''} on {args.flocks} held-out flocks;"
         " 95 % bootstrap intervals.",
@@ -115,33 +119,7 @@ def _markdown(table: pl.DataFrame, args: CompareArgs) -> str:
         "| policy | objective | difference to best fixed | probability of improvement |",
         "|---|---|---|---|",
     ]
-    for row in table.iter_rows(named=True):
-        cells = [
-            format(stats.Estimate(*(row[column + end] for end in ("", "_low", "_high"))), f".{spec.digits}f")
-            for column in ("objective", "difference", "improvement")
-        ]
-        is_baseline = row["policy"] == table["policy"][0]
-        lines.append(
-            f"| {row['policy']} | {cells[0]} | {'-' if is_baseline else cells[1]} | "
-            f"{'-' if is_baseline else cells[2]} |"
-        )
+    for place, (name, row) in enumerate(estimates.items()):
+        objective, *rest = (f"{estimate:.{spec.digits}f}" for estimate in row.values())
+        lines.append(f"| {' | '.join([name, objective, *(rest if place else ('-', '-'))])} |")
     return "\n".join(lines)
-
-
-def _write(
-    args: CompareArgs,
-    table: pl.DataFrame,
-    outcomes: dict[str, FloatArray],
-    flocks: range,
-) -> None:
-    write_text(args.output / "table.md", _markdown(table, args) + "\n")
-    write_table(table, args.output / "table.parquet")
-    episodes = pl.DataFrame({"seed": flocks, **outcomes})
-    long = episodes.unpivot(index="seed", variable_name="policy", value_name="objective")
-    write_table(long, args.output / "episodes.parquet")
-    record = {
-        "command": shlex.join(["python", "-m", "training", *sys.argv[1:]]),
-        "args": {**dataclasses.asdict(args), "output": args.output.name},
-        "versions": versions(),
-    }
-    write_text(args.output / "comparison.json", json.dumps(record, indent=2) + "\n")

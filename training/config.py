@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from flockesc_env import FlockScenario, LineScenario, preset
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
@@ -67,15 +67,22 @@ class Setting:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrainArgs(Setting):
+class Args(Setting):
     """Arguments of all learners.
 
     Attributes:
+        kind: name of the learner in presets.
+        learner: module and class of the learner.
+        budget: field that holds the length of a run.
         run: folder of the run; an unfinished run is continued.
         seed: seed of the learner and of the training flocks.
         checkpoint_every: number of generations or rounds between checkpoints.
         progress: show a progress bar.
     """
+
+    kind: ClassVar[str]
+    learner: ClassVar[str]
+    budget: ClassVar[str]
 
     run: Path
     seed: int = 0
@@ -88,7 +95,7 @@ class TrainArgs(Setting):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SearchArgs(TrainArgs):
+class SearchArgs(Args):
     """Arguments of the search with CMA-ES, which maximizes the objective itself.
 
     Attributes:
@@ -115,6 +122,10 @@ class SearchArgs(TrainArgs):
             best checkpoint of all parts is kept.
     """
 
+    kind: ClassVar = "search"
+    learner: ClassVar = "training.search:SearchRounds"
+    budget: ClassVar = "generations"
+
     rule: str = ""
     inputs: tuple[str, ...] = ()
     candidate_inputs: tuple[str, ...] = ()
@@ -131,7 +142,7 @@ class SearchArgs(TrainArgs):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SB3Args(TrainArgs):
+class SB3Args(Args):
     """Arguments of the learners of stable-baselines3.
 
     They train in rounds on new flocks. A round is one episode of every flock, or 64 actions of every line,
@@ -145,9 +156,9 @@ class SB3Args(TrainArgs):
         learning_rate: learning rate of Adam.
         gamma: discount factor per action.
         net_arch: widths of the hidden layers of the policy and value networks.
-        threads: number of threads of torch and of the environment.
-        tensorboard: write logs for TensorBoard.
     """
+
+    budget: ClassVar = "num_episodes"
 
     reward: str = "running_minimum"
     num_flocks: int = 4
@@ -156,8 +167,6 @@ class SB3Args(TrainArgs):
     learning_rate: float = 5e-4
     gamma: float = 0.99
     net_arch: tuple[int, ...] = (64, 64)
-    threads: int = 1
-    tensorboard: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,10 +177,7 @@ class PPOArgs(SB3Args):
         n_epochs: number of passes over the data of a round.
         anneal: decrease the learning rate linearly to 0.
         gae_lambda: lambda of the generalized advantage estimate.
-        clip_range: clipping parameter of PPO.
-        ent_coef: entropy coefficient.
         log_std_init: logarithm of the initial standard deviation of actions.
-        mean_init: initial mean of actions, which [-1, 1] bounds. At -1 half of the first ranges are 0.
         inputs: observation entries that the policy sees, besides those of candidates. Empty: no others if
             candidates are scored, otherwise all.
         candidate_inputs: entries of a candidate range; the policy then scores every candidate and is
@@ -183,16 +189,16 @@ class PPOArgs(SB3Args):
             others. Listening far can be good for an agent and bad for the flock, which then agrees.
     """
 
+    kind: ClassVar = "ppo"
+    learner: ClassVar = "training.ppo:PPORounds"
+
     batch_size: int = 8000
     gamma: float = 0.9
     net_arch: tuple[int, ...] = (32, 32)
     n_epochs: int = 5
     anneal: bool = True
     gae_lambda: float = 0.95
-    clip_range: float = 0.2
-    ent_coef: float = 0.0
     log_std_init: float = 0.0
-    mean_init: float = 0.0
     inputs: tuple[str, ...] = ()
     candidate_inputs: tuple[str, ...] = ()
     ranges: tuple[float, ...] = ()
@@ -206,18 +212,19 @@ class TQCArgs(SB3Args):
 
     Attributes:
         learning_starts: number of transitions before the first gradient step.
-        gradient_steps: number of gradient steps per action of all flocks.
         buffer_size: number of transitions in the replay buffer.
     """
 
+    kind: ClassVar = "tqc"
+    learner: ClassVar = "training.tqc:TQCRounds"
+
     num_flocks: int = 16
     learning_starts: int = 5000
-    gradient_steps: int = 4
     buffer_size: int = 100_000
 
 
 @dataclass(frozen=True, kw_only=True)
-class ImitationArgs(TrainArgs):
+class ImitationArgs(Args):
     """Arguments of the imitation of values; only for one range for all agents of a flock.
 
     Attributes:
@@ -234,12 +241,14 @@ class ImitationArgs(TrainArgs):
         rounds: number of rounds. After each, a new network is fitted to the values of all rounds.
         flocks: number of new flocks per round.
         branches: number of candidates per flock that are drawn at random and valued.
-        explore: probability of a random candidate as an action before the flock is copied.
         epochs: number of passes over the values.
-        batch_size: number of flocks per gradient step.
         learning_rate: largest learning rate of AdamW.
         weight_decay: weight decay of AdamW.
     """
+
+    kind: ClassVar = "imitation"
+    learner: ClassVar = "training.imitation:ImitationRounds"
+    budget: ClassVar = "rounds"
 
     teacher: str
     improve: bool = False
@@ -250,35 +259,19 @@ class ImitationArgs(TrainArgs):
     rounds: int = 3
     flocks: int = 1200
     branches: int = 3
-    explore: float = 0.1
     epochs: int = 150
-    batch_size: int = 256
     learning_rate: float = 1e-2
     weight_decay: float = 0.3
     checkpoint_every: int = 1
 
 
-Args = SearchArgs | PPOArgs | TQCArgs | ImitationArgs
-_TYPES: dict[str, type[Args]] = {
-    "search": SearchArgs,
-    "ppo": PPOArgs,
-    "tqc": TQCArgs,
-    "imitation": ImitationArgs,
-}
-KINDS: dict[type[Args], str] = {args: kind for kind, args in _TYPES.items()}
-"""Name of each learner in presets."""
-BUDGETS: dict[type[Args], str] = {
-    SearchArgs: "generations",
-    PPOArgs: "num_episodes",
-    TQCArgs: "num_episodes",
-    ImitationArgs: "rounds",
-}
-"""Field of each learner that holds the length of a run."""
+TYPES: dict[str, type[Args]] = {args.kind: args for args in (SearchArgs, PPOArgs, TQCArgs, ImitationArgs)}
+"""Arguments by name of the learner."""
 
 
 def make_args(kind: str, values: dict[str, Any]) -> Args:
     """Return the arguments of a document, in which tuples are lists."""
-    return _TYPES[kind](**tuples(values))
+    return TYPES[kind](**tuples(values))
 
 
 def tuples(values: dict[str, Any]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ def evaluate(args: EvaluateArgs) -> pl.DataFrame:
     """Run a policy on held-out flocks, print all objectives, write and return the table.
 
     Raises:
-        ValueError: if an argument is out of bounds or the policy is unknown.
+        ArgumentError: if an argument is out of bounds or the policy is unknown.
     """
     if args.output is not None:
         args.output.parent.mkdir(parents=True, exist_ok=True)

@@ -23,7 +23,7 @@ from flockesc_env import (
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.options import env_options, line_options
-from flockesc_env.policies.network_rollout import play_flocks_of_networks, play_lines_of_networks
+from flockesc_env.policies.playing import rollout_networks
 from training.config import Setting
 
 
@@ -68,17 +68,17 @@ def play_networks(
     """
     model = setting.model
     options: Any = setting.env_options()
-    parameters = np.repeat(vectors.astype(np.float32), len(seeds), axis=0)
-    arguments = architecture, parameters, list(seeds) * len(vectors)
-    if isinstance(model, LineScenario):
-        columns = play_lines_of_networks(*arguments, model, line_options(options), num_threads=1)
-        rows = 1
-    else:
-        flock_options = env_options(model, options)
-        columns = play_flocks_of_networks(
-            *arguments, model, flock_options, per_agent=setting.per_agent, num_threads=1
-        )
-        rows = model.num_agents if setting.per_agent else 1
+    per_agent = setting.per_agent and not setting.is_line
+    columns = rollout_networks(
+        architecture,
+        np.repeat(vectors.astype(np.float32), len(seeds), axis=0),
+        list(seeds) * len(vectors),
+        model,
+        line_options(options) if isinstance(model, LineScenario) else env_options(model, options),
+        per_agent=per_agent,
+        num_threads=1,
+    )
+    rows = model.num_agents if per_agent else 1
     values = columns[setting.spec.column]
     return values.reshape(len(vectors), -1), rows * int(columns["num_actions"].sum())
 

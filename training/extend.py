@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from flockesc_env import ArgumentError, load_policy
-from flockesc_env.common.files import write_sealed
 from training.arguments import ExtendArgs
-from training.config import BUDGETS, Args, PPOArgs, SB3Args, SearchArgs
-from training.outputs import CHECKPOINT, read_checkpoint
+from training.config import Args, PPOArgs, SB3Args, SearchArgs
+from training.outputs import CHECKPOINT, load_checkpoint, save_checkpoint
 from training.record import CONFIG_FILE, POLICY_FILE, RunRecord
 from training.seeds import training_seeds
 from training.train import train
@@ -26,11 +25,10 @@ def extend(given: ExtendArgs) -> Path:
     of generations or rounds before (``continued_at``).
 
     Raises:
-        ArgumentError: if the run cannot be continued.
-        FileExistsError: if the new folder holds a finished run, or a run with other arguments.
+        ArgumentError: if the run cannot be continued, or the new folder holds another one or a finished one.
     """
     record = _finished_record(given.run)
-    budget = BUDGETS[type(record.args)]
+    budget = record.args.budget
     before: int = getattr(record.args, budget)
     if given.total <= before:
         raise ArgumentError("total", f"more than the {before} {budget} of {given.run}", given.total)
@@ -40,12 +38,10 @@ def extend(given: ExtendArgs) -> Path:
     _check(args, given.run)
     if not (output / CONFIG_FILE).exists():
         output.mkdir(parents=True, exist_ok=True)
-        checkpoint = read_checkpoint(given.run, record)
-        assert checkpoint is not None  # noqa: S101, _finished_record has found it
-        names = record.continued_at + ((before,) if scheduled(args) else ())
-        longer = RunRecord(args, continued_at=names)
-        write_sealed(output / CHECKPOINT, longer.to_json(), checkpoint)
-        longer.write(output)
+        times = record.continued_at + ((before,) if scheduled(args) else ())
+        longer = RunRecord(args, continued_at=times)
+        save_checkpoint(longer, load_checkpoint(record))
+        longer.write()
     return train(args)
 
 
@@ -57,7 +53,6 @@ def scheduled(args: Args) -> str:
 
 
 def _finished_record(run: Path) -> RunRecord:
-    """Return the record of a finished run that has its checkpoint and was made by the installed packages."""
     for file, expected in (
         (CONFIG_FILE, "the folder of a run"),
         (POLICY_FILE, "a finished run; the command train continues an unfinished one"),
@@ -73,7 +68,6 @@ def _finished_record(run: Path) -> RunRecord:
 
 
 def _check(args: Args, run: Path) -> None:
-    """Check that a run can be continued with these arguments."""
     if isinstance(args, SearchArgs) and args.restarts > 1:
         raise ArgumentError("run", "a search without restarts, which divide the whole budget", run)
     if isinstance(args, SB3Args):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,13 +36,8 @@ _RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
     "stubborn-witnesses": (
         StubbornWitnesses,
         (
-            (0.085, 0.015, "share"),
-            (55.0, 8.0, "range"),
-            (8.0, 3.0, "range"),
-            (100.0, 30.0, "other"),
-            (5.0, 1.5, "other"),
-            (3.5, 1.5, "other"),
-            (6.0, 3.0, "other"),
+            *((0.085, 0.015, "share"), (55.0, 8.0, "range"), (8.0, 3.0, "range"), (100.0, 30.0, "other")),
+            *((5.0, 1.5, "other"), (3.5, 1.5, "other"), (6.0, 3.0, "other")),
         ),
     ),
     "listen-while-threatened": (
@@ -63,30 +58,9 @@ _RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
 """Rules by name: the class; of each parameter the start of a search, its standard deviation and kind."""
 
 
-class Family(Protocol):
-    """Policies parametrized by a vector. The search starts at 0 with a standard deviation of about 1."""
-
-    @property
-    def size(self) -> int:
-        """Number of parameters."""
-        ...
-
-    def policy(self, vector: FloatArray) -> NetworkPolicy | Rule:
-        """Return the policy with the parameters ``vector``, shape (size,)."""
-        ...
-
-    def play(self, setting: Setting, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
-        """Run the policies with the parameters ``vectors``, shape (k, size), on the same flocks.
-
-        Returns:
-            The objective, shape (k, seeds), and the number of actions, per agent or per flock.
-        """
-        ...
-
-
 @dataclass(frozen=True)
 class Networks:
-    """Networks of one architecture.
+    """Networks of one architecture. The search starts at the vector 0 with a standard deviation of about 1.
 
     Attributes:
         architecture: inputs and layers.
@@ -106,13 +80,17 @@ class Networks:
         return NetworkPolicy(self.architecture, self.start + vector)
 
     def play(self, setting: Setting, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
-        """Run the networks in the core; see ``Family.play``."""
+        """Run the networks with the parameters ``vectors``, shape (k, size), on the same flocks in the core.
+
+        Returns:
+            The objective, shape (k, seeds), and the number of actions, per agent or per flock.
+        """
         return play_networks(setting, self.architecture, self.start + vectors, seeds)
 
 
 @dataclass(frozen=True)
 class Rules:
-    """A rule with its parameters.
+    """A rule with its parameters. The vector 0 stands for parameters that were chosen by hand.
 
     Attributes:
         name: name of the rule.
@@ -128,22 +106,22 @@ class Rules:
         return len(_RULES[self.name][1])
 
     def policy(self, vector: FloatArray) -> Rule:
-        """Return the rule; the vector 0 stands for parameters that were chosen by hand."""
+        """Return the rule at a distance of ``vector`` standard deviations from the start."""
         make, numbers = _RULES[self.name]
         highest = {"share": 1.0, "range": self.max_range, "other": np.inf}
-        return make(
-            *(
-                np.clip(start + scale * entry, 0, highest[kind])
-                for (start, scale, kind), entry in zip(numbers, vector, strict=True)
-            )
-        )
+        moved = [(start + scale * x, kind) for (start, scale, kind), x in zip(numbers, vector, strict=True)]
+        return make(*(np.clip(number, 0, highest[kind]) for number, kind in moved))
 
     def play(self, setting: Setting, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
-        """Run all rules together, step by step; see ``Family.play``."""
+        """Run all rules together, step by step; see ``Networks.play``."""
         population = Population([self.policy(vector) for vector in vectors])
         flocks = list(seeds) * len(vectors)
         values = objective(setting, population, flocks, batch_size=len(flocks))
         return values.reshape(len(vectors), -1), population.actions
+
+
+Family = Networks | Rules
+"""Policies parametrized by a vector."""
 
 
 class Population:
@@ -174,12 +152,12 @@ def family_of(args: SearchArgs) -> Family:
     """Return the family of policies of a search.
 
     Raises:
-        ArgumentError: if ``args.rule`` is unknown, or ``args.start`` is not found.
-        ValueError: if ``args.start`` is another kind of policy, or a network of another architecture.
+        ArgumentError: if ``args.rule`` is unknown, or if ``args.start`` is not found, another kind of policy,
+            or a network of another architecture.
     """
     if args.rule:
         if args.start:
-            raise ValueError(f"start: expected no policy with a rule, got {args.start!r}")
+            raise ArgumentError("start", "no policy with a rule", repr(args.start))
         if args.rule not in _RULES:
             raise ArgumentError("rule", f"one of {', '.join(_RULES)}", repr(args.rule))
         return Rules(args.rule, args.max_range)
@@ -207,7 +185,7 @@ def _start(name: str, architecture: Architecture) -> FloatArray:
         if policy.architecture == replace(architecture, hidden=(), memory=0) and not architecture.memory:
             return _follows(parameters[:-1], parameters[-1], architecture)
     given = policy.architecture if isinstance(policy, NetworkPolicy) else type(policy).__name__
-    raise ValueError(f"start: expected a network with the run's {architecture}, got {given}")
+    raise ArgumentError("start", f"a network with the run's {architecture}", given)
 
 
 def _follows(weights: FloatArray, bias: float, architecture: Architecture) -> FloatArray:

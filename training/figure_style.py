@@ -76,11 +76,12 @@ def label_ends(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float 
         )
 
 
-def save_figure(figure: Figure, stem: Path, suffixes: tuple[str, ...] = ("svg", "png")) -> None:
-    """Write a figure; each file is complete or not written. Equal figures give equal bytes."""
+def save_figure(figure: Figure, stem: Path, suffixes: tuple[str, ...] = ("svg", "png")) -> Path:
+    """Write a figure and return the last file. Equal figures give equal bytes."""
     stem.parent.mkdir(parents=True, exist_ok=True)
     metadata = {"svg": {"Date": None}, "png": {"Software": None}}
     with mpl.rc_context({"svg.hashsalt": "flockesc_env", "svg.fonttype": "none"}):
         for suffix in suffixes:
             with atomic_write(stem.with_suffix(f".{suffix}")) as file:
                 figure.savefig(file, format=suffix, dpi=DPI, metadata=metadata[suffix])
+    return stem.with_suffix(f".{suffixes[-1]}")

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from flockesc_env import FlockScenario, FlockSweepResult, NamedPolicy, Trajectory
+from flockesc_env import FlockSweepResult, Trajectory
 from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.objectives import ObjectiveSpec
@@ -62,12 +62,7 @@ def objective_against_range(
     axes.set_title(f"{label} on {len(search.seeds)} held-out flocks, 95 % intervals")
     axes.margins(x=0)
     label_ends(axes, labels)
-    return _save(figure, folder / "objective_against_range")
-
-
-def record_both(baseline: NamedPolicy, policy: NamedPolicy, scenario: FlockScenario, seed: int) -> list[Run]:
-    """Run two policies on the same flock."""
-    return [(entry.name, entry.record(seed, scenario)) for entry in (baseline, policy)]
+    return save_figure(figure, folder / "objective_against_range")
 
 
 def flock_over_time(runs: list[Run], objective: ObjectiveSpec, folder: Path) -> Path:
@@ -102,7 +97,7 @@ def flock_over_time(runs: list[Run], objective: ObjectiveSpec, folder: Path) -> 
     below.margins(x=0)
     label_ends(above, ends)
     label_ends(below, shares, gap=0.12)
-    return _save(figure, folder / "flock_over_time")
+    return save_figure(figure, folder / "flock_over_time")
 
 
 def flock_under_attack(
@@ -110,16 +105,16 @@ def flock_under_attack(
 ) -> Path:
     """Draw one flock at some times, a row per policy, agents colored by their range; return the file."""
     top = max(float(np.quantile(run.interaction_ranges, 0.99)) for _, run in runs)
-    rows = [_steps(run, times) for _, run in runs]
-    low, high = _frame([run for _, run in runs], rows)
+    scenario = runs[0][1].scenario
+    steps = [min(round(time / scenario.time_step), scenario.num_steps - 1) for time in times]
+    low, high = _frame([(run, step) for _, run in runs for step in steps])
     width = (WIDTH - 1.4) / len(times)
     height = width * (high[1] - low[1]) / (high[0] - low[0])
     figure = Figure(figsize=(WIDTH, (height + 0.75) * len(runs) + 0.2), layout="constrained")
     parts = figure.subfigures(len(runs), 1, squeeze=False)[:, 0]
     baseline = getattr(runs[0][1], objective.series).min()
-    every = []
     arrows: Any = None
-    for place, (part, (name, trajectory), steps) in enumerate(zip(parts, runs, rows, strict=True)):
+    for place, (part, (name, trajectory)) in enumerate(zip(parts, runs, strict=True)):
         reached = getattr(trajectory, objective.series).min()
         gain = f", gain {objective.text(reached - baseline, '+')}" if place else ""
         part.suptitle(
@@ -136,24 +131,16 @@ def flock_under_attack(
             if place == len(runs) - 1:
                 axes.set_xlabel("x (m)")
         panels[0].set_ylabel("y (m)")
-        every.append(panels)
-    for part, panels in zip(parts, every, strict=True):
         part.colorbar(arrows, ax=list(panels), label="range (m)", aspect=12, ticks=np.linspace(0, top, 5))
-    return _save(figure, folder / "flock_under_attack")
+    return save_figure(figure, folder / "flock_under_attack")
 
 
-def _steps(run: Trajectory, times: tuple[float, ...]) -> list[int]:
-    return [min(round(time / run.scenario.time_step), run.scenario.num_steps - 1) for time in times]
-
-
-def _frame(runs: list[Trajectory], rows: list[list[int]], margin: float = 15.0) -> tuple[Any, Any]:
-    """Return the corners of a box around all agents and predator ranges that are shown."""
+def _frame(shown: list[tuple[Trajectory, int]], margin: float = 15.0) -> tuple[Any, Any]:
+    """Return the corners of a box around all agents and predator ranges at some steps of runs."""
     corners = []
-    for run, steps in zip(runs, rows, strict=True):
-        for step in steps:
-            corners.append(run.positions[step, :, :2])
-            reach = run.scenario.predator_range
-            corners += [run.predator_positions[step, :, :2] + offset for offset in (-reach, reach)]
+    for run, step in shown:
+        reach, predators = run.scenario.predator_range, run.predator_positions[step, :, :2]
+        corners += [run.positions[step, :, :2], predators - reach, predators + reach]
     seen = np.concatenate(corners)
     return seen.min(axis=0) - margin, seen.max(axis=0) + margin
 
@@ -174,9 +161,3 @@ def _snapshot(axes: Axes, trajectory: Trajectory, step: int, top: float) -> Any:
     axes.set_aspect("equal")
     axes.set_title(f"{trajectory.times[step]:.0f} s: {trajectory.mean_distance[step]:.0f} m away", fontsize=9)
     return arrows
-
-
-def _save(figure: Figure, stem: Path) -> Path:
-    """Write PNG and SVG; return the PNG."""
-    save_figure(figure, stem)
-    return stem.with_suffix(".png")

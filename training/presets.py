@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from training.config import KINDS, Args, SB3Args, SearchArgs, Setting, make_args, tuples
+from training.config import Args, ImitationArgs, SB3Args, Setting, make_args, tuples
 
 PRESETS = Path(__file__).parent / "configs"
 
@@ -76,9 +76,12 @@ def train_descriptions() -> dict[str, str]:
 
 def _method(args: Args) -> str:
     """Return a description of a learner's method, for example ``PPO with reward running_minimum``."""
-    if isinstance(args, SB3Args):
-        return f"{KINDS[type(args)].upper()}, reward {args.reward}"
-    return "CMA-ES" if isinstance(args, SearchArgs) else f"imitation of values, teacher {args.teacher}"
+    match args:
+        case SB3Args():
+            return f"{args.kind.upper()}, reward {args.reward}"
+        case ImitationArgs():
+            return f"imitation of values, teacher {args.teacher}"
+    return "CMA-ES"
 
 
 def _preset(document: dict[str, Any], name: str) -> Preset:

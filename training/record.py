@@ -10,7 +10,7 @@ from typing import Any
 
 from flockesc_env.common.errors import RecordError
 from flockesc_env.common.files import write_text
-from training.config import KINDS, Args, make_args
+from training.config import TYPES, Args, tuples
 from training.versions import versions
 
 CONFIG_FILE = "config.json"
@@ -37,7 +37,7 @@ class RunRecord:
     def to_json(self, name: str = "") -> str:
         """Return the record of a run of this name as JSON."""
         document: dict[str, Any] = {
-            "learner": KINDS[type(self.args)],
+            "learner": self.args.kind,
             "args": {**dataclasses.asdict(self.args), "run": name},
             "versions": self.versions,
         }
@@ -45,13 +45,13 @@ class RunRecord:
             document["continued_at"] = self.continued_at
         return json.dumps(document, indent=2) + "\n"
 
-    def write(self, run: Path) -> None:
+    def write(self) -> None:
         """Write the record into the run's folder."""
-        write_text(run / CONFIG_FILE, self.to_json(run.name))
+        write_text(self.args.run / CONFIG_FILE, self.to_json(self.args.run.name))
 
     @classmethod
     def read(cls, run: Path) -> RunRecord:
-        """Read the record of a run.
+        """Read the record of a run. Arguments of earlier versions that no longer exist are ignored.
 
         Raises:
             FileNotFoundError: if the folder holds no run.
@@ -60,7 +60,10 @@ class RunRecord:
         path = run / CONFIG_FILE
         try:
             document = json.loads(path.read_text())
-            args = make_args(document["learner"], {**document["args"], "run": run})
+            args_type = TYPES[document["learner"]]
+            known = {field.name for field in dataclasses.fields(args_type)}
+            given = {name: value for name, value in document["args"].items() if name in known}
+            args = args_type(**tuples({**given, "run": run}))
             return cls(args, document["versions"], tuple(document.get("continued_at", ())))
-        except (KeyError, TypeError, ValueError) as error:
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise RecordError(str(path), "the record of a run", repr(error)) from None

@@ -4,6 +4,8 @@ Environments give seeds of 2^32 or more to the episodes that autoreset starts (`
 above all of these ranges.
 """
 
+from flockesc_env import ArgumentError
+
 TUNING = range(1_000_000, 2_000_000)
 """Flocks for choosing the best fixed range, hyperparameters and checkpoints."""
 
@@ -28,14 +30,14 @@ def training_seeds(seed: int, first: int, count: int) -> range:
         count: number of flocks.
 
     Raises:
-        ValueError: if ``seed`` is out of bounds, or the run has fewer flocks.
+        ArgumentError: if ``seed`` is out of bounds, or the run has fewer flocks.
     """
     runs = len(TRAINING) // FLOCKS_PER_RUN
     if not 0 <= seed < runs:
-        raise ValueError(f"seed: expected an integer from 0 to {runs - 1}, got {seed}")
+        raise ArgumentError("seed", f"an integer from 0 to {runs - 1}", seed)
     if first < 0 or count < 1 or first + count > FLOCKS_PER_RUN:
-        end = first + count
-        raise ValueError(f"flocks of a run: expected indices in [0, {FLOCKS_PER_RUN}), got [{first}, {end})")
+        given = f"[{first}, {first + count})"
+        raise ArgumentError("flocks of a run", f"indices in [0, {FLOCKS_PER_RUN})", given)
     start = TRAINING.start + seed * FLOCKS_PER_RUN + first
     return range(start, start + count)
 
@@ -44,8 +46,8 @@ def first_seeds(purpose: range, count: int) -> range:
     """Return the first ``count`` seeds of ``TUNING`` or ``HELD_OUT``.
 
     Raises:
-        ValueError: if there are fewer.
+        ArgumentError: if there are fewer.
     """
     if not 1 <= count <= len(purpose):
-        raise ValueError(f"flocks: expected an integer from 1 to {len(purpose)}, got {count}")
+        raise ArgumentError("flocks", f"an integer from 1 to {len(purpose)}", count)
     return purpose[:count]

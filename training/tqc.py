@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import torch
@@ -11,15 +10,10 @@ from stable_baselines3.common.vec_env import VecEnv
 from torch import nn
 
 from training.config import TQCArgs
-from training.rounds import Rounds
+from training.rounds import SB3Rounds
 
 
-def tqc(args: TQCArgs) -> Path:
-    """Train with TQC, or continue an unfinished run, and return the path of the policy file."""
-    return TQCRounds(args).train()
-
-
-class TQCRounds(Rounds[TQCArgs]):
+class TQCRounds(SB3Rounds[TQCArgs]):
     """A training run with TQC."""
 
     model: TQC
@@ -35,22 +29,22 @@ class TQCRounds(Rounds[TQCArgs]):
             learning_starts=args.learning_starts,
             batch_size=args.batch_size,
             gamma=args.gamma,
-            gradient_steps=args.gradient_steps,
+            gradient_steps=4,
             policy_kwargs={"net_arch": list(args.net_arch), "activation_fn": nn.Tanh},
             seed=args.seed,
             device="cpu",
         )
 
-    def learned(self) -> dict[str, Any]:
-        """Return the state of the learner, with the replay buffer and the entropy coefficient."""
+    def state(self) -> dict[str, Any]:
+        """Return also the replay buffer and the entropy coefficient."""
         extra = {"replay_buffer": self.model.replay_buffer, "log_ent_coef": self.model.log_ent_coef}
-        return {**super().learned(), **extra}
+        return {**super().state(), **extra}
 
-    def relearn(self, learned: dict[str, Any]) -> None:
-        """Restore the state that ``learned`` returned."""
-        super().relearn(learned)
-        self.model.replay_buffer = learned["replay_buffer"]
+    def restore(self, state: dict[str, Any]) -> None:
+        """Restore also the replay buffer and the entropy coefficient."""
+        super().restore(state)
+        self.model.replay_buffer = state["replay_buffer"]
         coefficient = self.model.log_ent_coef
         assert coefficient is not None, "ent_coef is learned"  # noqa: S101, for the type checker
         with torch.no_grad():
-            coefficient.copy_(learned["log_ent_coef"])  # the optimizer refers to this tensor
+            coefficient.copy_(state["log_ent_coef"])  # the optimizer refers to this tensor

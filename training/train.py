@@ -1,10 +1,21 @@
-"""Training runs: dispatch to the learner of the arguments."""
+"""The loop of every training run: rounds, learning curve, checkpoints and, at the end, the policy."""
 
 from __future__ import annotations
 
+import time
+from abc import ABC, abstractmethod
 from pathlib import Path
+from pkgutil import resolve_name
+from typing import Any, Generic, TypeVar
 
-from training.config import Args, ImitationArgs, PPOArgs, SearchArgs
+from flockesc_env.common.progress import progress_bar
+from flockesc_env.policies.files import Stored
+from training.config import Args
+from training.evaluation import objective
+from training.outputs import CURVE_FLOCKS, Measured, begin, finish, load_checkpoint, save_checkpoint
+from training.seeds import TUNING, first_seeds
+
+A = TypeVar("A", bound=Args)
 
 
 def train(args: Args) -> Path:
@@ -13,22 +24,78 @@ def train(args: Args) -> Path:
     A run that was interrupted and continued ends with the same parameters as an uninterrupted one.
 
     Raises:
-        FileExistsError: if the folder holds a finished run, or a run with other arguments.
-        ValueError: if an argument is out of bounds.
+        ArgumentError: if an argument is out of bounds, or if the folder holds a finished run or a run with
+            other arguments.
     """
-    # Each learner is imported only when it is needed: importing torch takes seconds.
-    if isinstance(args, SearchArgs):
-        from training.search import search
+    learner: type[Rounds[Any]] = resolve_name(args.learner)  # importing torch takes seconds
+    return learner(args).train()
 
-        return search(args)
-    if isinstance(args, ImitationArgs):
-        from training.imitation import imitate
 
-        return imitate(args)
-    if isinstance(args, PPOArgs):
-        from training.ppo import ppo
+class Rounds(ABC, Generic[A]):
+    """A training run in rounds. A round depends on ``args``, ``completed`` and ``state()`` only.
 
-        return ppo(args)
-    from training.tqc import tqc
+    Attributes:
+        args: arguments of the run.
+        completed: number of completed rounds.
+        measured: measurements so far.
+        measures_start: whether the learning curve begins before the first round.
+    """
 
-    return tqc(args)
+    measures_start = False
+
+    def __init__(self, args: A) -> None:
+        self.args: A = args
+        self.completed = 0
+        self.measured = Measured()
+
+    @abstractmethod
+    def round(self) -> None:
+        """Do the next round, and add its episodes and samples to ``measured``."""
+
+    @abstractmethod
+    def policy(self) -> Stored:
+        """Return the policy after the last round, which the learning curve shows."""
+
+    @abstractmethod
+    def state(self) -> Any:
+        """Return what the next round depends on, as a value that can be pickled."""
+
+    @abstractmethod
+    def restore(self, state: Any) -> None:
+        """Restore what ``state`` returned."""
+
+    def result(self) -> Stored:
+        """Return the policy that the run ends with."""
+        return self.policy()
+
+    def add_point(self) -> None:
+        """Add the mean objective of ``policy`` on tuning flocks to the learning curve."""
+        measured = self.measured
+        value = objective(self.args, self.policy(), first_seeds(TUNING, CURVE_FLOCKS)).mean()
+        point = {"episodes": measured.episodes, "seconds": measured.seconds, "objective": float(value)}
+        measured.curve.append(point)
+
+    def train(self) -> Path:
+        """Train, or continue an unfinished run; see ``train``."""
+        args, total = self.args, getattr(self.args, self.args.budget)
+        record = begin(args)
+        if (checkpoint := load_checkpoint(record)) is not None:
+            self.completed, self.measured, state = checkpoint
+            self.restore(state)
+        if self.measures_start and not self.measured.curve:
+            self.add_point()
+        with progress_bar(f"Train {args.run.name}", total, always=args.progress) as report:
+            while self.completed < total:
+                report(self.completed, total)
+                begun = time.process_time()
+                self.round()
+                self.completed += 1
+                self.measured.seconds += time.process_time() - begun
+                is_point = self.completed % args.checkpoint_every == 0
+                if is_point:
+                    self.add_point()
+                if is_point or self.completed == total:
+                    save_checkpoint(record, (self.completed, self.measured, self.state()))
+        if total % args.checkpoint_every:  # not in the checkpoint: a longer run lacks this point
+            self.add_point()
+        return finish(args, self.result(), self.measured)

@@ -16,7 +16,7 @@ from flockesc_env.jobs import Arrays, Cache, Job, find_backend
 from flockesc_env.jobs import run as run_all
 from training import seeds
 from training.arguments import TuneArgs
-from training.config import BUDGETS, Args, ImitationArgs, PPOArgs, SearchArgs
+from training.config import Args, ImitationArgs, PPOArgs, SearchArgs
 from training.evaluation import objective
 from training.policies import named_policy
 from training.presets import train_presets
@@ -35,7 +35,7 @@ def tune(args: TuneArgs) -> optuna.Study:
     """Start or continue the Optuna study of a preset, and return it; the first trial is the preset itself.
 
     Raises:
-        ValueError: if the preset or the back end is unknown.
+        ArgumentError: if the preset or the back end is unknown.
         JobError: if trials failed; a second call tries them again.
     """
     known = train_presets()
@@ -99,17 +99,10 @@ def _study(args: TuneArgs, number: int = 0) -> optuna.Study:
 def _value(trial: optuna.Trial, preset: Args, args: TuneArgs, number: int) -> float:
     """Train with the hyperparameters of a trial and return the mean objective on tuning flocks."""
     trial.set_user_attr(_NUMBER, number)
-    length = BUDGETS[type(preset)]
-    shorter = {length: max(round(args.share * getattr(preset, length)), 1)}
     folder = args.runs / f"{args.run}-{trial.number}"
-    changes = {
-        **suggest(trial, preset),
-        **shorter,
-        "run": folder,
-        "seed": seeds.TUNING_RUN,
-        "progress": False,
-    }
-    short = dataclasses.replace(preset, **changes)
+    length = max(round(args.share * getattr(preset, preset.budget)), 1)
+    own = {preset.budget: length, "run": folder, "seed": seeds.TUNING_RUN, "progress": False}
+    short = dataclasses.replace(preset, **suggest(trial, preset), **own)
     run(short)
     policy = named_policy(str(folder)).policy
     return float(objective(short, policy, seeds.first_seeds(seeds.TUNING, args.flocks)).mean())
@@ -130,34 +123,30 @@ def suggest(trial: optuna.Trial, preset: Args) -> dict[str, Any]:
     def one_of(name: str, *choices: float) -> Any:
         return trial.suggest_categorical(name, sorted({*choices, own[name]}))
 
+    def between(name: str, low: float, high: float) -> float:
+        return trial.suggest_float(name, low, high, log=True)
+
     # These choices are for flocks; on the line ranges are below 1 and episodes last a few steps. Candidate
     # ranges go up to the preset's largest range.
-    shared: dict[str, Any] = {}
+    found: dict[str, Any] = {}
     if not preset.is_line:
         largest = () if preset.profile_ranges else (10.0, 15.0, 20.0, 30.0, 40.0)
-        shared["max_range"] = one_of("max_range", *largest)
-        shared["steps_per_action"] = one_of("steps_per_action", 2, 3, 4, 6)
+        found["max_range"] = one_of("max_range", *largest)
+        found["steps_per_action"] = one_of("steps_per_action", 2, 3, 4, 6)
     if isinstance(preset, SearchArgs):
         width = one_of("hidden", 4, 8, 16)
-        return shared | {
-            "hidden": (width,) if width else (),
-            "memory": one_of("memory", 0, *(() if preset.candidate_inputs else (2,))),
-            "population": one_of("population", 12, 16, 24, 32),
-            "step_size": trial.suggest_float("step_size", min(0.2, preset.step_size), 1.0, log=True),
-        }
-    if isinstance(preset, ImitationArgs):
-        return shared | {
-            "learning_rate": trial.suggest_float("learning_rate", 1e-3, 3e-2, log=True),
-            "weight_decay": trial.suggest_float("weight_decay", 0.01, 1.0, log=True),
-        }
-    found: dict[str, Any] = shared | {
-        "learning_rate": trial.suggest_float("learning_rate", 1e-4, 1e-2, log=True),
-        "gamma": one_of("gamma", 0.8, 0.9, 0.95, 0.98),
-    }
+        found["hidden"] = (width,) if width else ()
+        found["memory"] = one_of("memory", 0, *(() if preset.candidate_inputs else (2,)))
+        found["population"] = one_of("population", 12, 16, 24, 32)
+        found["step_size"] = between("step_size", min(0.2, preset.step_size), 1.0)
+    elif isinstance(preset, ImitationArgs):
+        found["learning_rate"] = between("learning_rate", 1e-3, 3e-2)
+        found["weight_decay"] = between("weight_decay", 0.01, 1.0)
+    else:
+        found["learning_rate"] = between("learning_rate", 1e-4, 1e-2)
+        found["gamma"] = one_of("gamma", 0.8, 0.9, 0.95, 0.98)
     if isinstance(preset, PPOArgs):
-        found |= {
-            "n_epochs": one_of("n_epochs", 3, 5, 10),
-            "gae_lambda": one_of("gae_lambda", 0.8, 0.9, 0.95, 1.0),
-            "batch_size": one_of("batch_size", 2000, 8000, 24000),
-        }
+        found["n_epochs"] = one_of("n_epochs", 3, 5, 10)
+        found["gae_lambda"] = one_of("gae_lambda", 0.8, 0.9, 0.95, 1.0)
+        found["batch_size"] = one_of("batch_size", 2000, 8000, 24000)
     return found

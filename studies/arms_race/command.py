@@ -9,10 +9,9 @@ from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend, Progress
-from flockesc_env.cli.output import check_folder, check_output, note
+from flockesc_env.cli.output import note
 from flockesc_env.common.checks import as_count
-from flockesc_env.common.extras import require
-from flockesc_env.jobs import find_backend
+from studies.flags import prepare
 
 
 def run(
@@ -33,14 +32,10 @@ def run(
     """
     as_count(rounds, "rounds")
     as_count(num_flocks, "num_flocks", least=2)
-    runs_on = find_backend(backend)
-    check_output(page, [".md"], field="page")
-    check_folder(output)
-    require("train", ["matplotlib", "polars", "jinja2", "cmaes"])
-    from studies.arms_race.page import write_race_page
-    from studies.arms_race.race import RaceArgs, arms_race
+    runs_on = prepare(output, "train", page=page, backend=backend)
+    from studies.arms_race.page import ARMS_RACE
+    from studies.arms_race.race import RaceOptions
 
-    arms_race(RaceArgs(output, learned, rounds, num_flocks), runs_on, progress=progress)
-    write_race_page(output, page)
+    ARMS_RACE.run(RaceOptions(learned, rounds, num_flocks), output, page, runs_on, progress=progress)
     note(f"saved: {page}")
     return Exit.DONE

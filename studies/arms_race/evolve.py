@@ -16,6 +16,7 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.jobs import Arrays, Job
 from studies.arms_race.players import Flock, Predator
 from studies.arms_race.predators import SIZE, LeadPursuit, NetworkPredator
+from training.cma import growing, maximize
 from training.families import Population
 from training.seeds import TUNING, first_seeds, training_seeds
 
@@ -38,15 +39,9 @@ _EPISODE: Final = 5e-3
 class Budget:
     """The size of one training run.
 
-    Attributes:
-        population: number of vectors per generation.
-        generations: number of generations.
-        flocks: number of flocks per vector in the first generation.
-        final_flocks: number of flocks per vector in the last generation; it grows geometrically.
-        predator_step: initial standard deviation of a predator's parameters.
-        flock_step: initial standard deviation of a flock policy's parameters.
-        check_every: number of generations between measurements of the distribution's mean on tuning flocks.
-        tuning_flocks: number of tuning flocks of a measurement.
+    The number of flocks per vector grows geometrically from the first generation to the last. The steps are
+    initial standard deviations of parameters. The distribution's mean is measured on tuning flocks after
+    every ``check_every`` generations.
     """
 
     population: int = 16
@@ -67,26 +62,18 @@ class Budget:
 
     def flocks_at(self, generation: int) -> int:
         """Return the number of flocks per vector in a generation."""
-        growth = self.final_flocks / self.flocks
-        return round(self.flocks * float(growth ** (generation / self.generations)))
+        return growing(self.flocks, self.final_flocks, generation / self.generations)
 
 
-def predator_job(flock: Flock, start: Predator, budget: Budget, seed: int) -> Job:
-    """Return the job that trains a predator, from ``start``, against a flock policy."""
-    arguments = (flock, start, budget, seed)
-    return Job("studies.arms_race.evolve:train_predator", arguments, budget.episodes * _EPISODE)
-
-
-def flock_job(start: Flock, predator: Predator, budget: Budget, seed: int) -> Job:
-    """Return the job that trains a flock policy, from the parameters of ``start``, against a predator."""
-    return Job(
-        "studies.arms_race.evolve:train_flock", (start, predator, budget, seed), budget.episodes * _EPISODE
-    )
+def train_job(kind: str, flock: Flock, predator: Predator, budget: Budget, seed: int) -> Job:
+    """Return the job that trains a ``"predator"`` or a ``"flock"`` policy against the other."""
+    call = f"{__name__}:train_{kind}"
+    return Job(call, (flock, predator, budget, seed), budget.episodes * _EPISODE)
 
 
 def play_job(flock: Flock, predator: Predator, flocks: range) -> Job:
     """Return the job that plays a flock policy against a predator."""
-    return Job("studies.arms_race.evolve:play", (flock, predator, flocks), len(flocks) * _EPISODE)
+    return Job(f"{__name__}:play", (flock, predator, flocks), len(flocks) * _EPISODE)
 
 
 def play(flock: Flock, predator: Predator, flocks: range) -> Arrays:
@@ -140,13 +127,6 @@ def evolve(value: Play, size: int, step_size: float, budget: Budget, seed: int) 
     The vector 0 and the mean of the distribution after every ``check_every`` generations play the tuning
     flocks; the best of them is returned.
 
-    Args:
-        value: plays vectors; see ``Play``.
-        size: number of parameters.
-        step_size: initial standard deviation of the parameters.
-        budget: size of the run.
-        seed: seed of the optimizer and of the training flocks.
-
     Returns:
         ``parameters``, shape (size,); ``curve``, mean value at every measurement; ``minutes`` of processor
         time; ``episodes``.
@@ -158,11 +138,9 @@ def evolve(value: Play, size: int, step_size: float, budget: Budget, seed: int) 
     curve = [value(means[0][np.newaxis], tuning).mean()]
     played = 0
     for generation in range(budget.generations):
-        count = budget.flocks_at(generation)
-        vectors = np.array([optimizer.ask() for _ in range(budget.population)])
-        fitness = value(vectors, training_seeds(seed, played, count)).mean(axis=1)
-        optimizer.tell(list(zip(vectors, -fitness, strict=True)))  # cmaes minimizes
-        played += count
+        flocks = training_seeds(seed, played, budget.flocks_at(generation))
+        maximize(optimizer, value, flocks)
+        played += len(flocks)
         if (generation + 1) % budget.check_every == 0:
             means.append(optimizer.mean.copy())
             curve.append(value(means[-1][np.newaxis], tuning).mean())

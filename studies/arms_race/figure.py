@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
@@ -38,14 +40,12 @@ def cross_play_figure(results: RaceResults) -> Figure:
     for row, flock in enumerate(rows):
         for column, predator in enumerate(columns):
             is_own = flock == predator
-            axes.text(
-                column,
-                row,
-                f"{means[row, column]:.1f}",
-                ha="center",
-                va="center",
-                fontweight="bold" if is_own else "normal",
-            )
+            style: dict[str, Any] = {
+                "ha": "center",
+                "va": "center",
+                "fontweight": "bold" if is_own else "normal",
+            }
+            axes.text(column, row, f"{means[row, column]:.1f}", **style)
             if is_own:
                 corner = (column - 0.48, row - 0.46)
                 axes.add_patch(Rectangle(corner, 0.96, 0.92, fill=False, ec=LIGHT.ink, lw=1.4))

@@ -7,74 +7,53 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate
 from studies.arms_race.figure import cross_play_figure, label
 from studies.arms_race.players import MOST_PARAMETERS
-from studies.arms_race.predators import SHAPES
-from studies.arms_race.race import UNTRAINED
+from studies.arms_race.predators import WIDTHS
+from studies.arms_race.race import UNTRAINED, arms_race
 from studies.arms_race.results import RaceResults, load_race
-from studies.pages import compared, path_from, signed, templates
-from training.figure_style import save_figure
+from studies.pages import compared, path_from, render, signed
+from studies.study import Study
 
 FIGURE = "cross_play"
-
-
-def write_race_page(output: Path, page: Path) -> None:
-    """Write the figure and the page from the results in a folder."""
-    results = load_race(output)
-    save_figure(cross_play_figure(results), output / FIGURE, ("png",))
-    page.parent.mkdir(parents=True, exist_ok=True)
-    write_text(page, markdown_page(results, output, page))
 
 
 def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
     folder = path_from(page, figures)
     trainings, distinct = _trainings(results), results.distinct
-    rendered: str = (
-        templates("studies.arms_race")
-        .get_template("arms_race.md")
-        .render(
-            results=results,
-            record=results.record,
-            trainings=trainings,
-            num_trainings=len(trainings),
-            unchanged=sum(row["first"] == row["best"] for row in trainings),
-            measurements=results.trainings["measurement"].n_unique(),
-            minutes=sum(row["minutes"] for row in trainings),
-            picture=f"{folder}/{FIGURE}.png",
-            label=label,
-            difference=signed,
-            untrained=list(UNTRAINED),
-            tracks={track: _track(results, track) for track in results.record["tracks"]},
-            distinct=distinct,
-            repeated=[flock for flock in results.flocks if flock not in distinct],
-            by_loss=sorted(distinct, key=lambda flock: results.loss_to_worst(flock).mean),
-            by_straight=sorted(distinct, key=lambda flock: -results.cells[flock, "straight"].mean),
-            by_objective=sorted(distinct, key=lambda flock: -results.worst(flock)[1].mean),
-            lead_gains=grouped(distinct, results.gain_of_lead),
-            training_gains=grouped(distinct, results.gain_of_training),
-            nearest_gains=grouped(distinct, results.gain_of_nearest),
-            not_worst=[flock for flock in distinct if results.worst(flock)[1].mean < results.own(flock).mean],
-            most_parameters=MOST_PARAMETERS,
-            hidden=SHAPES[0][1],
-        )
+    return render(
+        "arms_race/arms_race.md",
+        results=results,
+        record=results.record,
+        trainings=trainings,
+        num_trainings=len(trainings),
+        unchanged=sum(row["first"] == row["best"] for row in trainings),
+        measurements=results.trainings["measurement"].n_unique(),
+        minutes=sum(row["minutes"] for row in trainings),
+        picture=f"{folder}/{FIGURE}.png",
+        label=label,
+        difference=signed,
+        untrained=list(UNTRAINED),
+        tracks={track: _track(results, track) for track in results.record["tracks"]},
+        distinct=distinct,
+        repeated=[flock for flock in results.flocks if flock not in distinct],
+        by_loss=sorted(distinct, key=lambda flock: results.loss_to_worst(flock).mean),
+        by_straight=sorted(distinct, key=lambda flock: -results.cells[flock, "straight"].mean),
+        by_objective=sorted(distinct, key=lambda flock: -results.worst(flock)[1].mean),
+        lead_gains=grouped(distinct, results.gain_of_lead),
+        training_gains=grouped(distinct, results.gain_of_training),
+        nearest_gains=grouped(distinct, results.gain_of_nearest),
+        not_worst=[flock for flock in distinct if results.worst(flock)[1].mean < results.own(flock).mean],
+        most_parameters=MOST_PARAMETERS,
+        hidden=WIDTHS[1],
     )
-    return rendered
 
 
 @dataclass(frozen=True)
 class Changes:
-    """Paired differences of some players in three groups, by their intervals.
-
-    Attributes:
-        larger: names of the players whose interval lies above 0.
-        smaller: names of those whose interval lies below 0.
-        neither: names of the others.
-        most: the player with the largest difference, and the difference.
-        least: the player with the smallest difference, and the difference.
-    """
+    """Paired differences of some players: names by their intervals, and the largest and the smallest one."""
 
     larger: tuple[str, ...]
     smaller: tuple[str, ...]
@@ -87,13 +66,11 @@ def grouped(names: Sequence[str], change: Callable[[str], Estimate]) -> Changes:
     """Return the differences of some players, grouped; ``change`` returns that of a player."""
     found = {name: change(name) for name in names}
     ordered = sorted(found.items(), key=lambda pair: pair[1].mean)
-
-    def group(word: str) -> tuple[str, ...]:
-        return tuple(name for name, estimate in found.items() if compared(estimate) == word)
-
-    return Changes(
-        group("larger"), group("smaller"), group("not measurably different"), ordered[-1], ordered[0]
+    larger, smaller, neither = (
+        tuple(name for name, estimate in found.items() if compared(estimate) == word)
+        for word in ("larger", "smaller", "not measurably different")
     )
+    return Changes(larger, smaller, neither, most=ordered[-1], least=ordered[0])
 
 
 def _track(results: RaceResults, track: str) -> Changes:
@@ -111,3 +88,11 @@ def _trainings(results: RaceResults) -> list[dict[str, Any]]:
         trained = f"predator {label(str(name))}" if kind == "predator" else f"flock policy {name}"
         rows.append({"name": trained, "first": values[0], "best": best, "minutes": run["minutes"][0]})
     return rows
+
+
+ARMS_RACE = Study(
+    measure=arms_race,
+    load=load_race,
+    figures=lambda results: {FIGURE: cross_play_figure(results)},
+    pages=lambda results, output, page: {page: markdown_page(results, output, page)},
+)

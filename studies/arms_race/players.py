@@ -21,11 +21,9 @@ MOST_PARAMETERS: Final = 500
 
 @dataclass(frozen=True)
 class Flock:
-    """A flock policy.
+    """A flock policy: the name of a built-in one or the path of a file.
 
-    Attributes:
-        spec: name of a built-in policy, or path of a policy file.
-        parameters: parameters of the network instead of the file's; empty: the file's.
+    ``parameters`` replace those of the file's network.
     """
 
     spec: str
@@ -36,15 +34,12 @@ class Flock:
         found = find_policy(self.spec)
         if not self.parameters:
             return found
-        return dataclasses.replace(found, policy=self._network(found, self.parameters))
+        assert isinstance(found.policy, NetworkPolicy)  # noqa: S101, only networks have parameters
+        network = NetworkPolicy(found.policy.architecture, self.parameters)
+        return dataclasses.replace(found, policy=network)
 
     def vector(self) -> FloatArray:
-        """Return the parameters of the network, shape (size,).
-
-        Raises:
-            TypeError: if the policy is not a network.
-            ValueError: if the network has more than ``MOST_PARAMETERS`` parameters.
-        """
+        """Return the parameters of a network of at most ``MOST_PARAMETERS``, shape (size,)."""
         network = self.entry().policy
         if not isinstance(network, NetworkPolicy):
             raise TypeError(f"{self.spec}: expected a network, got {type(network).__name__}")
@@ -53,21 +48,10 @@ class Flock:
             raise ValueError(f"{self.spec}: expected at most {MOST_PARAMETERS} parameters, got {size}")
         return network.parameters.astype(np.float64)
 
-    def _network(self, found: NamedPolicy, parameters: tuple[float, ...]) -> NetworkPolicy:
-        assert isinstance(found.policy, NetworkPolicy)  # noqa: S101, only networks have parameters
-        return NetworkPolicy(found.policy.architecture, parameters)
-
 
 @dataclass(frozen=True)
 class Predator:
-    """A predator policy.
-
-    Attributes:
-        kind: ``"straight"``, pursuit of the ``"nearest"`` agent or of the ``"centroid"``, ``"lead"`` or
-            ``"network"``.
-        lead: of ``LeadPursuit``, to which a network's output is added.
-        parameters: of the ``NetworkPredator``; empty: 0.
-    """
+    """A predator policy: flies straight, pursues, or adds a network's output to lead pursuit."""
 
     kind: Literal["straight", "nearest", "centroid", "lead", "network"]
     lead: float = 0.0

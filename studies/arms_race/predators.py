@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flockesc_env import FlockScenario, Learned
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import Observations, PredatorPolicy, PredatorPolicySpec
+from flockesc_env.policies.network import tanh_layers
 
 INPUTS: Final = (
     *("time", "nearest_direction_ahead", "nearest_direction_left", "nearest_distance"),
@@ -19,10 +20,10 @@ INPUTS: Final = (
 )
 """Entries of the predator's observation that ``NetworkPredator`` sees; the flock is in the plane."""
 
-SHAPES: Final = tuple(pairwise([len(INPUTS), 8, 2]))
-"""Shape of the weight matrix of every layer, (inputs, outputs)."""
+WIDTHS: Final = (len(INPUTS), 8, 2)
+"""Widths of the layers of a ``NetworkPredator``."""
 
-SIZE: Final = sum((rows + 1) * columns for rows, columns in SHAPES)
+SIZE: Final = sum((rows + 1) * columns for rows, columns in pairwise(WIDTHS))
 """Number of parameters of a ``NetworkPredator``."""
 
 
@@ -31,11 +32,8 @@ class LeadPursuit:
 
     Let r be the vector from the predator to the centroid and u the mean velocity of the agents. If the flock
     keeps u and the predator flies at its largest speed s, it can meet the centroid after the time T with
-    ||r + T u|| = s T. The predator accelerates as strongly as possible toward r + ``lead`` T u.
-
-    Args:
-        scenario: a flock in the plane with one ``Learned`` predator that is faster than the agents.
-        lead: 0 aims at the centroid, like ``Pursue("centroid")``; 1 aims at the meeting point.
+    ||r + T u|| = s T. The predator accelerates as strongly as possible toward r + ``lead`` T u. It has to be
+    faster than the agents, and the flock has to be in the plane.
     """
 
     def __init__(self, scenario: FlockScenario, lead: float) -> None:
@@ -70,29 +68,17 @@ class NetworkPredator:
     The observation is reflected such that the centroid is on the left, and the network's output is reflected
     back and added to the other action. The sum's components are clipped to [-1, 1]. Parameters of 0 leave the
     other policy unchanged.
-
-    Args:
-        parameters: for every layer the weights in row-major order, then the biases, shape (``SIZE``,).
-        base: the other policy.
     """
 
     def __init__(self, parameters: FloatArray, base: PredatorPolicy) -> None:
-        self._base = base
-        self._layers: list[tuple[FloatArray, FloatArray]] = []
-        at = 0
-        for rows, columns in SHAPES:
-            weights = parameters[at : at + rows * columns].reshape(rows, columns)
-            at += rows * columns
-            self._layers.append((weights, parameters[at : at + columns]))
-            at += columns
+        self._base, self._parameters = base, parameters
 
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
         """Return one acceleration per observation row; see ``PredatorPolicy.act``."""
         values: FloatArray = observations[:, [spec.layout.index(name) for name in INPUTS]].astype(np.float64)
         side = np.where(values[:, INPUTS.index("centroid_direction_left")] < 0, -1.0, 1.0)
         values[:, [name.endswith("_left") for name in INPUTS]] *= side[:, None]
-        (first, first_biases), (last, last_biases) = self._layers
-        change = np.tanh(values @ first + first_biases) @ last + last_biases
+        change = tanh_layers(WIDTHS, self._parameters, values)
         change[:, 1] *= side
         action: FloatArray = (self._base.act(observations, spec) + change).clip(-1, 1)
         return action

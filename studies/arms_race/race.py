@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import json
-import os
-import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -17,10 +14,13 @@ import polars as pl
 from flockesc_env import Learned, save_policy
 from flockesc_env.common.array_files import write_npz, write_table
 from flockesc_env.common.files import write_text
-from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
-from studies.arms_race.evolve import SCENARIO, Budget, flock_job, play_job, predator_job, steps_per_action
+from flockesc_env.jobs import Arrays
+from studies.arms_race.evolve import SCENARIO, Budget, play_job, steps_per_action, train_job
 from studies.arms_race.players import Flock, Predator
-from studies.learned.results import POLICIES, load_study
+from studies.learned.results import load_study
+from studies.measurements import Runner, chunks
+from studies.study import document, machine
+from studies.tables import rows
 from training.seeds import HELD_OUT, TUNING, first_seeds
 from training.versions import versions
 
@@ -56,69 +56,66 @@ CHUNK: Final = 100
 
 CROSS_PLAY_FILE, TRAININGS_FILE, RECORD_FILE = "cross_play.parquet", "trainings.parquet", "arms_race.json"
 
-Runs = Callable[[list[Job], str], list[Arrays]]
-"""Runs jobs under a title and returns their results."""
-
 
 @dataclass
 class Race:
     """Flock policies, predators and training runs so far.
 
-    Attributes:
-        flocks: flock policies by name.
-        predators: by name; a trained one has the name of the flock policy that it was trained against.
-        leads: mean J_mean in m of the best fixed range on tuning flocks, by ``lead`` of the pursuit.
-        trainings: a row per measurement of a training run on tuning flocks.
+    A trained predator has the name of the flock policy that it was trained against. ``leads`` holds the mean
+    J_mean in m of the best fixed range on tuning flocks, by ``lead`` of the pursuit.
     """
 
+    runner: Runner
     flocks: dict[str, Flock]
     predators: dict[str, Predator] = field(default_factory=dict)
     leads: dict[float, float] = field(default_factory=dict)
     trainings: list[dict[str, object]] = field(default_factory=list)
 
-    def choose_predators(self, runs: Runs) -> None:
+    def choose_predators(self) -> None:
         """Add the predators without training; choose ``lead`` against the best fixed range."""
         tuning = first_seeds(TUNING, LEAD_FLOCKS)
-        jobs = [play_job(self.flocks[BEST_FIXED], Predator("lead", lead), tuning) for lead in LEADS]
-        results = zip(LEADS, runs(jobs, "Lead"), strict=True)
-        self.leads = {lead: float(result["objective"].mean()) for lead, result in results}
+        jobs = {lead: play_job(self.flocks[BEST_FIXED], Predator("lead", lead), tuning) for lead in LEADS}
+        found = self.runner.each(jobs, "Lead")
+        self.leads = {lead: float(result["objective"].mean()) for lead, result in found.items()}
         best = min(self.leads, key=lambda lead: self.leads[lead])
         for kind in UNTRAINED:
             self.predators[kind] = Predator(kind, best if kind == "lead" else 0.0)
 
-    def train_predators(self, starts: Mapping[str, str], budget: Budget, seed: int, runs: Runs) -> None:
+    def train_predators(self, starts: Mapping[str, str], budget: Budget, seed: int) -> None:
         """Train a predator against each flock policy in ``starts``, from the predator named there."""
-        jobs = [
-            predator_job(self.flocks[name], self.predators[start], budget, seed)
+        jobs = {
+            name: train_job("predator", self.flocks[name], self.predators[start], budget, seed)
             for name, start in starts.items()
-        ]
-        for name, result in zip(starts, runs(jobs, "Predators"), strict=True):
+        }
+        for name, result in self.runner.each(jobs, "Predators").items():
             lead = self.predators["lead"].lead
             self.predators[name] = Predator("network", lead, tuple(result["parameters"].tolist()))
             self._note("predator", name, result)
 
-    def train_flocks(self, starts: Mapping[str, str], budget: Budget, seed: int, runs: Runs) -> None:
+    def train_flocks(self, starts: Mapping[str, str], budget: Budget, seed: int) -> None:
         """Train a new flock policy from each policy named in ``starts``, against that policy's predator."""
-        jobs = [
-            flock_job(self.flocks[start], self.predators[start], budget, seed) for start in starts.values()
-        ]
-        for (name, start), result in zip(starts.items(), runs(jobs, "Flock policies"), strict=True):
-            self.flocks[name] = Flock(self.flocks[start].spec, tuple(result["parameters"].tolist()))
+        jobs = {
+            name: train_job("flock", self.flocks[start], self.predators[start], budget, seed)
+            for name, start in starts.items()
+        }
+        for name, result in self.runner.each(jobs, "Flock policies").items():
+            self.flocks[name] = Flock(self.flocks[starts[name]].spec, tuple(result["parameters"].tolist()))
             self._note("flock", name, result)
 
-    def cross_play(self, flocks: range, runs: Runs) -> pl.DataFrame:
+    def cross_play(self, flocks: range) -> pl.DataFrame:
         """Play every flock policy against every predator on the same flocks; return a row per episode."""
-        chunks = [flocks[start : start + CHUNK] for start in range(0, len(flocks), CHUNK)]
-        cells = [(name, other, chunk) for name in self.flocks for other in self.predators for chunk in chunks]
-        jobs = [play_job(self.flocks[name], self.predators[other], chunk) for name, other, chunk in cells]
-        results = zip(cells, runs(jobs, "Cross-play"), strict=True)
+        jobs = {
+            (name, other): [play_job(flock, predator, chunk) for chunk in chunks(flocks, CHUNK)]
+            for name, flock in self.flocks.items()
+            for other, predator in self.predators.items()
+        }
+        found = self.runner.groups(jobs, "Cross-play")
         return pl.concat(
-            pl.DataFrame({"flock_policy": name, "predator": other, "seed": chunk, **result})
-            for (name, other, chunk), result in results
+            rows(flocks, result["objective"], flock_policy=name, predator=other)
+            for (name, other), result in found.items()
         )
 
     def _note(self, kind: str, name: str, result: Arrays) -> None:
-        """Add the rows of a training run; a predator has the name of the policy it was trained against."""
         run_of = {"minutes": float(result["minutes"]), "episodes": int(result["episodes"])}
         for at, value in enumerate(result["curve"].tolist()):
             row = {"kind": kind, "name": name, "measurement": at, "objective": value}
@@ -126,19 +123,12 @@ class Race:
 
 
 @dataclass(frozen=True)
-class RaceArgs:
-    """Arguments of ``arms_race``.
+class RaceOptions:
+    """The folder of learned ranges, rounds, held-out flocks, and the budget of a training run.
 
-    Attributes:
-        output: folder of the results.
-        learned: folder of the studies of learned ranges.
-        rounds: number of rounds; in each, a flock policy and then a predator is trained.
-        num_flocks: number of held-out flocks of the cross-play.
-        tracks: flock policies that are trained in turns, some of ``TRACKS``.
-        budget: size of a training run.
+    In each round, a flock policy and then a predator is trained for each of ``tracks``.
     """
 
-    output: Path = Path("results/arms_race")
     learned: Path = Path("results/learned")
     rounds: int = 3
     num_flocks: int = 1000
@@ -146,37 +136,20 @@ class RaceArgs:
     budget: Budget = field(default_factory=Budget)
 
 
-def arms_race(args: RaceArgs, backend: Backend, *, cache: Path | None = None, progress: bool = False) -> Race:
-    """Train in turns, play everybody against everybody, and write the files.
-
-    Called again after an interrupt, it continues where it stopped and ends with the same bytes.
-
-    Args:
-        args: the arguments.
-        backend: where the jobs run.
-        cache: folder of finished jobs; default: ``cache`` in the output folder.
-        progress: whether to show the progress bar even if stderr is not a terminal.
-
-    Raises:
-        JobError: if jobs failed.
-    """
-    kept = Cache(cache or args.output / "cache")
-
-    def runs(jobs: list[Job], title: str) -> list[Arrays]:
-        return run(jobs, kept, backend, title=title, progress=progress)
-
-    race = Race(first_flocks(args.learned))
-    race.choose_predators(runs)
-    race.train_predators(dict.fromkeys(race.flocks, "lead"), args.budget, FIRST_SEED, runs)
-    newest = {track: track for track in args.tracks}
-    for number in range(1, args.rounds + 1):
+def arms_race(options: RaceOptions, runner: Runner, output: Path) -> Race:
+    """Train in turns, play everybody against everybody, and write the files."""
+    race = Race(runner, first_flocks(options.learned))
+    race.choose_predators()
+    race.train_predators(dict.fromkeys(race.flocks, "lead"), options.budget, FIRST_SEED)
+    newest = {track: track for track in options.tracks}
+    for number in range(1, options.rounds + 1):
         seed = FIRST_SEED + 2 * number
-        names = {f"{track}, round {number}": newest[track] for track in args.tracks}
-        race.train_flocks(names, args.budget, seed - 1, runs)
-        race.train_predators(names, args.budget, seed, runs)
-        newest = dict(zip(args.tracks, names, strict=True))
-    table = race.cross_play(first_seeds(HELD_OUT, args.num_flocks), runs)
-    _write(race, table, args)
+        names = {f"{track}, round {number}": newest[track] for track in options.tracks}
+        race.train_flocks(names, options.budget, seed - 1)
+        race.train_predators(names, options.budget, seed)
+        newest = dict(zip(options.tracks, names, strict=True))
+    table = race.cross_play(first_seeds(HELD_OUT, options.num_flocks))
+    _write(race, table, options, output)
     return race
 
 
@@ -189,36 +162,31 @@ def first_flocks(learned: Path) -> dict[str, Flock]:
         study = studies[setting]
         chosen = learner or study.best_learner
         _, seed = max((value, seed) for (each, seed), value in study.tuned.items() if each == chosen)
-        flocks[name] = Flock(str(learned / setting / POLICIES / f"{chosen}-{seed}.npz"))
+        flocks[name] = Flock(str(study.file(chosen, seed)))
     return flocks
 
 
-def file_name(flock: str) -> str:
-    """Return the file name, without suffix, of a trained flock policy."""
-    return flock.replace(",", "").replace(" ", "-")
-
-
-def _write(race: Race, table: pl.DataFrame, args: RaceArgs) -> None:
+def _write(race: Race, table: pl.DataFrame, options: RaceOptions, output: Path) -> None:
     """Write the table of the cross-play, the training runs, the trained policies and the record."""
-    folder = args.output / "policies"
+    folder = output / "policies"
     folder.mkdir(parents=True, exist_ok=True)
-    write_table(table, args.output / CROSS_PLAY_FILE)
-    write_table(pl.DataFrame(race.trainings), args.output / TRAININGS_FILE)
+    write_table(table, output / CROSS_PLAY_FILE)
+    write_table(pl.DataFrame(race.trainings), output / TRAININGS_FILE)
     for name, flock in race.flocks.items():
         if flock.parameters:
             entry = dataclasses.replace(flock.entry(), name=name, scenario=SCENARIO)
-            save_policy(entry, folder / f"{file_name(name)}.npz")
+            save_policy(entry, folder / f"{name.replace(',', '').replace(' ', '-')}.npz")
     trained = {name: np.array(p.parameters) for name, p in race.predators.items() if p.parameters}
     write_npz(folder / "predators.npz", trained)
     (predator,) = (each for each in SCENARIO.predators if isinstance(each, Learned))
     record = {
-        "command": f"python -m studies arms-race --rounds {args.rounds} --num-flocks {args.num_flocks}",
-        "rounds": args.rounds,
-        "tracks": args.tracks,
-        "held_out_flocks": args.num_flocks,
+        "command": f"python -m studies arms-race --rounds {options.rounds} --num-flocks {options.num_flocks}",
+        "rounds": options.rounds,
+        "tracks": options.tracks,
+        "held_out_flocks": options.num_flocks,
         "first_seed": FIRST_SEED,
-        "budget": dataclasses.asdict(args.budget),
-        "episodes_per_training": args.budget.episodes,
+        "budget": dataclasses.asdict(options.budget),
+        "episodes_per_training": options.budget.episodes,
         "predator": {
             "max_speed": predator.max_speed,
             "max_acceleration": predator.max_acceleration,
@@ -229,9 +197,9 @@ def _write(race: Race, table: pl.DataFrame, args: RaceArgs) -> None:
         "lead": race.predators["lead"].lead,
         "flock_policies": {name: _described(name, flock) for name, flock in race.flocks.items()},
         "versions": versions(),
-        "machine": f"{os.cpu_count()} cores, {platform.machine()}",
+        "machine": machine(),
     }
-    write_text(args.output / RECORD_FILE, json.dumps(record, indent=1) + "\n")
+    write_text(output / RECORD_FILE, document(record))
 
 
 def _described(name: str, flock: Flock) -> dict[str, object]:

@@ -12,19 +12,15 @@ import polars as pl
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from studies.arms_race.race import CROSS_PLAY_FILE, RECORD_FILE, TRAININGS_FILE
+from studies.tables import values_by
 
 
 @dataclass(frozen=True, eq=False)
 class RaceResults:
     """Files of an arms race.
 
-    Attributes:
-        record: command, budget, seeds and versions.
-        trainings: a row per measurement of a training run.
-        flocks: names of the flock policies.
-        predators: names of the predators.
-        objective: J_mean in m by flock policy and predator, each of shape (flocks,).
-        cells: its mean by flock policy and predator.
+    ``objective`` holds J_mean in m by flock policy and predator, each of shape (flocks,), and ``cells`` its
+    mean. ``trainings`` has a row per measurement of a training run.
     """
 
     record: dict[str, Any]
@@ -45,30 +41,34 @@ class RaceResults:
 
     def loss(self, flock: str) -> Estimate:
         """Return how much smaller J_mean is against the policy's own predator than in straight flight."""
-        return stats.mean(self.objective[flock, "straight"] - self.objective[flock, flock])
+        return self._drop(flock, "straight", flock)
 
     def gain_of_training(self, flock: str) -> Estimate:
         """Return how much smaller J_mean is against its own predator than against lead pursuit."""
-        return stats.mean(self.objective[flock, "lead"] - self.objective[flock, flock])
+        return self._drop(flock, "lead", flock)
 
     def gain_of_lead(self, flock: str) -> Estimate:
         """Return how much smaller J_mean is against lead pursuit than against pursuit of the centroid."""
-        return stats.mean(self.objective[flock, "centroid"] - self.objective[flock, "lead"])
+        return self._drop(flock, "centroid", "lead")
 
     def gain_of_nearest(self, flock: str) -> Estimate:
         """Return how much smaller J_mean is against pursuit of the nearest agent than in straight flight."""
-        return stats.mean(self.objective[flock, "straight"] - self.objective[flock, "nearest"])
+        return self._drop(flock, "straight", "nearest")
 
     def loss_to_worst(self, flock: str) -> Estimate:
         """Return how much smaller J_mean is against the worst predator than in straight flight."""
-        return stats.mean(self._loss_to_worst(flock))
+        return self._drop(flock, "straight", self.worst(flock)[0])
 
     def excess_loss(self, flock: str, other: str) -> Estimate:
         """Return the paired difference of two flock policies' losses to their worst predators."""
-        return stats.mean(self._loss_to_worst(flock) - self._loss_to_worst(other))
+        losses = [
+            self.objective[each, "straight"] - self.objective[each, self.worst(each)[0]]
+            for each in (flock, other)
+        ]
+        return stats.mean(losses[0] - losses[1])
 
-    def _loss_to_worst(self, flock: str) -> FloatArray:
-        return self.objective[flock, "straight"] - self.objective[flock, self.worst(flock)[0]]
+    def _drop(self, flock: str, predator: str, other: str) -> Estimate:
+        return stats.mean(self.objective[flock, predator] - self.objective[flock, other])
 
     @property
     def distinct(self) -> tuple[str, ...]:
@@ -85,11 +85,7 @@ class RaceResults:
 def load_race(folder: Path) -> RaceResults:
     """Read the results of an arms race."""
     table = pl.read_parquet(folder / CROSS_PLAY_FILE)
-    groups = table.group_by("flock_policy", "predator", maintain_order=True)
-    objective = {
-        (str(flock), str(predator)): rows.sort("seed")["objective"].to_numpy()
-        for (flock, predator), rows in groups
-    }
+    objective = values_by(table, "flock_policy", "predator")
     return RaceResults(
         record=json.loads((folder / RECORD_FILE).read_text()),
         trainings=pl.read_parquet(folder / TRAININGS_FILE),

@@ -20,15 +20,11 @@ from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 
 @dataclass(frozen=True)
 class Aggregate:
-    """Figures of one policy.
+    """Figures of one policy over training seeds and flocks, paired flock by flock with a baseline.
 
-    Attributes:
-        objective: mean over training seeds and flocks.
-        iqm: interquartile mean over training seeds of the mean over flocks; without an interval.
-        difference: mean paired difference to the baseline, flock by flock.
-        lowest: smallest mean difference of a training seed.
-        highest: largest mean difference of a training seed.
-        improvement: share of flocks with a larger objective than under the baseline; ties count half.
+    ``iqm`` is the interquartile mean over training seeds of the mean over flocks. ``lowest`` and ``highest``
+    are mean differences of a training seed. ``improvement`` is the share of flocks with a larger objective
+    than under the baseline; ties count half.
     """
 
     objective: Estimate
@@ -49,12 +45,7 @@ class Profile:
 
 
 def aggregate(values: FloatArray, baseline: FloatArray) -> Aggregate:
-    """Compute the figures of a policy.
-
-    Args:
-        values: objective, shape (training seeds, flocks); one row where nothing was trained.
-        baseline: objective of the baseline on the same flocks, shape (flocks,).
-    """
+    """Compute the figures of a policy: values (training seeds, flocks) and a baseline (flocks,)."""
     difference = values - baseline
     better = (difference > 0) + 0.5 * (difference == 0)
     per_seed = difference.mean(axis=1)
@@ -72,31 +63,19 @@ def aggregate(values: FloatArray, baseline: FloatArray) -> Aggregate:
 def means(scores: FloatArray) -> list[Estimate]:
     """Return the mean of every score with its interval over training seeds and flocks.
 
-    With one training seed, the interval covers the flocks alone.
-
-    Args:
-        scores: shape (scores, training seeds, flocks), with at least 2 flocks.
+    Scores have the shape (scores, training seeds, flocks). With one training seed, the interval covers the
+    flocks alone.
     """
     return _estimates(*intervals(scores))
 
 
 def profile(values: FloatArray, thresholds: FloatArray) -> Profile:
-    """Return the performance profile of a policy, with an interval over seeds and flocks at each threshold.
-
-    Args:
-        values: objective, shape (training seeds, flocks).
-        thresholds: shape (thresholds,).
-    """
+    """Return the share of episodes above each threshold, with its interval over seeds and flocks."""
     return Profile(*_shares((values > thresholds[:, None, None]).astype(np.float64)))
 
 
 def difference(values: FloatArray, other: FloatArray) -> Estimate:
-    """Return the mean paired difference of two policies, with its interval over flocks and training seeds.
-
-    Args:
-        values: objective, shape (training seeds, flocks).
-        other: of the other policy on the same flocks, shape (its training seeds, flocks).
-    """
+    """Return the mean paired difference of two policies, each of shape (its training seeds, flocks)."""
     (found,) = _estimates(*intervals(values[np.newaxis], other[np.newaxis]))
     return found
 
@@ -104,12 +83,7 @@ def difference(values: FloatArray, other: FloatArray) -> Estimate:
 def intervals(
     scores: FloatArray, other: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return mean, lower and upper end of the interval of every score, as ``means``.
-
-    Args:
-        scores: shape (scores, training seeds, flocks).
-        other: scores to subtract, shape (scores, other training seeds, flocks); ``None``: nothing.
-    """
+    """Return mean, lower and upper end of the interval of every score, as ``means``."""
     by_flock, free = scores.mean(axis=1), scores.shape[2] - 1
     parts = _seed_parts(scores)
     if other is not None:

@@ -6,12 +6,12 @@ import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import polars as pl
 
-from flockesc_env.common.stats import Estimate, FloatArray, mean
+from flockesc_env.common.stats import Estimate, mean
 from studies.learned.results import Study
+from studies.tables import values_by
 
 COMPARED = (9.0, 12.0, 13.5)
 """Ranges in m of the demo's grid that are compared: each is the best one for some grid and some flocks."""
@@ -19,14 +19,9 @@ COMPARED = (9.0, 12.0, 13.5)
 
 @dataclass(frozen=True)
 class Choice:
-    """A best fixed range for J_mean in the paper's flock.
+    """A best fixed range for J_mean in the paper's flock, and the ends of its 95 % interval, all in m.
 
-    Attributes:
-        command: that finds it.
-        step: between two ranges of its grid near the best one, in m.
-        num_flocks: number of flocks on which it is chosen.
-        best: the range, in m.
-        interval: ends of its 95 % interval in m, or ``None``.
+    ``step`` lies between two ranges of its grid near the best one.
     """
 
     command: str
@@ -38,13 +33,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class BestRanges:
-    """The best fixed range of each study.
-
-    Attributes:
-        choices: a row per study.
-        differences: paired differences in J_mean in m between two ranges in m, on the demo's flocks.
-        num_flocks: number of these held-out flocks.
-    """
+    """The choices of the studies, and paired differences in J_mean in m between two ranges in m."""
 
     choices: tuple[Choice, ...]
     differences: dict[tuple[float, float], Estimate]
@@ -52,62 +41,48 @@ class BestRanges:
 
 
 def best_ranges(results: Path, study: Study) -> BestRanges | None:
-    """Read the choices from the results of the studies; ``None`` if files are missing.
+    """Read the choices from the results of all studies; ``None`` if files are missing.
 
-    Args:
-        results: folder of the results of all studies.
-        study: of a setting in the paper's flock.
+    The given study is of a setting in the paper's flock.
     """
-    files = [results / name for name in ("paper/results.json", "robustness/results.json")]
-    demo, table = results / "demo" / "comparison.json", results / "demo" / "grid_search.parquet"
-    if not all(file.is_file() for file in (*files, demo, table)):
+    demo = results / "demo"
+    files = [results / "paper/results.json", results / "robustness/results.json", demo / "comparison.json"]
+    table = demo / "grid_search.parquet"
+    if not all(file.is_file() for file in (*files, table)):
         return None
-    paper, robustness = (json.loads(file.read_text()) for file in files)
-    arguments = json.loads(demo.read_text())["args"]
+    paper, robustness, comparison = (json.loads(file.read_text()) for file in files)
+    arguments = comparison["args"]
     (claim,) = (claim for claim in paper["claims"] if claim["where"] == "V, Fig. 9b")
     (preset,) = (preset for preset in robustness["presets"] if preset["name"] == "paper-flock")
-    grid = preset["grid"]["actions"]
+    first, second = preset["grid"]["actions"][:2]
+    demo_step = arguments["max_range"] / (arguments["grid_size"] - 1)
     choices = (
         _estimated("studies paper", 1.0, paper["trials"]["flocks"], claim["measured"][0]["value"]),
         _estimated(
             "studies robustness",
-            grid[1] - grid[0],
+            second - first,
             robustness["num_flocks"],
             preset["outcomes"]["J_mean"]["best"],
         ),
         Choice(
-            "studies learned",
-            study.grid["interaction_range"][1],
-            study.tuning_flocks,
-            study.best_fixed_range,
+            "studies learned", study.grid["interaction_range"][1], study.tuning_flocks, study.best_fixed_range
         ),
         Choice(
-            "training compare",
-            arguments["max_range"] / (arguments["grid_size"] - 1),
-            arguments["tuning_flocks"],
-            _demo_range(demo.with_name("table.parquet")),
+            "training compare", demo_step, arguments["tuning_flocks"], _demo_range(demo / "table.parquet")
         ),
     )
-    values = _values(table)
+    values = values_by(pl.read_parquet(table), "interaction_range", column="min_mean_distance")
     pairs = [(COMPARED[0], COMPARED[1]), (COMPARED[2], COMPARED[1]), (COMPARED[0], COMPARED[2])]
     differences = {(one, other): mean(values[one] - values[other]) for one, other in pairs}
     return BestRanges(choices, differences, len(values[COMPARED[0]]))
 
 
-def _estimated(command: str, step: float, num_flocks: int, best: dict[str, Any]) -> Choice:
+def _estimated(command: str, step: float, num_flocks: int, best: dict[str, float]) -> Choice:
     return Choice(command, step, num_flocks, best["mean"], (best["low"], best["high"]))
 
 
 def _demo_range(table: Path) -> float:
     """Return the range in the name of the baseline."""
-    names = pl.read_parquet(table)["policy"].to_list()
-    (best,) = (
-        found[1] for name in names if (found := re.fullmatch(r"best fixed range \(([\d.]+) m\)", name))
-    )
+    names = "\n".join(pl.read_parquet(table)["policy"].to_list())
+    (best,) = re.findall(r"^best fixed range \(([\d.]+) m\)$", names, re.MULTILINE)
     return float(best)
-
-
-def _values(grid: Path) -> dict[float, FloatArray]:
-    table = pl.read_parquet(grid).sort("seed")
-    column = "min_mean_distance"
-    return {rho: table.filter(interaction_range=rho)[column].to_numpy() for rho in COMPARED}

@@ -14,6 +14,7 @@ import polars as pl
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, FloatArray, mean
 from studies.learned.summary import BEST_THERE, LEARNED
+from studies.tables import values_by
 
 LOSSES_FILE: Final = "losses.parquet"
 
@@ -29,20 +30,13 @@ _COLUMNS = {
 
 @dataclass(frozen=True)
 class Cell:
-    """The gain of one policy in one world, paired flock by flock.
+    """The gain in m of one policy in one world, paired flock by flock.
 
-    Attributes:
-        kind: ``"world"``: a headline policy in another world. ``"start"``: in another start of the paper's
-            flock. ``"over the longest"``, ``"over none"``: the best fixed range of a start against the
-            longest one and against 0. ``"trained there"``: a policy that was trained in the world.
-        setting: name of the policy's setting; empty for a fixed range.
-        world: name of the world.
-        flocks: number of held-out flocks.
-        best_fixed_range: best fixed range of the world in m, or in neighbors if agents count neighbors;
-            ``None`` if the policy cannot run.
-        gain: mean gain in m over the best fixed range of the world, or over the other fixed range; ``None``
-            if the policy cannot run.
-        refused: the option of the policy that the world refuses; ``None`` if the policy runs.
+    The gain of a policy is over the best fixed range of the world, maybe a number of neighbors.
+    Kinds: ``"world"`` and ``"start"``: a headline policy in another world, or in another start of the paper's
+    flock; ``"over the longest"`` and ``"over none"``: the best fixed range of a start, without a setting,
+    against the longest one and against 0; ``"trained there"``: a policy that was trained in the world. A
+    policy that cannot run has neither range nor gain, but the option that the world refuses.
     """
 
     kind: Kind
@@ -79,12 +73,20 @@ def outcomes(cells: Iterable[Cell]) -> dict[str, Counter[str]]:
 
 def cells_of(kind: Kind, setting: str, table: pl.DataFrame) -> list[Cell]:
     """Return the cells of one setting's table of world, policy, interaction_range, seed and objective."""
-    found = []
-    for (world,), rows in table.group_by("world", maintain_order=True):
-        learned, fixed = (rows.filter(policy=name).sort("seed") for name in (LEARNED, BEST_THERE))
-        gains = learned["objective"].to_numpy() - fixed["objective"].to_numpy()
-        found.append(cell(kind, setting, str(world), fixed["interaction_range"][0], gains))
-    return found
+    values, ranges = (
+        values_by(table, "world", "policy"),
+        values_by(table, "world", "policy", column="interaction_range"),
+    )
+    return [
+        cell(
+            kind,
+            setting,
+            world,
+            float(ranges[world, BEST_THERE][0]),
+            values[world, LEARNED] - values[world, BEST_THERE],
+        )
+        for world in table["world"].unique(maintain_order=True)
+    ]
 
 
 def cell(kind: Kind, setting: str, world: str, best_fixed_range: float, gains: FloatArray) -> Cell:
@@ -94,10 +96,8 @@ def cell(kind: Kind, setting: str, world: str, best_fixed_range: float, gains: F
 
 def read_cells(path: Path) -> list[Cell]:
     """Return the cells of a file; none if there is no file."""
-    if not path.is_file():
-        return []
     found = []
-    for row in pl.read_parquet(path).iter_rows(named=True):
+    for row in pl.read_parquet(path).iter_rows(named=True) if path.is_file() else ():
         ends = [row.pop(name) for name in ("gain", "low", "high")]
         found.append(Cell(**row, gain=None if ends[0] is None else Estimate(*ends)))
     return found
@@ -105,12 +105,9 @@ def read_cells(path: Path) -> list[Cell]:
 
 def write_cells(cells: Iterable[Cell], path: Path) -> None:
     """Write cells as a table, one row per cell."""
-    records = [
-        (
-            *(cell.kind, cell.setting, cell.world, cell.flocks, cell.best_fixed_range),
-            *((cell.gain.mean, cell.gain.low, cell.gain.high) if cell.gain else (None, None, None)),
-            cell.refused,
-        )
-        for cell in cells
-    ]
+    records = []
+    for cell in cells:
+        ends = (cell.gain.mean, cell.gain.low, cell.gain.high) if cell.gain else (None, None, None)
+        place = (cell.kind, cell.setting, cell.world, cell.flocks, cell.best_fixed_range)
+        records.append((*place, *ends, cell.refused))
     write_table(pl.DataFrame(records, _COLUMNS, orient="row"), path)

@@ -12,28 +12,33 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend
 from flockesc_env.cli.output import check_folder, note, show
 from flockesc_env.common.extras import require
+from flockesc_env.jobs import Cache
+from studies.flags import prepare
 
-RESULTS, PAGE = Path("results/learned"), Path("docs/results.md")
-_MODULES = ("matplotlib", "polars", "rliable", "jinja2", "cmaes")
+RESULTS, PAGE, RUNS = Path("results/learned"), Path("docs/results.md"), Path("runs/study")
 
 Setting = Annotated[Positional[str], arg(help="name of a preset of training/configs", metavar="SETTING")]
+Output = Annotated[Path, arg(help="folder of results; the setting's go into a folder of its name")]
 Results = Annotated[Path, arg(help="folder of the studies")]
+Parts = Annotated[Path, arg(help="folder that keeps finished parts")]
+HeldOut = Annotated[int, arg(help="flocks that results are reported on")]
 Page = Annotated[Path, arg(help="file of the Markdown page")]
+
+
+def _saved(path: object) -> Exit:
+    note(f"saved: {path}; now run python -m studies learned-page")
+    return Exit.DONE
 
 
 def run(
     setting: Setting,
     *,
-    output: Annotated[
-        Path, arg(help="folder of results; the setting's go into a folder of its name")
-    ] = RESULTS,
-    runs: Annotated[Path, arg(help="folder of training runs; unfinished ones are continued")] = Path(
-        "runs/study"
-    ),
+    output: Output = RESULTS,
+    runs: Annotated[Path, arg(help="folder of training runs; unfinished ones are continued")] = RUNS,
     learners: Annotated[
         tuple[str, ...], arg(help="some of the preset's learners; none: all that have training seeds")
     ] = (),
-    held_out_flocks: Annotated[int, arg(help="flocks that results are reported on")] = 1000,
+    held_out_flocks: HeldOut = 1000,
     tuning_flocks: Annotated[int, arg(help="other flocks, which choose the best fixed range")] = 1000,
     backend: Backend = "processes",
 ) -> Exit:
@@ -43,23 +48,18 @@ def run(
 
     Example: python -m studies learned shared
     """
-    check_folder(output)
-    require("train", _MODULES)
+    prepare(output, "train", backend=backend)
     from studies.learned.study import StudyArgs, study
 
-    args = StudyArgs(setting, output, runs, learners, held_out_flocks, tuning_flocks, backend)
-    note(f"saved: {study(args)}; now run python -m studies learned-page")
-    return Exit.DONE
+    return _saved(study(StudyArgs(setting, output, runs, learners, held_out_flocks, tuning_flocks, backend)))
 
 
 def references(
     setting: Setting,
     *,
-    output: Annotated[
-        Path, arg(help="folder of results; the setting's go into a folder of its name")
-    ] = RESULTS,
-    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
-    held_out_flocks: Annotated[int, arg(help="flocks that results are reported on")] = 1000,
+    output: Output = RESULTS,
+    runs: Parts = RUNS,
+    held_out_flocks: HeldOut = 1000,
     backend: Backend = "processes",
 ) -> Exit:
     """Compute the references of one setting: what knowledge that no policy has can reach.
@@ -68,13 +68,11 @@ def references(
 
     Example: python -m studies learned-references shared
     """
-    check_folder(output)
-    require("train", _MODULES)
+    prepare(output, "train", backend=backend)
     from studies.learned.study import StudyArgs, study_references
 
     args = StudyArgs(setting, output, runs, held_out_flocks=held_out_flocks, backend=backend)
-    note(f"saved: {study_references(args)}; now run python -m studies learned-page")
-    return Exit.DONE
+    return _saved(study_references(args))
 
 
 def replay(
@@ -97,35 +95,25 @@ def replay(
 
     Example: python -m studies learned-replay shared line
     """
-    if write:
-        check_folder(results, "results")
-    require("train", _MODULES)
-    from flockesc_env.jobs import Cache, find_backend
+    runs_on = prepare(results if write else None, "train", backend=backend, field="results")
     from studies.learned.replay import find_studies
     from studies.learned.replay import replay as play_again
+    from studies.measurements import Runner
 
     does_differ = False
     with TemporaryDirectory() as folder:
-        cache = Cache(runs or Path(folder))
+        runner = Runner(Cache(runs or Path(folder)), runs_on)
         for study in find_studies(settings, results):
-            found = play_again(
-                study, results / study.setting, cache, find_backend(backend), flocks=flocks, write=write
-            )
+            found = play_again(study, runner, flocks=flocks, write=write)
             show(*found.lines())
             does_differ |= bool(found.differences)
     if write:
-        note(f"saved: {results}; now run python -m studies learned-page")
-    return Exit.FAILED if does_differ and not write else Exit.DONE
+        return _saved(results)
+    return Exit.FAILED if does_differ else Exit.DONE
 
 
 def explain(
-    setting: Setting,
-    *,
-    output: Annotated[
-        Path, arg(help="folder of results; the setting's go into a folder of its name")
-    ] = RESULTS,
-    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
-    backend: Backend = "processes",
+    setting: Setting, *, output: Output = RESULTS, runs: Parts = RUNS, backend: Backend = "processes"
 ) -> Exit:
     """Hide entries of the observation from the headline policy of one setting.
 
@@ -133,19 +121,16 @@ def explain(
 
     Example: python -m studies learned-explain shared
     """
-    check_folder(output)
-    require("train", _MODULES)
+    prepare(output, "train", backend=backend)
     from studies.learned.study import StudyArgs, study_explanations
 
-    args = StudyArgs(setting, output, runs, backend=backend)
-    note(f"saved: {study_explanations(args)}; now run python -m studies learned-page")
-    return Exit.DONE
+    return _saved(study_explanations(StudyArgs(setting, output, runs, backend=backend)))
 
 
 def losses(
     *,
     results: Results = RESULTS,
-    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
+    runs: Parts = RUNS,
     minutes: Annotated[float, arg(help="minutes of training where policies lose, estimated")] = 7.0,
     backend: Backend = "processes",
 ) -> Exit:
@@ -155,63 +140,48 @@ def losses(
 
     Example: python -m studies learned-losses
     """
-    check_folder(results, "results")
-    require("train", _MODULES)
-    from flockesc_env.jobs import find_backend
+    runs_on = prepare(results, "train", backend=backend, field="results")
     from studies.learned.losses import measure_losses
 
-    saved = measure_losses(results, runs, minutes, find_backend(backend))
-    note(f"saved: {saved}; now run python -m studies learned-page")
-    return Exit.DONE
+    return _saved(measure_losses(results, runs, minutes, runs_on))
 
 
 def information(
     *,
     results: Results = RESULTS,
-    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
-    held_out_flocks: Annotated[int, arg(help="flocks that results are reported on")] = 200,
+    runs: Parts = RUNS,
+    held_out_flocks: HeldOut = 200,
     backend: Backend = "processes",
 ) -> Exit:
     """Measure what candidate ranges are worth, by their number and by how far agents see the predator.
 
     Example: python -m studies learned-information
     """
-    check_folder(results, "results")
-    require("train", _MODULES)
-    from flockesc_env.jobs import find_backend
+    runs_on = prepare(results, "train", backend=backend, field="results")
     from studies.learned.information import measure_information
+    from studies.measurements import Runner
 
-    saved = measure_information(results, held_out_flocks, runs / "information", find_backend(backend))
-    note(f"saved: {saved}; now run python -m studies learned-page")
-    return Exit.DONE
+    return _saved(measure_information(results, held_out_flocks, Runner(Cache(runs / "information"), runs_on)))
 
 
-def mechanism(
-    *,
-    results: Results = RESULTS,
-    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = Path("runs/study"),
-    backend: Backend = "processes",
-) -> Exit:
+def mechanism(*, results: Results = RESULTS, runs: Parts = RUNS, backend: Backend = "processes") -> Exit:
     """Measure what the page says about how policies work: one agent, flying apart, fear, a video.
 
     Example: python -m studies learned-mechanism
     """
-    check_folder(results, "results")
-    require("train", _MODULES)
+    runs_on = prepare(results, "train", backend=backend, field="results")
     require("video", ["pygame", "imageio_ffmpeg"])
-    from flockesc_env.jobs import Cache, find_backend
     from studies.learned.dispersal import measure_dispersal
     from studies.learned.fear import FEAR_FLOCKS, measure_fear
     from studies.learned.one_agent import measure_agent
     from studies.learned.video import record_video
+    from studies.measurements import Runner
 
     note(f"saved: {measure_agent(results)}")
     note(f"saved: {record_video(results)}")
-    cache, runs_on = Cache(runs / "mechanism"), find_backend(backend)
-    note(f"saved: {measure_fear(results, FEAR_FLOCKS, cache, runs_on)}")
-    saved = measure_dispersal(results, cache, runs_on)
-    note(f"saved: {saved}; now run python -m studies learned-page")
-    return Exit.DONE
+    runner = Runner(Cache(runs / "mechanism"), runs_on)
+    note(f"saved: {measure_fear(results, FEAR_FLOCKS, runner)}")
+    return _saved(measure_dispersal(results, runner))
 
 
 def coverage(*, results: Results = RESULTS) -> Exit:
@@ -219,12 +189,10 @@ def coverage(*, results: Results = RESULTS) -> Exit:
 
     Example: python -m studies learned-coverage
     """
-    check_folder(results, "results")
-    require("train", _MODULES)
+    prepare(results, "train", field="results")
     from studies.learned.coverage import measure_coverage
 
-    note(f"saved: {measure_coverage(results)}; now run python -m studies learned-page")
-    return Exit.DONE
+    return _saved(measure_coverage(results))
 
 
 def page(*, results: Results = RESULTS, page: Page = PAGE) -> Exit:
@@ -232,10 +200,10 @@ def page(*, results: Results = RESULTS, page: Page = PAGE) -> Exit:
 
     Example: python -m studies learned-page
     """
-    require("train", _MODULES)
-    from studies.learned.page import write_page
+    prepare(None, "train")
+    from studies.learned.page import LEARNED, readme_table
 
-    show(*write_page(results, page).split("\n"))
+    show(*readme_table(LEARNED.write(results, page)).split("\n"))
     note(f"saved: {page}")
     return Exit.DONE
 
@@ -260,9 +228,8 @@ def submit(
     Example: python -m studies learned-submit per-agent-visible my_module:my_policy "my policy"
     """
     if not dry_run:
-        check_folder(results, "results")
         check_folder(page.parent, "page")
-    require("train", _MODULES)
+    prepare(None if dry_run else results, "train", field="results")
     from studies.learned.submit import submit as run_submission
 
     show(run_submission(setting, policy, name, results, page, replace=replace, dry_run=dry_run))

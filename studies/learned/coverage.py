@@ -31,12 +31,10 @@ Interval = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 @dataclass(frozen=True)
 class Variation:
-    """How simulated objectives vary. The effects of flocks have the standard deviation 1.
+    """How simulated objectives vary; the effects of flocks have the standard deviation 1.
 
-    Attributes:
-        seeds: standard deviation between training seeds, times the square root of flocks per training seed.
-            With 1, seeds and flocks contribute equally to the variance of the mean.
-        skewed: whether the effects of training seeds are exponential instead of normal.
+    ``seeds`` is the standard deviation between training seeds times the square root of flocks per training
+    seed: with 1, both contribute equally to the variance of the mean. Skewed effects are exponential.
     """
 
     seeds: float
@@ -67,9 +65,6 @@ def pigeonhole(scores: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return both ends of the percentile bootstrap interval of every score.
 
     All scores share the resamples, which keeps simulations short.
-
-    Args:
-        scores: shape (scores, training seeds, flocks).
     """
     rng = np.random.default_rng(0)
     seeds, flocks = (rng.multinomial(n, np.full(n, 1 / n), size=RESAMPLES) / n for n in scores.shape[1:])
@@ -96,19 +91,21 @@ def coverage(interval: Interval, variation: Variation, num_seeds: int, num_trial
 
 def measure_coverage(results: Path) -> Path:
     """Simulate all cases and write the table: ``variation``, ``training_seeds``, ``bootstrap``, ``t``."""
-    rows = [
-        (name, num_seeds, coverage(pigeonhole, variation, num_seeds), coverage(two_way, variation, num_seeds))
+    table = pl.DataFrame(
+        {
+            "variation": name,
+            "training_seeds": num_seeds,
+            "bootstrap": coverage(pigeonhole, variation, num_seeds),
+            "t": coverage(two_way, variation, num_seeds),
+        }
         for name, variation in VARIATIONS.items()
         for num_seeds in SEEDS
-    ]
-    path = results / COVERAGE_FILE
-    schema = {"variation": pl.String, "training_seeds": pl.Int64, "bootstrap": pl.Float64, "t": pl.Float64}
-    write_table(pl.DataFrame(rows, schema=schema, orient="row"), path)
-    return path
+    )
+    write_table(table, results / COVERAGE_FILE)
+    return results / COVERAGE_FILE
 
 
 def read_coverage(path: Path) -> dict[str, list[dict[str, float]]]:
     """Return the coverages ``bootstrap`` and ``t`` by what varies, in the order of ``SEEDS``."""
-    table = pl.read_parquet(path)
-    parts = table.partition_by("variation", as_dict=True, maintain_order=True)
+    parts = pl.read_parquet(path).partition_by("variation", as_dict=True, maintain_order=True)
     return {str(name): rows.select("bootstrap", "t").to_dicts() for (name,), rows in parts.items()}

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from flockesc_env import FlockScenario, Trajectory, built_in, record, rollout, simulate
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, FloatArray, mean
-from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
+from flockesc_env.jobs import Arrays, Job
+from studies.measurements import Runner, chunks
 from training.seeds import HELD_OUT, first_seeds
 
 DISPERSAL_FILE = "dispersal.parquet"
@@ -20,17 +21,14 @@ DISPERSAL_FLOCKS = 200
 STARTS = (0.0, 1.0, 2.0)
 """Times in s at which agents start to fly straight out of the flock."""
 
-WITNESSES, UNSEEN, OUTWARD, COSINE = "witnesses", "unseen", "outward", "cosine"
 _SECONDS = 0.1
 
 
-def measure_dispersal(results: Path, cache: Cache, backend: Backend) -> Path:
+def measure_dispersal(results: Path, runner: Runner) -> Path:
     """Measure what flying apart is worth on held-out flocks; return the file of the table."""
     flocks = first_seeds(HELD_OUT, DISPERSAL_FLOCKS)
-    chunks = [flocks[start : start + 50] for start in range(0, len(flocks), 50)]
-    jobs = [Job(f"{__name__}:dispersal", (chunk,), len(chunk) * _SECONDS) for chunk in chunks]
-    found = run(jobs, cache, backend, title="Flying apart")
-    columns = {name: np.concatenate([part[name] for part in found]) for name in found[0]}
+    jobs = [Job(f"{__name__}:dispersal", (part,), len(part) * _SECONDS) for part in chunks(flocks, 50)]
+    columns = runner.groups({"": jobs}, "Flying apart")[""]
     write_table(pl.DataFrame({"seed": flocks, **columns}), results / DISPERSAL_FILE)
     return results / DISPERSAL_FILE
 
@@ -48,13 +46,13 @@ def dispersal(flocks: range) -> Arrays:
     blind: dict[str, Any] = {**witnesses.options, "predator_sensing_range": 1e-9}
     scenario = FlockScenario()
     found = {
-        WITNESSES: rollout(scenario, witnesses, flocks).min_mean_distance,
-        UNSEEN: rollout(scenario, witnesses.policy, flocks, per_agent=True, **blind).min_mean_distance,
-        COSINE: np.array([_outward_cosine(record(scenario, spread, flock)) for flock in flocks]),
+        "witnesses": rollout(scenario, witnesses, flocks).min_mean_distance,
+        "unseen": rollout(scenario, witnesses.policy, flocks, per_agent=True, **blind).min_mean_distance,
+        "cosine": np.array([_outward_cosine(record(scenario, spread, flock)) for flock in flocks]),
     }
     runs = [simulate(scenario, 0.0, seed=flock) for flock in flocks]
     for start in STARTS:
-        found[f"{OUTWARD}_{start:g}"] = np.array([_fly_outward(run, start) for run in runs])
+        found[f"outward_{start:g}"] = np.array([_fly_outward(run, start) for run in runs])
     return found
 
 

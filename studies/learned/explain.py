@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,13 +15,15 @@ from flockesc_env import Policy, PolicySpec, rollout
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.episodes.memory import reset_policy
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
-from studies.learned.held_out import stored_policy
+from flockesc_env.jobs import Arrays, Job
 from studies.learned.listening import LISTENING_FILE, WATCHED, measure_listening
-from studies.learned.results import POLICIES, STUDY_FILE, Study
+from studies.learned.playing import policy_of
+from studies.learned.results import STUDY_FILE, Study
 from studies.learned.summary import NOTHING
 from studies.learned.watching import Observations, watch
+from studies.measurements import Runner
+from studies.study import document
+from studies.tables import rows
 from training import seeds
 from training.config import Setting
 
@@ -55,12 +56,7 @@ _FLOCK_SECONDS = 0.05
 
 @dataclass
 class Blinded:
-    """A policy that sees some entries as constants.
-
-    Attributes:
-        policy: the policy.
-        shown: the constant of each hidden column.
-    """
+    """A policy that sees a constant instead of each entry in a column of ``shown``."""
 
     policy: Policy
     shown: dict[int, float]
@@ -77,72 +73,43 @@ class Blinded:
         return self.policy.act(hidden, spec)
 
 
-def write_explanations(
-    study: Study,
-    setting: Setting,
-    cache: Cache,
-    backend: Backend,
-    folder: Path,
-) -> None:
-    """Hide entries from the headline policy of a flock's setting.
+def write_explanations(study: Study, setting: Setting, runner: Runner) -> None:
+    """Hide entries from the headline policy of a flock's setting; its name goes into the file of the study.
 
     The headline policy is that of the best learner on tuning flocks, and of its training seed that is best
-    there. Its name goes into the file of the study.
-
-    Args:
-        study: results of the setting.
-        setting: the task.
-        cache: of the measurements.
-        backend: where they run.
-        folder: folder of the results.
-
-    Raises:
-        JobError: if jobs fail.
+    there.
     """
-    learner, seed = study.best_learner, study.best_seed
-    file = (folder / POLICIES / f"{learner}-{seed}.npz").read_bytes()
+    file, path = study.file().read_bytes(), study.folder / STUDY_FILE
     flocks = min(study.held_out_flocks, EXPLAINED_FLOCKS)
-    write_table(ablation(file, setting, flocks, cache, backend), folder / "ablation.parquet")
+    write_table(ablation(file, setting, flocks, runner), study.folder / "ablation.parquet")
     if study.setting in WATCHED:
-        measure_listening(stored_policy(file), folder / LISTENING_FILE)
-    document = json.loads((folder / STUDY_FILE).read_text())
-    document |= {"explained": learner, "explained_seed": seed}
-    write_text(folder / STUDY_FILE, json.dumps(document, indent=1) + "\n")
+        measure_listening(policy_of(file), study.folder / LISTENING_FILE)
+    headline = {"explained": study.best_learner, "explained_seed": study.best_seed}
+    write_text(path, document(json.loads(path.read_text()) | headline))
 
 
-def ablation(file: bytes, setting: Setting, flocks: int, cache: Cache, backend: Backend) -> pl.DataFrame:
-    """Measure a policy with groups of entries replaced by their means over tuning flocks.
-
-    Args:
-        file: the policy file.
-        setting: the one it was trained in.
-        flocks: number of held-out flocks.
-        cache: of the measurements.
-        backend: where they run.
-    """
-    layout, seen, _ = watch(stored_policy(file), seeds.first_seeds(seeds.TUNING, 20))
+def ablation(file: bytes, setting: Setting, flocks: int, runner: Runner) -> pl.DataFrame:
+    """Measure a policy with groups of entries replaced by their means over tuning flocks."""
+    layout, seen, _ = watch(policy_of(file), seeds.first_seeds(seeds.TUNING, 20))
     means = seen.reshape(-1, seen.shape[-1]).mean(axis=0)
     held_out = seeds.first_seeds(seeds.HELD_OUT, flocks)
     hidden = {NOTHING: dict[int, float]()}
+    names = [_PROFILE.sub("", name) for name in layout.names]
     for group, beginnings in GROUPS.items():
-        names = [_PROFILE.sub("", name) for name in layout.names]
         columns = [column for column, name in enumerate(names) if name.startswith(beginnings)]
         if columns:
             hidden[group] = {column: float(means[column]) for column in columns}
-    call, seconds = "studies.learned.explain:blinded", flocks * _FLOCK_SECONDS
-    jobs = [
-        Job(call, (file, setting.objective, tuple(shown.items()), held_out), seconds)
-        for shown in hidden.values()
-    ]
-    results = run(jobs, cache, backend, title="Hidden entries")
-    return pl.concat(
-        pl.DataFrame({"removed": group, "seed": held_out, "objective": result["objective"]})
-        for group, result in zip(hidden, results, strict=True)
-    )
+    call, seconds = f"{__name__}:blinded", flocks * _FLOCK_SECONDS
+    jobs = {
+        group: Job(call, (file, setting.spec.column, tuple(shown.items()), held_out), seconds)
+        for group, shown in hidden.items()
+    }
+    found = runner.each(jobs, "Hidden entries")
+    return pl.concat(rows(held_out, result["objective"], removed=group) for group, result in found.items())
 
 
-def blinded(file: bytes, objective: str, shown: tuple[tuple[int, float], ...], flocks: range) -> Arrays:
+def blinded(file: bytes, column: str, shown: tuple[tuple[int, float], ...], flocks: range) -> Arrays:
     """Return the objective of every flock under a policy that sees some columns as constants."""
-    entry = stored_policy(file)
+    entry = policy_of(file)
     episodes = rollout(None, replace(entry, policy=Blinded(entry.policy, dict(shown))), flocks)
-    return {"objective": FLOCK_OBJECTIVES[objective].values(episodes)}
+    return {"objective": getattr(episodes, column)}

@@ -55,10 +55,6 @@ def check_fits(entry: NamedPolicy, setting: Setting) -> None:
 
     The check reads options, not code: see ``is_checkable``. No check finds out on which flocks the numbers of
     a policy were chosen.
-
-    Raises:
-        ArgumentError: if the policy does not fit; it names the field.
-        OptionError: if an option is out of bounds.
     """
     model = setting.model
     if entry.scenario is not None and type(entry.scenario) is not type(model):

@@ -5,21 +5,26 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 import polars as pl
 
-from flockesc_env import FlockScenario, LineScenario, NamedPolicy, load_policy, rollout
+from flockesc_env import FlockScenario
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import FloatArray, mean
-from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
+from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
-from flockesc_env.jobs.sweeps import joined, seed_jobs
+from flockesc_env.jobs.sweeps import seed_jobs
 from flockesc_env.policies import find_policy
-from studies.learned.results import BEST_FIXED, EPISODES_FILE, GRID_FILE, ORACLE
+from studies.learned.playing import play_job
+from studies.learned.results import BEST_FIXED, EPISODES_FILE, GRID_FILE, ORACLE, RULES_FILE
+from studies.measurements import Runner
+from studies.tables import rows
 from training.config import Setting
+from training.outputs import CURVE_FLOCKS
 from training.presets import presets
+from training.seeds import TUNING, first_seeds
 
 FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
 """Fixed ranges in m among which the best is chosen."""
@@ -48,19 +53,10 @@ SETTING_RULES = {
 PolicyFile = tuple[str, int, bytes]
 """Learner, training seed and content of a policy file."""
 
-_AGENT_STEP = 80e-9
-"""Estimated seconds of a step of one agent under a network."""
-
 
 @dataclasses.dataclass(frozen=True)
 class Played:
-    """What fixed ranges and policies reach in a setting.
-
-    Attributes:
-        setting: name of the setting.
-        episodes: policy, training_seed (null where nothing was trained), seed, objective.
-        grid: interaction_range, mean, low, high, of fixed ranges.
-    """
+    """What fixed ranges and policies reach in a setting: as tables of ``Study``."""
 
     setting: str
     episodes: pl.DataFrame
@@ -74,46 +70,32 @@ class Played:
 
 
 def play_all(
-    name: str,
-    setting: Setting,
-    best: float,
-    files: Sequence[PolicyFile],
-    flocks: range,
-    cache: Cache,
-    backend: Backend,
+    name: str, setting: Setting, best: float, files: Sequence[PolicyFile], flocks: range, runner: Runner
 ) -> Played:
-    """Play fixed ranges, built-in rules and policy files on the same flocks, without training.
-
-    Args:
-        name: name of the setting.
-        setting: the task.
-        best: the best fixed range, one of ``grid_of``.
-        files: the policy files.
-        flocks: seeds of the flocks.
-        cache: keeps the results of jobs; a job in it is not computed again.
-        backend: where jobs run.
-
-    Raises:
-        JobError: if jobs fail.
-    """
-    fixed = _fixed("Fixed ranges on held-out flocks", setting, flocks, cache, backend)
-    rows = [
-        _rows(BEST_FIXED, None, flocks, fixed[grid_of(setting).index(best)]),
-        _rows(ORACLE, None, flocks, fixed.max(axis=0)),
+    """Play fixed ranges, built-in rules and policy files on the same flocks, without training."""
+    fixed = _fixed("Fixed ranges on held-out flocks", setting, flocks, runner)
+    policies: dict[tuple[str, int | None], str | bytes] = {
+        **{(rule, None): rule for rule in rules_of(name, setting)},
+        **{(learner, seed): file for learner, seed, file in files},
+    }
+    jobs = {key: setting_job(policy, setting, flocks) for key, policy in policies.items()}
+    played = runner.each(jobs, "Policies on held-out flocks")
+    values = {
+        (BEST_FIXED, None): fixed[grid_of(setting).index(best)],
+        (ORACLE, None): fixed.max(axis=0),
+        **{key: result["objective"] for key, result in played.items()},
+    }
+    tables = [rows(flocks, row, policy=policy, training_seed=seed) for (policy, seed), row in values.items()]
+    grid = [
+        {"interaction_range": rho, **dataclasses.asdict(mean(row))}
+        for rho, row in zip(grid_of(setting), fixed, strict=True)
     ]
-    policies: list[tuple[str, int | None, str | bytes]]
-    policies = [(rule, None, rule) for rule in rules_of(name, setting)]
-    policies += files
-    jobs = [play_job(policy, setting, flocks) for _, _, policy in policies]
-    results = run(jobs, cache, backend, title="Policies on held-out flocks")
-    for (policy, seed, _), result in zip(policies, results, strict=True):
-        rows.append(_rows(policy, seed, flocks, result["objective"]))
-    return Played(name, pl.concat(rows), _grid_frame(setting, fixed))
+    return Played(name, pl.concat(tables), pl.DataFrame(grid))
 
 
-def choose_range(setting: Setting, flocks: range, cache: Cache, backend: Backend) -> float:
+def choose_range(setting: Setting, flocks: range, runner: Runner) -> float:
     """Return the fixed range of ``grid_of`` with the largest mean objective on tuning flocks."""
-    values = _fixed("Fixed ranges on tuning flocks", setting, flocks, cache, backend)
+    values = _fixed("Fixed ranges on tuning flocks", setting, flocks, runner)
     return grid_of(setting)[int(values.mean(axis=1).argmax())]
 
 
@@ -127,40 +109,32 @@ def rules_of(name: str, setting: Setting) -> tuple[str, ...]:
     return (*_rules(setting), *SETTING_RULES.get(name, ()))
 
 
-def play_job(policy: str | bytes, setting: Setting, flocks: range) -> Job:
-    """Return the job that plays a policy, a built-in name or the bytes of its file, on some flocks."""
-    model = setting.model
-    steps = 100 if isinstance(model, LineScenario) else model.num_steps
-    seconds = len(flocks) * steps * model.num_agents * _AGENT_STEP
-    return Job("studies.learned.held_out:objectives", (policy, setting, flocks), seconds)
+def write_rules(names: Sequence[str], setting: Setting, runner: Runner, folder: Path) -> None:
+    """Play rules on the tuning flocks of learning curves, which choose the best; write their objectives."""
+    tuning = first_seeds(TUNING, CURVE_FLOCKS)
+    jobs = {name: setting_job(name, setting, tuning) for name in names}
+    found = runner.each(jobs, "Rules on tuning flocks")
+    if found:
+        tables = [rows(tuning, result["objective"], rule=name) for name, result in found.items()]
+        write_table(pl.concat(tables), folder / RULES_FILE)
 
 
-def objectives(policy: str | bytes, setting: Setting, flocks: range) -> Arrays:
-    """Return the objective of every flock, with the options that the policy was made for."""
-    entry = rule_of(policy, setting) if isinstance(policy, str) else stored_policy(policy)
-    return {"objective": setting.spec.values(rollout(setting.model, entry, flocks))}
+def setting_job(policy: str | bytes, setting: Setting, flocks: range) -> Job:
+    """Return the job that plays a policy, a built-in name or the bytes of its file, in a setting."""
+    options = rule_options(policy, setting) if isinstance(policy, str) else {}
+    return play_job(policy, setting.model, setting.spec.column, flocks, options)
 
 
-def rule_of(name: str, setting: Setting) -> NamedPolicy:
-    """Return a built-in rule; one that compares candidate ranges gets those of the setting."""
-    entry = find_policy(name)
-    if "profile_ranges" not in entry.options:
-        return entry
-    return dataclasses.replace(entry, options={**entry.options, "profile_ranges": setting.profile_ranges})
+def rule_options(name: str, setting: Setting) -> dict[str, Any]:
+    """Return options of a built-in rule in a setting: candidate ranges, if it compares some."""
+    is_profiled = "profile_ranges" in find_policy(name).options
+    return {"profile_ranges": setting.profile_ranges} if is_profiled else {}
 
 
-def stored_policy(file: bytes) -> NamedPolicy:
-    """Return the policy in the bytes of a policy file."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "policy.npz"
-        path.write_bytes(file)
-        return load_policy(path)
-
-
-def _fixed(title: str, setting: Setting, flocks: range, cache: Cache, backend: Backend) -> FloatArray:
+def _fixed(title: str, setting: Setting, flocks: range, runner: Runner) -> FloatArray:
     """Return the objective under every fixed range, shape (ranges, flocks)."""
     jobs = seed_jobs(SWEEP, setting.model, grid_of(setting), flocks)
-    return joined(run(jobs, cache, backend, title=title))[setting.spec.column]
+    return runner.groups({"": jobs}, title)[""][setting.spec.column]
 
 
 def _rules(setting: Setting) -> tuple[str, ...]:
@@ -172,13 +146,6 @@ def _rules(setting: Setting) -> tuple[str, ...]:
     if setting.predator_visible:
         return PROFILE_RULES if informed else VISIBLE_RULES.get(setting.objective, ())
     return LOCAL_PROFILE_RULES if informed else LOCAL_RULES
-
-
-def _rows(name: str, seed: int | None, flocks: range, values: FloatArray) -> pl.DataFrame:
-    """Return the rows of a policy in the table of episodes; ``seed`` is its training seed, if it has one."""
-    schema = {"policy": pl.String, "training_seed": pl.Int64, "seed": pl.Int64, "objective": pl.Float64}
-    columns = {"policy": [name] * len(flocks), "training_seed": [seed] * len(flocks)}
-    return pl.DataFrame({**columns, "seed": flocks, "objective": values}, schema=schema)
 
 
 def _submitted(made: pl.DataFrame, setting: str, folder: Path) -> pl.DataFrame:
@@ -193,15 +160,3 @@ def _submitted(made: pl.DataFrame, setting: str, folder: Path) -> pl.DataFrame:
     flocks = made["seed"].unique().sort()
     parts = others.select(made.columns).partition_by("policy")
     return pl.concat([made.clear(), *(part for part in parts if part["seed"].sort().equals(flocks))])
-
-
-def _grid_frame(setting: Setting, values: FloatArray) -> pl.DataFrame:
-    estimates = [mean(row) for row in values]
-    return pl.DataFrame(
-        {
-            "interaction_range": grid_of(setting),
-            "mean": [e.mean for e in estimates],
-            "low": [e.low for e in estimates],
-            "high": [e.high for e in estimates],
-        }
-    )

@@ -12,9 +12,12 @@ from matplotlib.ticker import NullLocator
 from flockesc_env import rollout
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import mean
-from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
+from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BestCandidate
 from flockesc_env.render.palette import LIGHT
+from studies.measurements import Runner
+from studies.style import curve
+from studies.tables import rows, values_by
 from training.figure_style import WIDTH, label_ends
 from training.seeds import HELD_OUT, first_seeds
 
@@ -36,23 +39,24 @@ UNAWARE_RANGE = 12.0
 """Range in m of agents that see no predator: the best fixed range."""
 
 STEPS_PER_ACTION = 4
+_COUNTS = (0, *CANDIDATES)
 _SECONDS = 0.1
 
 
-def measure_information(results: Path, num_flocks: int, cache: Path, backend: Backend) -> Path:
+def measure_information(results: Path, num_flocks: int, runner: Runner) -> Path:
     """Measure the rule ``turn-away`` on held-out flocks; return the file of the table."""
     flocks = first_seeds(HELD_OUT, num_flocks)
-    cases = [(name, count) for name in SENSING for count in (0, *CANDIDATES)]
-    call = "studies.learned.information:objective"
-    jobs = [Job(call, (*case, flocks), num_flocks * _SECONDS) for case in cases]
-    measured = run(jobs, Cache(cache), backend, title="Numbers of candidate ranges")
-    rows = [
-        pl.DataFrame(
-            {"sensing": name, "candidates": count, "seed": list(flocks), "objective": values["objective"]}
-        )
-        for (name, count), values in zip(cases, measured, strict=True)
+    jobs = {
+        (name, count): Job(f"{__name__}:objective", (name, count, flocks), num_flocks * _SECONDS)
+        for name in SENSING
+        for count in _COUNTS
+    }
+    found = runner.each(jobs, "Numbers of candidate ranges")
+    tables = [
+        rows(flocks, result["objective"], sensing=name, candidates=count)
+        for (name, count), result in found.items()
     ]
-    write_table(pl.concat(rows), results / INFORMATION_FILE)
+    write_table(pl.concat(tables), results / INFORMATION_FILE)
     return results / INFORMATION_FILE
 
 
@@ -72,21 +76,16 @@ def objective(sensing: str, count: int, flocks: range) -> Arrays:
 
 def draw_information(file: Path) -> Figure:
     """Draw the mean objective against the number of candidates, a line per sensing range."""
-    table = pl.read_parquet(file)
+    values = values_by(pl.read_parquet(file), "sensing", "candidates")
     figure = Figure(figsize=(WIDTH / 2, 3.2), layout="constrained")
     axes = figure.subplots()
-    counts = [0, *CANDIDATES]
     ends = []
     for color, name in zip(LIGHT.others, SENSING, strict=False):
-        rows = table.filter(sensing=name)
-        found = [mean(rows.filter(candidates=count)["objective"].to_numpy()) for count in counts]
-        axes.fill_between(
-            counts, [e.low for e in found], [e.high for e in found], color=color, alpha=0.15, lw=0
-        )
-        axes.plot(counts, [e.mean for e in found], "o-", color=color, lw=1.8, ms=4)
+        found = [mean(values[name, count]) for count in _COUNTS]
+        curve(axes, _COUNTS, found, color, "o-", band=0.15, lw=1.8, ms=4)
         ends.append((found[-1].mean, name, color))
     axes.set_xscale("symlog", linthresh=1)
-    axes.set_xticks(counts, [str(count) for count in counts])
+    axes.set_xticks(_COUNTS, [str(count) for count in _COUNTS])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set(xlabel="candidate ranges besides 0", ylabel="J_mean (m)")
     axes.set_title("Rule turn-away, by sensing range")

@@ -11,9 +11,9 @@ import numpy as np
 
 from flockesc_env.common.stats import CONFIDENCE, Estimate
 from studies.learned.aggregate import means
-from studies.learned.results import BEST_FIXED, POLICIES
+from studies.learned.results import BEST_FIXED
 from studies.learned.summary import Summary
-from studies.pages import path_from, templates
+from studies.pages import path_from, render
 from training.seeds import HELD_OUT
 
 PAGE = "leaderboard.md"
@@ -21,16 +21,7 @@ PAGE = "leaderboard.md"
 
 @dataclass(frozen=True)
 class Card:
-    """A policy file.
-
-    Attributes:
-        path: of the file.
-        learner: name of the learner.
-        training_seed: of the run.
-        objective: mean over the held-out flocks.
-        gain: paired difference to the best fixed range on the same flocks.
-        sha256: of the file.
-    """
+    """A policy file: its run, mean objective on held-out flocks, and gain over the best fixed range."""
 
     path: Path
     learner: str
@@ -40,51 +31,43 @@ class Card:
     sha256: str
 
 
-def cards(summary: Summary, results: Path) -> list[Card]:
+def cards(summary: Summary) -> list[Card]:
     """Return the cards of a setting; a run without a file has none."""
     study = summary.study
-    files = [
-        (results / study.setting / POLICIES / f"{learner}-{seed}.npz", learner, seed, values)
+    files = {
+        (study.file(learner, seed), learner, seed): values
         for learner in study.trained
         for seed, values in zip(study.training_seeds(learner), study.values(learner), strict=True)
-    ]
-    files = [file for file in files if file[0].is_file()]
+        if study.file(learner, seed).is_file()
+    }
     if not files:
         return []
-    reached = np.stack([values for *_, values in files])
-    gains = reached - study.values(BEST_FIXED)[0]
-    estimates = means(np.concatenate([reached, gains])[:, np.newaxis])
-    return [
-        Card(path, learner, seed, objective, gain, hashlib.sha256(path.read_bytes()).hexdigest())
-        for (path, learner, seed, _), objective, gain in zip(
-            files, estimates[: len(files)], estimates[len(files) :], strict=True
+    reached = np.stack(list(files.values()))
+    estimates = iter(
+        means(
+            np.stack([reached, reached - study.values(BEST_FIXED)], axis=1).reshape(-1, 1, reached.shape[1])
         )
+    )
+    return [
+        Card(*file, next(estimates), next(estimates), hashlib.sha256(file[0].read_bytes()).hexdigest())
+        for file in files
     ]
 
 
-def leaderboard_page(summaries: Sequence[Summary], results: Path, page: Path) -> str:
-    """Return the page as Markdown.
-
-    Args:
-        summaries: of the settings.
-        results: folder of the settings' folders.
-        page: file that the page is for.
-    """
-    rows = [(summary, files) for summary in summaries if (files := cards(summary, results))]
-    rendered: str = (
-        templates("studies.learned")
-        .get_template(PAGE)
-        .render(
-            rows=rows,
-            best={summary.study.setting: _best(summary, files) for summary, files in rows},
-            sizes=[round(card.path.stat().st_size / 1000) for _, files in rows for card in files],
-            versions={", ".join(f"{n} {v}" for n, v in s.study.versions.items()): None for s, _ in rows},
-            link=lambda path: path_from(page, path),
-            confidence=CONFIDENCE,
-            held_out=HELD_OUT,
-        )
+def leaderboard_page(summaries: Sequence[Summary], page: Path) -> str:
+    """Return the page as Markdown, for the file ``page``."""
+    rows = [(summary, files) for summary in summaries if (files := cards(summary))]
+    text = render(
+        "learned/leaderboard.md",
+        rows=rows,
+        best={summary.study.setting: _best(summary, files) for summary, files in rows},
+        sizes=[round(card.path.stat().st_size / 1000) for _, files in rows for card in files],
+        versions={", ".join(f"{n} {v}" for n, v in s.study.versions.items()): None for s, _ in rows},
+        link=lambda path: path_from(page, path),
+        confidence=CONFIDENCE,
+        held_out=HELD_OUT,
     )
-    return rendered.rstrip() + "\n"
+    return text.rstrip() + "\n"
 
 
 def _best(summary: Summary, files: Sequence[Card]) -> Card:

@@ -21,22 +21,12 @@ SHOWN = 10
 
 @dataclass(frozen=True)
 class LossTables:
-    """What the pages say about losses.
+    """What the pages say about losses: tables, and the numbers in their sentences.
 
-    Attributes:
-        starts: other starts against policies.
-        num_interior: number of starts whose best fixed range is better than 0 and the longest range.
-        num_starts: number of starts.
-        cells: number of pairs of policy and world or start.
-        every: all losses, largest first.
-        largest: the first of them.
-        out_of_reach: number of losses to a fixed range longer than the policy's largest.
-        counts: wins, ties and losses of every policy in other worlds.
-        retrained: gains before and after training in the world of a loss.
-        num_retrained: number of policies that were trained there.
-        num_gone: number of those that no longer lose.
-        untried: the other losses, as setting and world.
-        random_polarization: expected polarization of random headings.
+    ``num_interior`` starts have a best fixed range that is better than 0 and the longest range. Of ``cells``
+    pairs of policy and world or start, ``out_of_reach`` are losses to a fixed range longer than the policy's
+    largest. ``num_gone`` of the retrained policies no longer lose, and ``untried`` are the other losses.
+    ``random_polarization`` is expected of random headings.
     """
 
     starts: Table
@@ -55,23 +45,18 @@ class LossTables:
 
 
 def loss_tables(cells: Sequence[Cell], summaries: Sequence[Summary]) -> LossTables | None:
-    """Return the tables of losses, or ``None`` without cells.
-
-    Args:
-        cells: all cells.
-        summaries: of the settings.
-    """
+    """Return the tables of losses, or ``None`` without cells."""
     if not cells:
         return None
+
+    def title(cell: Cell) -> str:
+        return f"{cell.setting} in {cell.world}"
+
     policies = [cell for cell in cells if cell.kind in {"world", "start"}]
     losses = lost(policies)
     longest = {row.study.setting: _max_range(row) for row in summaries}
     every = [
-        (
-            f"{cell.setting} in {cell.world}",
-            [gain_cell(cell), _best_range(cell), f"{longest[cell.setting]:g} m"],
-        )
-        for cell in losses
+        (title(cell), [gain_cell(cell), _best_range(cell), f"{longest[cell.setting]:g} m"]) for cell in losses
     ]
     columns = ["gain, m", "best fixed range there", "largest range of the policy"]
     trained = {(cell.setting, cell.world): cell for cell in cells if cell.kind == "trained there"}
@@ -92,7 +77,7 @@ def loss_tables(cells: Sequence[Cell], summaries: Sequence[Summary]) -> LossTabl
             ["gain before, m", "gain after training there, m", "loss"],
             [
                 (
-                    f"{old.setting} in {old.world}",
+                    title(old),
                     [gain_cell(old), gain_cell(new), "stays" if new.outcome == "loss" else "disappears"],
                 )
                 for old, new in zip(before, after, strict=True)
@@ -100,9 +85,7 @@ def loss_tables(cells: Sequence[Cell], summaries: Sequence[Summary]) -> LossTabl
         ),
         num_retrained=len(after),
         num_gone=sum(cell.outcome != "loss" for cell in after),
-        untried=[
-            f"{cell.setting} in {cell.world}" for cell in losses if (cell.setting, cell.world) not in trained
-        ],
+        untried=[title(cell) for cell in losses if (cell.setting, cell.world) not in trained],
         random_polarization=math.sqrt(math.pi / (4 * FlockScenario().num_agents)),
     )
 

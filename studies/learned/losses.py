@@ -23,6 +23,7 @@ from studies.learned.transfer import (
     transfer,
     worlds,
 )
+from studies.measurements import Runner
 from training.presets import presets
 
 STARTS_FILE, EPISODES_FILE = "starts.parquet", "episodes.parquet"
@@ -35,64 +36,55 @@ def measure_losses(results: Path, runs: Path, minutes: float, backend: Backend) 
     """Play the headline policies in all worlds and starts, and train policies where they lose.
 
     It writes ``transfer.parquet`` of every setting of a flock, ``starts.parquet``, the folder ``retrained``
-    and ``losses.parquet``. Interrupted, it continues from the parts in ``runs``.
-
-    Args:
-        results: folder of the studies.
-        runs: folder of finished parts.
-        minutes: estimated processor time of all training runs in min; 0: no training.
-        backend: where the jobs run.
-
-    Returns:
-        The path of ``losses.parquet``.
-
-    Raises:
-        JobError: if jobs fail.
-        RecordError: if the results are incomplete.
+    and ``losses.parquet``, whose path it returns. Training may take an estimated number of minutes; 0: no
+    training. Interrupted, it continues from the parts in ``runs``.
     """
-    known, cache = presets(), Cache(runs / "fixed")
+    known, runner = presets(), Runner(Cache(runs / "fixed"), backend)
     studies = {
         study.setting: study
         for study in load_studies(results)
         if study.setting in known and not study.is_line
     }
-    policies = [headline(study, results) for study in studies.values()]
+    policies = [headline(study) for study in studies.values()]
 
     beginnings = starts()
-    fixed = fixed_ranges(beginnings, 2 * FLOCKS, cache, backend)
+    fixed = fixed_ranges(beginnings, 2 * FLOCKS, runner)
     started = [policy for policy in policies if policy.setting in STARTED]
-    tables = transfer(started, beginnings, fixed, cache, backend)
+    tables = transfer(started, beginnings, fixed, runner)
     write_table(_joined(tables), results / STARTS_FILE)
-    cells = [found for setting, table in tables.items() for found in cells_of("start", setting, table)]
+    cells = _cells("start", tables)
     cells += [found for start in beginnings for found in _extremes(start, fixed[start])]
 
     scenarios = worlds()
-    fixed |= fixed_ranges(scenarios, FLOCKS, cache, backend)
-    tables = transfer(policies, scenarios, fixed, cache, backend)
+    fixed |= fixed_ranges(scenarios, FLOCKS, runner)
+    tables = transfer(policies, scenarios, fixed, runner)
     for setting, table in tables.items():
-        write_table(table, results / setting / "transfer.parquet")
-    cells += [found for setting, table in tables.items() for found in cells_of("world", setting, table)]
+        write_table(table, studies[setting].folder / "transfer.parquet")
+    cells += _cells("world", tables)
     for policy in policies:
-        refused = refusals(policy, scenarios)
+        refused = refusals(policy, scenarios).items()
         cells += [Cell("world", policy.setting, world, 0, None, None, why) for world, why in refused]
 
     scenarios |= beginnings
     losses = [(found.setting, found.world) for found in lost(cells) if found.setting]
     pairs = chosen_pairs(losses, studies, scenarios, minutes)
-    files = train_there(pairs, studies, scenarios, runs / RETRAINED, backend)
     folder, episodes = results / RETRAINED, []
     folder.mkdir(exist_ok=True)
-    for (setting, world), file in files.items():
+    for (setting, world), file in train_there(pairs, studies, scenarios, runs / RETRAINED, backend).items():
         with atomic_write(folder / f"{file_name(setting, world)}.npz") as copy:
             copy.write(file)
         policy = Headline(setting, file, studies[setting].spec.column)
-        tables = transfer([policy], {world: scenarios[world]}, fixed, cache, backend)
-        cells += cells_of("trained there", setting, tables[setting])
+        tables = transfer([policy], {world: scenarios[world]}, fixed, runner)
+        cells += _cells("trained there", tables)
         episodes.append(_joined(tables))
     if episodes:
         write_table(pl.concat(episodes), folder / EPISODES_FILE)
     write_cells(cells, results / LOSSES_FILE)
     return results / LOSSES_FILE
+
+
+def _cells(kind: Kind, tables: Mapping[str, pl.DataFrame]) -> list[Cell]:
+    return [found for setting, table in tables.items() for found in cells_of(kind, setting, table)]
 
 
 def _extremes(start: str, fixed: FixedRanges) -> list[Cell]:

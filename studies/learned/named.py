@@ -20,6 +20,7 @@ from studies.learned.listening import LISTENING_FILE
 from studies.learned.names import FREE_HEADINGS
 from studies.learned.one_agent import AGENT_FILE
 from studies.learned.summary import Summary
+from studies.tables import values_by
 
 _VISIBLE = "per-agent-visible"
 
@@ -49,11 +50,7 @@ def numbers(summaries: Sequence[Summary], results: Path) -> dict[str, Any]:
 
 
 class Named:
-    """Numbers of policies, each by its setting and its name.
-
-    Args:
-        summaries: of the settings.
-    """
+    """Numbers of policies, each by its setting and its name."""
 
     def __init__(self, summaries: Sequence[Summary]) -> None:
         self._by_name = {summary.study.setting: summary for summary in summaries}
@@ -70,15 +67,7 @@ class Named:
     def gain(
         self, setting: str, policy: str, over: str, in_setting: str | None = None, sign: str = "+"
     ) -> str:
-        """Return the paired difference of two policies in m; the interval covers flocks and training seeds.
-
-        Args:
-            setting: of the first policy.
-            policy: the first policy.
-            over: the second policy, or a reference.
-            in_setting: of the second policy; ``None``: that of the first one.
-            sign: ``"+"``: of positive numbers, too.
-        """
+        """Return the paired difference of two policies in m, with its interval over flocks and seeds."""
         other = self._values(in_setting or setting, over)
         return f"{difference(self._values(setting, policy), other):{sign}.2f} m"
 
@@ -104,13 +93,7 @@ class Named:
 
 
 class Bound:
-    """A bound that differs from flock to flock.
-
-    Attributes:
-        mean: over flocks, in m.
-        highest: that of the flock with the largest bound, in m.
-        above: share of the flocks whose bound is larger than the mean.
-    """
+    """A bound for each flock: mean and highest in m, and the share of flocks above the mean."""
 
     def __init__(self, flocks: FloatArray) -> None:
         self.mean, self.highest = float(flocks.mean()), float(flocks.max())
@@ -124,10 +107,6 @@ def largest_turn(neighbors: int, scenario: FlockScenario | None = None) -> float
     h + k u, where k = a dt / m. For k < 1 the angle is at most arcsin(k), reached if u is 90 degrees +
     arcsin(k) off h. An agent also hears itself: with one neighbor u is less than 90 degrees off h, and the
     angle is less than arctan(k). With two neighbors every u is possible.
-
-    Args:
-        neighbors: number of neighbors besides the agent itself, at least 1.
-        scenario: with the same mass and alignment strength for all agents; ``None``: the paper's.
     """
     model = FlockScenario() if scenario is None else scenario
     assert isinstance(model.mass, float)  # noqa: S101, see above
@@ -140,12 +119,8 @@ def largest_turn(neighbors: int, scenario: FlockScenario | None = None) -> float
 
 def candidate_gains(file: Path, counts: Sequence[int] = (4, max(CANDIDATES))) -> dict[str, list[Estimate]]:
     """Return the paired gains of numbers of candidate ranges over the best fixed range, by sensing range."""
-    table = pl.read_parquet(file).sort("seed")
-
-    def values(sensing: str, count: int) -> FloatArray:
-        return table.filter(sensing=sensing, candidates=count)["objective"].to_numpy()
-
-    return {name: [mean(values(name, count) - values(name, 0)) for count in counts] for name in SENSING}
+    values = values_by(pl.read_parquet(file), "sensing", "candidates")
+    return {name: [mean(values[name, count] - values[name, 0]) for count in counts] for name in SENSING}
 
 
 def arrivals(file: Path) -> dict[str, float]:

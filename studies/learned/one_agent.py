@@ -16,7 +16,7 @@ from flockesc_env import FlockScenario, NamedPolicy, built_in, load_policy
 from flockesc_env.common.array_files import write_npz
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.render.palette import LIGHT
-from studies.learned.results import POLICIES, load_study
+from studies.learned.results import load_study
 from studies.learned.watching import watch
 from training.figure_style import RANGES, WIDTH
 from training.seeds import HELD_OUT, first_seeds
@@ -47,8 +47,7 @@ def measure_agent(results: Path) -> Path:
       agent would hear nobody;
     - ``chosen``: the ranges that it sets, in m.
     """
-    study = load_study(results / BLIND_SETTING)
-    file = results / BLIND_SETTING / POLICIES / f"{study.best_learner}-{study.best_seed}.npz"
+    file = load_study(results / BLIND_SETTING).file()
     rule = built_in("turn-away")
     informed = replace(rule, options={**rule.options, "max_range": CANDIDATES[-1]})
     runs = {"blind": _run(load_policy(file)), "informed": _run(informed)}

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import CONFIDENCE
 from studies.learned import figures
 from studies.learned.aggregate import profile
@@ -29,8 +28,8 @@ from studies.learned.results import BEST_FIXED, FIGURES, ORACLE, load_studies
 from studies.learned.story import story
 from studies.learned.summary import LENDERS, Summary, losses_first, outcomes, summarize
 from studies.learned.tables import ablation_table, transfer_tables, versions
-from studies.pages import path_from, templates
-from training.figure_style import save_figure
+from studies.pages import path_from, render
+from studies.study import Pages
 from training.outputs import CURVE_FLOCKS
 from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 
@@ -39,87 +38,6 @@ DETAILS = "results-details.md"
 
 CREDIT = "per-agent-visible"
 """The setting that compares rewards."""
-
-
-def write_page(results: Path, page: Path) -> str:
-    """Write the page, those of details and of policy files, and the pictures; return the README's table.
-
-    Raises:
-        RecordError: if the results are incomplete.
-    """
-    summaries = summarize(load_studies(results))
-    for name, picture in {**_pictures(summaries), **_measured(results)}.items():
-        save_figure(picture, results / FIGURES / name, ("png",))
-    page.parent.mkdir(parents=True, exist_ok=True)
-    write_text(page, markdown_page(summaries, results, page))
-    details = page.with_name(DETAILS)
-    write_text(details, details_page(summaries, results, details))
-    board = page.with_name(LEADERBOARD)
-    write_text(board, leaderboard_page(summaries, results, board))
-    return readme_table(summaries)
-
-
-def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> str:
-    """Return the page as Markdown.
-
-    Args:
-        summaries: of the settings.
-        results: folder of the results, with the pictures.
-        page: file that the page is for.
-    """
-    coverage, ordered = results / COVERAGE_FILE, losses_first(summaries)
-    rendered: str = (
-        templates("studies.learned")
-        .get_template("results.md")
-        .render(
-            summaries=summaries,
-            pictures=path_from(page, results / FIGURES),
-            shown={file.name for file in (results / FIGURES).glob("*.*")},
-            watched=[name for name in WATCHED if (results / name / LISTENING_FILE).is_file()],
-            details=DETAILS,
-            dispersal_flocks=DISPERSAL_FLOCKS,
-            losses=loss_tables(read_cells(results / LOSSES_FILE), summaries),
-            **numbers(summaries, results),
-            unaware_range=UNAWARE_RANGE,
-            steps_per_action=STEPS_PER_ACTION,
-            listening_flocks=LISTENING_FLOCKS,
-            missing=[name for name in QUESTIONS if name not in {row.study.setting for row in summaries}],
-            knowledge=KNOWLEDGE,
-            losses_first=ordered,
-            outcomes=outcomes(ordered),
-            untaught=[row.study.setting for row in ordered if Kind.RULE in row.best and not row.learned],
-            kinds=list(Kind),
-            trained=TRAINED,
-            curve_flocks=CURVE_FLOCKS,
-            coverage=read_coverage(coverage) if coverage.is_file() else None,
-            coverage_flocks=NUM_FLOCKS,
-            coverage_trials=NUM_TRIALS,
-            coverage_seeds=SEEDS,
-            **_PROTOCOL,
-        )
-    )
-    return rendered
-
-
-def details_page(summaries: Sequence[Summary], results: Path, page: Path) -> str:
-    """Return the page of details as Markdown; arguments as those of ``markdown_page``."""
-    cells = read_cells(results / LOSSES_FILE)
-    rendered: str = (
-        templates("studies.learned")
-        .get_template("details.md")
-        .render(
-            summaries=summaries,
-            pictures=path_from(page, results / FIGURES),
-            credit=[summary for summary in summaries if summary.study.setting == CREDIT],
-            lenders=LENDERS,
-            ablation=ablation_table(summaries),
-            transfers=transfer_tables(cells, summaries),
-            losses=loss_tables(cells, summaries),
-            versions=versions(summaries),
-            **_PROTOCOL,
-        )
-    )
-    return rendered.rstrip() + "\n"
 
 
 _PROTOCOL = {
@@ -136,20 +54,67 @@ _PROTOCOL = {
 }
 
 
+def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> str:
+    """Return the page as Markdown, for the file ``page``, with pictures in the folder of the results."""
+    coverage, ordered = results / COVERAGE_FILE, losses_first(summaries)
+    return render(
+        "learned/results.md",
+        summaries=summaries,
+        pictures=path_from(page, results / FIGURES),
+        shown={file.name for file in (results / FIGURES).glob("*.*")},
+        watched=[name for name in WATCHED if (results / name / LISTENING_FILE).is_file()],
+        details=DETAILS,
+        dispersal_flocks=DISPERSAL_FLOCKS,
+        losses=loss_tables(read_cells(results / LOSSES_FILE), summaries),
+        **numbers(summaries, results),
+        unaware_range=UNAWARE_RANGE,
+        steps_per_action=STEPS_PER_ACTION,
+        listening_flocks=LISTENING_FLOCKS,
+        missing=[name for name in QUESTIONS if name not in {row.study.setting for row in summaries}],
+        knowledge=KNOWLEDGE,
+        losses_first=ordered,
+        outcomes=outcomes(ordered),
+        untaught=[row.study.setting for row in ordered if Kind.RULE in row.best and not row.learned],
+        kinds=list(Kind),
+        trained=TRAINED,
+        curve_flocks=CURVE_FLOCKS,
+        coverage=read_coverage(coverage) if coverage.is_file() else None,
+        coverage_flocks=NUM_FLOCKS,
+        coverage_trials=NUM_TRIALS,
+        coverage_seeds=SEEDS,
+        **_PROTOCOL,
+    )
+
+
+def details_page(summaries: Sequence[Summary], results: Path, page: Path) -> str:
+    """Return the page of details as Markdown; arguments as those of ``markdown_page``."""
+    cells = read_cells(results / LOSSES_FILE)
+    text = render(
+        "learned/details.md",
+        summaries=summaries,
+        pictures=path_from(page, results / FIGURES),
+        credit=[summary for summary in summaries if summary.study.setting == CREDIT],
+        lenders=LENDERS,
+        ablation=ablation_table(summaries),
+        transfers=transfer_tables(cells, summaries),
+        losses=loss_tables(cells, summaries),
+        versions=versions(summaries),
+        **_PROTOCOL,
+    )
+    return text.rstrip() + "\n"
+
+
 def readme_table(summaries: Sequence[Summary]) -> str:
     """Return a short table, one row per setting, as Markdown."""
-    rendered: str = (
-        templates("studies.learned")
-        .get_template("readme_table.md")
-        .render(losses_first=losses_first(summaries), best_fixed=BEST_FIXED, kinds=list(Kind))
-    )
-    return rendered.strip()
+    ordered = losses_first(summaries)
+    text = render("learned/readme_table.md", losses_first=ordered, best_fixed=BEST_FIXED, kinds=list(Kind))
+    return text.strip()
 
 
-def _pictures(summaries: Sequence[Summary]) -> dict[str, Figure]:
-    """Return the figures of all settings by file name."""
+def _figures(summaries: Sequence[Summary]) -> dict[str, Figure]:
+    """Return the figures of all settings, and of single measurements that have a file."""
     studies = [summary.study for summary in summaries]
-    shown = figures.shown_studies(studies)
+    results, shown = studies[0].folder.parent, figures.shown_studies(studies)
     profiles = {
         study.setting: {
             name: profile(study.values(name), figures.thresholds(study)) for name in figures.profiled(study)
@@ -157,19 +122,32 @@ def _pictures(summaries: Sequence[Summary]) -> dict[str, Figure]:
         for study in shown
     }
     told = story(summaries)
-    return {
+    drawn = {
         **({"story": told} if told else {}),
         "gains": figures.gains(summaries),
         "learning_curves": figures.learning_curves(shown),
         "performance_profiles": figures.performance_profiles(shown, profiles),
     }
-
-
-def _measured(results: Path) -> dict[str, Figure]:
-    """Return the figures of single measurements by file name; those without a file are left out."""
-    drawn = {
+    measured = {
         "information": (results / INFORMATION_FILE, draw_information),
         "one_agent": (results / AGENT_FILE, draw_agent),
         **{name: (results / name / LISTENING_FILE, draw_listening) for name in WATCHED},
     }
-    return {name: draw(file) for name, (file, draw) in drawn.items() if file.is_file()}
+    drawn |= {name: draw(file) for name, (file, draw) in measured.items() if file.is_file()}
+    return {f"{FIGURES}/{name}": figure for name, figure in drawn.items()}
+
+
+def _pages(summaries: Sequence[Summary], results: Path, page: Path) -> dict[Path, str]:
+    details, board = page.with_name(DETAILS), page.with_name(LEADERBOARD)
+    return {
+        page: markdown_page(summaries, results, page),
+        details: details_page(summaries, results, details),
+        board: leaderboard_page(summaries, board),
+    }
+
+
+LEARNED = Pages(
+    load=lambda results: summarize(load_studies(results)),
+    figures=_figures,
+    pages=_pages,
+)

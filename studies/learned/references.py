@@ -24,11 +24,14 @@ from flockesc_env import (
 )
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
+from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BestCandidate, Planner
 from studies.learned.information import CANDIDATES
 from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, INFORMED_GREEDY, PLANNER
 from studies.learned.results import REFERENCES_FILE
+from studies.measurements import Runner, chunks
+from studies.tables import rows
+from training.cma import maximize
 from training.config import Setting
 
 SIMULATED_FLOCKS = 200
@@ -48,34 +51,14 @@ _PLANNED, _OPTIMIZED, _INFORMED = 500, _CONSTANTS + _POPULATION * _GENERATIONS, 
 """Estimated seconds of a step of one agent, and steps of a reference per step of an episode."""
 
 
-def write_references(
-    setting: Setting, flocks: range, cache: Cache, backend: Backend, folder: Path
-) -> Path | None:
-    """Compute the references of a setting and write their file; return its path, or ``None`` without any.
-
-    Args:
-        setting: the task.
-        flocks: seeds of the held-out flocks.
-        cache: keeps the results of jobs; a job in it is not computed again.
-        backend: where jobs run.
-        folder: folder of the setting's results.
-
-    Raises:
-        JobError: if jobs fail.
-    """
-    jobs = reference_jobs(setting, flocks)
-    if not jobs:
+def write_references(setting: Setting, flocks: range, runner: Runner, folder: Path) -> Path | None:
+    """Compute the references of a setting and write their file; return its path, or ``None`` without any."""
+    found = runner.groups(reference_jobs(setting, flocks), "References")
+    if not found:
         return None
-    results = iter(run([job for group in jobs.values() for job in group], cache, backend, title="References"))
-    tables = []
-    for name, group in jobs.items():
-        values = np.concatenate([next(results)["objective"] for _ in group])
-        table = pl.DataFrame(
-            {"seed": flocks[: len(values)], "objective": values},
-            {"seed": pl.Int64, "objective": pl.Float64},
-        )
-        tables.append(table.select(pl.lit(name).alias("reference"), pl.all()))
+    values = {name: result["objective"] for name, result in found.items()}
     folder.mkdir(parents=True, exist_ok=True)
+    tables = [rows(flocks[: len(row)], row, reference=name) for name, row in values.items()]
     write_table(pl.concat(tables), folder / REFERENCES_FILE)
     return folder / REFERENCES_FILE
 
@@ -95,16 +78,14 @@ def reference_jobs(setting: Setting, flocks: range) -> dict[str, list[Job]]:
     if not setting.per_agent and setting.profile_ranges:
         return {}
     if not setting.per_agent:
-        few = flocks[:SIMULATED_FLOCKS]
-        chunks = [few[start : start + 5] for start in range(0, len(few), 5)]
+        few = chunks(flocks[:SIMULATED_FLOCKS], 5)
         return {
-            PLANNER: [_job("planner", setting, chunk, _PLANNED) for chunk in chunks],
-            CLAIRVOYANT: [_job("clairvoyant", setting, chunk, _OPTIMIZED) for chunk in chunks],
+            PLANNER: [_job("planner", setting, chunk, _PLANNED) for chunk in few],
+            CLAIRVOYANT: [_job("clairvoyant", setting, chunk, _OPTIMIZED) for chunk in few],
         }
     # The same for all settings with the same flocks, so that each is computed once.
     task = Setting(scenario=setting.scenario, objective=setting.objective)
-    chunks = [flocks[start : start + 100] for start in range(0, len(flocks), 100)]
-    jobs = {INFORMED_GREEDY: [_job("informed_greedy", task, chunk, _INFORMED) for chunk in chunks]}
+    jobs = {INFORMED_GREEDY: [_job("informed_greedy", task, part, _INFORMED) for part in chunks(flocks, 100)]}
     return jobs | ({FREE_HEADINGS: [_job("free_headings", setting, flocks, 1)]} if is_bounded(model) else {})
 
 
@@ -147,10 +128,7 @@ def _search(setting: Setting, flock: int) -> float:
     optimizer = CMA(start, _STEP_SIZE, bounds=bounds, population_size=_POPULATION, seed=flock)
     replays = _Replays(setting, flock, _POPULATION)
     for _ in range(_GENERATIONS):
-        schedules = np.array([optimizer.ask() for _ in range(_POPULATION)])
-        values = replays.objectives(schedules)
-        best = max(best, values.max())
-        optimizer.tell(list(zip(schedules, -values, strict=True)))  # cmaes minimizes
+        best = max(best, maximize(optimizer, replays.objectives).max())
     return float(best)
 
 
@@ -231,10 +209,8 @@ def _bound(env: FlockEscapeEnv, objective: str, flock: int) -> float:
     env.reset(seed=flock)
     times = np.arange(env.scenario.num_steps + 1) * env.scenario.time_step
     state = env.flock
-    paths = (
-        state.predator_positions[:, np.newaxis]
-        + times[:, np.newaxis] * state.predator_velocities[:, np.newaxis]
-    )
+    flown = times[:, np.newaxis] * state.predator_velocities[:, np.newaxis]
+    paths = state.predator_positions[:, np.newaxis] + flown
     offsets = state.positions[:, np.newaxis, np.newaxis] - paths  # (agents, predators, times, D)
     nearest = np.linalg.norm(offsets, axis=-1).min(axis=1)
     speeds = np.linalg.norm(state.velocities, axis=1)

@@ -11,10 +11,10 @@ import polars as pl
 
 from flockesc_env import ArgumentError
 from flockesc_env.common.files import write_text
-from flockesc_env.jobs import Backend, Cache
-from studies.learned.held_out import Played, PolicyFile, choose_range, play_all, rules_of
+from studies.learned.held_out import Played, PolicyFile, choose_range, play_all, rules_of, write_rules
 from studies.learned.results import EPISODES_FILE, GRID_FILE, POLICIES, STUDY_FILE, Study, load_studies
-from studies.learned.rules import write_rules
+from studies.measurements import Runner
+from studies.study import document
 from training import seeds
 from training.config import Setting
 from training.presets import presets
@@ -27,12 +27,7 @@ _KEYS = ("policy", "training_seed", "seed")
 
 @dataclasses.dataclass(frozen=True)
 class Difference:
-    """Values that a replay does not reproduce.
-
-    Attributes:
-        what: a policy file, a rule, the fixed ranges or the best one of them.
-        found: description of the difference.
-    """
+    """Values that a replay does not reproduce: of a policy file, a rule or the fixed ranges."""
 
     what: str
     found: str
@@ -40,16 +35,7 @@ class Difference:
 
 @dataclasses.dataclass(frozen=True)
 class Replay:
-    """The replay of one setting.
-
-    Attributes:
-        setting: name of the setting.
-        files: number of policy files.
-        rules: number of built-in rules.
-        flocks: number of flocks.
-        differences: in files, rules, fixed ranges and their best one.
-        differing_files: number of files that do not reproduce their episodes.
-    """
+    """The replay of one setting: numbers of files, rules, flocks and files that differ, and differences."""
 
     setting: str
     files: int
@@ -69,9 +55,7 @@ class Replay:
 
 def replay(
     study: Study,
-    folder: Path,
-    cache: Cache,
-    backend: Backend,
+    runner: Runner,
     *,
     flocks: int | None = None,
     files: Sequence[Path] | None = None,
@@ -80,60 +64,40 @@ def replay(
     """Play everything that a setting reports again, without training, and compare it with the results.
 
     Compared bit for bit: the episodes of fixed ranges, rules and policy files, and, with all flocks, the
-    means of fixed ranges and the choice of the best one on tuning flocks.
-
-    Args:
-        study: the results of the setting.
-        folder: their folder.
-        cache: keeps the results of jobs; a job in it is not computed again.
-        backend: where jobs run.
-        flocks: number of held-out flocks; ``None``: all.
-        files: some of the policy files; ``None``: all.
-        write: whether to replace the results by those of the replay; needs all flocks and files.
-
-    Raises:
-        ArgumentError: if the setting is no preset, or ``write`` is given without all flocks and files.
-        JobError: if jobs fail.
+    means of fixed ranges and the choice of the best one on tuning flocks. ``write`` replaces the results by
+    those of the replay; it needs all flocks and files, which are the default.
     """
     known = presets()
     if study.setting not in known:
         raise ArgumentError("setting", f"one of {', '.join(known)}", repr(study.setting))
     setting: Setting = known[study.setting].setting
-    is_whole = flocks is None and files is None
-    if write and not is_whole:
+    if write and not (flocks is None and files is None):
         raise ArgumentError("write", "all flocks and files", "some of them")
     held_out = seeds.first_seeds(seeds.HELD_OUT, study.held_out_flocks if flocks is None else flocks)
-    chosen = policy_files(study, folder) if files is None else files
-    contents = [_read(file) for file in chosen]
+    contents = [_read(file) for file in (policy_files(study) if files is None else files)]
     best = study.best_fixed_range
     differences = []
     if flocks is None:
-        tuning = seeds.first_seeds(seeds.TUNING, study.tuning_flocks)
-        best = choose_range(setting, tuning, cache, backend)
+        best = choose_range(setting, seeds.first_seeds(seeds.TUNING, study.tuning_flocks), runner)
         if best != study.best_fixed_range:
             found = f"{best:g} instead of {study.best_fixed_range:g}"
             differences.append(Difference("choice of the best fixed range", found))
-    played = play_all(study.setting, setting, best, contents, held_out, cache, backend)
+    played = play_all(study.setting, setting, best, contents, held_out, runner)
     episodes = _differences(study, played, held_out, every_file=files is None)
     differences += episodes
     if flocks is None and not played.grid.equals(study.grid.select(played.grid.columns)):
         differences.append(Difference(GRID_FILE, "other means or intervals of fixed ranges"))
+    rules = rules_of(study.setting, setting)
     if write:
-        _write(played, best, folder)
-        write_rules(rules_of(study.setting, setting), setting, cache, backend, folder)
-    rules = played.episodes.filter(pl.col("training_seed").is_null())["policy"].n_unique() - 2
+        _write(study, played, best)
+        write_rules(rules, setting, runner, study.folder)
     trained = {f"{learner}-{seed}" for learner, seed, _ in contents}
     differing = len(trained & {one.what for one in episodes})
-    return Replay(study.setting, len(contents), rules, len(held_out), tuple(differences), differing)
+    return Replay(study.setting, len(contents), len(rules), len(held_out), tuple(differences), differing)
 
 
 def find_studies(names: Sequence[str], results: Path) -> list[Study]:
-    """Return the studies with these names, in their order; without names, all of the folder.
-
-    Raises:
-        ArgumentError: if a name is unknown.
-        RecordError: if the results are incomplete.
-    """
+    """Return the studies with these names, in their order; without names, all of the folder."""
     studies = {study.setting: study for study in load_studies(results)}
     for name in names:
         if name not in studies:
@@ -141,10 +105,10 @@ def find_studies(names: Sequence[str], results: Path) -> list[Study]:
     return [studies[name] for name in names or studies]
 
 
-def policy_files(study: Study, folder: Path) -> list[Path]:
+def policy_files(study: Study) -> list[Path]:
     """Return the policy files of a setting, in the order of learners and training seeds."""
     order = list(study.learners)
-    files = [file for file in (folder / POLICIES).glob("*.npz") if _origin(file)[0] in order]
+    files = [file for file in (study.folder / POLICIES).glob("*.npz") if _origin(file)[0] in order]
     return sorted(files, key=lambda file: (order.index(_origin(file)[0]), _origin(file)[1]))
 
 
@@ -188,11 +152,9 @@ def _file_name(rows: pl.DataFrame) -> str:
     return str(name) if seed is None else f"{name}-{seed}"
 
 
-def _write(played: Played, best: float, folder: Path) -> None:
+def _write(study: Study, played: Played, best: float) -> None:
     """Write the results of a replay, and the choice of the best fixed range."""
-    played.write(folder)
-    path = folder / STUDY_FILE
-    document = json.loads(path.read_text())
-    if document["best_fixed_range"] != best:
-        document["best_fixed_range"] = best
-        write_text(path, json.dumps(document, indent=1) + "\n")
+    played.write(study.folder)
+    path = study.folder / STUDY_FILE
+    if study.best_fixed_range != best:
+        write_text(path, document(json.loads(path.read_text()) | {"best_fixed_range": best}))

@@ -40,13 +40,7 @@ _OPTIONAL = ("ablation", "transfer", "references", "rules")
 
 @dataclass(frozen=True)
 class LearnerInfo:
-    """How a learner was run.
-
-    Attributes:
-        kind: "search", "ppo", "tqc" or "imitation".
-        arguments: of its runs.
-        note: a remark, or nothing.
-    """
+    """How a learner was run: "search", "ppo", "tqc" or "imitation", its arguments, and a remark, if any."""
 
     kind: str
     arguments: dict[str, Any]
@@ -55,32 +49,16 @@ class LearnerInfo:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Study:
-    """One folder of ``results/learned``.
+    """One folder of ``results/learned``; the folder has the name of the setting.
 
-    Attributes:
-        setting: its name, which is the folder's.
-        title: of the setting.
-        command: the command that gives these results.
-        objective: the distance that counts.
-        is_line: whether the model is the line; its objective has no unit.
-        tuning_flocks: on which the best fixed range was chosen.
-        held_out_flocks: on which every policy is reported.
-        best_fixed_range: the choice.
-        learners: by name.
-        versions: of Python and packages.
-        machine: where it ran.
-        explained: the learner of ``ablation`` and ``transfer``: ``best_learner`` when they were measured.
-        explained_seed: its training seed: ``best_seed`` at that time.
-        episodes: policy, training_seed (null where nothing was trained), seed, objective.
-        runs: learner, training_seed, minutes, episodes, samples_per_second, environment_share.
-        curves: learner, training_seed, episodes, seconds, objective (on tuning flocks).
-        grid: interaction_range, mean, low, high, of fixed ranges on the held-out flocks.
-        ablation: removed, seed, objective; ``None`` without an ablation.
-        transfer: world, policy, seed, objective; ``None`` without other scenarios.
-        references: reference, seed (some of the held-out flocks), objective; ``None`` without references.
-        rules: rule, seed (of tuning flocks), objective, of the built-in rules; ``None`` without rules.
+    The best fixed range was chosen on the tuning flocks, and every policy is reported on the held-out flocks.
+    ``explained`` and ``explained_seed`` are the headline policy when ``ablation`` and ``transfer`` were
+    measured. The tables have the columns of ``_COLUMNS``: objectives of episodes and of fixed ranges on
+    held-out flocks, of rules and learning curves on tuning flocks. ``training_seed`` is null where nothing
+    was trained. A table that was not measured is None.
     """
 
+    folder: Path
     setting: str
     title: str
     command: str
@@ -102,6 +80,11 @@ class Study:
     transfer: pl.DataFrame | None
     references: pl.DataFrame | None
     rules: pl.DataFrame | None
+
+    def file(self, learner: str | None = None, seed: int | None = None) -> Path:
+        """Return the file of a policy; None: the best learner and training seed on tuning flocks."""
+        name = f"{learner or self.best_learner}-{self.best_seed if seed is None else seed}"
+        return self.folder / POLICIES / f"{name}.npz"
 
     @property
     def spec(self) -> ObjectiveSpec:
@@ -187,36 +170,30 @@ class Study:
 
 
 def load_study(folder: Path) -> Study:
-    """Read the results of one setting.
-
-    Raises:
-        RecordError: if a file is missing or holds something else; it names the file.
-    """
+    """Read the results of one setting; a RecordError names a file that is missing or holds something else."""
     document = _document(folder / STUDY_FILE)
     tables = {name: _table(folder / f"{name}.parquet", columns) for name, columns in _COLUMNS.items()}
     try:
         learners = {name: LearnerInfo(**fields) for name, fields in document.pop("learners").items()}
-        study = Study(learners=learners, **document, **tables)  # type: ignore[arg-type]
+        study = Study(folder=folder, learners=learners, **document, **tables)  # type: ignore[arg-type]
     except (KeyError, TypeError) as error:
         raise RecordError(str(folder / STUDY_FILE), "a study's fields", repr(error)) from None
     if study.setting != folder.name:
         raise RecordError(f"{folder / STUDY_FILE}: setting", repr(folder.name), repr(study.setting))
     _check_episodes(study, folder / EPISODES_FILE)
     _check_references(study, folder / REFERENCES_FILE)
-    _check_learners(study, folder)
+    _check_learners(study)
     if study.explained is not None and study.explained not in study.learners:
         raise RecordError(f"{folder / STUDY_FILE}: explained", "a learner", repr(study.explained))
-    _check_pairs(study.ablation, folder / "ablation.parquet", (), "removed", "nothing")
-    _check_pairs(study.transfer, folder / "transfer.parquet", ("world",), "policy", "learned")
+    if study.ablation is not None:
+        _check_pairs(study.ablation, folder / "ablation.parquet", "removed", "nothing")
+    for _, world in [] if study.transfer is None else study.transfer.group_by("world"):
+        _check_pairs(world, folder / "transfer.parquet", "policy", "learned")
     return study
 
 
 def load_studies(results: Path) -> list[Study]:
-    """Read all settings of a folder, in the order of their names.
-
-    Raises:
-        RecordError: if the folder holds no study, or as ``load_study``.
-    """
+    """Read all settings of a folder, in the order of their names."""
     found = sorted(file.parent for file in results.glob(f"*/{STUDY_FILE}"))
     if not found:
         raise RecordError(str(results), f"folders with {STUDY_FILE}", "none")
@@ -247,51 +224,44 @@ def _check_episodes(study: Study, path: Path) -> None:
     """Check that every training seed of every policy has every flock once: differences are paired."""
     if BEST_FIXED not in study.policies:
         raise RecordError(f"{path}: policy", repr(BEST_FIXED), ", ".join(study.policies))
-    if not np.isfinite(study.episodes["objective"].cast(pl.Float64).fill_null(np.nan).to_numpy()).all():
-        raise RecordError(f"{path}: objective", "finite numbers", "others too")
+    _check_finite(study.episodes, f"{path}: objective")
     flocks = study.flocks
     if len(flocks) != study.held_out_flocks or len(flocks) < 2:
         raise RecordError(f"{path}: flock", f"{study.held_out_flocks} flocks, at least 2", len(flocks))
     for (name, seed), rows in study.episodes.group_by("policy", "training_seed"):
-        if rows["seed"].sort().to_list() != flocks:
-            raise RecordError(
-                f"{path}: {name}, training seed {seed}", "every flock once", f"{len(rows)} rows"
-            )
+        _check_flocks(rows, flocks, f"{path}: {name}, training seed {seed}", "every flock once")
 
 
 def _check_references(study: Study, path: Path) -> None:
-    """Check that every reference has held-out flocks, each once, at least 2."""
-    if study.references is None:
-        return
-    for (name,), rows in study.references.group_by("reference"):
+    for (name,), rows in () if study.references is None else study.references.group_by("reference"):
         flocks = rows["seed"]
         if flocks.is_duplicated().any() or len(flocks) < 2 or set(flocks) - set(study.flocks):
             raise RecordError(f"{path}: {name}", "held-out flocks, each once, at least 2", "others")
-        if not np.isfinite(rows["objective"].cast(pl.Float64).fill_null(np.nan).to_numpy()).all():
-            raise RecordError(f"{path}: {name}", "finite numbers", "others too")
+        _check_finite(rows, f"{path}: {name}")
 
 
-def _check_learners(study: Study, folder: Path) -> None:
+def _check_learners(study: Study) -> None:
     """Check that every learner has episodes, runs and curves."""
     expected = set(study.learners)
     for name, column in (("episodes", "policy"), ("runs", "learner"), ("curves", "learner")):
         missing = expected - set(getattr(study, name)[column].to_list())
         if missing or not expected:
             given = f"none for {', '.join(sorted(missing))}" if expected else "no learner"
-            raise RecordError(f"{folder / name}.parquet", "rows of every learner", given)
+            raise RecordError(f"{study.folder / name}.parquet", "rows of every learner", given)
 
 
-def _check_pairs(
-    table: pl.DataFrame | None, path: Path, groups: tuple[str, ...], column: str, reference: str
-) -> None:
+def _check_pairs(table: pl.DataFrame, path: Path, column: str, reference: str) -> None:
     """Check that every entry of a table has the flocks of its reference, each once."""
-    if table is None:
-        return
-    parts = [rows for _, rows in table.group_by(*groups)] if groups else [table]
-    for rows in parts:
-        flocks = rows.filter(pl.col(column) == reference)["seed"].sort().to_list()
-        for (name,), one in rows.group_by(column):
-            if one["seed"].sort().to_list() != flocks:
-                raise RecordError(
-                    f"{path}: {name}", f"the flocks of {reference!r}, each once", f"{len(one)} rows"
-                )
+    flocks = table.filter(pl.col(column) == reference)["seed"].sort().to_list()
+    for (name,), rows in table.group_by(column):
+        _check_flocks(rows, flocks, f"{path}: {name}", f"the flocks of {reference!r}, each once")
+
+
+def _check_flocks(rows: pl.DataFrame, flocks: list[int], field: str, expected: str) -> None:
+    if rows["seed"].sort().to_list() != flocks:
+        raise RecordError(field, expected, f"{len(rows)} rows")
+
+
+def _check_finite(rows: pl.DataFrame, field: str) -> None:
+    if not np.isfinite(rows["objective"].cast(pl.Float64).fill_null(np.nan).to_numpy()).all():
+        raise RecordError(field, "finite numbers", "others too")

@@ -37,16 +37,10 @@ def chosen_pairs(
     scenarios: Mapping[str, FlockScenario],
     minutes: float,
 ) -> list[Pair]:
-    """Return the pairs that are trained: in the given order, until the estimated time is spent.
+    """Return the pairs that are trained: in the given order, until the estimated minutes are spent.
 
     An estimate is the median time of the setting's own runs. Worlds where agents count neighbors, those
     with more agents than the paper's flock and a few other pairs take too long; they are left out.
-
-    Args:
-        losses: setting and world of the losses, the largest first.
-        studies: results by setting.
-        scenarios: the worlds by name.
-        minutes: estimated processor time of all training runs in min.
     """
     chosen, spent = [], 0.0
     for setting, world in losses:
@@ -72,12 +66,7 @@ def train_there(
 ) -> dict[Pair, bytes]:
     """Train the learner of each headline policy in the world of its loss; return the policy files.
 
-    Args:
-        pairs: setting and world.
-        studies: results by setting.
-        scenarios: the worlds by name.
-        runs: folder of the training runs; finished ones are used, unfinished ones continued.
-        backend: where they run.
+    Finished runs in the folder ``runs`` are used, and unfinished ones continued.
     """
     args = [_args(studies[setting], world, scenarios[world], runs) for setting, world in pairs]
     run([run_job(one) for one in args], RunFolders(runs), backend, title="Training runs in other worlds")

@@ -39,15 +39,7 @@ _REFERENCES = {
 
 @dataclass(frozen=True)
 class Row:
-    """One bar: gain over the best fixed range.
-
-    Attributes:
-        title: of the setting.
-        fixed: the objective of the best fixed range, with its unit.
-        blind: gain of the best policy without a profile, and its kind.
-        informed: the same with a profile, or ``None``.
-        references: gains of the references.
-    """
+    """One bar: gain over the best fixed range."""
 
     title: str
     fixed: str

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
-import platform
 import shlex
 import shutil
 from collections.abc import Sequence
@@ -18,12 +16,13 @@ from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Backend, Cache, find_backend, run
 from studies.learned.explain import write_explanations
-from studies.learned.held_out import choose_range, play_all, rules_of
+from studies.learned.held_out import choose_range, play_all, rules_of, write_rules
 from studies.learned.references import write_references
 from studies.learned.results import POLICIES, STUDY_FILE, load_study
-from studies.learned.rules import write_rules
+from studies.measurements import Runner
+from studies.study import document, machine
 from training import seeds
-from training.config import KINDS, Args
+from training.config import Args
 from training.presets import Preset, presets
 from training.record import CURVE_FILE, POLICY_FILE, RUN_FILE, RunRecord
 from training.runs import RunFolders, run_job
@@ -35,16 +34,10 @@ TrainingRun = tuple[str, int, Path]
 
 @dataclasses.dataclass(frozen=True)
 class StudyArgs:
-    """Arguments of ``study``.
+    """Arguments of a study; the results of the setting go into a folder of its name.
 
-    Attributes:
-        setting: name of a preset.
-        output: folder of the results; the setting's go into a folder of its name.
-        runs: folder of the training runs; finished ones are used, unfinished ones continued.
-        learners: some of the preset's learners; none: all that have training seeds.
-        held_out_flocks: flocks that results are reported on.
-        tuning_flocks: other flocks, on which the best fixed range is chosen.
-        backend: where jobs run, as ``find_backend`` takes it.
+    Without learners, all of the preset that have training seeds run. Finished training runs in ``runs`` are
+    used, and unfinished ones continued.
     """
 
     setting: str
@@ -57,26 +50,19 @@ class StudyArgs:
 
 
 def study(args: StudyArgs) -> Path:
-    """Train, evaluate and write the files of one setting; return its folder.
-
-    Raises:
-        ArgumentError: for an unknown setting or learner, or an argument out of bounds.
-        JobError: if training runs fail; finished runs stay.
-    """
-    preset, backend = _preset(args), find_backend(args.backend)
+    """Train, evaluate and write the files of one setting; return its folder."""
+    preset, runner = _preset(args), _runner(args)
     held_out = seeds.first_seeds(seeds.HELD_OUT, args.held_out_flocks)
     tuning = seeds.first_seeds(seeds.TUNING, args.tuning_flocks)
-    runs = _train(args, preset, backend)
+    runs = _train(args, preset, runner.backend)
     folder = args.output / args.setting
     (folder / POLICIES).mkdir(parents=True, exist_ok=True)
 
-    cache = Cache(args.runs / "fixed")
-    best = choose_range(preset.setting, tuning, cache, backend)
+    best = choose_range(preset.setting, tuning, runner)
     files = [(name, seed, (run_folder / POLICY_FILE).read_bytes()) for name, seed, run_folder in runs]
-    played = play_all(args.setting, preset.setting, best, files, held_out, cache, backend)
-    played.write(folder)
-    write_references(preset.setting, held_out, cache, backend, folder)
-    write_rules(rules_of(args.setting, preset.setting), preset.setting, cache, backend, folder)
+    play_all(args.setting, preset.setting, best, files, held_out, runner).write(folder)
+    write_references(preset.setting, held_out, runner, folder)
+    write_rules(rules_of(args.setting, preset.setting), preset.setting, runner, folder)
     _collect(runs, folder)
     _describe(args, preset, best, folder)
     if not preset.setting.is_line:
@@ -85,44 +71,29 @@ def study(args: StudyArgs) -> Path:
 
 
 def study_references(args: StudyArgs) -> Path:
-    """Compute the references of one setting without training; return their file.
-
-    Raises:
-        ArgumentError: for an unknown setting, one without references, or an argument out of bounds.
-        JobError: if jobs fail.
-    """
-    preset, backend = _preset(args), find_backend(args.backend)
-    held_out = seeds.first_seeds(seeds.HELD_OUT, args.held_out_flocks)
-    path = write_references(
-        preset.setting, held_out, Cache(args.runs / "fixed"), backend, args.output / args.setting
-    )
+    """Compute the references of one setting without training; return their file."""
+    preset, held_out = _preset(args), seeds.first_seeds(seeds.HELD_OUT, args.held_out_flocks)
+    path = write_references(preset.setting, held_out, _runner(args), args.output / args.setting)
     if path is None:
         raise ArgumentError("setting", "a setting with references", repr(args.setting))
     return path
 
 
 def study_explanations(args: StudyArgs) -> Path:
-    """Explain the headline policy of one setting that was studied, without training; return its folder.
-
-    Raises:
-        ArgumentError: for an unknown setting or one of the line.
-        RecordError: if the setting has no results.
-        JobError: if jobs fail.
-    """
+    """Explain the headline policy of one setting that was studied, without training; return its folder."""
     preset, folder = _preset(args), args.output / args.setting
     if preset.setting.is_line:
         raise ArgumentError("setting", "a setting of a flock", repr(args.setting))
-    cache, backend = Cache(args.runs / "fixed"), find_backend(args.backend)
-    write_explanations(load_study(folder), preset.setting, cache, backend, folder)
+    write_explanations(load_study(folder), preset.setting, _runner(args))
     return folder
 
 
-def _preset(args: StudyArgs) -> Preset:
-    """Return the preset of a setting with the learners that are asked for.
+def _runner(args: StudyArgs) -> Runner:
+    return Runner(Cache(args.runs / "fixed"), find_backend(args.backend))
 
-    Raises:
-        ArgumentError: for an unknown setting or learner.
-    """
+
+def _preset(args: StudyArgs) -> Preset:
+    """Return the preset of a setting with the learners that are asked for."""
     known = presets()
     if args.setting not in known:
         raise ArgumentError("setting", f"one of {', '.join(known)}", repr(args.setting))
@@ -139,11 +110,7 @@ def _preset(args: StudyArgs) -> Preset:
 
 
 def _train(args: StudyArgs, preset: Preset, backend: Backend) -> list[TrainingRun]:
-    """Do all training runs that are not finished; return learner, training seed and folder of each.
-
-    Raises:
-        ArgumentError: if a finished run has other arguments than the preset.
-    """
+    """Do all training runs that are not finished; return learner, training seed and folder of each."""
     runs = [
         (name, seed, args.runs / args.setting / f"{name}-{seed}")
         for name, learner in preset.learners.items()
@@ -175,18 +142,15 @@ def _collect(runs: Sequence[TrainingRun], folder: Path) -> None:
         shutil.copy(source / POLICY_FILE, folder / POLICIES / f"{name}-{seed}.npz")
         origin = {"learner": name, "training_seed": seed}
         outputs.append({**origin, **json.loads((source / RUN_FILE).read_text())})
-        curves.append(
-            pl.read_parquet(source / CURVE_FILE).select(
-                pl.lit(name).alias("learner"), pl.lit(seed).alias("training_seed"), pl.all()
-            )
-        )
+        labels = [pl.lit(label).alias(column) for column, label in origin.items()]
+        curves.append(pl.read_parquet(source / CURVE_FILE).select(*labels, pl.all()))
     write_table(pl.DataFrame(outputs), folder / "runs.parquet")
     write_table(pl.concat(curves), folder / "curves.parquet")
 
 
 def _describe(args: StudyArgs, preset: Preset, best: float, folder: Path) -> None:
     chosen = ["--learners", *args.learners] if args.learners else []
-    document = {
+    fields = {
         "setting": args.setting,
         "title": preset.title,
         "command": shlex.join(["python", "-m", "studies", "learned", args.setting, *chosen]),
@@ -196,10 +160,10 @@ def _describe(args: StudyArgs, preset: Preset, best: float, folder: Path) -> Non
         "held_out_flocks": args.held_out_flocks,
         "best_fixed_range": best,
         "learners": {
-            name: {"kind": KINDS[type(learner.args)], "arguments": learner.arguments(), "note": learner.note}
+            name: {"kind": learner.args.kind, "arguments": learner.arguments(), "note": learner.note}
             for name, learner in preset.learners.items()
         },
         "versions": versions(),
-        "machine": f"{os.cpu_count()} cores, {platform.machine()}",
+        "machine": machine(),
     }
-    write_text(folder / STUDY_FILE, json.dumps(document, indent=1) + "\n")
+    write_text(folder / STUDY_FILE, document(fields))

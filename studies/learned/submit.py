@@ -12,9 +12,10 @@ from flockesc_env import ArgumentError
 from flockesc_env.common.array_files import write_table
 from flockesc_env.policies import NAMES
 from studies.learned.fitting import check_fits, is_checkable
-from studies.learned.page import write_page
+from studies.learned.page import LEARNED
 from studies.learned.results import BEST_FIXED, EPISODES_FILE, ORACLE, load_studies
 from studies.learned.summary import summarize
+from studies.tables import rows
 from training.evaluation import play
 from training.policies import named_policy
 from training.presets import presets
@@ -38,24 +39,8 @@ def submit(
 
     The policy may not see more than the setting shows: ``check_fits`` says what that is. It plays in the
     setting's scenario and with the setting's objective. A policy of another class than those of the package
-    gets a name that ends with ``UNCHECKED``, because its code can see more than its options say.
-
-    Args:
-        setting: name of the preset.
-        policy: a built-in policy, a policy's file, the folder
-            of a run, or ``module:function``.
-        name: name in tables and figures; it may gain the end ``UNCHECKED``.
-        results: folder of the results.
-        page: the page's file.
-        replace: whether to replace an earlier submission of this name.
-        dry_run: whether to write nothing.
-
-    Returns:
-        A sentence with the policy's objective and its difference to the best fixed range.
-
-    Raises:
-        ArgumentError: if the policy does not fit the setting, or the name is taken; it names the field.
-        RecordError: if the results are incomplete.
+    gets a name that ends with ``UNCHECKED``, because its code can see more than its options say. Return a
+    sentence with the policy's objective and its difference to the best fixed range.
     """
     known = presets()
     studies = {study.setting: study for study in load_studies(results) if study.setting in known}
@@ -77,20 +62,12 @@ def submit(
     options = entry.options if task.is_line else {"objective": task.objective, **entry.options}
     entry = dataclasses.replace(entry, name=name, options=options)
 
-    rows = pl.DataFrame(
-        {
-            "policy": name,
-            "training_seed": pl.Series([None] * len(flocks), dtype=pl.Int64),
-            "seed": flocks,
-            "objective": play(entry, task, flocks),
-        },
-        schema_overrides=dict(study.episodes.schema),
-    )
+    added = rows(flocks, play(entry, task, flocks), policy=name, training_seed=None)
     others = study.episodes.filter(pl.col("policy") != name)
-    episodes = pl.concat([others, rows.select(others.columns)])
+    episodes = pl.concat([others, added.select(others.columns)])
     if not dry_run:
-        write_table(episodes, results / setting / EPISODES_FILE)
-        write_page(results, page)
+        write_table(episodes, study.folder / EPISODES_FILE)
+        LEARNED.write(results, page)
     (row,) = summarize([dataclasses.replace(study, episodes=episodes)])
     reached = row.show(row.policies[name].objective) + study.unit
     return f"{setting}: {name} {reached}, {row.difference(name)}{study.unit} to the best fixed range"

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-import polars as pl
 
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate
@@ -15,6 +14,7 @@ from studies.learned.kinds import LEARNED as LEARNED_KINDS
 from studies.learned.kinds import TRAINED, Kind, best_by_kind, kind_of, searched_rule, tuning_objectives
 from studies.learned.questions import QUESTIONS, question_of
 from studies.learned.results import BEST_FIXED, Study
+from studies.tables import values_by
 
 NOTHING = "nothing"
 LEARNED, BEST_THERE = "learned", "best fixed range there"
@@ -26,13 +26,7 @@ LENDERS = {"shared-profile": "shared", "shared-profile-minimum": "shared-minimum
 
 @dataclass(frozen=True)
 class Reference:
-    """Statistics of a reference.
-
-    Attributes:
-        num_flocks: number of held-out flocks.
-        objective: mean objective on these flocks.
-        difference: paired difference to the best fixed range on the same flocks.
-    """
+    """Statistics of a reference: on its flocks, and paired with the best fixed range there."""
 
     num_flocks: int
     objective: Estimate
@@ -41,14 +35,10 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class Summary:
-    """A study and its statistics.
+    """A study and its statistics; those of policies are paired with the best fixed range.
 
-    Attributes:
-        study: the files.
-        policies: statistics by policy; differences are to the best fixed range.
-        references: statistics by reference.
-        best: name of the policy of each kind that is best on tuning flocks.
-        over_rule: paired difference of ``best`` to the best untrained rule; empty without a rule.
+    ``best`` names the policy of each kind that is best on tuning flocks. ``over_rule`` holds the paired
+    differences of ``best`` to the best untrained rule; it is empty without a rule.
     """
 
     study: Study
@@ -94,11 +84,9 @@ class Summary:
 
     def short(self, policy: str | None) -> str:
         """Return the mean objective of a policy, without unit and interval."""
-        return (
-            UNKNOWN
-            if policy is None
-            else f"{self.policies[policy].objective.mean:.{self.study.spec.digits}f}"
-        )
+        if policy is None:
+            return UNKNOWN
+        return f"{self.policies[policy].objective.mean:.{self.study.spec.digits}f}"
 
     def learned_over_rule(self) -> str:
         """Return the mean difference of the learned policy to the best untrained rule."""
@@ -209,12 +197,6 @@ def hidden(study: Study) -> list[tuple[str, Estimate]]:
     """Return the change of the objective for each hidden part of the observation, largest loss first."""
     if study.ablation is None:
         return []
-    values = _by_name(study.ablation, "removed")
+    values = values_by(study.ablation, "removed")
     rows = [(name, stats.mean(row - values[NOTHING])) for name, row in values.items() if name != NOTHING]
     return sorted(rows, key=lambda row: row[1].mean)
-
-
-def _by_name(table: pl.DataFrame, column: str) -> dict[str, stats.FloatArray]:
-    """Return the objective, flocks in rising order, by the names in a column."""
-    groups = table.group_by(column, maintain_order=True)
-    return {str(name): rows.sort("seed")["objective"].to_numpy() for (name,), rows in groups}

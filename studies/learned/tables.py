@@ -21,13 +21,7 @@ _TIED = "\u2020"
 
 @dataclass(frozen=True)
 class Table:
-    """A table of text.
-
-    Attributes:
-        title: what it shows.
-        columns: titles of the columns after the first.
-        rows: title and cells of every row.
-    """
+    """A table of text: what it shows, titles of the columns after the first, title and cells of every row."""
 
     title: str
     columns: list[str]
@@ -38,10 +32,6 @@ def transfer_tables(cells: Iterable[Cell], summaries: Sequence[Summary]) -> list
     """Return a table per objective: worlds against the headline policies that are tried in them.
 
     A policy is marked if it depends on entries of ``CLOCK``.
-
-    Args:
-        cells: all cells; those of other worlds are shown.
-        summaries: of the settings.
     """
     found = {(cell.setting, cell.world): cell for cell in cells if cell.kind == "world"}
     tables = []

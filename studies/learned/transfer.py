@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import polars as pl
 
-from flockesc_env import FlockScenario, NamedPolicy, rollout
+from flockesc_env import FlockScenario, NamedPolicy
 from flockesc_env.common.errors import InputError
-from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import env_options
-from flockesc_env.jobs import Arrays, Backend, Cache, Job
+from flockesc_env.episodes.options import View, env_options
+from flockesc_env.jobs import Arrays, Job
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import seed_jobs
-from studies.learned.held_out import FLOCK_GRID, stored_policy
-from studies.learned.results import POLICIES, Study
+from studies.learned.held_out import FLOCK_GRID
+from studies.learned.playing import play_job, policy_of
+from studies.learned.results import Study
 from studies.learned.summary import BEST_THERE, LEARNED
-from studies.measurements import run_groups
+from studies.measurements import Runner, chunks
 from studies.robustness.plan import METERS, NEIGHBORS, attacked_presets, grid_of
-from training import seeds
+from studies.tables import rows
+from training.seeds import HELD_OUT, TUNING, first_seeds
 
 SIZES = (100, 1_000, 10_000)
 """Numbers of agents of the paper's flock in which policies are tried."""
@@ -32,21 +32,10 @@ _SLOW_SHARE, _LARGE_SHARE = 0.2, 0.06
 _CHUNK = 50
 """Flocks of a job."""
 
-_AGENT_STEP = 500e-9
-"""Estimated time of a step of an agent under a policy in s."""
-
-Table = dict[str, pl.DataFrame]
-
 
 @dataclass(frozen=True)
 class Headline:
-    """A policy that is tried in other worlds.
-
-    Attributes:
-        setting: name of the setting in which it was trained.
-        file: the bytes of its file.
-        column: its objective in the results of sweeps and rollouts.
-    """
+    """A policy that is tried in other worlds: its setting, its file as bytes and its objective's column."""
 
     setting: str
     file: bytes
@@ -55,13 +44,9 @@ class Headline:
 
 @dataclass(frozen=True)
 class FixedRanges:
-    """Fixed ranges of one world, played exactly.
+    """Outcomes of fixed ranges in one world by column, shape (ranges, flocks); ``flocks`` are held out.
 
-    Attributes:
-        flocks: seeds of the held-out flocks.
-        ranges: in rising order; numbers of neighbors if agents count neighbors.
-        tuning: outcomes on tuning flocks by column, shape (ranges, flocks).
-        held_out: outcomes on the held-out flocks by column, shape (ranges, flocks).
+    The ranges are numbers of neighbors if agents count neighbors.
     """
 
     flocks: range
@@ -79,62 +64,48 @@ def worlds() -> dict[str, FlockScenario]:
     return attacked_presets() | {f"n = {size:,}": FlockScenario(num_agents=size) for size in SIZES}
 
 
-def headline(study: Study, results: Path) -> Headline:
-    """Return the headline policy: of the best learner on tuning flocks, the training seed that is best there.
-
-    Args:
-        study: results of a setting of a flock.
-        results: folder of all settings.
-    """
-    name = f"{study.explained or study.best_learner}-{best_seed(study)}"
-    file = (results / study.setting / POLICIES / f"{name}.npz").read_bytes()
-    return Headline(study.setting, file, study.spec.column)
-
-
-def best_seed(study: Study) -> int:
-    """Return the training seed of the headline policy."""
-    return study.best_seed if study.explained_seed is None else study.explained_seed
+def headline(study: Study) -> Headline:
+    """Return the headline policy: the best learner and training seed on tuning flocks."""
+    file = study.file(study.explained, study.explained_seed)
+    return Headline(study.setting, file.read_bytes(), study.spec.column)
 
 
 def refusal(entry: NamedPolicy, scenario: FlockScenario) -> str | None:
     """Return why a policy cannot run in a world, as the name of the option that it needs, or ``None``."""
     try:
-        FlockBatch(scenario, env_options(scenario, entry.options), per_agent=entry.per_agent)  # type: ignore[arg-type]
+        FlockBatch(scenario, env_options(scenario, entry.options), view=View.of(entry.per_agent))
     except InputError as error:
         return error.field
     return None
 
 
+def refusals(policy: Headline, scenarios: Mapping[str, FlockScenario]) -> dict[str, str]:
+    """Return the option that is refused in every world in which a policy cannot run."""
+    entry = policy_of(policy.file)
+    found = {name: refusal(entry, scenario) for name, scenario in scenarios.items()}
+    return {name: option for name, option in found.items() if option is not None}
+
+
 def fixed_ranges(
-    scenarios: Mapping[str, FlockScenario],
-    flocks: int,
-    cache: Cache,
-    backend: Backend,
+    scenarios: Mapping[str, FlockScenario], num_flocks: int, runner: Runner
 ) -> dict[str, FixedRanges]:
     """Play all fixed ranges in all worlds, on held-out flocks and on twice as many tuning flocks.
 
-    Agents that count neighbors have the grid of the robustness study.
-
-    Args:
-        scenarios: the worlds by name.
-        flocks: number of held-out flocks; slow worlds have fewer.
-        cache: of the measurements; all policies share them.
-        backend: where they run.
+    Agents that count neighbors have the grid of the robustness study, and slow worlds have fewer flocks.
     """
-    jobs: dict[str, list[Job]] = {}
-    for name, scenario in scenarios.items():
-        count = _num_flocks(scenario, flocks)
-        for purpose, num in ((seeds.TUNING, 2 * count), (seeds.HELD_OUT, count)):
-            chosen = seeds.first_seeds(purpose, num)
-            jobs[_key(name, purpose)] = seed_jobs(SWEEP, scenario, _actions(scenario), chosen)
-    found = run_groups(jobs, cache, backend, title="Fixed ranges")
+    flocks = {
+        name: (first_seeds(TUNING, 2 * count), first_seeds(HELD_OUT, count))
+        for name, scenario in scenarios.items()
+        for count in [_num_flocks(scenario, num_flocks)]
+    }
+    jobs = {
+        (name, at): seed_jobs(SWEEP, scenario, _actions(scenario), seeds)
+        for name, scenario in scenarios.items()
+        for at, seeds in enumerate(flocks[name])
+    }
+    found = runner.groups(jobs, "Fixed ranges")
     return {
-        name: FixedRanges(
-            seeds.first_seeds(seeds.HELD_OUT, _num_flocks(scenario, flocks)),
-            _actions(scenario),
-            found[_key(name, seeds.TUNING)],
-            found[_key(name, seeds.HELD_OUT)],
-        )
+        name: FixedRanges(flocks[name][1], _actions(scenario), found[name, 0], found[name, 1])
         for name, scenario in scenarios.items()
     }
 
@@ -143,71 +114,34 @@ def transfer(
     policies: Sequence[Headline],
     scenarios: Mapping[str, FlockScenario],
     fixed: Mapping[str, FixedRanges],
-    cache: Cache,
-    backend: Backend,
-) -> Table:
+    runner: Runner,
+) -> dict[str, pl.DataFrame]:
     """Return what policies and the best fixed range reach in all worlds in which a policy can run.
 
-    Args:
-        policies: the policies.
-        scenarios: the worlds by name.
-        fixed: fixed ranges of all worlds.
-        cache: of the measurements.
-        backend: where they run.
-
-    Returns:
-        A table per setting: world, policy, interaction_range (null if learned), seed, objective.
+    A setting's table has the columns world, policy, interaction_range (null if learned), seed, objective.
     """
-    pairs = [
-        (policy, name)
-        for policy in policies
-        for name, scenario in scenarios.items()
-        if refusal(stored_policy(policy.file), scenario) is None
-    ]
-    jobs = {
-        f"{policy.setting} in {name}": _in_world_jobs(policy, scenarios[name], fixed[name].flocks)
-        for policy, name in pairs
-    }
-    played = run_groups(jobs, cache, backend, title="Policies in other worlds")
-    parts: dict[str, list[pl.DataFrame]] = {policy.setting: [] for policy in policies}
-    for policy, name in pairs:
-        best, flocks = fixed[name].best(policy.column), fixed[name].flocks
-        learned = played[f"{policy.setting} in {name}"]["objective"][0]
-        there = fixed[name].held_out[policy.column][best]
-        parts[policy.setting] += [
-            _rows(name, LEARNED, None, flocks, learned),
-            _rows(name, BEST_THERE, fixed[name].ranges[best], flocks, there),
-        ]
-    return {setting: pl.concat(tables) for setting, tables in parts.items() if tables}
-
-
-def refusals(policy: Headline, scenarios: Mapping[str, FlockScenario]) -> Iterator[tuple[str, str]]:
-    """Yield the worlds in which a policy cannot run, each with the option that is refused."""
-    entry = stored_policy(policy.file)
-    for name, scenario in scenarios.items():
-        if (reason := refusal(entry, scenario)) is not None:
-            yield name, reason
-
-
-def in_world(file: bytes, column: str, scenario: FlockScenario, flocks: range) -> Arrays:
-    """Return the objective under the policy in the bytes of a file, shape (1, flocks)."""
-    return {"objective": getattr(rollout(scenario, stored_policy(file), flocks), column)[None]}
-
-
-def _in_world_jobs(policy: Headline, scenario: FlockScenario, flocks: range) -> list[Job]:
-    slowness = 30 if grid_of(scenario) is NEIGHBORS else 1
-    seconds = _CHUNK * scenario.num_steps * scenario.num_agents * _AGENT_STEP * slowness
-    chunks = [flocks[start : start + _CHUNK] for start in range(0, len(flocks), _CHUNK)]
-    arguments = [(policy.file, policy.column, scenario, chunk) for chunk in chunks]
-    return [Job(f"{__name__}:in_world", one, seconds) for one in arguments]
-
-
-def _rows(world: str, policy: str, fixed: float | None, flocks: range, values: FloatArray) -> pl.DataFrame:
-    labels = {"world": world, "policy": policy, "interaction_range": fixed}
-    types = {"world": pl.String, "policy": pl.String, "interaction_range": pl.Float64}
-    columns = {name: [label] * len(flocks) for name, label in labels.items()}
-    numbers = {"seed": flocks, "objective": values}
-    return pl.DataFrame({**columns, **numbers}, {**types, "seed": pl.Int64, "objective": pl.Float64})
+    jobs: dict[tuple[str, str], list[Job]] = {}
+    for policy in policies:
+        refused = refusals(policy, scenarios)
+        for name in (name for name in scenarios if name not in refused):
+            jobs[policy.setting, name] = [
+                play_job(policy.file, scenarios[name], policy.column, part)
+                for part in chunks(fixed[name].flocks, _CHUNK)
+            ]
+    played = runner.groups(jobs, "Policies in other worlds")
+    columns = {policy.setting: policy.column for policy in policies}
+    parts: dict[str, list[pl.DataFrame]] = {}
+    for (setting, name), result in played.items():
+        world, column = fixed[name], columns[setting]
+        best = world.best(column)
+        rho, there = world.ranges[best], world.held_out[column][best]
+        parts.setdefault(setting, []).extend(
+            (
+                rows(world.flocks, result["objective"], world=name, policy=LEARNED, interaction_range=None),
+                rows(world.flocks, there, world=name, policy=BEST_THERE, interaction_range=rho),
+            )
+        )
+    return {setting: pl.concat(tables) for setting, tables in parts.items()}
 
 
 def _actions(scenario: FlockScenario) -> tuple[float, ...]:
@@ -215,11 +149,7 @@ def _actions(scenario: FlockScenario) -> tuple[float, ...]:
     return tuple(float(rho) for rho in FLOCK_GRID) if own is METERS else own.actions
 
 
-def _num_flocks(scenario: FlockScenario, flocks: int) -> int:
+def _num_flocks(scenario: FlockScenario, num_flocks: int) -> int:
     share = _SLOW_SHARE if grid_of(scenario) is NEIGHBORS else 1.0
     share = _LARGE_SHARE if scenario.num_agents > max(SIZES[:2]) else share
-    return max(round(flocks * share), 2)
-
-
-def _key(world: str, purpose: range) -> str:
-    return f"{world}, seeds from {purpose.start}"
+    return max(round(num_flocks * share), 2)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flockesc_env import Trajectory, load_policy, record
+from flockesc_env import load_policy, record
 from flockesc_env.render.options import RenderOptions
 from flockesc_env.render.video import write_video
-from studies.learned.results import FIGURES, POLICIES, load_study
+from studies.learned.results import FIGURES, load_study
 from training.seeds import HELD_OUT
 
 VIDEO_FILE = "policies.gif"
@@ -21,14 +21,11 @@ SHOWN = {
 
 def record_video(results: Path) -> Path:
     """Write a video of the best policies of ``SHOWN`` on the first held-out flock; return the file."""
-    flock, runs = HELD_OUT[0], list[tuple[str, Trajectory]]()
-    for setting, title in SHOWN.items():
-        study = load_study(results / setting)
-        if not runs:
-            rho = study.best_fixed_range
-            runs.append((f"best fixed range, {rho:g} m", record(None, f"fixed:{rho}", flock)))
-        file = results / setting / POLICIES / f"{study.best_learner}-{study.best_seed}.npz"
-        runs.append((title, load_policy(file).record(flock)))
+    flock = HELD_OUT[0]
+    studies = {title: load_study(results / setting) for setting, title in SHOWN.items()}
+    rho = next(iter(studies.values())).best_fixed_range
+    runs = [(f"best fixed range, {rho:g} m", record(None, f"fixed:{rho}", flock))]
+    runs += [(title, load_policy(study.file()).record(flock)) for title, study in studies.items()]
     path = results / FIGURES / VIDEO_FILE
     path.parent.mkdir(parents=True, exist_ok=True)
     write_video(runs, path, fps=8, options=RenderOptions(size=300, color="range"))

@@ -17,14 +17,7 @@ Observations = NDArray[np.float32]
 
 @dataclass
 class Watching:
-    """A policy that records the observations and ranges of another one.
-
-    Attributes:
-        policy: the other policy.
-        layouts: layout of its observations, one per action.
-        seen: its observations, one array per action.
-        ranges: its ranges in m.
-    """
+    """A policy that records the observations and ranges of another one."""
 
     policy: Policy
 

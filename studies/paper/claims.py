@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 
+Bools = NDArray[np.bool]
+
 
 class Verdict(StrEnum):
     """Whether a claim of the paper holds."""
@@ -27,12 +29,9 @@ MOST = 0.95
 
 @dataclass(frozen=True)
 class Judgment:
-    """The verdict on a claim, and how sure it is.
+    """The verdict on a claim, and the share of realizations in which it is true.
 
-    Attributes:
-        verdict: by ``MOST`` and by whether the claim is true of the mean.
-        share: share of realizations in which the claim is true, with its Wilson interval.
-        is_clear: False if the sample is too small to judge: an interval includes the bound that decides.
+    ``is_clear`` is False if the sample is too small to judge: an interval includes the bound that decides.
     """
 
     verdict: Verdict
@@ -40,14 +39,8 @@ class Judgment:
     is_clear: bool
 
 
-def judge(is_so: NDArray[np.bool], *, in_expectation: bool, mean_is_clear: bool = True) -> Judgment:
-    """Return the judgment on a claim.
-
-    Args:
-        is_so: whether it is true, of every realization.
-        in_expectation: whether it is true of the mean over realizations.
-        mean_is_clear: False if the interval of the mean includes the bound that decides.
-    """
+def judge(is_so: Bools, *, in_expectation: bool, mean_is_clear: bool = True) -> Judgment:
+    """Return the judgment on a claim: whether it is true of every realization, and of their mean."""
     found = stats.share(is_so)
     if in_expectation:
         verdict = Verdict.HOLDS if is_so.mean() >= MOST else Verdict.IN_EXPECTATION
@@ -63,14 +56,7 @@ def is_clear(estimate: Estimate, low: float, high: float) -> bool:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A measured quantity.
-
-    Attributes:
-        what: name of the quantity.
-        value: the estimate with its 95 % interval.
-        unit: ``"m"``, ``"%"`` (then ``value`` is a share) or "".
-        digits: decimals that are shown.
-    """
+    """A measured quantity; its unit is "m", "%" (then ``value`` is a share) or ""."""
 
     what: str
     value: Estimate
@@ -91,20 +77,20 @@ class Quantity:
         return f"{mean}{unit}" + ("" if is_exact else f" [{low}, {high}]")
 
 
-def every(is_so: NDArray[np.bool], axis: int) -> NDArray[np.bool]:
+def every(is_so: Bools, axis: int) -> Bools:
     """Return where all entries along an axis are true."""
-    result: NDArray[np.bool] = np.all(is_so, axis=axis)
+    result: Bools = np.all(is_so, axis=axis)
     return result
 
 
-def share(what: str, is_so: NDArray[np.bool]) -> Quantity:
+def share(what: str, is_so: Bools) -> Quantity:
     """Return the share of realizations in which something is true."""
     return Quantity(what, stats.share(is_so), "%", 1)
 
 
-def mean(what: str, values: FloatArray, unit: str = "", digits: int = 2) -> Quantity:
+def mean(what: str, values: NDArray[np.number], unit: str = "", digits: int = 2) -> Quantity:
     """Return the mean over realizations."""
-    return Quantity(what, stats.mean(values), unit, digits)
+    return Quantity(what, stats.mean(values.astype(float)), unit, digits)
 
 
 def exactly(what: str, value: float, unit: str = "", digits: int = 2) -> Quantity:
@@ -120,14 +106,7 @@ def quantiles(what: str, values: FloatArray, unit: str = "", digits: int = 2) ->
 
 @dataclass(frozen=True)
 class RangeRow:
-    """Objectives and components of one fixed range, in expectation.
-
-    Attributes:
-        interaction_range: rho in m.
-        min_mean_distance: J_mean in m.
-        min_min_distance: J_min in m.
-        num_components: components at 12 s.
-    """
+    """Objectives in m, and components at 12 s, of one fixed range in m, in expectation."""
 
     interaction_range: float
     min_mean_distance: Estimate
@@ -137,16 +116,10 @@ class RangeRow:
 
 @dataclass(frozen=True)
 class Claim:
-    """One row of the page.
+    """One row of the page: what the paper says at a place, what is measured, and the verdict.
 
-    Attributes:
-        where: section or figure of the paper.
-        claim: what the paper says, with its number.
-        measured: what this package measures; the first is the key figure.
-        trials: realizations that were measured.
-        holds_if: the rule: what has to be true of a realization, and of the mean.
-        judgment: the verdict.
-        is_reading: whether this is this project's own reading of the text, not a claim of the paper.
+    The first measured quantity is the key figure. ``holds_if`` says what has to be true of a realization, and
+    of the mean. A reading is this project's own reading of the text, not a claim of the paper.
     """
 
     where: str
@@ -156,3 +129,20 @@ class Claim:
     holds_if: str
     judgment: Judgment
     is_reading: bool = False
+
+
+def claim(
+    where: str,
+    says: str,
+    holds_if: str,
+    is_so: Bools,
+    *measured: Quantity,
+    in_expectation: bool | np.bool | None = None,
+    mean_is_clear: bool = True,
+    trials: int | None = None,
+    is_reading: bool = False,
+) -> Claim:
+    """Return a claim from whether it is true of every realization, and of the mean; None: of all of them."""
+    expected = bool(is_so.all() if in_expectation is None else in_expectation)
+    judgment = judge(is_so, in_expectation=expected, mean_is_clear=mean_is_clear)
+    return Claim(where, says, measured, trials or len(is_so), holds_if, judgment, is_reading)

@@ -11,9 +11,8 @@ from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend, Json, Progress, optional
-from flockesc_env.cli.output import check_folder, check_output, note, show, show_json
-from flockesc_env.common.extras import require
-from flockesc_env.jobs import find_backend
+from flockesc_env.cli.output import note, show, show_json
+from studies.flags import prepare
 from studies.paper.plan import BATCH, LEAST_FLOCKS, Trials
 
 if TYPE_CHECKING:
@@ -51,18 +50,15 @@ def run(
     Example: python -m studies paper --output runs/paper --figures 5 9
     """
     trials = Trials(flocks=flocks, lines=lines)
-    runs_on = find_backend(backend)
-    check_output(page, [".md"], field="page")
-    check_folder(output)
-    require("analysis", ["matplotlib", "scipy", "jinja2", "markdown"])
+    runs_on = prepare(output, "analysis", page=page, backend=backend)
     from studies.paper.figures import measure_and_draw  # heavy, and of an extra
-    from studies.paper.reproduction import reproduce
+    from studies.paper.reproduction import PAPER
 
     if figures:
         for file in measure_and_draw(output, figures, trials, runs_on, progress=progress):
             note(f"saved: {file}")
         return Exit.DONE
-    results = reproduce(output, trials, runs_on, page=page, progress=progress)
+    results = PAPER.run(trials, output, page or output / "paper.md", runs_on, progress=progress)
     note(f"saved: {output / 'paper.html'}")
     if json:
         show_json({"command": "paper", "output": str(output), **json_.loads(results.to_json())})

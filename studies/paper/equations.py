@@ -6,15 +6,7 @@ from typing import Final, NamedTuple
 
 
 class Equation(NamedTuple):
-    """One row of the page's table.
-
-    Attributes:
-        equation: number and content.
-        file: source file, from the root of the repository.
-        function: in that file.
-        test_file: from the root of the repository.
-        test: in that file.
-    """
+    """One row of the page's table: content of an equation, its function, and a test; files from the root."""
 
     equation: str
     file: str
@@ -92,8 +84,8 @@ EQUATIONS: Final = (
     ),
     Equation(
         "Eqs. 12 and 13: J_mean and J_min",
-        f"{_CORE}/episode/running.rs",
-        "update",
+        f"{_CORE}/episode/outcomes.rs",
+        "record",
         f"{_TESTS}/test_golden.py",
         "test_flock",
     ),

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.jobs import Arrays, Backend, Cache
-from studies.measurements import measure
+from studies.measurements import Runner
 from studies.paper import flock_figures, line_figures, mechanism_figures
 from studies.paper.plan import (
     ANATOMIES,
@@ -32,13 +32,7 @@ Measured = Mapping[str, Arrays]
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """A figure.
-
-    Attributes:
-        stem: name of its files, without suffix.
-        needs: names of its measurements.
-        draw: makes it of them.
-    """
+    """A figure: the stem of its files, the names of its measurements, and how it is drawn from them."""
 
     stem: str
     needs: tuple[str, ...]
@@ -56,34 +50,26 @@ def _flock(measured: Measured) -> int:
     return flock_seed(measured["curves"], measured["grid flock"])
 
 
-def _snapshots(rho: float) -> Callable[[Measured], Figure]:
-    return lambda measured: flock_figures.snapshots(_flock(measured), rho)
+def _distances(objective: str, measured: Measured) -> Figure:
+    return flock_figures.distances(objective, measured["curves"], measured["grid flock"], _flock(measured))
 
 
-def _distances(objective: str) -> Callable[[Measured], Figure]:
-    return lambda measured: flock_figures.distances(
-        objective, measured["curves"], measured["grid flock"], _flock(measured)
-    )
-
+_LINES = ("free line",)
 
 FIGURES: Final[dict[str, PaperFigure]] = {
     "2": PaperFigure("figure_2", (), lambda _: line_figures.escape_forces()),
-    "3": PaperFigure(
-        "figure_3", ("free line",), lambda m: line_figures.lines_over_time(_line(m), is_attacked=False)
-    ),
-    "4": PaperFigure(
-        "figure_4", ("free line",), lambda m: line_figures.lines_over_time(_line(m), is_attacked=True)
-    ),
+    "3": PaperFigure("figure_3", _LINES, lambda m: line_figures.lines_over_time(_line(m), is_attacked=False)),
+    "4": PaperFigure("figure_4", _LINES, lambda m: line_figures.lines_over_time(_line(m), is_attacked=True)),
     "5": PaperFigure(
         "figure_5",
         tuple(f"grid {force}" for force in FORCES),
         lambda m: line_figures.distance_against_range({force: m[f"grid {force}"] for force in FORCES}),
     ),
-    "6": PaperFigure("figure_6", _GRID, _snapshots(100.0)),
-    "7": PaperFigure("figure_7", _GRID, _snapshots(10.0)),
-    "8": PaperFigure("figure_8", _GRID, _snapshots(0.0)),
-    "9": PaperFigure("figure_9", _GRID, _distances("mean")),
-    "10": PaperFigure("figure_10", _GRID, _distances("minimum")),
+    "6": PaperFigure("figure_6", _GRID, lambda m: flock_figures.snapshots(_flock(m), 100.0)),
+    "7": PaperFigure("figure_7", _GRID, lambda m: flock_figures.snapshots(_flock(m), 10.0)),
+    "8": PaperFigure("figure_8", _GRID, lambda m: flock_figures.snapshots(_flock(m), 0.0)),
+    "9": PaperFigure("figure_9", _GRID, lambda m: _distances("mean", m)),
+    "10": PaperFigure("figure_10", _GRID, lambda m: _distances("minimum", m)),
     "edge": PaperFigure(
         "edge",
         tuple(f"aimed {offset:g}" for offset in OFFSETS),
@@ -109,14 +95,9 @@ def draw_figures(output: Path, measured: Measured, names: Iterable[str] = FIGURE
 def measure_and_draw(
     output: Path, names: Iterable[str], trials: Trials, backend: Backend, *, progress: bool = False
 ) -> list[Path]:
-    """Write some figures; run only the measurements that they need. The cache is that of ``reproduce``.
+    """Write some figures and return the PNG files; run only the measurements that they need.
 
-    Returns:
-        The PNG files.
-
-    Raises:
-        ArgumentError: if there is no such figure.
-        JobError: if measurements failed.
+    The cache is that of the whole study.
     """
     chosen = list(dict.fromkeys(names))
     for name in chosen:
@@ -125,5 +106,5 @@ def measure_and_draw(
     plan = measurements(trials)
     needed = {need: plan[need] for name in chosen for need in FIGURES[name].needs}
     output.mkdir(parents=True, exist_ok=True)
-    draw_figures(output, measure(needed, Cache(output / "cache"), backend, progress=progress), chosen)
+    draw_figures(output, Runner(Cache(output / "cache"), backend, progress).measure(needed), chosen)
     return [output / f"{FIGURES[name].stem}.png" for name in chosen]

@@ -24,7 +24,7 @@ from studies.paper.plan import (
     PAPER_OBJECTIVES,
     SHOWN_FLOCK_RANGES,
 )
-from studies.style import component_colors, letter
+from studies.style import caption, component_colors, letter
 from training.figure_style import BAND, RANGES, WIDTH, label_ends
 
 _TIMES = (0.0, 4.0, 8.0, 12.0)
@@ -42,11 +42,9 @@ def snapshots(seed: int, rho: float) -> Figure:
         _snapshot(axes, run, rho, round(time / FLOCK.time_step))
         axes.set_xlabel("x (m)")
     panels[0].set_ylabel("y (m)")
-    figure.suptitle(
+    caption(
+        figure,
         f"Range {rho:g} m, flock of seed {seed}; color: component, gray: alone, vermilion: predator",
-        x=0.01,
-        ha="left",
-        fontsize=10,
     )
     return figure
 
@@ -132,11 +130,9 @@ def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
         letter(below, 2 + column, f"{symbol} at 100 m minus {symbol} at 10 m")
     panels[0, 0].set_ylabel("interaction range (m)")
     panels[1, 0].set_ylabel("difference (m)")
-    figure.suptitle(
+    caption(
+        figure,
         f"An attack beside the center: {values[0].shape[1]:,} flocks a point, 95 % intervals",
-        x=0.01,
-        ha="left",
-        fontsize=10,
     )
     return figure
 

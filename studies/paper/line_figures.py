@@ -13,7 +13,7 @@ from flockesc_env.models.sweep import LineSweepResult
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.line import EscapeForce, LineScenario
 from studies.paper.plan import COARSE, FORCES, FREE_LINE, LINE, LINE_GRID, SHOWN_RANGES
-from studies.style import cluster_colors, letter
+from studies.style import caption, cluster_colors, letter
 from training.figure_style import BAND, WIDTH
 
 _NAMES: dict[EscapeForce, str] = {
@@ -72,7 +72,7 @@ def lines_over_time(seed: int, *, is_attacked: bool) -> Figure:
     for axes in panels[:, 0]:
         axes.set_ylabel("state x")
     kind = "under attack (vermilion: predator and its range)" if is_attacked else "without predator"
-    figure.suptitle(f"Line of seed {seed} {kind}; color: cluster", x=0.01, ha="left", fontsize=10)
+    caption(figure, f"Line of seed {seed} {kind}; color: cluster")
     return figure
 
 
@@ -125,11 +125,10 @@ def distance_against_range(grids: dict[EscapeForce, Arrays]) -> Figure:
     panels[0, 0].set_ylabel("mean distance d_ss")
     panels[1, 0].set_ylabel("mean number of clusters")
     lines = next(iter(grids.values()))["escape_distance"].shape[1]
-    figure.suptitle(
+    caption(
+        figure,
         f"{lines:,} lines a point, 95 % band; dots: the paper's grid, triangle: maximum, cross: the paper",
-        x=0.01,
-        ha="left",
-        fontsize=9.5,
+        size=9.5,
     )
     return figure
 

@@ -11,7 +11,7 @@ from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
 from flockesc_env.jobs import Arrays
-from studies.paper.claims import Claim, Quantity, judge, share
+from studies.paper.claims import Claim, Quantity, claim, share
 from studies.paper.plan import (
     CONTROL_GRID,
     FULL_RANGE,
@@ -30,41 +30,38 @@ from studies.robustness.findings import Choice, Finding, choose
 SECTION = "I, "
 """What the places of these claims start with: the paper's introduction."""
 
-_SHORT, _SHORT_LINE = 10.0, 0.1
-"""The paper's best ranges."""
-
 _OBJECTIVES = tuple(FLOCK_OBJECTIVES.values())
 
 
 @dataclass(frozen=True)
 class Controlled:
-    """An objective without and with the escape force, on the same flocks or lines.
+    """An objective without and with the paper's escape force, shape (ranges, flocks or lines).
 
-    Attributes:
-        where: the place of the claim, with objective and world.
-        spec: the objective.
-        grid: the ranges.
-        short: the paper's best range, in the grid.
-        without: the objective without the force, shape (ranges, flocks).
-        fleeing: the objective with the paper's force, same shape.
+    ``short`` is the paper's best range and ``full`` the range of full connectivity, both in the grid.
     """
 
     where: str
     spec: ObjectiveSpec
     grid: tuple[float, ...]
     short: float
+    full: float
     without: FloatArray
     fleeing: FloatArray
+
+    @property
+    def trials(self) -> str:
+        """The word for realizations."""
+        return "flocks" if self.spec.model == "flock" else "lines"
+
+    def shown(self, rho: float) -> str:
+        """Return a range with its unit."""
+        return f"{rho:g} m" if self.spec.model == "flock" else f"{rho:g}"
 
     def effect(self, rho: float) -> FloatArray:
         """Return what the force adds to the objective under a range, per flock."""
         at = self.grid.index(rho)
         added: FloatArray = self.fleeing[at] - self.without[at]
         return added
-
-    def difference(self, what: str, values: FloatArray) -> Quantity:
-        """Return the mean over flocks of differences of the objective."""
-        return self.quantity(what, stats.mean(values))
 
     def quantity(self, what: str, value: Estimate) -> Quantity:
         """Return an estimate in the unit of the objective; shares are shown in percent."""
@@ -104,7 +101,7 @@ def mechanism_claims(results: Mapping[str, Arrays]) -> list[Claim]:
                 rows.append(_trade_off(_flock(results, world, spec)))
     spec = LINE_OBJECTIVES["escape_distance"]
     free, attacked = (results[name][spec.column] for name in ("fearless line", "grid linear"))
-    line = Controlled(f"{SECTION}the line", spec, LINE_GRID, _SHORT_LINE, free, attacked)
+    line = Controlled(f"{SECTION}the line", spec, LINE_GRID, 0.1, 1.0, free, attacked)
     return [*rows, _warning(line), _masking(line), _trade_off(line)]
 
 
@@ -122,70 +119,52 @@ def force_table(results: Mapping[str, Arrays]) -> dict[str, tuple[Estimate, ...]
 def _flock(results: Mapping[str, Arrays], world: str, spec: ObjectiveSpec) -> Controlled:
     where = f"{SECTION}{spec.symbol}" + ("" if world == PAPER_WORLD else f", {world}")
     without, fleeing = (flock_values(results, world, strength, spec) for strength in (NO_FORCE, PAPER_FORCE))
-    return Controlled(where, spec, CONTROL_GRID, _SHORT, without, fleeing)
+    return Controlled(where, spec, CONTROL_GRID, 10.0, FULL_RANGE, without, fleeing)
 
 
 def _warning(found: Controlled) -> Claim:
-    helped = found.effect(found.short) - found.effect(0.0)
-    short = f"{found.short:g}{_unit(found)}"
+    short = found.shown(found.short)
     return _difference(
         found,
         "Some connectivity helps because agents close to the predator pass information on to others.",
-        f"what the force adds, at {short} minus at 0",
-        helped,
         (found.short, 0.0),
+        f"what the force adds, at {short} minus at 0",
         f"the force adds more under {short} than under 0; so it does in the mean",
     )
 
 
 def _masking(found: Controlled) -> Claim:
-    full = FULL_RANGE if found.spec.model == "flock" else 1.0
-    masked = found.effect(found.short) - found.effect(full)
-    short, longest = f"{found.short:g}{_unit(found)}", f"{full:g}{_unit(found)}"
+    short, full = found.shown(found.short), found.shown(found.full)
     return _difference(
         found,
         "Too much connectivity hurts because the consensus force masks the repulsive force.",
-        f"what the force adds, at {short} minus at {longest}",
-        masked,
-        (found.short, full),
-        f"the force adds less under {longest} than under {short}; so it does in the mean",
+        (found.short, found.full),
+        f"what the force adds, at {short} minus at {full}",
+        f"the force adds less under {full} than under {short}; so it does in the mean",
     )
 
 
-def _difference(
-    found: Controlled,
-    claim: str,
-    what: str,
-    values: FloatArray,
-    ends: tuple[float, float],
-    holds_if: str,
-) -> Claim:
-    average, is_so = found.difference(what, values), values > 0
+def _difference(found: Controlled, says: str, ends: tuple[float, float], what: str, holds_if: str) -> Claim:
+    """Return the claim that the force adds more under the first of two ranges than under the second."""
     first, second = (found.grid.index(rho) for rho in ends)
-    pair = " minus that at ".join(f"{rho:g}{_unit(found)}" for rho in ends)
-    effects = (
-        *(
-            found.difference(f"what the force adds at {rho:g}{_unit(found)}", found.effect(rho))
-            for rho in ends
-        ),
-        found.difference(
-            f"{found.spec.symbol} at {pair}, without the force", found.without[first] - found.without[second]
-        ),
-        found.difference(
-            f"{found.spec.symbol} at {pair}, with the force", found.fleeing[first] - found.fleeing[second]
-        ),
-    )
-    return Claim(
+    values = found.effect(ends[0]) - found.effect(ends[1])
+    average = stats.mean(values)
+    pair = f"{found.spec.symbol} at {' minus that at '.join(map(found.shown, ends))}"
+    differences = {
+        **{f"what the force adds at {found.shown(rho)}": found.effect(rho) for rho in ends},
+        f"{pair}, without the force": found.without[first] - found.without[second],
+        f"{pair}, with the force": found.fleeing[first] - found.fleeing[second],
+    }
+    return claim(
         found.where,
-        claim,
-        (average, share(f"{_trials(found)} in which it is above 0", is_so), *effects),
-        len(values),
+        says,
         holds_if,
-        judge(
-            is_so,
-            in_expectation=average.value.mean > 0,
-            mean_is_clear=not average.value.low < 0 < average.value.high,
-        ),
+        values > 0,
+        found.quantity(what, average),
+        share(f"{found.trials} in which it is above 0", values > 0),
+        *(found.quantity(name, stats.mean(change)) for name, change in differences.items()),
+        in_expectation=average.mean > 0,
+        mean_is_clear=not average.low < 0 < average.high,
         is_reading=found.spec.name != "minimum",  # which favors the claim most
     )
 
@@ -195,37 +174,29 @@ def _trade_off(found: Controlled, others: dict[float, Choice] | None = None) -> 
     half = found.without.shape[1] // 2
     is_so = _margin(found.fleeing, fleeing.index, half) > _margin(found.without, fleeing.index, half)
     both = found.fleeing[fleeing.index, half:] - found.without[without.index, half:]
-    return Claim(
+    ranges = {"without the force": without, "with the force": fleeing}
+    ranges |= {f"with s = {strength:g}": choice for strength, choice in (others or {}).items()}
+    return claim(
         found.where,
         "The trade-off between warning and consensus makes an intermediate range best.",
-        (
-            found.range_of("best range without the force", without.best),
-            found.range_of("best range with the force", fleeing.best),
-            *(
-                found.range_of(f"best range with s = {strength:g}", choice.best)
-                for strength, choice in (others or {}).items()
-            ),
-            *_gains(found, "without", without),
-            *_gains(found, "with", fleeing),
-            found.quantity("at the best range without the force", without.value),
-            found.quantity("at the best range with the force", fleeing.value),
-            found.quantity("at the best ranges, with the force minus without", stats.mean(both)),
-            share(f"{_trials(found)} whose margin over both ends is larger with the force", is_so),
-        ),
-        len(is_so),
         "the best range gains more over the better end of the grid with the force than without; in the mean"
         " an intermediate range is best with the force, and none is without",
-        judge(
-            is_so,
-            in_expectation=fleeing.finding is Finding.INTERIOR and without.finding is not Finding.INTERIOR,
-        ),
+        is_so,
+        *(found.range_of(f"best range {name}", choice.best) for name, choice in ranges.items()),
+        *_gains(found, "without", without),
+        *_gains(found, "with", fleeing),
+        found.quantity("at the best range without the force", without.value),
+        found.quantity("at the best range with the force", fleeing.value),
+        found.quantity("at the best ranges, with the force minus without", stats.mean(both)),
+        share(f"{found.trials} whose margin over both ends is larger with the force", is_so),
+        in_expectation=fleeing.finding is Finding.INTERIOR and without.finding is not Finding.INTERIOR,
         is_reading=found.where != f"{SECTION}J_mean",
     )
 
 
 def _gains(found: Controlled, name: str, choice: Choice) -> Iterator[Quantity]:
-    longest = f"{found.grid[-1]:g}{_unit(found)}"
     yield found.quantity(f"its gain over 0 {name} the force", choice.gain_over_zero)
+    longest = found.shown(found.grid[-1])
     yield found.quantity(f"its gain over {longest} {name} the force", choice.gain_over_longest)
 
 
@@ -233,11 +204,3 @@ def _margin(values: FloatArray, at: int, half: int) -> FloatArray:
     """Return by how much a range beats the better end of the grid, for each flock of the second half."""
     margin: FloatArray = values[at, half:] - np.maximum(values[0, half:], values[-1, half:])
     return margin
-
-
-def _unit(found: Controlled) -> str:
-    return " m" if found.spec.model == "flock" else ""
-
-
-def _trials(found: Controlled) -> str:
-    return "flocks" if found.spec.model == "flock" else "lines"

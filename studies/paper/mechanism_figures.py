@@ -24,7 +24,7 @@ from studies.paper.plan import (
     PAPER_WORLD,
     STRENGTHS,
 )
-from studies.style import letter
+from studies.style import caption, curve, letter
 from training.figure_style import RANGES, WIDTH, label_ends
 
 _TICKS = (0, 2, 5, 10, 20, 50, 100)
@@ -49,12 +49,10 @@ def by_force(results: Mapping[str, Arrays]) -> Figure:
         letter(axes, index, f"{spec.symbol} ({spec.unit or '%'})")
         _ranges(axes)
         label_ends(axes, ends)
-    figure.suptitle(
+    caption(
+        figure,
         "Escape force s (0: nobody flees; 10: the paper's)."
         f" Survival: agents within {CAPTURE_RADIUS:g} m of the predator are caught",
-        x=0.01,
-        ha="left",
-        fontsize=10,
     )
     return figure
 
@@ -111,11 +109,9 @@ def anatomy(results: Mapping[str, Arrays]) -> Figure:
             (frozen["mean_distance"], "frozen graph", LIGHT.accent, ":"),
         ],
     )
-    figure.suptitle(
+    caption(
+        figure,
         "Flocks that do not flee (s = 0) at their smallest mean distance, 95 % intervals; dotted: as labeled",
-        x=0.01,
-        ha="left",
-        fontsize=10,
     )
     return figure
 
@@ -129,10 +125,7 @@ def _panel(axes: Axes, index: int, title: str, curves: Sequence[tuple[FloatArray
 
 
 def _curve(axes: Axes, values: FloatArray, color: str, style: str) -> None:
-    rows = [stats.mean(row) for row in values]
-    means, low, high = (np.array([getattr(row, name) for row in rows]) for name in ("mean", "low", "high"))
-    axes.fill_between(CONTROL_GRID, low, high, color=color, alpha=0.2, lw=0)
-    axes.plot(CONTROL_GRID, means, style, color=color, lw=1.6)
+    curve(axes, CONTROL_GRID, [stats.mean(row) for row in values], color, style, band=0.2, lw=1.6)
 
 
 def _ranges(axes: Axes) -> None:

@@ -3,46 +3,44 @@
 from __future__ import annotations
 
 import base64
-import dataclasses
-import json
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from markdown import Markdown
 
 from flockesc_env.common.stats import Estimate
-from studies.pages import path_from, signed, templates
-from studies.paper.claims import MOST, Claim, Judgment, Quantity, RangeRow, Verdict
+from studies.pages import path_from, render, signed
+from studies.paper.claims import MOST, Claim, Quantity, RangeRow, Verdict
 from studies.paper.equations import EQUATIONS
 from studies.paper.mechanism_claims import SECTION
 from studies.paper.plan import CAPTURE_RADIUS, CONTROL_GRID, Trials
 from studies.paper.realizations import FLOCK_RULE, LINE_RULE
+from studies.study import Results
 
-RESULTS_FILE = "results.json"
 ROOT = Path(__file__).parents[2]
 MIDDLE = 12.0
 """Range in m at which the page explains J_mean."""
 
-_MECHANISM = "Mechanism (Sections I and V)"
+_SECTIONS = {
+    "III": "Theory of the line (Section III)",
+    "IV": "Line (Section IV)",
+    "V": "Flock (Sections V and VI)",
+    SECTION: "Mechanism (Sections I and V)",
+}
+"""Titles by what the places of their claims start with."""
+
 _UNCLEAR = " (sample too small to tell)"
 
 
-@dataclasses.dataclass(frozen=True)
-class PaperResults:
+@dataclass(frozen=True)
+class PaperResults(Results):
     """Everything that the page shows.
 
-    Attributes:
-        trials: how many flocks and lines.
-        line_seed: the line of Figures 3 and 4.
-        flock_seed: the flock of Figures 6 to 10.
-        claims: the rows.
-        by_range: objectives of some fixed ranges.
-        tables: columns of estimates by table and column; an estimate per range of ``CONTROL_GRID``. Table
-            ``force`` has the objectives under the escape forces of the control, the others, keys of
-            ``ANATOMIES``, what ``anatomy_table`` returns.
-        versions: of the packages.
+    The seeds are those of the line of Figures 3 and 4 and of the flock of Figures 6 to 10. ``tables`` holds
+    columns by table and name, an estimate per range of ``CONTROL_GRID``: ``force_table`` under ``"force"``,
+    and ``anatomy_table`` of each flock under the keys of ``ANATOMIES``.
     """
 
     trials: Trials
@@ -54,18 +52,9 @@ class PaperResults:
     versions: dict[str, str]
 
     def measured(self, where: str, what: str) -> Quantity:
-        """Return the measured quantity of the claims at a place of the paper.
-
-        Raises:
-            KeyError: if there is no such quantity, or if there are different ones.
-        """
-        found = {
-            quantity
-            for claim in self.claims
-            if claim.where == where
-            for quantity in claim.measured
-            if quantity.what == what
-        }
+        """Return the only measured quantity of this name at a place of the paper."""
+        rows = [claim.measured for claim in self.claims if claim.where == where]
+        found = {quantity for row in rows for quantity in row if quantity.what == what}
         if len(found) != 1:
             raise KeyError(f"{len(found)} quantities {what!r} at {where!r}")
         return found.pop()
@@ -73,27 +62,6 @@ class PaperResults:
     def at(self, table: str, column: str, rho: float) -> Estimate:
         """Return an estimate of a table under a range."""
         return self.tables[table][column][CONTROL_GRID.index(rho)]
-
-    def to_json(self) -> str:
-        """Return the results as a JSON document; equal results give equal bytes."""
-        return json.dumps(dataclasses.asdict(self), indent=1) + "\n"
-
-    @classmethod
-    def from_json(cls, document: str) -> PaperResults:
-        """Build results from their JSON document."""
-        fields = json.loads(document)
-        return cls(
-            trials=Trials(**fields["trials"]),
-            line_seed=fields["line_seed"],
-            flock_seed=fields["flock_seed"],
-            claims=tuple(_claim(row) for row in fields["claims"]),
-            by_range=tuple(_range_row(**row) for row in fields["by_range"]),
-            tables={
-                table: {name: tuple(Estimate(**row) for row in rows) for name, rows in columns.items()}
-                for table, columns in fields["tables"].items()
-            },
-            versions=fields["versions"],
-        )
 
 
 def markdown_page(results: PaperResults, figures: Path, page: Path) -> str:
@@ -116,23 +84,15 @@ def html_page(results: PaperResults, figures: Path) -> str:
         extensions=["tables", "fenced_code", "toc"], extension_configs={"toc": {"toc_depth": "2-3"}}
     )
     body = converter.convert(text)
-    page: str = templates("studies.paper").get_template("page.html").render(body=body, contents=converter.toc)
-    return page
+    return render("paper/page.html", body=body, contents=converter.toc)
 
 
 def _render(
     results: PaperResults, page: Path, picture: Callable[[str], str], mark: Callable[[str], str]
 ) -> str:
-    numbered = list(enumerate(results.claims, start=1))
-    sections = {
-        title: [(number, row) for number, row in numbered if _section(row) == title]
-        for title in (
-            "Theory of the line (Section III)",
-            "Line (Section IV)",
-            "Flock (Sections V and VI)",
-            _MECHANISM,
-        )
-    }
+    sections: dict[str, list[tuple[int, Claim]]] = {title: [] for title in _SECTIONS.values()}
+    for number, row in enumerate(results.claims, start=1):
+        sections[_section(row)].append((number, row))
     counts = {
         verdict.value: [
             sum(row.judgment.verdict is verdict and row.is_reading is is_reading for row in results.claims)
@@ -140,39 +100,31 @@ def _render(
         ]
         for verdict in Verdict
     }
-    rendered: str = (
-        templates("studies.paper")
-        .get_template("page.md")
-        .render(
-            results=results,
-            sections=sections,
-            counts=counts,
-            picture=picture,
-            mark=lambda judgment: mark(judgment.verdict.value) + ("" if judgment.is_clear else _UNCLEAR),
-            figure_link=_figure_link,
-            equations=EQUATIONS,
-            root=path_from(page, ROOT),
-            most=MOST,
-            measured=results.measured,
-            at=results.at,
-            grid=CONTROL_GRID,
-            capture_radius=CAPTURE_RADIUS,
-            middle=MIDDLE,
-            signed=signed,
-            cell=lambda *place: _scaled(results.at(*place[:-1]), place[-1]),
-            line_rule=LINE_RULE,
-            flock_rule=FLOCK_RULE,
-        )
+    return render(
+        "paper/page.md",
+        results=results,
+        sections=sections,
+        counts=counts,
+        picture=picture,
+        mark=lambda judgment: mark(judgment.verdict.value) + ("" if judgment.is_clear else _UNCLEAR),
+        figure_link=_figure_link,
+        equations=EQUATIONS,
+        root=path_from(page, ROOT),
+        most=MOST,
+        measured=results.measured,
+        at=results.at,
+        grid=CONTROL_GRID,
+        capture_radius=CAPTURE_RADIUS,
+        middle=MIDDLE,
+        signed=signed,
+        cell=lambda *place: _scaled(results.at(*place[:-1]), place[-1]),
+        line_rule=LINE_RULE,
+        flock_rule=FLOCK_RULE,
     )
-    return rendered
 
 
 def _section(row: Claim) -> str:
-    if row.where.startswith(SECTION):
-        return _MECHANISM
-    if row.where.startswith("III"):
-        return "Theory of the line (Section III)"
-    return "Line (Section IV)" if row.where.startswith("IV") else "Flock (Sections V and VI)"
+    return next(title for start, title in _SECTIONS.items() if row.where.startswith(start))
 
 
 def _scaled(value: Estimate, scale: float) -> Estimate:
@@ -184,16 +136,3 @@ def _figure_link(where: str) -> str:
     if where == "VI":
         return "[VI](#edge)"
     return re.sub(r"Fig\. (\d+)([a-d]?)", r"[Fig. \1\2](#figure_\1)", where)
-
-
-def _claim(row: dict[str, Any]) -> Claim:
-    measured = tuple(
-        Quantity(**{**figure, "value": Estimate(**figure["value"])}) for figure in row["measured"]
-    )
-    found = row["judgment"]
-    judgment = Judgment(Verdict(found["verdict"]), Estimate(**found["share"]), found["is_clear"])
-    return Claim(**{**row, "measured": measured, "judgment": judgment})
-
-
-def _range_row(interaction_range: float, **estimates: dict[str, float]) -> RangeRow:
-    return RangeRow(interaction_range, **{name: Estimate(**value) for name, value in estimates.items()})

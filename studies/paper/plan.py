@@ -91,15 +91,7 @@ ANATOMIES: Final[Mapping[str, FlockScenario]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Trials:
-    """How many initial states each mean is taken over.
-
-    Attributes:
-        flocks: flocks per range, at least ``LEAST_FLOCKS``.
-        lines: lines per range, at least ``BATCH``; a line costs a thousandth of a flock.
-
-    Raises:
-        ArgumentError: if there are fewer.
-    """
+    """How many initial states each mean is taken over."""
 
     flocks: int = 1_000
     lines: int = 4_000

@@ -1,4 +1,4 @@
-"""From measurements to results, figures and page. Needs the ``analysis`` extra."""
+"""The reproduction of the paper as a study. Needs the ``analysis`` extra."""
 
 from __future__ import annotations
 
@@ -7,50 +7,23 @@ from pathlib import Path
 
 from flockesc_env.cli.output import note
 from flockesc_env.common.files import write_text
-from flockesc_env.jobs import Backend, Cache
-from studies.measurements import measure
+from studies.measurements import Runner
 from studies.paper import realizations
 from studies.paper.anatomy import anatomy_table
 from studies.paper.figures import draw_figures
 from studies.paper.flock_claims import by_range, flock_claims
 from studies.paper.line_claims import edge_claim, line_claims
 from studies.paper.mechanism_claims import force_table, mechanism_claims
-from studies.paper.page import RESULTS_FILE, PaperResults, html_page, markdown_page
+from studies.paper.page import PaperResults, html_page, markdown_page
 from studies.paper.plan import ANATOMIES, Trials, measurements
 from studies.paper.theory_claims import theory_claims
+from studies.study import RESULTS_FILE, Study
 
-_PACKAGES = ("flockesc-env", "numpy", "scipy")
 
-
-def reproduce(
-    output: Path,
-    trials: Trials,
-    backend: Backend,
-    *,
-    cache: Path | None = None,
-    page: Path | None = None,
-    progress: bool = False,
-) -> PaperResults:
-    """Measure all claims; write the results, the figures and the page.
-
-    Called again after an interrupt, it continues where it stopped and ends with the same bytes.
-
-    Args:
-        output: folder of ``results.json``, the figures (PNG and SVG) and ``paper.html``.
-        trials: how many flocks and lines.
-        backend: where the measurements run.
-        cache: folder of finished jobs; default: ``cache`` in ``output``.
-        page: where the Markdown page goes; default: ``paper.md`` in ``output``.
-        progress: whether to show the progress bar even if stderr is not a terminal.
-
-    Raises:
-        JobError: if measurements failed.
-    """
-    output.mkdir(parents=True, exist_ok=True)
-    measured = measure(measurements(trials), Cache(cache or output / "cache"), backend, progress=progress)
+def _measure(trials: Trials, runner: Runner, output: Path) -> None:
+    """Measure all claims; write the results and the figures, which show more than the results hold."""
+    measured = runner.measure(measurements(trials))
     note("measured; statistics and figures take another two minutes")
-    line = realizations.line_seed(measured["free line"])
-    flock = realizations.flock_seed(measured["curves"], measured["grid flock"])
     claims = (
         *theory_claims(measured),
         *line_claims(measured),
@@ -58,12 +31,24 @@ def reproduce(
         edge_claim(measured),
         *mechanism_claims(measured),
     )
-    tables = {"force": force_table(measured)} | {name: anatomy_table(measured[name]) for name in ANATOMIES}
-    versions = {name: version(name) for name in _PACKAGES}
-    results = PaperResults(trials, line, flock, claims, by_range(measured["grid flock"]), tables, versions)
+    results = PaperResults(
+        trials=trials,
+        line_seed=realizations.line_seed(measured["free line"]),
+        flock_seed=realizations.flock_seed(measured["curves"], measured["grid flock"]),
+        claims=claims,
+        by_range=by_range(measured["grid flock"]),
+        tables={
+            "force": force_table(measured),
+            **{name: anatomy_table(measured[name]) for name in ANATOMIES},
+        },
+        versions={name: version(name) for name in ("flockesc-env", "numpy", "scipy")},
+    )
     draw_figures(output, measured)
-    markdown = page or output / "paper.md"
     write_text(output / RESULTS_FILE, results.to_json())
-    write_text(markdown, markdown_page(results, output, markdown))
-    write_text(output / "paper.html", html_page(results, output))
-    return results
+
+
+def _pages(results: PaperResults, output: Path, page: Path) -> dict[Path, str]:
+    return {page: markdown_page(results, output, page), output / "paper.html": html_page(results, output)}
+
+
+PAPER = Study(measure=_measure, load=PaperResults.load, figures=lambda _: {}, pages=_pages)

@@ -34,12 +34,9 @@ TUNING_SHARE: Final = 2
 class Best:
     """The best k for one objective at one speed.
 
-    Attributes:
-        neighbors: k with the largest mean on tuning flocks. Its bootstrap interval is that of the best k on
-            tuning and held-out flocks together.
-        value: the objective in m at that k on held-out flocks.
-        gain_over_most: the same minus the objective at the largest k, paired.
-        curve: the objective at every k minus that at the smallest k on held-out flocks, paired.
+    ``neighbors`` has the largest mean on tuning flocks; its interval is that of the best k on all flocks.
+    Everything else is in m and measured on held-out flocks: the objective, its paired difference to that at
+    the largest k, and the paired differences of the objective at every k to that at the smallest.
     """
 
     neighbors: Estimate
@@ -48,29 +45,28 @@ class Best:
     curve: tuple[Estimate, ...]
 
     @property
+    def chosen(self) -> Estimate:
+        """The entry of ``curve`` at the best k."""
+        return self.curve[NEIGHBORS.index(int(self.neighbors.mean))]
+
+    @property
     def largest(self) -> float:
         """The largest mean of the objective over all k on held-out flocks, in m."""
-        chosen = self.curve[NEIGHBORS.index(int(self.neighbors.mean))]
-        return self.value.mean - chosen.mean + max(change.mean for change in self.curve)
+        return self.value.mean - self.chosen.mean + max(change.mean for change in self.curve)
 
     @property
     def is_refuted(self) -> bool:
         """Whether the k that is best on tuning flocks is worse than the smallest on held-out flocks."""
-        return self.curve[NEIGHBORS.index(int(self.neighbors.mean))].high < 0
+        return self.chosen.high < 0
 
 
 @dataclass(frozen=True)
 class AttackSpeed:
-    """Results of the study.
+    """Results of the study, by objective; ``best`` and ``longer`` have an entry per speed.
 
-    Attributes:
-        num_flocks: held-out flocks.
-        tuning_flocks: tuning flocks.
-        best: by objective (a key of ``OBJECTIVES``), one per entry of ``SPEEDS``.
-        falls: by objective, share of bootstrap resamples of the flocks in which k is smaller at the fastest
-            predator than at the slowest.
-        longer: by objective, the largest change in m of a mean over ``CHECK_FLOCKS`` flocks, over all values
-            of k, if the episode lasts twice as long; one per entry of ``SPEEDS``.
+    ``falls`` is the share of bootstrap resamples of the flocks in which k is smaller at the fastest predator
+    than at the slowest. ``longer`` is the largest change in m of a mean over ``CHECK_FLOCKS`` flocks, over
+    all values of k, if the episode lasts twice as long.
     """
 
     num_flocks: int
@@ -84,10 +80,6 @@ def scenario(speed: float, *, longer: int = 1) -> FlockScenario:
     """Return the paper's flock with topological neighbors and a predator of another speed.
 
     The paper's predator and slower ones get twice the paper's time: some flocks fly ahead of them.
-
-    Args:
-        speed: in units of the paper's predator.
-        longer: factor of the episode's length.
     """
     paper = FlockScenario()
     (given,) = (p.velocity for p in paper.predators if isinstance(p, ConstantVelocity))
@@ -99,22 +91,14 @@ def scenario(speed: float, *, longer: int = 1) -> FlockScenario:
 
 
 def step_length(speed: float) -> float:
-    """Return how far the predator flies in a time step, in m.
-
-    Args:
-        speed: in units of the paper's predator.
-    """
+    """Return how far the predator flies in a time step, in m."""
     (predator,) = scenario(speed).predators
     assert isinstance(predator, ConstantVelocity)  # noqa: S101, see ``scenario``
     return float(np.linalg.norm(predator.velocity or ())) * scenario(speed).time_step
 
 
 def attack_jobs(num_flocks: int) -> dict[str, list[Job]]:
-    """Return the jobs by speed and purpose, for ``attack_results``.
-
-    Args:
-        num_flocks: held-out flocks; half as many tuning flocks.
-    """
+    """Return the jobs by speed and purpose, for ``attack_results``."""
     actions = tuple(float(k) for k in NEIGHBORS)
     tuning = first_seeds(TUNING, num_flocks // TUNING_SHARE)
     held_out = first_seeds(HELD_OUT, num_flocks)
@@ -147,13 +131,7 @@ def attack_results(measured: Mapping[str, Arrays]) -> AttackSpeed:
 
 
 def falls(slow: FloatArray, fast: FloatArray, resamples: int = 2_000) -> float:
-    """Return the share of resamples of the flocks in which the best action is smaller in ``fast``.
-
-    Args:
-        slow: objective of every action on every flock, shape (actions, flocks).
-        fast: the same on the same flocks.
-        resamples: number of bootstrap resamples.
-    """
+    """Return the share of resamples of the flocks in which the best action is smaller in ``fast``."""
     drawn = np.random.default_rng(0).integers(slow.shape[1], size=(resamples, slow.shape[1]))
     best = [[values[:, flocks].mean(axis=1).argmax() for flocks in drawn] for values in (slow, fast)]
     return float(np.mean(np.array(best[1]) < np.array(best[0])))

@@ -27,12 +27,6 @@ class RangeBandit(RowMemory):
     The reward of a pull is the change of one observation entry until the next action. A pull takes the arm
     with the largest of the ``ucb_scores``, the first one in a tie. An episode therefore begins with every arm
     once, in order.
-
-    Args:
-        ranges: rho in m of every arm.
-        exploration: c, weight of the confidence bound, in the unit of the reward.
-        window: number of last pulls that count; ``None``: all, which is UCB1.
-        entry: name of the observation entry.
     """
 
     def __init__(
@@ -70,12 +64,6 @@ def ucb_scores(arms: Arms, rewards: FloatArray, num_arms: int, exploration: floa
 
     t is the number of pulls and t_k that of arm k.
 
-    Args:
-        arms: pulled arms, shape (rows, pulls); -1 is an entry without a pull.
-        rewards: their rewards, shape (rows, pulls).
-        num_arms: number of arms.
-        exploration: c.
-
     Returns:
         Scores, shape (rows, num_arms).
     """
@@ -89,12 +77,7 @@ def ucb_scores(arms: Arms, rewards: FloatArray, num_arms: int, exploration: floa
 
 
 def across_episodes(values: FloatArray, exploration: float) -> Arms:
-    """Return the arm that UCB1 pulls in every episode, shape (episodes,).
-
-    Args:
-        values: objective of every arm in every episode, shape (arms, episodes). A pull sees one of them.
-        exploration: c, in the unit of the objective.
-    """
+    """Return the arm that UCB1 pulls in every episode, shape (episodes,)."""
     num_arms, episodes = values.shape
     arms, rewards = np.full((1, episodes), -1), np.zeros((1, episodes))
     for episode in range(episodes):

@@ -9,10 +9,9 @@ from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend, Progress
-from flockesc_env.cli.output import check_folder, check_output, note
+from flockesc_env.cli.output import note
 from flockesc_env.common.checks import as_count
-from flockesc_env.common.extras import require
-from flockesc_env.jobs import find_backend
+from studies.flags import prepare
 
 
 def run(
@@ -33,12 +32,9 @@ def run(
     Example: python -m studies related --backend serial
     """
     as_count(num_flocks, "num_flocks", least=4)
-    runs_on = find_backend(backend)
-    check_output(page, [".md"], field="page")
-    check_folder(output)
-    require("train", ["matplotlib", "polars", "jinja2", "rliable"])
-    from studies.related.survey import survey
+    runs_on = prepare(output, "train", page=page, backend=backend)
+    from studies.related.survey import RELATED, RelatedOptions
 
-    survey(output, num_flocks, learned, page, runs_on, progress=progress)
+    RELATED.run(RelatedOptions(num_flocks, learned), output, page, runs_on, progress=progress)
     note(f"saved: {page}")
     return Exit.DONE

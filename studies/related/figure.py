@@ -7,7 +7,7 @@ from matplotlib.ticker import NullLocator
 
 from flockesc_env.render.palette import LIGHT
 from studies.related.attack_speed import NEIGHBORS, SPEEDS, AttackSpeed
-from studies.style import letter
+from studies.style import curve, letter
 from training.figure_style import WIDTH, label_ends
 
 
@@ -18,12 +18,9 @@ def attack_figure(results: AttackSpeed) -> Figure:
     for index, (axes, (symbol, best)) in enumerate(zip(panels, results.best.items(), strict=True)):
         ends = []
         for color, speed, row in zip(LIGHT.others, SPEEDS, best, strict=False):
-            low, mean, high = zip(*((at.low, at.mean, at.high) for at in row.curve), strict=True)
-            axes.fill_between(NEIGHBORS, low, high, color=color, alpha=0.12, lw=0)
-            axes.plot(NEIGHBORS, mean, color=color, lw=1.8)
-            k = int(row.neighbors.mean)
-            axes.plot(k, mean[NEIGHBORS.index(k)], "o", color=color, ms=6.5, zorder=3)
-            ends.append((mean[-1], f"{speed:g}x", color))
+            curve(axes, NEIGHBORS, row.curve, color, band=0.12, lw=1.8)
+            axes.plot(row.neighbors.mean, row.chosen.mean, "o", color=color, ms=6.5, zorder=3)
+            ends.append((row.curve[-1].mean, f"{speed:g}x", color))
         axes.axhline(0, color=LIGHT.muted, lw=0.8, zorder=1)
         axes.set_xscale("log")
         axes.set_xticks((1, 2, 4, 7, 14, 30, 100), ("1", "2", "4", "7", "14", "30", "100"))

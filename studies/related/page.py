@@ -6,10 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import msgspec
-
 from flockesc_env.common.stats import Estimate
-from studies.pages import compared, path_from, signed, templates
+from studies.pages import compared, path_from, render, signed
 from studies.related.attack_speed import CHECK_FLOCKS, NEIGHBORS, SPEEDS, AttackSpeed, scenario, step_length
 from studies.related.within_episode import (
     ACROSS_EXPLORATION,
@@ -19,24 +17,17 @@ from studies.related.within_episode import (
     AcrossEpisodes,
     WithinEpisode,
 )
+from studies.study import Results
 
 FEW = 30
 """Largest k of the sentence about few neighbors."""
 
-RESULTS_FILE, FIGURE, BANDIT_FILE = "results.json", "attack_speed", "bandit.parquet"
+FIGURE, BANDIT_FILE = "attack_speed", "bandit.parquet"
 
 
 @dataclass(frozen=True)
-class RelatedResults:
-    """Results from which page and figure are made.
-
-    Attributes:
-        command: the command that gives these results.
-        attack: the best topological k against the predator's speed.
-        within: the bandit within an episode, by objective.
-        across: the bandit across episodes.
-        versions: of Python and of the packages.
-    """
+class RelatedResults(Results):
+    """The best topological k by the predator's speed, and bandits within an episode and across episodes."""
 
     command: str
     attack: AttackSpeed
@@ -44,51 +35,38 @@ class RelatedResults:
     across: AcrossEpisodes
     versions: dict[str, str]
 
-    def to_json(self) -> str:
-        """Return the results as a JSON document; equal results give equal bytes."""
-        return msgspec.json.format(msgspec.json.encode(self), indent=1).decode() + "\n"
-
-    @classmethod
-    def from_json(cls, document: str) -> RelatedResults:
-        """Build results from their JSON document."""
-        return msgspec.json.decode(document, type=cls)
-
 
 def markdown_page(results: RelatedResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
     folder, attack = path_from(page, figures), results.attack
-    rendered: str = (
-        templates("studies.related")
-        .get_template("related.md")
-        .render(
-            results=results,
-            attack=attack,
-            speeds=SPEEDS,
-            neighbors=NEIGHBORS,
-            check_flocks=CHECK_FLOCKS,
-            seconds={speed: scenario(speed).num_steps * scenario(speed).time_step for speed in SPEEDS},
-            picture=f"{folder}/{FIGURE}.png",
-            bandit_file=f"[{BANDIT_FILE}]({folder}/{BANDIT_FILE})",
-            changes={symbol: _changes(values) for symbol, values in attack.longer.items()},
-            most_pulled=_shares(results.across),
-            first_flocks=FIRST_FLOCKS,
-            finalists=FINALISTS,
-            final_flocks=FINAL_FLOCKS,
-            across_exploration=ACROSS_EXPLORATION,
-            difference=signed,
-            compared=compared,
-            signs={symbol: _signs([row.curve[-1] for row in best]) for symbol, best in attack.best.items()},
-            few=FEW,
-            few_change={symbol: _few_change(attack, symbol) for symbol in attack.best},
-            refuted={symbol: _at(row.is_refuted for row in best) for symbol, best in attack.best.items()},
-            unresolved=[
-                (speed, row.largest, step_length(speed))
-                for speed, row in zip(SPEEDS, attack.best["J_min"], strict=True)
-                if row.largest < step_length(speed)
-            ],
-        )
+    return render(
+        "related/related.md",
+        results=results,
+        attack=attack,
+        speeds=SPEEDS,
+        neighbors=NEIGHBORS,
+        check_flocks=CHECK_FLOCKS,
+        seconds={speed: scenario(speed).num_steps * scenario(speed).time_step for speed in SPEEDS},
+        picture=f"{folder}/{FIGURE}.png",
+        bandit_file=f"[{BANDIT_FILE}]({folder}/{BANDIT_FILE})",
+        changes={symbol: _changes(values) for symbol, values in attack.longer.items()},
+        most_pulled=_shares(results.across),
+        first_flocks=FIRST_FLOCKS,
+        finalists=FINALISTS,
+        final_flocks=FINAL_FLOCKS,
+        across_exploration=ACROSS_EXPLORATION,
+        difference=signed,
+        compared=compared,
+        signs={symbol: _signs([row.curve[-1] for row in best]) for symbol, best in attack.best.items()},
+        few=FEW,
+        few_change={symbol: _few_change(attack, symbol) for symbol in attack.best},
+        refuted={symbol: _at(row.is_refuted for row in best) for symbol, best in attack.best.items()},
+        unresolved=[
+            (speed, row.largest, step_length(speed))
+            for speed, row in zip(SPEEDS, attack.best["J_min"], strict=True)
+            if row.largest < step_length(speed)
+        ],
     )
-    return rendered
 
 
 def _shares(across: AcrossEpisodes) -> str:

@@ -14,13 +14,15 @@ import polars as pl
 from flockesc_env import FlockScenario, rollout
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
+from flockesc_env.jobs import Arrays, Job
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
-from flockesc_env.jobs.sweeps import joined, seed_jobs
+from flockesc_env.jobs.sweeps import seed_jobs
 from studies.learned.held_out import FLOCK_GRID
 from studies.learned.results import BEST_FIXED, Study
+from studies.measurements import Runner
 from studies.related.bandit import RangeBandit, across_episodes
 from studies.robustness.findings import OBJECTIVES
+from studies.tables import rows
 from training.seeds import HELD_OUT, TUNING, first_seeds
 
 BANDIT: Final = "bandit over fixed ranges"
@@ -57,15 +59,7 @@ _FLOCK = 5e-3
 
 @dataclass(frozen=True)
 class BanditNumbers:
-    """The numbers of a bandit that are tuned.
-
-    Attributes:
-        ranges: rho in m of every arm.
-        exploration: weight of the confidence bound, in the unit of the observation entry.
-        window: number of last pulls that count; ``None``: all.
-        entry: observation entry whose change is the reward.
-        steps_per_action: number of model steps of a pull.
-    """
+    """The numbers of a bandit that are tuned; see ``RangeBandit``."""
 
     ranges: tuple[float, ...]
     exploration: float
@@ -80,13 +74,10 @@ class BanditNumbers:
 
 @dataclass(frozen=True)
 class Order:
-    """The control for one order of the arms. All differences are paired.
+    """The control for one order of the arms: paired differences in m.
 
-    Attributes:
-        ranges: rho in m of every arm, in the order of the first pulls.
-        turns: the arms pulled in turns minus the best fixed range, in m.
-        bandit: the bandit with its arms in this order minus the best fixed range, in m.
-        over_turns: the bandit minus the arms pulled in turns, in m.
+    ``turns`` and ``bandit`` are the arms pulled in turns and the bandit minus the best fixed range;
+    ``over_turns`` is the bandit minus the arms pulled in turns.
     """
 
     ranges: tuple[float, ...]
@@ -97,20 +88,11 @@ class Order:
 
 @dataclass(frozen=True)
 class WithinEpisode:
-    """Results of the bandit within an episode for one objective.
+    """Results of the bandit within an episode for one objective, in m.
 
-    Attributes:
-        numbers: the best numbers on tuning flocks.
-        fixed_range: the best fixed range on tuning flocks, in m.
-        value: the objective in m on held-out flocks.
-        fixed: the objective of the best fixed range on the same flocks.
-        difference: their paired difference.
-        improvement: share of flocks on which the bandit is better.
-        mean_order: the control, mean over the orders of the arms on every flock.
-        orders: the control, an entry per order; the first is the bandit's own.
-        learner: the best learner of the study on tuning flocks.
-        learned: the paired difference of its policies, mean over training seeds, to the best fixed range.
-        candidates: number of combinations of numbers that were tried on tuning flocks.
+    ``numbers`` and ``fixed_range`` are the best on tuning flocks; the rest is measured on held-out flocks.
+    ``difference`` and ``learned``, of the best learner of the study, are to the best fixed range. ``orders``
+    has the bandit's own order first; ``mean_order`` is the mean over the orders on every flock.
     """
 
     numbers: BanditNumbers
@@ -128,15 +110,10 @@ class WithinEpisode:
 
 @dataclass(frozen=True)
 class AcrossEpisodes:
-    """Results of the bandit across episodes for J_mean.
+    """Results of the bandit across episodes for J_mean: one pull per episode, runs on shuffled tuning flocks.
 
-    Attributes:
-        episodes: episodes per run, one pull each.
-        runs: number of runs, each on the same tuning flocks in its own order.
-        most_pulled: share of the runs whose most pulled arm is each range.
-        fixed_range: the best fixed range on these flocks, in m.
-        mean: mean objective over the episodes of a run; the interval is over runs.
-        best: mean objective of the best fixed range on these flocks.
+    ``most_pulled`` is the share of the runs whose most pulled arm is each range. ``fixed_range`` is the best
+    one on these flocks, and ``best`` its mean objective; ``mean`` is that of the runs.
     """
 
     episodes: int
@@ -178,33 +155,12 @@ def orders(ranges: tuple[float, ...]) -> list[tuple[float, ...]]:
 
 
 def control(ranges: tuple[float, ...], bandit: FloatArray, turns: FloatArray, fixed: FloatArray) -> Order:
-    """Return the control for one order of the arms.
-
-    Args:
-        ranges: rho in m of every arm, in this order.
-        bandit: objective of the bandit in m, shape (flocks,).
-        turns: objective of the arms pulled in turns in m, shape (flocks,).
-        fixed: objective of the best fixed range in m, shape (flocks,).
-    """
-    return Order(
-        ranges=ranges,
-        turns=stats.mean(turns - fixed),
-        bandit=stats.mean(bandit - fixed),
-        over_turns=stats.mean(bandit - turns),
-    )
+    """Return the control for one order of the arms, from objectives in m, shape (flocks,)."""
+    return Order(ranges, stats.mean(turns - fixed), stats.mean(bandit - fixed), stats.mean(bandit - turns))
 
 
-def within_episode(
-    symbol: str, shared: Study, cache: Cache, backend: Backend, *, progress: bool = False
-) -> tuple[WithinEpisode, pl.DataFrame]:
+def within_episode(symbol: str, shared: Study, runner: Runner) -> tuple[WithinEpisode, pl.DataFrame]:
     """Tune the bandit, and measure it on the held-out flocks of a study of one range for the flock.
-
-    Args:
-        symbol: the objective.
-        shared: the study, which has the best fixed range and its values.
-        cache: keeps the results of jobs.
-        backend: where jobs run.
-        progress: whether to show the progress bar even if stderr is not a terminal.
 
     Returns:
         The results, and a row per flock in the columns of the study's table of episodes.
@@ -213,10 +169,9 @@ def within_episode(
     held_out = first_seeds(HELD_OUT, shared.held_out_flocks)
 
     def played(some: Sequence[BanditNumbers], flocks: range) -> FloatArray:
-        jobs = [
-            Job("studies.related.within_episode:play", (one, flocks), len(flocks) * _FLOCK) for one in some
-        ]
-        return np.stack([r[column] for r in run(jobs, cache, backend, title="Bandits", progress=progress)])
+        call = f"{__name__}:play"
+        jobs = {at: Job(call, (one, flocks), len(flocks) * _FLOCK) for at, one in enumerate(some)}
+        return np.stack([found[column] for found in runner.each(jobs, "Bandits").values()])
 
     first = played(tried, first_seeds(TUNING, FIRST_FLOCKS)).mean(axis=1)
     finalists = [tried[place] for place in np.argsort(-first, kind="stable")[:FINALISTS]]
@@ -236,23 +191,19 @@ def within_episode(
         difference=stats.mean(values - fixed),
         improvement=stats.improvement(values, fixed),
         mean_order=control(numbers.ranges, bandits.mean(axis=0), turns.mean(axis=0), fixed),
-        orders=tuple(
-            control(ranges, bandit, turn, fixed)
-            for ranges, bandit, turn in zip(arms, bandits, turns, strict=True)
-        ),
+        orders=tuple(control(*order, fixed) for order in zip(arms, bandits, turns, strict=True)),
         learner=shared.best_learner,
         learned=stats.mean(shared.values(shared.best_learner).mean(axis=0) - fixed),
         candidates=len(tried),
     )
-    rows = {"policy": BANDIT, "training_seed": None, "seed": held_out, "objective": values}
-    return results, pl.DataFrame(rows, schema_overrides=dict(shared.episodes.schema))
+    return results, rows(held_out, values, policy=BANDIT, training_seed=None)
 
 
-def across(num_flocks: int, runs: int, cache: Cache, backend: Backend) -> AcrossEpisodes:
+def across(num_flocks: int, runs: int, runner: Runner) -> AcrossEpisodes:
     """Run UCB1 across episodes: every episode has a fixed range of the grid, rewarded by J_mean."""
     grid = tuple(float(rho) for rho in FLOCK_GRID)
     jobs = seed_jobs(SWEEP, FlockScenario(), grid, first_seeds(TUNING, num_flocks))
-    values = joined(run(jobs, cache, backend, title="Fixed ranges"))["min_mean_distance"]
+    values = runner.groups({"": jobs}, "Fixed ranges")[""]["min_mean_distance"]
     rng = np.random.default_rng(0)
     most, means = [], []
     for _ in range(runs):

@@ -10,11 +10,10 @@ from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend, Json, Progress, optional
-from flockesc_env.cli.output import check_folder, check_output, note, show, show_json, table
+from flockesc_env.cli.output import note, show, show_json, table
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.common.extras import require
-from flockesc_env.jobs import find_backend
+from studies.flags import prepare
 from studies.robustness.plan import LEAST_FLOCKS, attacked_presets
 
 if TYPE_CHECKING:
@@ -55,14 +54,12 @@ def run(
     if as_count(num_flocks, "num_flocks") < LEAST_FLOCKS:
         raise ArgumentError("num_flocks", f"at least {LEAST_FLOCKS}", num_flocks)
     attacked_presets(presets)  # refuses unknown ones before heavy imports
-    runs_on = find_backend(backend)
-    check_output(page, [".md"], field="page")
-    check_folder(output)
-    require("analysis", ["matplotlib", "scipy", "jinja2", "markdown"])
-    from studies.robustness.survey import survey  # heavy, and of an extra
+    runs_on = prepare(output, "analysis", page=page, backend=backend)
+    from studies.robustness.survey import ROBUSTNESS, SurveyOptions  # heavy, and of an extra
 
-    results = survey(output, num_flocks, runs_on, presets=presets, page=page, progress=progress)
-    note(f"saved: {page or output / 'robustness.md'}")
+    page = page or output / "robustness.md"
+    results = ROBUSTNESS.run(SurveyOptions(num_flocks, presets), output, page, runs_on, progress=progress)
+    note(f"saved: {page}")
     if json:
         show_json({"command": "robustness", "output": str(output), "results": json_.loads(results.to_json())})
     else:
@@ -84,13 +81,5 @@ def _show(results: RobustnessResults) -> None:
         for row in results.presets
         for outcome in [row.outcomes["J_mean"]]
     ]
-    head = [
-        "preset",
-        "best range",
-        "95 %",
-        "J_mean (m)",
-        "over 0 (m)",
-        "over the longest (m)",
-        "best range is",
-    ]
-    show(*table(head, rows))
+    gains = ["over 0 (m)", "over the longest (m)"]
+    show(*table(["preset", "best range", "95 %", "J_mean (m)", *gains, "best range is"], rows))

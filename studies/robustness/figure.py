@@ -8,13 +8,11 @@ from flockesc_env.render.palette import LIGHT
 from studies.forest import ROW, Group, draw_forest, num_lines
 from studies.robustness.page import PresetResult, RobustnessResults
 from studies.robustness.questions import QUESTIONS
+from studies.style import caption
 from training.figure_style import WIDTH
 
 _SYMBOL = "J_mean"
-_GAINS = {
-    "gain_over_zero": "gain over range 0 (m)",
-    "gain_over_longest": "gain over the longest range (m)",
-}
+_GAINS = {"gain_over_zero": "gain over range 0 (m)", "gain_over_longest": "gain over the longest range (m)"}
 
 
 def gains(results: RobustnessResults) -> Figure:
@@ -27,12 +25,10 @@ def gains(results: RobustnessResults) -> Figure:
         draw_forest(axes, groups, LIGHT.fixed)
         axes.set_xlabel(_GAINS[gain])
     drawn[1].set_yticklabels([])
-    figure.suptitle(
+    caption(
+        figure,
         f"{_SYMBOL} of the best fixed range, {results.num_flocks:,} flocks, 95 % intervals"
         " (filled: the interval excludes 0)",
-        x=0.01,
-        ha="left",
-        fontsize=10,
     )
     return figure
 

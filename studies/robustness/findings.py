@@ -38,12 +38,7 @@ RULE = (
 class Choice:
     """The best action of a grid, chosen on the first half of the flocks and measured on the second.
 
-    Attributes:
-        best: the action with the largest mean over the first half, with its bootstrap interval.
-        index: its place in the grid.
-        value: the objective under it.
-        gain_over_zero: the objective under it minus that under the first action, paired flock by flock.
-        gain_over_longest: likewise over the last action.
+    ``value`` is the objective under it. The gains over both ends of the grid are paired flock by flock.
     """
 
     best: Estimate
@@ -54,46 +49,33 @@ class Choice:
 
     @property
     def finding(self) -> Finding:
-        """Return the finding by ``RULE``."""
+        """The finding by ``RULE``."""
         return _finding(self.gain_over_zero, self.gain_over_longest)
 
 
 def choose(actions: tuple[float, ...], values: FloatArray) -> Choice:
     """Choose the best action of a grid; ``values`` holds the objective, shape (actions, flocks)."""
     half = values.shape[1] // 2
-    chosen, measured = values[:, :half], values[:, half:]
-    best = stats.argmax(np.array(actions), chosen)
+    measured = values[:, half:]
+    best = stats.argmax(np.array(actions), values[:, :half])
     at = actions.index(best.mean)
-    return Choice(
-        best=best,
-        index=at,
-        value=stats.mean(measured[at]),
-        gain_over_zero=stats.mean(measured[at] - measured[0]),
-        gain_over_longest=stats.mean(measured[at] - measured[-1]),
-    )
+    over_zero, over_longest = (stats.mean(measured[at] - measured[end]) for end in (0, -1))
+    return Choice(best, at, stats.mean(measured[at]), over_zero, over_longest)
 
 
-def _finding(gain_over_zero: Estimate, gain_over_longest: Estimate) -> Finding:
-    beats_zero, beats_longest = gain_over_zero.low > 0, gain_over_longest.low > 0
-    if beats_zero:
-        return Finding.INTERIOR if beats_longest else Finding.LIKE_LONGEST
-    return Finding.LIKE_ZERO if beats_longest else Finding.LIKE_BOTH
+def _finding(over_zero: Estimate, over_longest: Estimate) -> Finding:
+    if over_zero.low > 0:
+        return Finding.INTERIOR if over_longest.low > 0 else Finding.LIKE_LONGEST
+    return Finding.LIKE_ZERO if over_longest.low > 0 else Finding.LIKE_BOTH
 
 
 @dataclass(frozen=True)
 class Outcome:
     """The best fixed range for one objective; lengths in m, ranges in the grid's unit.
 
-    Attributes:
-        best: the range with the largest mean over the first half of the flocks, with its bootstrap interval.
-            Everything else is measured on the second half.
-        min_mean_distance: J_mean at that range.
-        min_min_distance: J_min at that range.
-        at_zero: the objective at range 0.
-        at_longest: the objective at the longest range of the grid.
-        gain_over_zero: the objective at the best range minus that at 0, paired flock by flock.
-        gain_over_longest: likewise over the longest range.
-        curve: the objective at every range of the grid.
+    ``best`` is chosen on the first half of the flocks. Everything else is measured on the second half: both
+    objectives at that range; the objective at both ends of the grid, the paired gains over them, and the
+    objective at every range.
     """
 
     best: Estimate
@@ -112,29 +94,22 @@ class Outcome:
 
     @property
     def finding(self) -> Finding:
-        """Return the finding by ``RULE``."""
+        """The finding by ``RULE``."""
         return _finding(self.gain_over_zero, self.gain_over_longest)
 
 
 def outcome(symbol: str, actions: tuple[float, ...], results: Mapping[str, NDArray[Any]]) -> Outcome:
-    """Choose the best range on the first half of the flocks, and measure it on the second.
-
-    Args:
-        symbol: a key of ``OBJECTIVES``.
-        actions: the grid, from 0 to the longest.
-        results: J of both objectives, shape (actions, flocks), an even number of flocks.
-    """
-    half = results["num_components"].shape[1] // 2
+    """Return the outcome for an objective; results have the shape (actions, flocks), flocks in two halves."""
     values = results[OBJECTIVES[symbol]]
-    measured = values[:, half:]
-    choice = choose(actions, values)
+    half = values.shape[1] // 2
+    choice, curve = choose(actions, values), tuple(stats.mean(row) for row in values[:, half:])
+    reached = {name: stats.mean(results[name][choice.index, half:]) for name in OBJECTIVES.values()}
     return Outcome(
         best=choice.best,
-        min_mean_distance=stats.mean(results["min_mean_distance"][choice.index, half:]),
-        min_min_distance=stats.mean(results["min_min_distance"][choice.index, half:]),
-        at_zero=stats.mean(measured[0]),
-        at_longest=stats.mean(measured[-1]),
+        **reached,
+        at_zero=curve[0],
+        at_longest=curve[-1],
         gain_over_zero=choice.gain_over_zero,
         gain_over_longest=choice.gain_over_longest,
-        curve=tuple(stats.mean(row) for row in measured),
+        curve=curve,
     )

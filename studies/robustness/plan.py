@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeGuard
 
 from flockesc_env.cli.flags import scenario_named
 from flockesc_env.common.errors import ArgumentError
@@ -21,12 +21,7 @@ LEAST_FLOCKS: Final = 2
 
 @dataclass(frozen=True)
 class Grid:
-    """The actions that are tried.
-
-    Attributes:
-        unit: of an action.
-        actions: in rising order; the first is 0, no alignment at all.
-    """
+    """The actions that are tried, in rising order from 0, no alignment at all, and their unit."""
 
     unit: str
     actions: tuple[float, ...]
@@ -48,24 +43,12 @@ def grid_of(scenario: FlockScenario) -> Grid:
 
 
 def attacked_presets(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
-    """Return the scenarios of presets or files by name; ``None``: all presets of flocks that are attacked.
-
-    Raises:
-        ArgumentError: for another preset or scenario, or if there is no name.
-        OSError: if a file cannot be read.
-        ScenarioError: if a file holds no scenario.
-    """
-    known = {
-        name: entry.scenario
-        for name, entry in PRESETS.items()
-        if isinstance(entry.scenario, FlockScenario) and _is_attacked(entry.scenario)
-    }
-    if names is None:
-        return known
-    chosen = {}
-    for name in names:
+    """Return the scenarios of presets or files by name; ``None``: all presets of flocks that are attacked."""
+    known = {name: entry.scenario for name, entry in PRESETS.items() if _is_attacked(entry.scenario)}
+    chosen = known if names is None else {}
+    for name in names or ():
         scenario = scenario_named(name) if Path(name).suffix else known.get(name)
-        if not isinstance(scenario, FlockScenario) or not _is_attacked(scenario):
+        if not _is_attacked(scenario):
             raise ArgumentError("presets", f"any of {', '.join(known)}, or files of such flocks", repr(name))
         chosen[name] = scenario
     if not chosen:
@@ -73,8 +56,8 @@ def attacked_presets(names: Iterable[str] | None = None) -> dict[str, FlockScena
     return chosen
 
 
-def _is_attacked(scenario: FlockScenario) -> bool:
-    kinds = [type(predator) for predator in scenario.predators]
+def _is_attacked(scenario: object) -> TypeGuard[FlockScenario]:
+    kinds = [type(each) for each in scenario.predators] if isinstance(scenario, FlockScenario) else []
     return bool(kinds) and Learned not in kinds
 
 

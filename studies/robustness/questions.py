@@ -13,21 +13,15 @@ from flockesc_env.scenario.predators import ConstantVelocity
 _BLIND = ("constant_velocity", "wandering", "prescribed_path")
 
 
-def _steers(scenario: FlockScenario) -> bool:
-    return any(predator.kind not in _BLIND for predator in scenario.predators)
-
-
 def _misses_the_center(scenario: FlockScenario) -> bool:
     """Whether a predator flies straight past the center, by a quarter of the region's side or more."""
-    center = np.full(2, scenario.initial_side / 2)
     for predator in scenario.predators:
-        if not isinstance(predator, ConstantVelocity):
-            continue
-        position, velocity = np.array(predator.position)[:2], np.array(predator.velocity)[:2]
-        (x, y), (u, v) = center - position, velocity
-        speed = np.hypot(u, v)
-        if speed > 0 and abs(u * y - v * x) / speed >= scenario.initial_side / 4:
-            return True
+        if isinstance(predator, ConstantVelocity):
+            x, y = scenario.initial_side / 2 - np.array(predator.position)[:2]
+            u, v = np.array(predator.velocity)[:2]
+            speed = np.hypot(u, v)
+            if speed > 0 and abs(u * y - v * x) / speed >= scenario.initial_side / 4:
+                return True
     return False
 
 
@@ -38,18 +32,10 @@ def _cooperate(scenario: FlockScenario) -> bool:
     )
 
 
-def _listens_otherwise(scenario: FlockScenario) -> bool:
-    return scenario.neighbor_rule.kind != "metric" or scenario.blind_angle > 0 or scenario.mutual
-
-
 def _moves_otherwise(scenario: FlockScenario) -> bool:
     paper = FlockScenario()
     fields = ("motion", "angular_noise", "sensing_noise", "sensing_delay", "alignment_strength")
     return any(getattr(scenario, field) != getattr(paper, field) for field in fields)
-
-
-def _is_control(scenario: FlockScenario) -> bool:
-    return scenario.frozen_graph or scenario.repulsion_strength == 0
 
 
 QUESTIONS: Final[dict[str, Callable[[FlockScenario], bool]]] = {
@@ -58,10 +44,14 @@ QUESTIONS: Final[dict[str, Callable[[FlockScenario], bool]]] = {
     "predators that catch agents": lambda scenario: scenario.capture_radius is not None,
     "predators that cooperate": _cooperate,
     "several predators on their own": lambda scenario: len(scenario.predators) > 1,
-    "a predator that steers": _steers,
-    "other neighbor rules": _listens_otherwise,
+    "a predator that steers": lambda scenario: any(each.kind not in _BLIND for each in scenario.predators),
+    "other neighbor rules": lambda scenario: (
+        scenario.neighbor_rule.kind != "metric" or scenario.blind_angle > 0 or scenario.mutual
+    ),
     "other laws of motion, noise, delay, unlike agents": _moves_otherwise,
-    "controls: a frozen graph, no flight": _is_control,
+    "controls: a frozen graph, no flight": lambda scenario: (
+        scenario.frozen_graph or scenario.repulsion_strength == 0
+    ),
     "parameters drawn for every episode": lambda scenario: bool(scenario.randomization),
     "other flocks and predators": lambda _: True,
 }

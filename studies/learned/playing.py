@@ -1,0 +1,55 @@
+"""Policies on flocks as jobs: a built-in name, or the bytes of a policy file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from flockesc_env import FlockScenario, LineScenario, NamedPolicy, load_policy, rollout
+from flockesc_env.jobs import Arrays, Job
+from flockesc_env.policies import find_policy
+
+_AGENT_STEP = 200e-9
+"""Estimated seconds of a step of one agent under a policy."""
+
+
+def policy_of(policy: str | bytes) -> NamedPolicy:
+    """Return a built-in policy, or the one in the bytes of a policy file."""
+    if isinstance(policy, str):
+        return find_policy(policy)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "policy.npz"
+        path.write_bytes(policy)
+        return load_policy(path)
+
+
+def play(
+    policy: str | bytes,
+    scenario: FlockScenario | LineScenario,
+    column: str,
+    flocks: range,
+    options: Mapping[str, Any] | None = None,
+) -> Arrays:
+    """Return an objective of every flock; ``options`` replace some of those that the policy was made for."""
+    entry = policy_of(policy)
+    entry = replace(entry, options={**entry.options, **(options or {})})
+    return {"objective": getattr(rollout(scenario, entry, flocks), column)}
+
+
+def play_job(
+    policy: str | bytes,
+    scenario: FlockScenario | LineScenario,
+    column: str,
+    flocks: range,
+    options: Mapping[str, Any] | None = None,
+) -> Job:
+    """Return the job of ``play``."""
+    steps = scenario.num_steps if isinstance(scenario, FlockScenario) else 100
+    slowness = (
+        30 if isinstance(scenario, FlockScenario) and scenario.neighbor_rule.kind == "topological" else 1
+    )
+    seconds = len(flocks) * steps * scenario.num_agents * _AGENT_STEP * slowness
+    return Job(f"{__name__}:play", (policy, scenario, column, flocks, dict(options or {})), seconds)
