@@ -3,147 +3,125 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Any, Literal, Protocol, get_args
 
 import tyro
 
-from benchmarks import (
-    environments,
-    frameworks,
-    grid,
-    instructions,
-    kernel,
-    line,
-    machine,
-    page,
-    peers,
-    plots,
-    report,
-    rules,
-    size,
-    threads,
-)
-from benchmarks.measure import Record
+from benchmarks import flocks, frameworks, instructions, machine, page, peers, plots, report
+from benchmarks.environments import environments
+from benchmarks.line import line
+from benchmarks.measure import Comparison, Record, measure
+from benchmarks.peers.model import Peer
+from benchmarks.size import size
 from flockesc_env.cli.output import prepare_terminal
 from flockesc_env.common.files import write_text
 
-Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "threads"]
-_FILE = "benchmarks.json"
+Section = Literal["kernel", "size", "environments", "line", "grid", "rules"]
+_RESULTS = Path("results/benchmarks")
 
 
-@dataclass(frozen=True)
-class RunArgs:
-    """Arguments of ``run``.
+class Benchmark(Protocol):
+    """Yields what to measure; ``quick``: few and small cases, to test the benchmark."""
 
-    Attributes:
-        only: sections to measure; default: all.
-        quick: few repetitions and small sizes, to test the benchmarks; the results are not meaningful.
-        output: folder for the measurements and the figures.
-    """
-
-    only: tuple[Section, ...] = get_args(Section)
-    quick: bool = False
-    output: Path = Path("results/benchmarks")
+    def __call__(self, others: list[Peer], /, *, quick: bool) -> Iterator[Comparison]: ...  # noqa: D102
 
 
-@dataclass(frozen=True)
-class PlotArgs:
-    """Arguments of ``plot`` and ``page``.
-
-    Attributes:
-        output: folder with the measurements of an earlier run; ``plot`` writes the figures there.
-    """
-
-    output: Path = Path("results/benchmarks")
-
-
-@dataclass(frozen=True)
-class InstructionsArgs:
-    """Arguments of ``instructions``.
-
-    Attributes:
-        runner: the program ``gungraun-runner``.
-        output: file of the counts; the earlier counts in it are shown beside the new ones.
-    """
-
-    runner: Path = Path(".compat/cargo/bin/gungraun-runner")
-    output: Path = instructions.RESULTS
-
+BENCHMARKS: dict[Section, Benchmark] = {
+    "kernel": flocks.kernel,
+    "size": size,
+    "environments": environments,
+    "line": line,
+    "grid": flocks.grid,
+    "rules": flocks.rules,
+}
 
 app = tyro.extras.SubcommandApp()
 
 
-@app.command(name="run")
-def _run(args: Annotated[RunArgs, tyro.conf.arg(name="")]) -> None:
-    """Check that peers agree with this project, measure, and write tables, measurements and figures."""
+@app.command
+def run(only: tuple[Section, ...] = get_args(Section), quick: bool = False, output: Path = _RESULTS) -> None:
+    """Check that peers agree with this project, measure, and write measurements and figures.
+
+    Args:
+        only: sections to measure.
+        quick: few repetitions and small sizes, to test the benchmarks; the results are not meaningful.
+        output: folder for the measurements and the figures.
+    """
     from threadpoolctl import threadpool_limits
 
-    machine_description = machine.description()
+    document: dict[str, Any] = {"machine": machine.description()}
     with threadpool_limits(1):  # of BLAS: all candidates use one thread
         others = peers.installed()
         peers.check(others)
-        sections = {
-            "kernel": lambda: kernel.run(others, quick=args.quick),
-            "size": lambda: size.run(others, quick=args.quick),
-            "environments": lambda: environments.run(quick=args.quick),
-            "line": lambda: line.run(quick=args.quick),
-            "grid": lambda: grid.run(quick=args.quick),
-            "rules": lambda: rules.run(quick=args.quick),
-            "threads": lambda: threads.run(quick=args.quick),
-        }
-        records: dict[str, list[Record]] = {"records": [], "again": []}
-        repeated = [("again", name) for name in page.REPEATED if name in args.only]
-        for kind, name in [*(("records", name) for name in args.only), *repeated]:
-            print(f"measuring: {name}", flush=True)
-            records[kind] += sections[name]()
-    report.show(records["records"])
-    _save(machine_description, records, args.output)
-    for path in plots.draw(records["records"], args.output):
-        print("Figure:", path)
+        again = [name for name in only if name in page.REPEATED]
+        for kind, names in (("records", only), ("again", again)):
+            measured = [record for name in names for record in _measured(name, others, quick=quick)]
+            document[kind] = [record.document() for record in measured]
+    output.mkdir(parents=True, exist_ok=True)
+    write_text(_file(output), json.dumps(document, indent=1) + "\n")
+    plot(output)
 
 
-@app.command(name="plot")
-def _plot(args: Annotated[PlotArgs, tyro.conf.arg(name="")]) -> None:
-    """Print the tables and draw the figures of an earlier run again."""
-    document = json.loads((args.output / _FILE).read_text())
-    records = [Record.from_document(entry) for entry in document["records"]]
+@app.command
+def plot(output: Path = _RESULTS) -> None:
+    """Print the table and draw the figures of an earlier run.
+
+    Args:
+        output: folder with the measurements; the figures are written there.
+    """
+    records = [Record.from_document(entry) for entry in _read(_file(output))["records"]]
     report.show(records)
-    for path in plots.draw(records, args.output):
+    for path in plots.draw(records, output):
         print("Figure:", path)
 
 
 @app.command(name="page")
-def _page(args: Annotated[PlotArgs, tyro.conf.arg(name="")]) -> None:
-    """Write the tables of docs/performance.md and README.md from an earlier run."""
-    document = json.loads((args.output / _FILE).read_text())
+def write_pages(output: Path = _RESULTS) -> None:
+    """Write the tables of docs/performance.md and README.md from an earlier run.
+
+    Args:
+        output: folder with the measurements.
+    """
     for path in page.PAGES:
-        write_text(path, page.rendered(path.read_text("utf-8"), document))
-
-
-@app.command(name="frameworks")
-def _frameworks(args: Annotated[frameworks.FrameworksArgs, tyro.conf.arg(name="")]) -> None:
-    """Write the table of docs/trainers.md, after measuring one example if it is named."""
-    frameworks.run(args)
+        _rewrite(path, page.rendered, _read(_file(output)))
 
 
 @app.command(name="instructions")
-def _instructions(args: Annotated[InstructionsArgs, tyro.conf.arg(name="")]) -> None:
-    """Count the instructions of steps and observations, beside earlier counts; write docs/performance.md."""
-    earlier = json.loads(args.output.read_text()) if args.output.exists() else {}
-    counts = instructions.count(args.runner)
+def count_instructions(output: Path = instructions.RESULTS) -> None:
+    """Count the instructions of steps and observations, beside earlier counts; write docs/performance.md.
+
+    Args:
+        output: file of the counts; the earlier counts in it are shown beside the new ones.
+    """
+    earlier = _read(output) if output.exists() else {}
+    counts = instructions.count()
     instructions.show(counts, earlier)
-    write_text(args.output, json.dumps(counts, indent=1) + "\n")
-    rendered = instructions.rendered(instructions.PAGE.read_text("utf-8"), counts)
-    write_text(instructions.PAGE, rendered)
+    write_text(output, json.dumps(counts, indent=1) + "\n")
+    _rewrite(instructions.PAGE, instructions.rendered, counts)
 
 
-def _save(machine_description: dict[str, Any], records: dict[str, list[Record]], folder: Path) -> None:
-    documents = {kind: [record.document() for record in measured] for kind, measured in records.items()}
-    document = {"machine": machine_description, **documents}
-    folder.mkdir(parents=True, exist_ok=True)
-    write_text(folder / _FILE, json.dumps(document, indent=1) + "\n")
+app.command(frameworks.frameworks)
+
+
+def _measured(name: Section, others: list[Peer], *, quick: bool) -> list[Record]:
+    print(f"measuring: {name}", flush=True)
+    comparisons = BENCHMARKS[name](others, quick=quick)
+    return [record for comparison in comparisons for record in measure(name, comparison, quick=quick)]
+
+
+def _file(folder: Path) -> Path:
+    return folder / "benchmarks.json"
+
+
+def _read(path: Path) -> dict[str, Any]:
+    document: dict[str, Any] = json.loads(path.read_text())
+    return document
+
+
+def _rewrite(path: Path, rendered: Callable[[str, dict[str, Any]], str], document: dict[str, Any]) -> None:
+    write_text(path, rendered(path.read_text("utf-8"), document))
 
 
 if __name__ == "__main__":

@@ -5,8 +5,7 @@ One call is an episode of 240 steps with its reset, at a range of 10 m. For slow
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
 
 import gymnasium
@@ -14,7 +13,8 @@ import numpy as np
 from pettingzoo import ParallelEnv
 
 from benchmarks import PROJECT
-from benchmarks.measure import Candidate, Record, cores, measure
+from benchmarks.measure import Candidate, Comparison
+from benchmarks.peers.model import Peer
 from flockesc_env import parallel_env
 from flockesc_env.sb3 import FlockVecEnv
 
@@ -25,42 +25,23 @@ STEPS = 240
 _ID = "flockesc_env:flockesc/FlockEscape-v0"
 
 
-def run(*, quick: bool) -> list[Record]:
-    """Time a step of every environment whose package is installed."""
-    makers = [
-        _gymnasium,
-        _gymnasium_vector,
-        _sb3,
-        _pettingzoo,
-        _pettingzoo_arrays,
-        _no_dynamics,
-        _vmas,
-        _mpe2,
-    ]
-    with cores(1):
-        candidates = []
-        for make in makers:
-            try:
-                candidates.append(make())
-            except ModuleNotFoundError as error:
-                print(f"skipped {make.__name__.strip('_')}: {error.name} is not installed")
-        return measure("environments", candidates, "environment step", repetitions=3 if quick else 5)
+def environments(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa: ARG001
+    """Compare a step of every environment whose package is installed."""
+    candidates = [*_own(), _no_dynamics()]
+    for make in (_vmas, _mpe2):
+        try:
+            candidates.append(make())
+        except ModuleNotFoundError as error:
+            print(f"skipped {make.__name__.strip('_')}: {error.name} is not installed")
+    yield Comparison(candidates, "environment step")
 
 
-def _gymnasium() -> Candidate:
+def _own() -> Iterator[Candidate]:
+    one, many = np.array([RANGE], np.float32), np.full((FLOCKS, 1), RANGE, np.float32)
     env = gymnasium.make(_ID, action_mode="range")
-    action = np.array([RANGE], np.float32)
+    yield _episode(f"{PROJECT}, Gymnasium", lambda: env.reset(seed=0), lambda: env.step(one))
 
-    def episode() -> None:
-        env.reset(seed=0)
-        for _ in range(STEPS):
-            env.step(action)
-
-    return _own("Gymnasium", episode)
-
-
-def _gymnasium_vector() -> Candidate:
-    env = gymnasium.make_vec(
+    vector = gymnasium.make_vec(
         _ID,
         num_envs=FLOCKS,
         vectorization_mode="vector_entry_point",
@@ -68,45 +49,21 @@ def _gymnasium_vector() -> Candidate:
         copy=False,
         action_mode="range",
     )
-    actions = np.full((FLOCKS, 1), RANGE, np.float32)
+    name = f"{PROJECT}, Gymnasium vector"
+    yield _episode(name, lambda: vector.reset(seed=0), lambda: vector.step(many), flocks=FLOCKS)
 
-    def episode() -> None:
-        env.reset(seed=0)
-        for _ in range(STEPS):
-            env.step(actions)
+    vec = FlockVecEnv(FLOCKS, num_threads=1, action_mode="range")
+    name = f"{PROJECT}, stable-baselines3"
+    yield _episode(name, lambda: (vec.seed(0), vec.reset()), lambda: vec.step(many), flocks=FLOCKS)
 
-    return _own("Gymnasium vector", episode, FLOCKS)
+    dicts = parallel_env(action_mode="range")
+    actions = dict.fromkeys(dicts.possible_agents, one)
+    yield _episode(f"{PROJECT}, PettingZoo", lambda: dicts.reset(seed=0), lambda: dicts.step(actions))
 
-
-def _sb3() -> Candidate:
-    env = FlockVecEnv(FLOCKS, num_threads=1, action_mode="range")
-    actions = np.full((FLOCKS, 1), RANGE, np.float32)
-
-    def episode() -> None:
-        env.seed(0)
-        env.reset()
-        for _ in range(STEPS):
-            env.step(actions)
-
-    return _own("stable-baselines3", episode, FLOCKS)
-
-
-def _pettingzoo() -> Candidate:
-    env = parallel_env(action_mode="range")
-    actions = {agent: np.array([RANGE], np.float32) for agent in env.possible_agents}
-    return _own("PettingZoo", partial(_dict_episode, env, actions))
-
-
-def _pettingzoo_arrays() -> Candidate:
-    env = parallel_env(action_mode="range")
-    actions = np.full((AGENTS, 1), RANGE, np.float32)
-
-    def episode() -> None:
-        env.reset_array(seed=0)
-        for _ in range(STEPS):
-            env.step_array(actions)
-
-    return _own("PettingZoo, arrays", episode)
+    arrays = parallel_env(action_mode="range")
+    rows = np.full((AGENTS, 1), RANGE, np.float32)
+    name = f"{PROJECT}, PettingZoo, arrays"
+    yield _episode(name, lambda: arrays.reset_array(seed=0), lambda: arrays.step_array(rows))
 
 
 class _NoDynamics(ParallelEnv[str, Any, Any]):
@@ -133,52 +90,49 @@ class _NoDynamics(ParallelEnv[str, Any, Any]):
 
 def _no_dynamics() -> Candidate:
     env = _NoDynamics()
-    actions = {agent: np.array([RANGE], np.float32) for agent in env.possible_agents}
-    return _candidate("PettingZoo, no dynamics", partial(_dict_episode, env, actions), STEPS, AGENTS, 1)
+    return _episode("PettingZoo, no dynamics", env.reset, lambda: env.step({}))
 
 
 def _vmas() -> Candidate:
     import torch
     from vmas import make_env
 
-    agents, flocks, steps = 100, 32, 2
+    agents, flocks = 100, 32
     # With the default minimum distance between entities, placing 100 agents takes a minute.
     env = make_env(
         "flocking", num_envs=flocks, device="cpu", seed=0, n_agents=agents, min_dist_between_entities=0.05
     )
     actions = [torch.zeros(flocks, 2) for _ in range(agents)]
-
-    def some_steps() -> None:
-        for _ in range(steps):
-            env.step(actions)
-
-    return _candidate("VMAS flocking", some_steps, steps, agents, flocks)
+    return _steps("VMAS flocking", lambda: env.step(actions), steps=2, agents=agents, flocks=flocks)
 
 
 def _mpe2() -> Candidate:
     from mpe2 import simple_tag_v3
 
-    agents, steps = 100, 5
     env = simple_tag_v3.parallel_env(num_good=99, num_adversaries=1, max_cycles=10**9)
     env.reset(seed=0)
     actions = {agent: i % 5 for i, agent in enumerate(env.agents)}  # all five moves
+    return _steps("mpe2 simple_tag", lambda: env.step(actions), steps=5, agents=100)
 
-    def some_steps() -> None:
+
+def _episode(
+    name: str, reset: Callable[[], object], step: Callable[[], object], *, flocks: int = 1
+) -> Candidate:
+    return _steps(name, step, reset, steps=STEPS, agents=AGENTS, flocks=flocks)
+
+
+def _steps(
+    name: str,
+    step: Callable[[], object],
+    reset: Callable[[], object] = lambda: None,
+    *,
+    steps: int,
+    agents: int,
+    flocks: int = 1,
+) -> Candidate:
+    def run() -> None:
+        reset()
         for _ in range(steps):
-            env.step(actions)
+            step()
 
-    return _candidate("mpe2 simple_tag", some_steps, steps, agents, 1)
-
-
-def _dict_episode(env: ParallelEnv[str, Any, Any], actions: dict[str, Any]) -> None:
-    env.reset(seed=0)
-    for _ in range(STEPS):
-        env.step(actions)
-
-
-def _own(interface: str, episode: Callable[[], None], flocks: int = 1) -> Candidate:
-    return _candidate(f"{PROJECT}, {interface}", episode, STEPS, AGENTS, flocks)
-
-
-def _candidate(name: str, run: Callable[[], None], steps: int, agents: int, flocks: int) -> Candidate:
     return Candidate(name, run, steps, case={"agents": agents, "flocks": flocks})

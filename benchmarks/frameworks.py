@@ -10,18 +10,23 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from benchmarks import machine
+from benchmarks.page import table, with_table
 from flockesc_env.common.files import write_text
 
 RESULTS = Path("results/frameworks")
 PAGE = Path("docs/trainers.md")
-HEAD = (
-    "| example | versions | samples/s | over PettingZoo dicts | lines | gain over the best fixed range (m) |"
-)
+HEAD = [
+    "example",
+    "versions",
+    "samples/s",
+    "over PettingZoo dicts",
+    "lines",
+    "gain over the best fixed range (m)",
+]
 
 _SPEED = re.compile(r"(\d+) samples/s$", re.MULTILINE)
 _GAIN = re.compile(r"^([+-][\d.]+) m \[([+-][\d.]+), ([+-][\d.]+)\]", re.MULTILINE)
@@ -31,11 +36,17 @@ print(json.dumps({name: importlib.metadata.version(name) for name in sys.argv[1:
 """
 
 
-@dataclass(frozen=True)
-class FrameworksArgs:
-    """Arguments of ``frameworks``. Without ``measure`` the table is written from earlier measurements.
+def frameworks(
+    measure: str = "",
+    framework: str = "",
+    packages: tuple[str, ...] = (),
+    python: str = sys.executable,
+    arguments: str = "--seed 0",
+    pettingzoo: str = "",
+) -> None:
+    """Write the table of docs/trainers.md, after measuring one example if it is named.
 
-    Attributes:
+    Args:
         measure: name of an example to run first, without ``.py``.
         framework: name of its framework in the table.
         packages: names of the packages whose versions the table states.
@@ -43,68 +54,57 @@ class FrameworksArgs:
         arguments: arguments of the example.
         pettingzoo: its arguments for a short run through PettingZoo's dicts; empty: no such run.
     """
-
-    measure: str = ""
-    framework: str = ""
-    packages: tuple[str, ...] = ()
-    python: str = sys.executable
-    arguments: str = "--seed 0"
-    pettingzoo: str = ""
-
-
-def run(args: FrameworksArgs) -> None:
-    """Run an example if one is named, and write the table."""
-    if args.measure:
-        document = json.dumps(_measured(args), indent=1) + "\n"
+    if measure:
+        example = f"examples/{measure}.py"
+        found = {
+            "framework": framework,
+            "versions": json.loads(_output(python, "-c", _VERSIONS, *packages)),
+            **_measured(python, example, arguments, pettingzoo),
+            "lines": sum(bool(line.strip()) for line in Path(example).read_text("utf-8").splitlines()),
+            "processor": machine.description()["cpu"],
+        }
         RESULTS.mkdir(parents=True, exist_ok=True)
-        write_text(RESULTS / f"{args.measure}.json", document)
+        write_text(RESULTS / f"{measure}.json", json.dumps(found, indent=1) + "\n")
     write_text(PAGE, rendered(PAGE.read_text("utf-8")))
 
 
 def rendered(page: str) -> str:
     """Return the page with the table of all measurements."""
-    rows = [_row(json.loads(path.read_text())) for path in sorted(RESULTS.glob("*.json"))]
-    before, _, after = page.partition(HEAD)
-    rest = after[after.index("\n\n") :]
-    return before + "\n".join([HEAD, re.sub("[^|]+", "---", HEAD), *rows]) + rest
+    return with_table(
+        page, table(HEAD, [_row(json.loads(p.read_text())) for p in sorted(RESULTS.glob("*.json"))])
+    )
 
 
-def _row(found: dict[str, Any]) -> str:
+def _row(found: dict[str, Any]) -> list[str]:
     example = found["command"].split()[1]
     versions = ", ".join(f"{package} {version}" for package, version in found["versions"].items())
     dicts = found["pettingzoo_samples_per_second"]
     low, high = found["interval"]
-    cells = (
+    return [
         f"{found['framework']}: [{Path(example).name}](../{example})",
         versions,
         f"{found['samples_per_second']:,}",
         "-" if dicts is None else f"{dicts:,}",
         str(found["lines"]),
         f"{found['gain']:+.1f} [{low:+.1f}, {high:+.1f}]",
-    )
-    return f"| {' | '.join(cells)} |"
+    ]
 
 
-def _measured(args: FrameworksArgs) -> dict[str, Any]:
-    example = f"examples/{args.measure}.py"
-    printed = _output(args.python, example, *args.arguments.split())
+def _measured(python: str, example: str, arguments: str, pettingzoo: str) -> dict[str, Any]:
+    printed = _output(python, example, *arguments.split())
     gain, low, high = map(float, _GAIN.findall(printed)[0])
-    command, dicts = f"python {example} {args.arguments}", None
-    if args.pettingzoo:
-        dicts = int(_SPEED.findall(_output(args.python, example, *args.pettingzoo.split()))[0])
-        command += f"; python {example} {args.pettingzoo}"
-    seed = re.search(r"--seed (\d+)", args.arguments)
+    command, dicts = f"python {example} {arguments}", None
+    if pettingzoo:
+        dicts = int(_SPEED.findall(_output(python, example, *pettingzoo.split()))[0])
+        command += f"; python {example} {pettingzoo}"
+    seed = re.search(r"--seed (\d+)", arguments)
     return {
-        "framework": args.framework,
-        "versions": json.loads(_output(args.python, "-c", _VERSIONS, *args.packages)),
         "command": command,
         "seed": int(seed[1]) if seed else None,
         "samples_per_second": int(_SPEED.findall(printed)[0]),
         "pettingzoo_samples_per_second": dicts,
-        "lines": sum(bool(line.strip()) for line in Path(example).read_text("utf-8").splitlines()),
         "gain": gain,
         "interval": [low, high],
-        "processor": machine.description()["cpu"],
     }
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
 
 from benchmarks import PROJECT
-from benchmarks.measure import Candidate, Record, cores, measure
+from benchmarks.measure import Candidate, Comparison
 from benchmarks.peers import TOLERANCE, DisagreementError, plain_rust
-from benchmarks.peers.model import Floats
+from benchmarks.peers.model import Floats, Peer
 from flockesc_env import LineScenario, simulate_line, sweep
 
 RANGES = (0.05, 0.1, 0.2, 0.5)
@@ -20,11 +20,10 @@ Run = Callable[[Floats, LineScenario, float, int], Floats]
 """``run(states, scenario, interaction_range, steps)`` returns the states after ``steps`` steps."""
 
 
-def run(*, quick: bool) -> list[Record]:
-    """Time a step of one line. For this project: a whole sweep minus a sweep of one step."""
+def line(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
+    """Compare steps of one line. For this project: a whole sweep minus a sweep of one step."""
     scenario = LineScenario()
     seeds = range(20 if quick else LINES)
-    records = []
     for rho in RANGES:
         lines = [simulate_line(scenario, rho, seed=seed) for seed in seeds]
         starts, steps = [line.states[0] for line in lines], [line.steps for line in lines]
@@ -38,11 +37,7 @@ def run(*, quick: bool) -> list[Record]:
         for name, peer in PEERS.items():
             check(name, peer, rho)
             candidates.append(Candidate(name, partial(_all, peer, starts, scenario, rho, steps), sum(steps)))
-        with cores(1):
-            records += measure(
-                "line", candidates, "line step", repetitions=3 if quick else 5, case={"rho": rho}
-            )
-    return records
+        yield Comparison(candidates, "line step", {"rho": rho})
 
 
 def check(name: str, peer: Run, rho: float) -> None:

@@ -6,23 +6,14 @@ import os
 import platform
 import subprocess
 import sys
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
-_PACKAGES = (
-    "flockesc-env",
-    "gymnasium",
-    "jax",
-    "mpe2",
-    "numba",
-    "numpy",
-    "pettingzoo",
-    "scipy",
-    "stable-baselines3",
-    "torch",
-    "vmas",
-)
+_PACKAGES = {
+    *("flockesc-env", "gymnasium", "jax", "mpe2", "numba", "numpy", "pettingzoo", "scipy"),
+    *("stable-baselines3", "torch", "vmas"),
+}
 _FLAGS = ("sse2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl", "avx512bw")
 
 
@@ -30,6 +21,7 @@ def description() -> dict[str, Any]:
     """Return the processor, system, versions and commit."""
     cpu = _cpu()
     flags = set(cpu.get("flags", "").split())
+    versions = ((found.name.replace("_", "-"), found.version) for found in distributions())
     return {
         "cpu": cpu.get("model name", platform.processor()),
         "cores": os.cpu_count(),
@@ -39,7 +31,7 @@ def description() -> dict[str, Any]:
         "python": platform.python_version(),
         "rust": _output("rustc", "--version"),
         "commit": _output("git", "describe", "--always", "--dirty", "--abbrev=40"),
-        "packages": {name: found for name in _PACKAGES if (found := _version(name))},
+        "packages": dict(sorted(pair for pair in versions if pair[0] in _PACKAGES)),
         "command": "python -m benchmarks " + " ".join(sys.argv[1:]),
     }
 
@@ -51,13 +43,6 @@ def _cpu() -> dict[str, str]:
         return {}
     lines = path.read_text().split("\n\n", 1)[0].splitlines()
     return {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in lines)}
-
-
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
 
 
 def _output(*command: str) -> str | None:

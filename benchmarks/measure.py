@@ -8,18 +8,19 @@ import os
 import statistics
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, Self
 
 Clock = Literal["cpu", "wall"]
+Case = dict[str, Any]
 _CLOCKS: dict[Clock, Callable[[], float]] = {"cpu": time.process_time, "wall": time.perf_counter}
 
 _SHORTEST = 0.05
 """Minimum duration of a repetition in s; short candidates are called several times."""
 _LONG = 1.0
 """Candidates that take longer than this, in s, are repeated ``_LONG_REPETITIONS`` times."""
-_LONG_REPETITIONS = 3
+_QUICK_REPETITIONS = _LONG_REPETITIONS = 3
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Candidate:
     run: Callable[[], object]
     units: float
     before: Callable[[], object] | None = None
-    case: dict[str, Any] = field(default_factory=dict)
+    case: Case = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class Record:
 
     section: str
     contender: str
-    case: dict[str, Any]
+    case: Case
     unit: str
     clock: Clock
     seconds: list[float]
@@ -78,42 +79,48 @@ class Record:
         return cls(**{name: value for name, value in document.items() if name != "median"})
 
 
-def measure(
-    section: str,
-    candidates: list[Candidate],
-    unit: str,
-    *,
-    repetitions: int,
-    clock: Clock = "cpu",
-    case: dict[str, Any] | None = None,
-) -> list[Record]:
-    """Call every candidate once to warm up, then time all in turns.
+@dataclass(frozen=True)
+class Comparison:
+    """Candidates that are measured in turns.
 
-    Args:
-        section: name of the benchmark.
+    Attributes:
         candidates: the candidates.
         unit: the unit of work.
-        repetitions: number of repetitions; candidates that take over a second have at most three.
-        clock: the clock.
         case: parameters of the case, added to those of the candidates.
+        clock: the clock; candidates on the clock of the processor run on one core.
+        repetitions: their number; candidates that take over a second have at most three.
+        skipped: reasons to leave out further candidates, by name.
     """
-    calls = [max(1, math.ceil(_SHORTEST / _time(entry.run, 1, clock))) for entry in candidates]
+
+    candidates: list[Candidate]
+    unit: str
+    case: Case = field(default_factory=dict)
+    clock: Clock = "cpu"
+    repetitions: int = 5
+    skipped: dict[str, str] = field(default_factory=dict)
+
+
+def measure(section: str, comparison: Comparison, *, quick: bool = False) -> list[Record]:
+    """Call every candidate once to warm up, then time all in turns."""
+    candidates, clock = comparison.candidates, comparison.clock
     seconds: list[list[float]] = [[] for _ in candidates]
-    for repetition in range(repetitions):
-        for entry, count, taken in zip(candidates, calls, seconds, strict=True):
-            is_long = taken and taken[0] * entry.units > _LONG
-            if not (is_long and repetition >= _LONG_REPETITIONS):
-                taken.append(_net_time(entry, count, clock) / (count * entry.units))
+    with cores(1) if clock == "cpu" else nullcontext():
+        calls = [max(1, math.ceil(_SHORTEST / _time(entry.run, 1, clock))) for entry in candidates]
+        for repetition in range(_QUICK_REPETITIONS if quick else comparison.repetitions):
+            for entry, count, taken in zip(candidates, calls, seconds, strict=True):
+                is_long = taken and taken[0] * entry.units > _LONG
+                if not (is_long and repetition >= _LONG_REPETITIONS):
+                    spent = _time(entry.run, count, clock)
+                    spent -= _time(entry.before, count, clock) if entry.before else 0.0
+                    taken.append(spent / (count * entry.units))
+
+    def record(name: str, case: Case, taken: list[float], note: str = "") -> Record:
+        return Record(section, name, {**comparison.case, **case}, comparison.unit, clock, taken, note)
+
     return [
-        Record(section, entry.name, {**(case or {}), **entry.case}, unit, clock, taken)
-        for entry, taken in zip(candidates, seconds, strict=True)
+        *(record(name, {}, [], reason) for name, reason in comparison.skipped.items()),
+        *(record(entry.name, entry.case, taken) for entry, taken in zip(candidates, seconds, strict=True)),
     ]
-
-
-def _net_time(entry: Candidate, calls: int, clock: Clock) -> float:
-    """Return the seconds of ``calls`` calls, without the time of ``before``."""
-    spent = _time(entry.run, calls, clock)
-    return spent - (_time(entry.before, calls, clock) if entry.before else 0.0)
 
 
 def _time(run: Callable[[], object], calls: int, clock: Clock) -> float:

@@ -54,7 +54,7 @@ def _kernel(records: list[Record]) -> str:
             for rho, base in zip(ranges, own, strict=True)
         ]
         rows.append([f"**{name}**" if name == PROJECT else name, *cells])
-    return _table(["range (m)", *(f"{rho:.0f}" for rho in ranges)], rows)
+    return table(["range (m)", *(f"{rho:.0f}" for rho in ranges)], rows)
 
 
 def _rules(records: list[Record]) -> str:
@@ -63,7 +63,7 @@ def _rules(records: list[Record]) -> str:
     for record in (record for record in records if record.section == "rules"):
         row = rows.setdefault(names[record.case["rule"]].format(record.case["rho"]), [])
         row.append(_number(1e6 * record.median))
-    return _table(["other neighbor rules", PROJECT, "SciPy"], [[name, *row] for name, row in rows.items()])
+    return table(["other neighbor rules", PROJECT, "SciPy"], [[name, *row] for name, row in rows.items()])
 
 
 def _size(records: list[Record]) -> str:
@@ -74,7 +74,7 @@ def _size(records: list[Record]) -> str:
         if is_own and agents >= 10_000 and record.seconds and record.case.get("threads", 2) == 2:
             cores = "two cores" if "threads" in record.case else "one core"
             rows.append([cores, f"{agents:,}", _number(1e9 * record.median / agents)])
-    return _table(["larger flocks, 0.03 agents per m^2, range 10 m", "agents", "ns per agent and step"], rows)
+    return table(["larger flocks, 0.03 agents per m^2, range 10 m", "agents", "ns per agent and step"], rows)
 
 
 def _grid_and_line(records: list[Record]) -> str:
@@ -118,7 +118,7 @@ def _environment_table(records: Iterable[Record]) -> str:
         name = record.contender.replace(PROJECT, f"**{PROJECT}**")
         figure = _number(1e6 * record.median / flocks)
         rows.append([name, str(agents), str(flocks), f"**{figure}**" if is_own else figure])
-    return _table(["environment", "agents", "flocks", "us per step"], rows)
+    return table(["environment", "agents", "flocks", "us per step"], rows)
 
 
 def _run(machine: dict[str, Any], records: list[Record], again: list[Record]) -> str:
@@ -149,7 +149,15 @@ def _medians(records: list[Record], section: str, column: str) -> dict[str, dict
     return medians
 
 
-def _table(head: list[str], rows: list[list[str]]) -> str:
+def with_table(page: str, table: str) -> str:
+    """Return a page with a table instead of the one of the same head."""
+    head, _, _ = table.partition("\n")
+    before, _, after = page.partition(head)
+    return before + table + after[after.index("\n\n") :]
+
+
+def table(head: list[str], rows: list[list[str]]) -> str:
+    """Return a table in Markdown."""
     lines = [f"| {' | '.join(line)} |" for line in [head, *rows]]
     return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]])
 

@@ -1,4 +1,4 @@
-"""Benchmark of flock steps against the number of agents: constant density, dense flocks, two threads.
+"""Benchmark of flock steps against the number of agents, at the paper's density.
 
 A size is skipped if a step would take too long, extrapolated from the two previous sizes. For this project
 the time is the difference of two sweeps with different numbers of steps, which excludes drawing the initial
@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 
 from benchmarks import PROJECT
-from benchmarks.measure import Candidate, Record, cores, measure
+from benchmarks.measure import Candidate, Comparison, cores
 from benchmarks.peers.model import Flocks, Peer
 from flockesc_env import FlockScenario, sweep
 
@@ -25,11 +26,6 @@ RANGE = 10.0
 LONGEST_STEP = 2.0
 """In s."""
 
-DENSE_SIZE, DENSE_SIDE, DENSE_RANGES = 100_000, 100.0, (10.0, 30.0)
-DENSE_TRIAL = 10_000
-"""Number of agents of the trial from which the time of a dense step is extrapolated, with n^2."""
-LONGEST_DENSE_STEP = 5.0
-
 _FILL = 0.2
 """Intended duration of a call in s."""
 _MOST_STEPS = 240
@@ -40,58 +36,31 @@ Steps = Callable[[Flocks, float, int], object]
 """``steps(flocks, interaction_range, count)`` runs ``count`` steps."""
 
 
-def run(peers: list[Peer], *, quick: bool) -> list[Record]:
-    """Time a step at every size, of the dense flock, and of the largest flock on one and two threads."""
+def size(peers: list[Peer], *, quick: bool) -> Iterator[Comparison]:
+    """Compare steps at every size, and of the largest flock on one and two cores."""
     implementations: dict[str, Steps] = {PROJECT: _own, **{peer.name: peer.run for peer in peers}}
-    with cores(1):
-        records = _constant_density(implementations, quick=quick)
-        if not quick:
-            for rho in DENSE_RANGES:
-                records += _dense(implementations, rho)
-    if any(r.contender == PROJECT and r.seconds and r.case == _case(SIZES[-1]) for r in records):
-        records += _two_threads()
-    return records
-
-
-def _constant_density(implementations: dict[str, Steps], *, quick: bool) -> list[Record]:
-    records: list[Record] = []
     trials: dict[str, list[tuple[int, float]]] = {name: [] for name in implementations}
     for n in SIZES[: SIZES.index(LARGEST_QUICK) + 1] if quick else SIZES:
-        flocks = _flocks(n, math.sqrt(n / DENSITY))
-        candidates = []
+        flocks, candidates, skipped = _flocks(n), [], {}
         for name, steps in implementations.items():
             expected_seconds = _extrapolate(trials[name], n)
             if expected_seconds > LONGEST_STEP:
-                records.append(_skipped(name, _case(n), expected_seconds))
+                skipped[name] = f"skipped: a step would take about {expected_seconds:.0f} s"
             else:
-                trials[name].append((n, _trial(steps, flocks, RANGE)))
-                candidates.append(_candidate(name, steps, flocks, RANGE, trials[name][-1][1]))
-        records += measure("size", candidates, "flock step", repetitions=3 if quick else 5, case=_case(n))
-    return records
+                trials[name].append((n, _trial(steps, flocks)))
+                candidates.append(_candidate(name, steps, flocks, trials[name][-1][1]))
+        yield Comparison(candidates, "flock step", {"n": n, "rho": RANGE}, skipped=skipped)
+    if not quick:
+        largest = _flocks(SIZES[-1])
+        candidates = [
+            replace(_candidate(PROJECT, _on(threads), largest, math.inf), case={"threads": threads})
+            for threads in (1, 2)
+        ]
+        yield Comparison(candidates, "flock step", {"n": SIZES[-1], "rho": RANGE}, clock="wall")
 
 
-def _dense(implementations: dict[str, Steps], rho: float) -> list[Record]:
-    case = {"n": DENSE_SIZE, "side": DENSE_SIDE, "rho": rho}
-    trial, flocks = _flocks(DENSE_TRIAL, DENSE_SIDE), _flocks(DENSE_SIZE, DENSE_SIDE)
-    records, candidates = [], []
-    for name, steps in implementations.items():
-        expected_seconds = _trial(steps, trial, rho) * (DENSE_SIZE / DENSE_TRIAL) ** 2
-        if expected_seconds > LONGEST_DENSE_STEP:
-            records.append(_skipped(name, case, expected_seconds))
-        else:
-            candidates.append(_candidate(name, steps, flocks, rho, expected_seconds))
-    return records + measure("size", candidates, "flock step", repetitions=3, case=case)
-
-
-def _two_threads() -> list[Record]:
-    """Measure the wall-clock time of the largest flock on one and two threads, with one core each."""
-    flocks = _flocks(SIZES[-1], math.sqrt(SIZES[-1] / DENSITY))
-    candidates = []
-    for threads in (1, 2):
-        own = _on(threads, partial(_own, num_threads=threads))
-        candidate = _candidate(PROJECT, own, flocks, RANGE, math.inf)
-        candidates.append(Candidate(**{**vars(candidate), "case": {"threads": threads}}))
-    return measure("size", candidates, "flock step", repetitions=5, clock="wall", case=_case(SIZES[-1]))
+def _flocks(n: int) -> Flocks:
+    return Flocks.seeded(FlockScenario(num_agents=n, initial_side=math.sqrt(n / DENSITY)), range(1))
 
 
 def _own(flocks: Flocks, rho: float, count: int, *, num_threads: int = 1) -> object:
@@ -99,28 +68,21 @@ def _own(flocks: Flocks, rho: float, count: int, *, num_threads: int = 1) -> obj
     return sweep(scenario, [rho], flocks.seeds, num_threads=num_threads)
 
 
-def _on(count: int, steps: Steps) -> Steps:
-    def pinned(flocks: Flocks, rho: float, number: int) -> object:
-        with cores(count):
-            return steps(flocks, rho, number)
+def _on(threads: int) -> Steps:
+    def pinned(flocks: Flocks, rho: float, count: int) -> object:
+        with cores(threads):
+            return _own(flocks, rho, count, num_threads=threads)
 
     return pinned
 
 
-def _flocks(n: int, side: float) -> Flocks:
-    return Flocks.seeded(FlockScenario(num_agents=n, initial_side=side), range(1))
-
-
-def _case(n: int) -> dict[str, float]:
-    return {"n": n, "rho": RANGE}
-
-
-def _trial(steps: Steps, flocks: Flocks, rho: float) -> float:
+def _trial(steps: Steps, flocks: Flocks) -> float:
     """Return the time of one step in s; an earlier call lets the implementation compile."""
-    steps(flocks, rho, 1)
-    start = time.perf_counter()
-    steps(flocks, rho, 1)
-    return time.perf_counter() - start
+    with cores(1):
+        steps(flocks, RANGE, 1)
+        start = time.perf_counter()
+        steps(flocks, RANGE, 1)
+        return time.perf_counter() - start
 
 
 def _extrapolate(trials: list[tuple[int, float]], n: int) -> float:
@@ -133,16 +95,10 @@ def _extrapolate(trials: list[tuple[int, float]], n: int) -> float:
     return expected_seconds
 
 
-def _skipped(name: str, case: dict[str, float], expected_seconds: float) -> Record:
-    note = f"skipped: a step would take about {expected_seconds:.0f} s"
-    return Record("size", name, case, "flock step", "cpu", [], note)
-
-
-def _candidate(name: str, steps: Steps, flocks: Flocks, rho: float, step_seconds: float) -> Candidate:
+def _candidate(name: str, steps: Steps, flocks: Flocks, step_seconds: float) -> Candidate:
     count = min(max(round(_FILL / step_seconds), 1), _MOST_STEPS)
     if name != PROJECT:
-        return Candidate(name, partial(steps, flocks, rho, count), count)
+        return Candidate(name, partial(steps, flocks, RANGE, count), count)
     count = max(count, _FEWEST_OWN_STEPS)
-    return Candidate(
-        name, partial(steps, flocks, rho, count + 1), count, before=partial(steps, flocks, rho, 1)
-    )
+    first = partial(steps, flocks, RANGE, 1)
+    return Candidate(name, partial(steps, flocks, RANGE, count + 1), count, before=first)

@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.peers.model import Flocks, Peer
 from flockesc_env import ConstantVelocity, FlockScenario, Metric, NeighborRule, simulate
 
-_MODULES = ("numpy_all_pairs", "numpy_tuned", "ckdtree", "numba_cells", "jax_all_pairs", "plain_rust")
+_MODULES = ("numpy_flocks", "numba_cells", "jax_all_pairs", "plain_rust")
 
 TOLERANCE = 1e-9
 """Largest allowed difference in m. Sums in another order differ by rounding errors."""
