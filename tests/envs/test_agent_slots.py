@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from typing import Any
 
 import gymnasium
@@ -11,7 +10,6 @@ import pytest
 from captured_flocks import doomed
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode
-from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
 from option_table import ACTION_MODES, INDIVIDUAL_REWARDS, every_pair, small_flock
 
 from flockesc_env import AgentVectorEnv, ArgumentError, FlockScenario, ResetNeededError, parallel_env
@@ -30,7 +28,6 @@ class Flock:
 
     def __init__(self, scenario: FlockScenario, **options: Any) -> None:
         self.env = parallel_env(scenario, **options)
-        self.agents = self.env.possible_agents
         self.must_reset = False
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> dict[str, Any]:
@@ -42,18 +39,11 @@ class Flock:
         """Return the result, and the last one of an episode that ended if another has been started."""
         if self.must_reset and mode is AutoresetMode.NEXT_STEP:
             return self.reset(), None
-        # The dicts say which agents are left, the arrays have a row for all of them.
-        named = {agent: actions[self.agents.index(agent)] for agent in self.env.agents}
-        observations, rewards, terminations, truncations, _ = self.env.step(named)
-        rows = np.zeros((AGENTS, len(self.env.policy_spec.layout.names)), np.float32)
-        paid, caught = np.zeros(AGENTS), np.ones(AGENTS, bool)
-        for agent, row in observations.items():
-            place = self.agents.index(agent)
-            rows[place], paid[place], caught[place] = row, rewards[agent], terminations[agent]
+        rows, rewards, caught, truncations, _ = self.env.step_array(actions)
         self.must_reset = not self.env.agents
+        assert not self.must_reset or (caught | truncations).all()
         ended = np.full(AGENTS, self.must_reset)
-        assert not self.must_reset or all(truncations[a] or terminations[a] for a in truncations)
-        result = self._result(rows, paid, ended & caught, ended & ~caught)
+        result = self._result(rows, rewards, ended & caught, ended & ~caught)
         if self.must_reset and mode is AutoresetMode.SAME_STEP:
             first = self.reset()
             return {**result, "observation": first["observation"], "info": first["info"]}, result
@@ -158,15 +148,6 @@ def test_options(action_mode: str, reward: str) -> None:
     twins.step(30)
 
 
-def test_seeds_of_flocks() -> None:
-    env = AgentVectorEnv(SLOTS, small_flock())
-    first, _ = env.reset(seed=5)
-    np.testing.assert_array_equal(env.reset(seed=[5, 6, 7])[0], first)
-    np.testing.assert_array_equal(env.reset(seed=[6, None, 5])[0][:AGENTS], first[AGENTS : 2 * AGENTS])
-    with pytest.raises(ArgumentError, match="seed: expected 3 seeds, one per flock, got 15"):
-        env.reset(seed=list(range(SLOTS)))
-
-
 def test_a_mask_contains_whole_flocks() -> None:
     env = AgentVectorEnv(SLOTS, small_flock())
     mask = np.arange(SLOTS) < AGENTS
@@ -191,42 +172,3 @@ def test_make_vec() -> None:
             gymnasium.make_vec(NAME, num_envs=count)
     with pytest.raises(gymnasium.error.Error, match="entry_point is not specified"):
         gymnasium.make(NAME)
-
-
-@scenarios
-def test_wrappers_of_gymnasium(scenario: FlockScenario) -> None:
-    """The statistics of each agent's episode are the sum of its rewards."""
-    env = AgentVectorEnv(SLOTS, scenario, reward="individual_distance")
-    wrapped = DictInfoToList(RecordEpisodeStatistics(copy.deepcopy(env), stats_key="stats"))
-    env.reset(seed=1)
-    wrapped.reset(seed=1)
-    returns, recorded = np.zeros(SLOTS), 0
-    for _ in range(scenario.num_steps):
-        actions = np.zeros((SLOTS, 1), np.float32)
-        _, rewards, terminations, truncations, _ = env.step(actions)
-        returns += rewards
-        for slot, info in enumerate(wrapped.step(actions)[4]):
-            if terminations[slot] or truncations[slot]:
-                assert info["stats"]["r"] == pytest.approx(returns[slot])
-                recorded += 1
-        if recorded:
-            break
-    assert recorded >= AGENTS
-
-
-@autoreset_modes
-def test_copy_false_reuses_two_arrays(autoreset_mode: AutoresetMode) -> None:
-    fresh, reusing = (
-        AgentVectorEnv(SLOTS, SCENARIOS["with capture"], autoreset_mode=autoreset_mode, copy=keep)
-        for keep in (True, False)
-    )
-    kept = [reusing.reset(seed=0)[0]]
-    fresh.reset(seed=0)
-    for _ in range(12):
-        actions = fresh.action_space.sample()
-        expected, result = fresh.step(actions), reusing.step(actions)
-        assert data_equivalence(result, expected, exact=True)
-        kept.append(result[0])
-        if autoreset_mode is AutoresetMode.DISABLED and (result[2] | result[3]).any():
-            break
-    assert all(np.shares_memory(array, kept[0]) for array in kept)

@@ -22,6 +22,7 @@ from flockesc_env import (
     sweep,
 )
 from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.episodes.options import View
 from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from flockesc_env.scenario.motion import Motion
@@ -97,8 +98,8 @@ def observed(batch: FlockBatch, slot: int, steps: list[tuple[np.ndarray, np.ndar
 def test_place_in_the_batch(dimension: int, per_agent: bool, threads: int) -> None:
     scenario = small_flock(dimension, num_agents=30, angular_noise=0.5, sensing_noise=0.5, sensing_delay=2)
     options = EnvOptions(action_mode="range")
-    alone = FlockBatch(scenario, options, per_agent=per_agent)
-    crowd = FlockBatch(scenario, options, num_flocks=6, per_agent=per_agent, num_threads=threads)
+    alone = FlockBatch(scenario, options, view=View.of(per_agent))
+    crowd = FlockBatch(scenario, options, num_flocks=6, view=View.of(per_agent), num_threads=threads)
     rng = np.random.default_rng(0)
     ranges = rng.uniform(0, 20, (scenario.num_steps, 6, alone.rows))
     crowd.reset(range(6), range(100, 106))

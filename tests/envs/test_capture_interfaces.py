@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-import copy
 from typing import Any
 
 import numpy as np
 import pytest
 import reference
 from captured_flocks import SEEDS, doomed, hunted
-from gymnasium.utils.env_checker import check_env as check_gymnasium
 from gymnasium.utils.env_checker import data_equivalence
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from option_table import ACTION_MODES, DIMENSIONS, FLOCK_REWARDS, INDIVIDUAL_REWARDS, OBJECTIVES
-from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
-from stable_baselines3.common.env_checker import check_env as check_sb3
 
-import flockesc_env
 from flockesc_env import (
     FlockEscapeEnv,
     FlockScenario,
-    FlockVectorEnv,
     load_run,
     parallel_env,
     replay_run,
@@ -33,10 +26,6 @@ from flockesc_env import (
 from flockesc_env.common.errors import ActionError
 from flockesc_env.policies import FixedRange, RandomRange
 from flockesc_env.policies.rollout import record
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
-
-# PettingZoo's suites pass options={"options": 1}.
-pytestmark = pytest.mark.filterwarnings("ignore:reset\\(\\) ignores unknown options:UserWarning")
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
@@ -206,86 +195,6 @@ def test_survival_rewards_the_fraction_surviving(reward: str, steps_per_action: 
     assert seen == {True, False}
 
 
-@pytest.mark.parametrize("autoreset_mode", AutoresetMode)
-@pytest.mark.parametrize("steps_per_action", [1, 3])
-@pytest.mark.parametrize("num_threads", [1, 3])
-def test_the_vector_environment_equals_gymnasiums(
-    autoreset_mode: AutoresetMode, steps_per_action: int, num_threads: int
-) -> None:
-    options = {"scenario": doomed(), "objective": "survival", "steps_per_action": steps_per_action}
-    native = FlockVectorEnv(5, autoreset_mode=autoreset_mode, num_threads=num_threads, **options)
-    sync = SyncVectorEnv([lambda: FlockEscapeEnv(**options)] * 5, autoreset_mode=autoreset_mode)
-    sync.action_space.seed(0)
-    assert data_equivalence(native.reset(seed=3), sync.reset(seed=3), exact=True)
-    ends = np.zeros((2, 5), int)
-    for _ in range(120):
-        actions = sync.action_space.sample()
-        result = native.step(actions)
-        assert data_equivalence(result, sync.step(actions), exact=True)
-        ends += np.stack(result[2:4])
-        over = result[2] | result[3]
-        if autoreset_mode is AutoresetMode.DISABLED and over.any():
-            masks = [{"reset_mask": over.copy()} for _ in range(2)]
-            assert data_equivalence(native.reset(options=masks[0]), sync.reset(options=masks[1]), exact=True)
-    assert (ends.sum(axis=1) > 0).all()
-
-
-def test_sb3_slots_of_flocks() -> None:
-    env = FlockVecEnv(6, doomed(), action_mode="range")
-    env.seed(0)
-    env.reset()
-    seen = set()
-    for _ in range(120):
-        _, _, dones, infos = env.step(np.full((6, 1), 3.0, np.float32))
-        for done, info in zip(dones, infos, strict=True):
-            assert info["TimeLimit.truncated"] == (done and info["fraction_surviving"] > 0)
-            assert ("terminal_observation" in info) == done
-            if done:
-                seen.add(info["TimeLimit.truncated"])
-    assert seen == {True, False}
-
-
-def test_sb3_slots_of_agents_stay_until_the_flock_ends() -> None:
-    scenario = doomed(num_agents=4)
-    env = AgentVecEnv(5, scenario, action_mode="range", reward="individual_distance")
-    env.seed(0)
-    env.reset()
-    alive = np.ones((5, 4), bool)
-    was_caught_in_time = False
-    for _ in range(100):
-        observations, rewards, dones, infos = env.step(np.full((20, 1), 3.0, np.float32))
-        observations = observations.reshape(5, 4, -1)
-        assert not rewards.reshape(5, 4)[~alive].any()
-        for flock in range(5):
-            own = infos[4 * flock : 4 * flock + 4]
-            is_done = dones[4 * flock]
-            assert (dones[4 * flock : 4 * flock + 4] == is_done).all()
-            last = [info["terminal_observation"] for info in own] if is_done else observations[flock]
-            now = np.any(last, axis=1)
-            assert own[0]["fraction_surviving"] == now.mean()
-            assert not (now & ~alive[flock]).any()
-            assert [info["TimeLimit.truncated"] for info in own] == (now & is_done).tolist()
-            was_caught_in_time |= bool(is_done and 0 < now.sum() < 4)
-            alive[flock] = True if is_done else now
-    assert was_caught_in_time
-
-
-# The observation of a caught agent is zero.
-@pytest.mark.filterwarnings("ignore:Observation numpy array is all zeros:UserWarning")
-@pytest.mark.parametrize("capture_radius", [0.0, 4.0, 1e6])
-@pytest.mark.parametrize("objective", OBJECTIVES)
-@dimensions
-def test_conformance(dimension: int, objective: str, capture_radius: float) -> None:
-    scenario = hunted(dimension, capture_radius=capture_radius)
-    options: dict[str, Any] = {"objective": objective}
-    check_gymnasium(FlockEscapeEnv(scenario, **options), skip_render_check=True)
-    check_sb3(FlockEscapeEnv(scenario, **options))
-    parallel_api_test(parallel_env(scenario, **options), num_cycles=60)
-    api_test(flockesc_env.env(scenario, **options), num_cycles=200)
-    parallel_seed_test(lambda: parallel_env(scenario, **options), num_cycles=60)
-    seed_test(lambda: flockesc_env.env(scenario, **options), num_cycles=200)
-
-
 @dimensions
 @pytest.mark.parametrize("per_agent", [False, True])
 def test_sweeps_rollouts_and_records_agree(dimension: int, per_agent: bool, tmp_path: Any) -> None:
@@ -325,20 +234,3 @@ def test_a_recording_continues_after_the_last_agent_is_caught() -> None:
     run = record(scenario, RandomRange(seed=1), 0, per_agent=True)
     assert run.interaction_ranges.shape == (scenario.num_steps, scenario.num_agents)
     np.testing.assert_array_equal(run.caught_at, 1)
-
-
-@pytest.mark.parametrize("make", [FlockEscapeEnv, parallel_env], ids=["flock", "agents"])
-def test_a_copy_in_mid_episode_is_independent(make: Any) -> None:
-    env = make(hunted(), action_mode="range")
-    env.reset(seed=4)
-    agents = getattr(env, "agents", None)
-
-    def step(env: Any) -> Any:
-        one = np.array([3.0], np.float32)
-        return env.step(one if agents is None else dict.fromkeys(env.agents, one))
-
-    for _ in range(12):
-        step(env)
-    twin = copy.deepcopy(env)
-    expected = [step(env) for _ in range(13)]
-    assert data_equivalence(expected, [step(twin) for _ in range(13)], exact=True)

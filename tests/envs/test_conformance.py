@@ -10,8 +10,9 @@ from typing import Any
 
 import gymnasium
 import pytest
+from captured_flocks import hunted
 from gymnasium.utils.env_checker import check_env as check_gymnasium
-from option_table import AGENTS, DIMENSIONS, FLOCK, LINE_OPTIONS, every_option, label, small_flock
+from option_table import AGENTS, DIMENSIONS, FLOCK, LINE_OPTIONS, OBJECTIVES, every_option, label, small_flock
 from pettingzoo.test import (
     api_test,
     max_cycles_test,
@@ -23,7 +24,7 @@ from pettingzoo.test import (
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
 import flockesc_env
-from flockesc_env import LineScenario
+from flockesc_env import FlockScenario, LineScenario
 
 FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v0"
 LINE_ID = "flockesc_env:flockesc/LineEscape-v0"
@@ -42,43 +43,26 @@ line_options = pytest.mark.parametrize("options", LINE_OPTIONS, ids=label)
 def allowing_unscaled_actions(options: Options) -> Iterator[None]:
     """Ignore the checkers' advice against Box spaces other than [-1, 1] if an option sets one."""
     with warnings.catch_warnings():
-        if options["action_mode"] == "range":
+        if options.get("action_mode") == "range":
             warnings.filterwarnings("ignore", ".*symmetric and normalized.*")
         yield
 
 
-def small_line() -> LineScenario:
-    return LineScenario(num_agents=5, max_steps=10)
+def check_single(name: str, scenario: FlockScenario | LineScenario, options: Options) -> None:
+    with allowing_unscaled_actions(options):
+        # A window waits for a person: tests/tools/test_render_environments.py checks rendering.
+        check_gymnasium(gymnasium.make(name, scenario=scenario, **options).unwrapped, skip_render_check=True)
+        check_sb3(gymnasium.make(name, scenario=scenario, **options))
 
 
 @flock_options
-def test_gymnasium_flock(options: Options, dimension: int) -> None:
-    env = gymnasium.make(FLOCK_ID, scenario=small_flock(dimension), **options)
-    with allowing_unscaled_actions(options):
-        # A window waits for a person: tests/tools/test_render_environments.py checks rendering.
-        check_gymnasium(env.unwrapped, skip_render_check=True)
+def test_flock(options: Options, dimension: int) -> None:
+    check_single(FLOCK_ID, small_flock(dimension), options)
 
 
 @line_options
-def test_gymnasium_line(options: Options) -> None:
-    env = gymnasium.make(LINE_ID, scenario=small_line(), **options)
-    with allowing_unscaled_actions(options):
-        # A window waits for a person: tests/tools/test_render_environments.py checks rendering.
-        check_gymnasium(env.unwrapped, skip_render_check=True)
-
-
-@flock_options
-def test_sb3_flock(options: Options, dimension: int) -> None:
-    env = gymnasium.make(FLOCK_ID, scenario=small_flock(dimension), **options)
-    with allowing_unscaled_actions(options):
-        check_sb3(env)
-
-
-@line_options
-def test_sb3_line(options: Options) -> None:
-    env = gymnasium.make(LINE_ID, scenario=small_line(), **options)
-    with allowing_unscaled_actions(options):
-        check_sb3(env)
+def test_line(options: Options) -> None:
+    check_single(LINE_ID, LineScenario(num_agents=5, max_steps=10), options)
 
 
 @pytest.mark.parametrize("name", [FLOCK_ID, LINE_ID])
@@ -87,24 +71,27 @@ def test_gymnasium_defaults(name: str) -> None:
     check_gymnasium(gymnasium.make(name).unwrapped)
 
 
-@agent_options
-def test_parallel_api(options: Options, dimension: int) -> None:
-    parallel_api_test(flockesc_env.parallel_env(small_flock(dimension), **options), num_cycles=30)
+def check_agents(scenario: FlockScenario, num_cycles: int = 30, **options: Any) -> None:
+    parallel_api_test(flockesc_env.parallel_env(scenario, **options), num_cycles=num_cycles)
+    api_test(flockesc_env.env(scenario, **options), num_cycles=num_cycles)
+    parallel_seed_test(lambda: flockesc_env.parallel_env(scenario, **options), num_cycles=num_cycles)
+    seed_test(lambda: flockesc_env.env(scenario, **options), num_cycles=num_cycles)
 
 
 @agent_options
-def test_aec_api(options: Options, dimension: int) -> None:
-    api_test(flockesc_env.env(small_flock(dimension), **options), num_cycles=30)
+def test_agents(options: Options, dimension: int) -> None:
+    check_agents(small_flock(dimension), **options)
 
 
-@agent_options
-def test_parallel_seed(options: Options, dimension: int) -> None:
-    parallel_seed_test(lambda: flockesc_env.parallel_env(small_flock(dimension), **options), num_cycles=30)
-
-
-@agent_options
-def test_aec_seed(options: Options, dimension: int) -> None:
-    seed_test(lambda: flockesc_env.env(small_flock(dimension), **options), num_cycles=30)
+# The observation of a caught agent is zero.
+@pytest.mark.filterwarnings("ignore:Observation numpy array is all zeros:UserWarning")
+@pytest.mark.parametrize("capture_radius", [0.0, 4.0, 1e6])
+@pytest.mark.parametrize("objective", OBJECTIVES)
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+def test_captures(dimension: int, objective: str, capture_radius: float) -> None:
+    scenario = hunted(dimension, capture_radius=capture_radius)
+    check_single(FLOCK_ID, scenario, {"objective": objective})
+    check_agents(scenario, 60, objective=objective)
 
 
 # Positions and velocities have no bounds.

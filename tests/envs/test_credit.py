@@ -19,10 +19,9 @@ from flockesc_env import (
     PurePursuit,
     Wandering,
     parallel_env,
-    simulate,
 )
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.scenario.neighbors import Topological
 
@@ -116,27 +115,6 @@ def test_difference_follows_the_equations(dimension: int) -> None:
         np.testing.assert_allclose(rewards, gains, rtol=0, atol=1e-12)
         paid.append(rewards)
     assert np.abs(paid).max() > 1e-4
-
-
-@dimensions
-@objectives
-def test_the_only_agent_with_neighbors_gets_the_whole_gain(dimension: int, objective: str) -> None:
-    """Without it no agent has neighbors: its reward is the gain over that case, the others' are exactly 0."""
-    scenario = small_flock(dimension, num_steps=6, initial_side=10.0)
-    ranges = np.zeros((5, 1))
-    ranges[2] = MAX_RANGE
-    env = played(scenario, "difference", objective=objective, steps_per_action=6)
-    rewards, _, _, info = env.step_array(ranges)[1:]
-    silent = simulate(scenario, 0.0, seed=6)
-    assert rewards.sum() == rewards[2] == info[NAMES[objective]] - getattr(silent, NAMES[objective])[-1]
-    assert rewards[2] != 0 or objective != "mean"
-
-
-@dimensions
-def test_neighbors_move_no_agent_in_the_same_step(dimension: int) -> None:
-    env = played(small_flock(dimension), "difference", steps_per_action=1)
-    while env.agents:
-        assert not env.step_array(np.full((5, 1), MAX_RANGE))[1].any()
 
 
 @objectives
@@ -255,7 +233,7 @@ def test_place_in_the_batch_and_threads(reward: Any, objective: Any, dimension: 
     ranges = np.random.default_rng(0).uniform(0, MAX_RANGE, (3, 6, 20, 1))
 
     def rewards(slots: list[int], num_threads: int | None) -> np.ndarray:
-        batch = FlockBatch(scenario, options, num_flocks=len(slots), per_agent=True, num_threads=num_threads)
+        batch = FlockBatch(scenario, options, num_flocks=len(slots), view=View.AGENT, num_threads=num_threads)
         batch.reset(range(len(slots)), [100 + slot for slot in slots])
         paid = [batch.step(action[slots].reshape(-1, 1))[1] for action in ranges]
         return np.array(paid).reshape(3, len(slots), 20)

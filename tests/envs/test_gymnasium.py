@@ -86,26 +86,6 @@ def test_line_terminates_when_steady_and_is_truncated_otherwise() -> None:
     assert short.step(np.array([0.1], np.float32))[2:4] == (False, True)
 
 
-def test_time_and_last_range_are_observed() -> None:
-    env = FlockEscapeEnv(small_flock(), action_mode="range", max_range=50.0, steps_per_action=4)
-    time, last_range = (env.policy_spec.layout.index(name) for name in ("time", "last_range"))
-    observation, _ = env.reset(seed=0)
-    assert (observation[time], observation[last_range]) == (0, 0)
-    for expected in (0.4, 0.8, 1.0):
-        observation, *_, info = env.step(np.array([20.0], np.float32))
-        assert observation[time] == np.float32(expected)
-        assert observation[last_range] == np.float32(0.4)
-        assert info["interaction_range"] == 20.0
-
-
-def test_layout_names_every_entry() -> None:
-    for env in (FlockEscapeEnv(small_flock()), LineEscapeEnv(LineScenario(num_agents=4))):
-        layout = env.policy_spec.layout
-        assert len(set(layout.names)) == len(layout.names)
-        assert env.observation_space.shape == (len(layout.names),)
-        assert [layout.index(name) for name in layout.names] == list(range(len(layout.names)))
-
-
 def test_discrete_grid() -> None:
     grid = (0.0, 7.5, 30.0)
     env = FlockEscapeEnv(small_flock(), action_mode="discrete", range_grid=grid)
@@ -145,20 +125,3 @@ def test_components_are_counted_on_request(count_components: bool) -> None:
     *_, info = env.step(env.action_space.high)  # every agent hears every other one
     assert info.get("num_components") == (1 if count_components else None)
     assert set(info) == (INFO_KEYS | {"num_components"} if count_components else INFO_KEYS)
-
-
-def test_close_can_be_called_twice() -> None:
-    for env in (FlockEscapeEnv(small_flock()), LineEscapeEnv(LineScenario(num_agents=4))):
-        env.reset(seed=0)
-        env.close()
-        env.close()
-
-
-def test_make_vec_equals_single_envs() -> None:
-    name, scenario = "flockesc_env:flockesc/FlockEscape-v0", small_flock()
-    vector = gymnasium.make_vec(name, num_envs=2, vectorization_mode="sync", scenario=scenario)
-    single = FlockEscapeEnv(scenario)
-    observations, _ = vector.reset(seed=5)
-    np.testing.assert_array_equal(observations[1], single.reset(seed=6)[0])
-    action = np.array([0.25], np.float32)
-    np.testing.assert_array_equal(vector.step(np.stack([action, action]))[0][1], single.step(action)[0])

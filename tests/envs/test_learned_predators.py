@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from typing import Any
 
@@ -64,38 +63,6 @@ def test_law_and_observations(dimension: int, seed: int, hold: int) -> None:
         for name in ("positions", "velocities", "predator_positions", "predator_velocities"):
             np.testing.assert_allclose(now[name], getattr(state, name), rtol=0, atol=1e-8)
             setattr(state, name, now[name])
-
-
-def steered(scenario: FlockScenario, actions: np.ndarray, **start: Any) -> np.ndarray:
-    """Return the velocities of a single predator under a constant action, shape (T, D)."""
-    schedule = np.tile(actions, (scenario.num_steps, 1, 1))
-    run = simulate(scenario, 0.0, seed=0, predator_actions=schedule, **start)
-    return np.diff(run.predator_positions[:, 0], axis=0) / scenario.time_step
-
-
-def test_an_action_acts_with_the_second_move() -> None:
-    """A step moves predators and agents with the velocity that the previous step has set."""
-    flown = steered(hunted(2, (Learned((0.0, 0.0), (5.0, 0.0)),)), np.array([[1.0, 0.0]]))
-    np.testing.assert_allclose(flown[:, 0], np.minimum(5.0 + np.arange(10), 15.0), rtol=1e-9)
-    np.testing.assert_allclose(flown[:, 1], 0.0)
-
-
-@dimensions
-def test_no_action_is_stronger_than_one_along_an_axis(dimension: int) -> None:
-    hunter = (Learned((0.0, 0.0), (5.0, 0.0)),)
-    for action in (np.ones(dimension), -np.ones(dimension), np.eye(dimension)[1], 0.5 * np.eye(dimension)[0]):
-        flown = steered(hunted(dimension, hunter), action[np.newaxis])
-        change = np.linalg.norm(flown[1] - flown[0])
-        assert change == pytest.approx(min(np.linalg.norm(action), 1.0) * 20.0 * 0.05)
-
-
-def test_a_turn_at_full_strength_is_a_circle() -> None:
-    """At its largest speed, full acceleration to the left turns by about max_acceleration / speed rad/s."""
-    scenario = hunted(2, (Learned((0.0, 0.0), (15.0, 0.0)),), num_steps=400, time_step=1e-3)
-    flown = steered(scenario, np.array([[0.0, 1.0]]))
-    angles = np.unwrap(np.arctan2(flown[:, 1], flown[:, 0]))
-    np.testing.assert_allclose(np.diff(angles), 1e-3 * 20.0 / 15.0, rtol=1e-5)
-    np.testing.assert_allclose(np.linalg.norm(flown, axis=1), 15.0, rtol=1e-9)
 
 
 @dimensions
@@ -198,15 +165,3 @@ def test_places_and_threads_do_not_matter(dimension: int) -> None:
     np.testing.assert_array_equal(play([0, 1, 2, 3, 4], 3), together)
     for slot in (0, 3, 4):
         np.testing.assert_array_equal(play([slot], 1)[:, 0], together[:, slot])
-
-
-@dimensions
-def test_a_copy_in_mid_episode_continues_identically(dimension: int) -> None:
-    environment = parallel_env(hunted(dimension), steps_per_action=2)
-    environment.reset(seed=1)
-    environment.step(sample(environment))
-    twin = copy.deepcopy(environment)
-    for _ in range(3):
-        actions = sample(environment)
-        np.testing.assert_equal(twin.step(actions), environment.step(actions))
-    np.testing.assert_equal(twin.reset(), environment.reset())

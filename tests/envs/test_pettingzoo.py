@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -66,12 +65,6 @@ def test_episode(options: Options, dimension: int) -> None:
     np.testing.assert_equal(play(parallel_env(small_flock(dimension), **options), 3), steps)
 
 
-def test_other_seeds_give_other_episodes() -> None:
-    environment = parallel_env(small_flock())
-    first, second = (environment.reset(seed=seed)[0]["agent_0"] for seed in (1, 2))
-    assert not np.array_equal(first, second)
-
-
 @pytest.mark.parametrize(
     ("count", "names"),
     [(1, ["agent_0"]), (10, ["agent_0", "agent_9"]), (11, ["agent_00", "agent_10"]), (101, ["agent_000"])],
@@ -81,49 +74,6 @@ def test_names_are_padded_to_sort_like_numbers(count: int, names: list[str]) -> 
     assert agents == sorted(agents)
     assert len(set(agents)) == count
     assert set(names) <= set(agents)
-
-
-def test_spaces_are_the_same_objects_at_every_call_and_not_shared() -> None:
-    environment = parallel_env(small_flock())
-    agents = environment.possible_agents
-    for get in (environment.observation_space, environment.action_space):
-        assert all(get(agent) is get(agent) for agent in agents)
-        assert len({id(get(agent)) for agent in agents}) == len(agents)
-    before = {agent: environment.action_space(agent) for agent in agents}
-    environment.reset(seed=0)
-    environment.step(sample(environment))
-    assert all(environment.action_space(agent) is before[agent] for agent in agents)
-
-
-def test_changing_results_does_not_change_later_ones() -> None:
-    """RLlib adds "__all__" to the dicts; other libraries scale rewards or observations in place."""
-    environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
-    for each in (environment, twin):
-        seed_actions(each, 0)
-        each.reset(seed=0)
-    for _ in range(environment.scenario.num_steps):
-        results = environment.step(sample(environment))
-        np.testing.assert_equal(results, twin.step(sample(twin)))
-        for result in results:
-            result["__all__"] = True
-        for agent in environment.agents:
-            results[0][agent][:] = np.nan
-            results[4][agent]["mean_distance"] = -1.0
-        state = environment.state()
-        state[:] = np.nan
-    assert environment.agents == twin.agents == []
-    environment.reset(seed=1)
-    environment.agents.clear()
-    assert environment.possible_agents == twin.possible_agents
-
-
-def test_order_of_actions_does_not_matter() -> None:
-    environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
-    environment.reset(seed=0)
-    twin.reset(seed=0)
-    actions = sample(environment)
-    backwards = dict(reversed(actions.items()))
-    np.testing.assert_equal(environment.step(actions), twin.step(backwards))
 
 
 def test_unknown_reset_options_are_ignored_with_a_warning() -> None:
@@ -235,30 +185,6 @@ def test_arrays_equal_the_dicts(mode: str, reward: str, steps_per_action: int) -
     for call in (lambda: arrays.step_array(np.stack(list(actions.values()))), lambda: mixed.step(actions)):
         with pytest.raises(EpisodeError):
             call()
-
-
-def test_arrays_are_new_ones() -> None:
-    environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
-    for each in (environment, twin):
-        each.reset_array(seed=0)
-    actions = np.zeros((5, 1), np.float32)
-    kept = []
-    for _ in range(10):
-        *results, info = environment.step_array(actions)
-        np.testing.assert_equal([*results, info], list(twin.step_array(actions)))
-        arrays = [*results, info["interaction_range"]]
-        assert not any(np.shares_memory(a, b) for a in arrays for b in kept)
-        for array in arrays:
-            array[:] = True
-        kept += arrays
-
-
-def test_actions_come_in_any_mapping() -> None:
-    environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
-    environment.reset(seed=0)
-    twin.reset(seed=0)
-    actions = sample(environment)
-    np.testing.assert_equal(environment.step(MappingProxyType(actions)), twin.step(actions))
 
 
 def test_actions_of_any_real_type_are_taken() -> None:

@@ -29,11 +29,11 @@ from flockesc_env import (
     EnvOptions,
     FlockEscapeEnv,
     FlockScenario,
-    OptionError,
     ScenarioError,
     rollout,
 )
 from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.episodes.options import View
 from flockesc_env.policies import Architecture, BestCandidate, NetworkPolicy
 from flockesc_env.scenario.motion import Reynolds
 from flockesc_env.scenario.neighbors import Topological, Voronoi
@@ -205,7 +205,7 @@ def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict
     scenario = FlockScenario(num_agents=70, **changes)
     ranges = (0.0, 3.0, 11.0, 40.0)
     options = EnvOptions(action_mode="range", profile_ranges=ranges)
-    batch = FlockBatch(scenario, options, num_flocks=len(ranges), per_agent=True)
+    batch = FlockBatch(scenario, options, num_flocks=len(ranges), view=View.AGENT)
     batch.reset(range(len(ranges)), [7] * len(ranges))
     actions = np.repeat(np.array(ranges, np.float32), 70)[:, None]
     columns = batch.policy_spec.layout.index
@@ -223,29 +223,11 @@ def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"profile_ranges": ()}, "profile_ranges: expected 1 to 64 ranges"),
-        ({"profile_ranges": (5.0, 5.0)}, "profile_ranges: expected increasing ranges"),
-        ({"profile_ranges": (-1.0, 5.0)}, "profile_ranges: expected ranges from 0 to max_range = 100.0"),
-        ({"profile_ranges": (0.0, 101.0)}, "profile_ranges: expected ranges from 0 to max_range = 100.0"),
-        ({"profile_ranges": np.arange(65)}, "profile_ranges: expected 1 to 64 ranges"),
-        ({"extra_entries": "escape_direction"}, "extra_entries: expected a list of"),
-        ({"extra_entries": ("escape",)}, r"extra_entries\[0\]: expected"),
-        ({"extra_entries": ENTRIES[:1] * 2}, r"extra_entries\[1\]: expected different entries"),
-    ],
-)
-def test_bad_options(options: dict[str, Any], message: str) -> None:
-    with pytest.raises(OptionError, match=message):
-        EnvOptions(**options)
-
-
-@pytest.mark.parametrize(
     ("changes", "per_agent"), [({"frozen_graph": True}, True), ({"motion": Reynolds()}, False)]
 )
 def test_worlds_without_a_profile_are_refused(changes: dict[str, Any], *, per_agent: bool) -> None:
     with pytest.raises(ScenarioError, match="profile_ranges: expected none with"):
-        FlockBatch(FlockScenario(**changes), EnvOptions(profile_ranges=RANGES), per_agent=per_agent)
+        FlockBatch(FlockScenario(**changes), EnvOptions(profile_ranges=RANGES), view=View.of(per_agent))
 
 
 @st.composite

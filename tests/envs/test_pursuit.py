@@ -104,16 +104,6 @@ def test_agents_and_predators(dimension: int, count: int) -> None:
     assert not any(step[2].values())
 
 
-def test_learned_predators_keep_their_fields() -> None:
-    swift = Learned(max_speed=40.0)
-    mixed = small_flock(predators=(ConstantVelocity(), swift))
-    as_given, all_learned = parallel_env(mixed), parallel_env(mixed.with_learned_predators())
-    assert as_given.scenario == mixed
-    assert as_given.possible_agents[-1] == "predator_0"
-    assert all_learned.scenario.predators == small_flock(predators=(Learned(), swift)).predators
-    assert FlockPursuitEnv(mixed).scenario == mixed
-
-
 def sample(environment: Any) -> dict[str, Any]:
     return {agent: environment.action_space(agent).sample() for agent in environment.agents}
 
@@ -134,24 +124,7 @@ def test_arrays_equal_the_dicts(count: int) -> None:
         np.testing.assert_array_equal(rewards, [paid[f"agent_{i}"] for i in range(5)])
 
 
-BAD: dict[str, Any] = {
-    "nan": np.array([np.nan, 0.0]),
-    "inf": np.array([np.inf, 0.0]),
-    "above": np.array([0.0, 1.001]),
-    "below": np.array([-1.001, 0.0]),
-    "one number": np.zeros(1),
-    "three numbers": np.zeros(3),
-    "a scalar": np.float32(0.5),
-    "too many axes": np.zeros((1, 2)),
-    "ragged": [[1.0], [0.5, 0.5]],
-    "bool": np.array([True, False]),
-    "text": np.array(["0.5", "0"]),
-    "complex": np.zeros(2, complex),
-    "none": None,
-}
-
-
-@pytest.mark.parametrize("bad", BAD.values(), ids=BAD)
+@pytest.mark.parametrize("bad", [np.array([np.nan, 0.0]), np.array([0.0, 1.001]), np.zeros(3), None])
 def test_bad_actions_change_nothing(bad: Any) -> None:
     environment = parallel_env(hunted(2, 2).with_learned_predators())
     environment.reset(seed=0)
@@ -161,15 +134,8 @@ def test_bad_actions_change_nothing(bad: Any) -> None:
         environment.step({**actions, "predator_1": bad})
     assert caught.value.field == "action of 'predator_1'"
     with pytest.raises(ActionError):
-        environment.step({**actions, "agent_3": np.array([7.0])})  # the objective of the flock is unchanged
+        environment.step({**actions, "agent_3": np.array([7.0])})
     np.testing.assert_equal(environment.step(actions), twin.step(actions))
-    alone, other = (FlockPursuitEnv(hunted()) for _ in range(2))
-    alone.reset(seed=0)
-    other.reset(seed=0)
-    with pytest.raises(ActionError) as caught:
-        alone.step(bad)
-    assert caught.value.field == "action"
-    np.testing.assert_equal(alone.step(np.ones(2)), other.step(np.ones(2)))
 
 
 def test_missing_and_unknown_predators() -> None:
@@ -183,21 +149,15 @@ def test_missing_and_unknown_predators() -> None:
         with pytest.raises(ActionError) as caught:
             environment.step(changed)
         assert caught.value.field == f"action of {field!r}"
-    flock = np.zeros((5, 1), np.float32)
-    for predator_actions in (None, np.zeros(2), np.zeros((2, 2)), [[0.0, 2.0]]):
-        with pytest.raises(ActionError) as caught:
-            environment.step_array(flock, predator_actions)
-        assert caught.value.field.startswith("predator_actions")
     alone = parallel_env(hunted())
     alone.reset(seed=0)
-    with pytest.raises(ActionError):
-        alone.step_array(flock, np.zeros((1, 2)))
+    with pytest.raises(ActionError, match="predator_actions"):
+        alone.step_array(np.zeros((5, 1), np.float32), np.zeros((1, 2)))
 
 
 @pytest.mark.parametrize(
     ("make", "error", "field"),
     [
-        (lambda: Pursue("farthest"), ArgumentError, "target"),
         (lambda: FlockPursuitEnv(hunted(2, 2)), ScenarioError, "predators"),
         (lambda: FlockPursuitEnv(small_flock(predators=())), ScenarioError, "predators"),
         (
@@ -211,11 +171,6 @@ def test_missing_and_unknown_predators() -> None:
             "predator_policy",
         ),
         (lambda: FlockPursuitEnv(reward="individual_distance"), OptionError, "reward"),
-        (
-            lambda: simulate(hunted(), 9.0, predator_actions=np.zeros((10, 1, 2))),
-            ArgumentError,
-            "predator_actions",
-        ),
         (
             lambda: simulate(FlockPursuitEnv().scenario, 9.0, predator_actions=np.full((240, 1, 2), 1.5)),
             ArgumentError,
@@ -271,18 +226,6 @@ def test_pursuit_is_the_parallel_environment_with_a_fixed_flock(dimension: int, 
         assert (reward, terminated, truncated, info) == tuple(
             part["predator_0"] for part in (rewards, terminations, truncations, infos)
         )
-
-
-def test_pursuit_is_copied_and_drawn() -> None:
-    environment = FlockPursuitEnv(hunted(), render_mode="rgb_array")
-    environment.reset(seed=0)
-    environment.step(np.ones(2))
-    twin = copy.deepcopy(environment)
-    np.testing.assert_equal(twin.step(-np.ones(2)), environment.step(-np.ones(2)))
-    picture = environment.render()
-    assert picture is not None
-    np.testing.assert_array_equal(picture, twin.render())
-    environment.close()
 
 
 def captured(dimension: int = 2, **changes: Any) -> FlockScenario:

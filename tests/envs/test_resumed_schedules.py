@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from envs import same_action, step
 from option_table import small_flock
+from pettingzoo import AECEnv
 from stable_baselines3.common.vec_env import VecEnv
 
 from flockesc_env import (
@@ -23,7 +25,6 @@ from flockesc_env import (
     parallel_env,
     simulate,
 )
-from flockesc_env.common.errors import ArgumentError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 STEPS = 4
@@ -64,15 +65,8 @@ def begin(environment: Any, **reset: Any) -> Any:
 
 def go_on(environment: Any) -> Any:
     """Take a step of any environment with all of its agents, and return the observation."""
-    if hasattr(environment, "agent_selection"):
-        for _ in environment.agents:
-            environment.step(ACTION)
-        return environment.last()[0]
-    if hasattr(environment, "agents"):
-        return environment.step(dict.fromkeys(environment.agents, ACTION))[0]
-    if hasattr(environment, "num_envs"):
-        return environment.step(np.tile(ACTION, (environment.num_envs, 1)))[0]
-    return environment.step(np.resize(ACTION, environment.action_space.shape))[0]
+    returned = step(environment, same_action(environment, ACTION))
+    return environment.last()[0] if isinstance(environment, AECEnv) else returned[0]
 
 
 def play(environment: Any, episodes: int, **reset: Any) -> list[list[Any]]:
@@ -150,17 +144,3 @@ def test_a_mask_keeps_other_slots() -> None:
     np.testing.assert_array_equal(after[~mask], before[~mask])
     expected, _ = FlockEscapeEnv(SCENARIO).reset(seed=episode_seed(SEED + 1, 7))
     np.testing.assert_array_equal(after[1], expected)
-
-
-@interfaces
-@pytest.mark.parametrize("number", [-1, 2**64, 1.5, "2", [1]])
-def test_a_bad_episode_number_changes_nothing(interface: str, number: Any) -> None:
-    environment, twin = MAKERS[interface](), MAKERS[interface]()
-    for each in (environment, twin):
-        begin(each, seed=SEED)
-        go_on(each)
-    with pytest.raises(ArgumentError) as caught:
-        begin(environment, seed=None if isinstance(environment, VecEnv) else 5, options={"episode": number})
-    assert caught.value.field == "options['episode']"
-    np.testing.assert_equal(go_on(environment), go_on(twin))
-    np.testing.assert_equal(begin(environment), begin(twin))

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import copy
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
+from captured_flocks import doomed
 from gymnasium import Wrapper
 from option_table import AGENT_OPTIONS, FLOCK_OPTIONS, label, small_flock
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor, VecNormalize
 
-from flockesc_env import FlockEscapeEnv, parallel_env
+from flockesc_env import AgentVectorEnv, FlockEscapeEnv, FlockVectorEnv, parallel_env
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 FLOCKS = 3
@@ -68,84 +69,49 @@ def test_agent_slots(options: dict[str, Any]) -> None:
     assert_episodes(env, options["steps_per_action"])
 
 
-def test_flock_slots_equal_single_environments() -> None:
-    """Three episodes, including terminal observations and observations after a reset."""
-    scenario = small_flock()
-    env, twins = FlockVecEnv(FLOCKS, scenario), [FlockEscapeEnv(scenario) for _ in range(FLOCKS)]
+@pytest.mark.parametrize(
+    ("scenario", "ends"),
+    [
+        (small_flock(), {True}),
+        (doomed(num_agents=5), {True, False}),
+        ([small_flock(), small_flock(num_steps=7), small_flock(capture_radius=1.0)], {True}),
+    ],
+    ids=["no capture", "capture", "several scenarios"],
+)
+@pytest.mark.parametrize(
+    ("make", "like", "reward"),
+    [
+        (FlockVecEnv, FlockVectorEnv, "running_minimum"),
+        (AgentVecEnv, AgentVectorEnv, "running_minimum"),
+        (AgentVecEnv, AgentVectorEnv, "individual_distance"),
+    ],
+)
+def test_slots_equal_those_of_gymnasium_with_autoreset_in_the_same_step(
+    make: Any, like: Any, reward: Any, scenario: Any, ends: set[bool]
+) -> None:
+    """``ends`` are the ways in which episodes end: by truncation (True) or termination."""
+    env = make(FLOCKS, scenario, reward=reward)
+    twin = like(env.num_envs, scenario, reward=reward, autoreset_mode="SameStep")
     env.seed(11)
-    start = env.reset()
-    for slot, twin in enumerate(twins):
-        observation, info = twin.reset(seed=11 + slot)
-        np.testing.assert_array_equal(start[slot], observation)
-        assert env.reset_infos[slot] == {**info, "TimeLimit.truncated": False}
-    rng = np.random.default_rng(0)
-    for _ in range(3 * scenario.num_steps):
-        actions = sample(env, rng)
-        observations, rewards, dones, infos = env.step(actions)
-        for slot, twin in enumerate(twins):
-            observation, reward, _, truncated, info = twin.step(actions[slot])
-            assert rewards[slot] == np.float32(reward)
-            assert dones[slot] == truncated
-            expected = {**info, "TimeLimit.truncated": truncated}
-            if truncated:
-                np.testing.assert_array_equal(infos[slot].pop("terminal_observation"), observation)
-                observation, _ = twin.reset()
-            assert infos[slot] == expected
-            np.testing.assert_array_equal(observations[slot], observation)
-
-
-@pytest.mark.parametrize("reward", ["running_minimum", "individual_distance"])
-def test_agent_slots_equal_parallel_environments(reward: str) -> None:
-    scenario = small_flock()
-    n = scenario.num_agents
-    env = AgentVecEnv(FLOCKS, scenario, reward=reward)
-    twins = [parallel_env(scenario, reward=reward) for _ in range(FLOCKS)]
-    env.seed(11)
-    start = env.reset()
-    for flock, twin in enumerate(twins):
-        observations, _ = twin.reset(seed=11 + flock)
-        np.testing.assert_array_equal(start[flock * n : (flock + 1) * n], list(observations.values()))
-    rng = np.random.default_rng(0)
-    for _ in range(2 * scenario.num_steps):
+    np.testing.assert_array_equal(env.reset(), twin.reset(seed=11)[0])
+    rng, seen = np.random.default_rng(0), set()
+    for _ in range(120):
         actions = sample(env, rng)
         rows, rewards, dones, infos = env.step(actions)
-        for flock, twin in enumerate(twins):
-            slots = slice(flock * n, (flock + 1) * n)
-            named = dict(zip(twin.possible_agents, actions[slots], strict=True))
-            observations, paid, _, truncations, own_infos = twin.step(named)
-            np.testing.assert_array_equal(rewards[slots], np.float32(list(paid.values())))
-            assert dones[slots].tolist() == list(truncations.values())
-            for info, own in zip(infos[slots], own_infos.values(), strict=True):
-                assert own.items() <= info.items()
-            if not twin.agents:
-                last = [info["terminal_observation"] for info in infos[slots]]
-                np.testing.assert_array_equal(last, list(observations.values()))
-                observations, _ = twin.reset()
-            np.testing.assert_array_equal(rows[slots], list(observations.values()))
-
-
-@ENVS
-def test_buffers_are_never_reused(make: type[VecEnv]) -> None:
-    """SB3 keeps observations across the next step and edits rewards in place."""
-    env, twin = make(FLOCKS, small_flock()), make(FLOCKS, small_flock())
-    for each in (env, twin):
-        each.seed(3)
-    np.testing.assert_array_equal(kept := env.reset(), twin.reset())
-    rng = np.random.default_rng(0)
-    for _ in range(2 * 10 + 1):
-        actions = sample(env, rng)
-        before = kept.copy()
-        results = env.step(actions)
-        np.testing.assert_array_equal(kept, before)
-        np.testing.assert_equal(results, twin.step(actions.copy()))
-        kept[:] = np.nan
-        results[1][:] = np.nan
-        results[2][:] = True
-        for info in results[3]:
-            info.get("terminal_observation", np.empty(1))[:] = np.nan
-            info.clear()
-        actions[:] = 0
-        kept = results[0]
+        expected, paid, terminations, truncations, columns = twin.step(actions)
+        np.testing.assert_array_equal(rows, expected)
+        np.testing.assert_array_equal(rewards, paid.astype(np.float32))
+        np.testing.assert_array_equal(dones, terminations | truncations)
+        for slot, info in enumerate(infos):
+            assert info.pop("TimeLimit.truncated") == truncations[slot]
+            last = columns["final_info"] if dones[slot] else columns
+            assert ("terminal_observation" in info) == dones[slot]
+            if dones[slot]:
+                final = info.pop("terminal_observation")
+                np.testing.assert_array_equal(final, columns["final_obs"][slot])
+            assert info == {name: last[name][slot] for name in info}
+        seen |= set(truncations[dones].tolist())
+    assert seen == ends
 
 
 @ENVS
@@ -217,6 +183,36 @@ def test_options_are_used_once(make: type[VecEnv]) -> None:
 
 
 @ENVS
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"initial_positions": np.zeros((4, 2))}, "initial_positions"),
+        ({"predator_velocities": np.full((1, 2), np.nan)}, "predator_velocities[0, 0]"),
+        ({"episode": -1}, "options['episode']"),
+        ({"positions": 0}, "options['positions']"),
+    ],
+)
+def test_a_refused_reset_leaves_no_trace(make: type[VecEnv], options: dict[str, Any], field: str) -> None:
+    """The last flock's options are bad, so those before it are not reset either."""
+    env, twin = make(2, small_flock()), make(2, small_flock())
+    for each in (env, twin):
+        each.seed(3)
+        each.reset()
+        with pytest.raises(ArgumentError, match="seed of the last flock"):
+            env.seed(2**64 - 1)
+        each.seed(8)
+    half = env.num_envs // 2
+    env.set_options([{}] * half + [options] * half)
+    with pytest.raises(ArgumentError) as caught:
+        env.reset()
+    assert caught.value.field == field
+    env.set_options()
+    actions = sample(env, np.random.default_rng(0))
+    np.testing.assert_equal(env.step(actions), twin.step(actions))
+    np.testing.assert_array_equal(env.reset(), twin.reset())
+
+
+@ENVS
 def test_attributes_and_methods(make: type[VecEnv]) -> None:
     env = make(FLOCKS, small_flock())
     assert env.get_attr("scenario") == [small_flock()] * env.num_envs
@@ -247,16 +243,3 @@ def test_wrappers_of_sb3_work(make: type[VecEnv]) -> None:
         _, _, _, infos = env.step(sample(env, rng))
         episodes += [info["episode"] for info in infos if "episode" in info]
     assert [episode["l"] for episode in episodes] == [10] * env.num_envs
-
-
-@ENVS
-def test_deep_copy_is_independent(make: type[VecEnv]) -> None:
-    env = make(FLOCKS, small_flock())
-    env.seed(0)
-    env.reset()
-    rng = np.random.default_rng(0)
-    env.step(sample(env, rng))
-    twin = copy.deepcopy(env)
-    actions = [sample(env, rng) for _ in range(25)]
-    results = [env.step(action) for action in actions]
-    np.testing.assert_equal([twin.step(action) for action in actions], results)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -22,12 +21,10 @@ from flockesc_env import (
     Learned,
     PurePursuit,
     Pursue,
-    RenderOptions,
     Topological,
     Uniform,
     Voronoi,
     parallel_env,
-    simulate,
 )
 from flockesc_env.common.errors import ArgumentError, ScenarioError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
@@ -93,21 +90,6 @@ class Gymnasium:
         return slots
 
 
-class StableBaselines3:
-    """A vectorized environment of stable-baselines3."""
-
-    def __init__(self, per_agent: bool, scenarios: list[FlockScenario], **options: Any) -> None:
-        kind = AgentVecEnv if per_agent else FlockVecEnv
-        self.env = kind(len(scenarios), scenarios, **options)
-
-    def reset(self, seed: int) -> Slots:
-        self.env.seed(seed)
-        return list(zip(self.env.reset(), self.env.reset_infos, strict=True))
-
-    def step(self, actions: np.ndarray) -> Slots:
-        return list(zip(*self.env.step(actions), strict=True))
-
-
 OPTIONS: dict[str, tuple[Any, ...]] = {
     "per_agent": (False, True),
     "reward": AGENT_REWARDS,
@@ -115,17 +97,15 @@ OPTIONS: dict[str, tuple[Any, ...]] = {
     "steps_per_action": (1, 3),
     "extra_entries": ((), ("escape_direction",)),
 }
-MODES = {f"gymnasium, {mode.value}": partial(Gymnasium, mode=mode) for mode in AutoresetMode}
-INTERFACES: dict[str, Callable[..., Any]] = {**MODES, "stable-baselines3": StableBaselines3}
 
 
-@pytest.mark.parametrize("interface", INTERFACES)
+@pytest.mark.parametrize("mode", AutoresetMode)
 @pytest.mark.parametrize("options", covering(2, **OPTIONS), ids=label)
-def test_slots_equal_environments_of_one_flock(interface: str, options: dict[str, Any]) -> None:
+def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dict[str, Any]) -> None:
     options = dict(options)
     per_agent, reward = options.pop("per_agent"), options.pop("reward")
     reward = reward if per_agent or reward in FLOCK_REWARDS else "running_minimum"
-    make = partial(INTERFACES[interface], per_agent, reward=reward, count_components=True, **options)
+    make = partial(Gymnasium, per_agent, mode, reward=reward, count_components=True, **options)
     together, alone = make(scenarios=SCENARIOS), [make(scenarios=[scenario]) for scenario in SCENARIOS]
     rng = np.random.default_rng(0)
     rows = AGENTS if per_agent else 1
@@ -138,22 +118,6 @@ def test_slots_equal_environments_of_one_flock(interface: str, options: dict[str
         for flock, env in enumerate(alone):
             slots = slice(flock * rows, (flock + 1) * rows)
             same(env.step(actions[slots]), returned[slots])
-
-
-def test_seeds() -> None:
-    presets = ["pursuit", "capture", "stubborn-leaders"]
-    envs = gymnasium.make_vec(
-        "flockesc_env:flockesc/FlockEscape-v0", num_envs=3, scenario=presets, action_mode="range"
-    )
-    envs.reset(seed=[4, 9, 4])
-    for flock, (name, seed) in enumerate(zip(presets, (4, 9, 4), strict=True)):
-        run = simulate(name, 10.0, seed=seed)
-        view = envs.unwrapped.flocks[flock]
-        np.testing.assert_array_equal(view.positions, run.positions[0])
-    for _ in range(240):
-        *_, infos = envs.step(np.full((3, 1), 10.0, np.float32))
-    for flock, (name, seed) in enumerate(zip(presets, (4, 9, 4), strict=True)):
-        assert infos["min_mean_distance"][flock] == simulate(name, 10.0, seed=seed).mean_distance.min()
 
 
 def test_attributes() -> None:
@@ -270,16 +234,3 @@ def test_predator_policies() -> None:
         steps = [env.step(np.full((1, 1), 5.0, np.float32)) for env in alone]
         same(observations, np.concatenate([step[0] for step in steps]))
         same(rewards, np.concatenate([step[1] for step in steps]))
-
-
-def test_pictures() -> None:
-    pictures = {"render_mode": "rgb_array", "render_options": RenderOptions(size=160)}
-    envs = FlockVectorEnv(FLOCKS, SCENARIOS, **pictures)
-    envs.reset(seed=2)
-    envs.step(np.zeros((FLOCKS, 1), np.float32))
-    single = FlockEscapeEnv(HUNTED, **pictures)
-    single.reset(seed=3)
-    single.step(np.zeros(1, np.float32))
-    images = envs.render()
-    assert images is not None
-    np.testing.assert_array_equal(images[1], single.render())

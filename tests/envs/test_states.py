@@ -105,23 +105,6 @@ def test_two_restores_of_one_snapshot_are_equal(interface: str) -> None:
     np.testing.assert_equal(continued[0], continued[2])
 
 
-@interfaces
-def test_saving_and_restoring_change_nothing(interface: str) -> None:
-    """Saving changes nothing; the restored environment has the same snapshot and observation."""
-    env, twin = MAKERS[interface](), MAKERS[interface]()
-    for each in (env, twin):
-        start(each, 4)
-    for _ in range(3):
-        state = env.get_state()
-        assert env.get_state() == state
-        other = MAKERS[interface]()
-        seen = other.set_state(state)
-        assert other.get_state() == state
-        np.testing.assert_equal(env.set_state(state), seen)
-        steps = [play(each, np.random.default_rng(6), 1) for each in (env, twin)]
-        np.testing.assert_equal(*steps)
-
-
 @pytest.mark.parametrize("method", ["fork", "spawn"])
 def test_in_another_process(method: str) -> None:
     env = resumed.make()
@@ -162,26 +145,6 @@ def test_slots_are_saved_and_restored_one_by_one() -> None:
     assert [crowd.get_state(slot) for slot in range(4)] == [before[1], after[1], before[1], after[3]]
     crowd.set_state(crowd.get_state([3, 1]), [1, 3])
     assert [crowd.get_state(slot) for slot in range(4)] == [before[1], after[3], before[1], after[1]]
-
-
-@pytest.mark.parametrize(
-    ("state", "flocks", "message"),
-    [
-        (b"", None, "state: expected bytes from get_state, got 0 bytes"),
-        ("text", None, "state: expected bytes, got .text."),
-        (b"x" * 99, None, "state: expected bytes from get_state"),
-        (None, 3, r"flocks\[0\]: expected an integer below 3, got 3"),
-        (None, [0, -1], r"flocks\[1\]: expected an integer from 0"),
-        (None, [0, 1], "state: expected a state of 1 or 2 flocks, got 3"),
-    ],
-)
-def test_bad_arguments(state: Any, flocks: Any, message: str) -> None:
-    env = FlockVectorEnv(3, small_flock())
-    env.reset(seed=0)
-    good = env.get_state()
-    with pytest.raises(ArgumentError, match=message):
-        env.set_state(good if state is None else state, flocks)
-    assert env.get_state() == good
 
 
 @pytest.mark.parametrize(

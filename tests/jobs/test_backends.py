@@ -117,34 +117,22 @@ def wait_for(folder: Path, count: int) -> None:
         time.sleep(0.001)
 
 
-@pytest.mark.parametrize("backend", ["serial", "processes:2"])
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_the_driver_is_killed(backend: str, tmp_path: Path, noted: Path) -> None:
-    count = 60
-    driver = started(tmp_path, backend, count)
-    wait_for(tmp_path / "cache", int(np.random.default_rng(0).integers(1, 20)))
-    driver.kill()
-    driver.communicate(timeout=60)  # ends once the workers have closed its pipes: they end with the driver
-    kept = len(contents(tmp_path / "cache"))
-    assert 0 < kept < count
-    found = run_jobs(square, [(n,) for n in range(count)], cache=tmp_path / "cache", backend=backend)
-    assert squares(found) == [n**2 for n in range(count)]
-    print("jobs done again after the driver was killed:", calls(noted) - count)
-    assert calls(noted) - count <= 6  # jobs that ran, and results that were on their way to the driver
-    run_jobs(square, [(n,) for n in range(count)], cache=tmp_path / "again", backend="serial")
-    assert contents(tmp_path / "cache") == contents(tmp_path / "again")
-
-
-@needs_submitit
-def test_tasks_on_slurm_outlive_their_driver(tmp_path: Path, noted: Path) -> None:
     numbers = [(n,) for n in range(60)]
-    driver = started(tmp_path, "slurm:cluster=local", len(numbers))
+    driver = started(tmp_path, backend, len(numbers))
     wait_for(tmp_path / "cache", 5)
     driver.kill()
-    found = run_jobs(square, numbers, cache=tmp_path / "cache", backend="slurm:cluster=local")
-    driver.communicate(timeout=60)  # ends with its task, which has inherited the pipes
+    outlives = backend.startswith("slurm")  # its task ends later, and then closes the pipes
+    if not outlives:
+        driver.communicate(timeout=60)
+        assert 0 < len(contents(tmp_path / "cache")) < len(numbers)
+    found = run_jobs(square, numbers, cache=tmp_path / "cache", backend=backend)
+    driver.communicate(timeout=60)
     assert squares(found) == [n**2 for (n,) in numbers]
-    print("jobs done twice, by the old task and the new one:", calls(noted) - len(numbers))
-    assert calls(noted) <= 2 * len(numbers)
+    print("jobs done again after the driver was killed:", calls(noted) - len(numbers))
+    # Jobs that ran, and results that were on their way to the driver; on SLURM the old task goes on.
+    assert calls(noted) - len(numbers) <= (len(numbers) if outlives else 6)
     run_jobs(square, numbers, cache=tmp_path / "again", backend="serial")
     assert contents(tmp_path / "cache") == contents(tmp_path / "again")
 
@@ -231,18 +219,6 @@ def test_damaged_results_are_named_and_computed_again(backend: str, tmp_path: Pa
     assert {str(kept.path(job)) for job in jobs[:-1]} == {str(w.message).split(": ")[0] for w in warned}
 
 
-def test_every_flipped_bit_of_a_result_is_found(tmp_path: Path) -> None:
-    job, kept = Job(SQUARE, (3,)), Cache(tmp_path)
-    kept.put(job, {"square": np.array(9)})
-    whole = kept.path(job).read_bytes()
-    for bit in range(8 * len(whole)):
-        damaged = bytearray(whole)
-        damaged[bit // 8] ^= 1 << bit % 8
-        kept.path(job).write_bytes(damaged)
-        with pytest.warns(UserWarning, match="damaged"):
-            assert job not in kept
-
-
 def test_a_cache_that_cannot_be_written_is_found_before_the_first_job(tmp_path: Path, noted: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(NotADirectoryError, match=re.escape(str(tmp_path / "file"))):
@@ -269,37 +245,17 @@ def test_longest_jobs_run_first_and_equal_jobs_once(tmp_path: Path, noted: Path)
     assert calls(noted) == 3
 
 
-def test_progress_counts_jobs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(JobError):
-        run(jobs_of("fails", 4), Cache(tmp_path), find_backend("serial"), title="Odd", progress=True)
-    last = capsys.readouterr().err.split("\r")[-1]
-    assert "Odd: 100%" in last
-    assert "2 finished, 1 running, 2 failed" in last
-    assert "left" in last
-
-
-@pytest.mark.parametrize(
-    "spec",
-    ["", "nowhere", "serial:2", "processes:0", "processes:x", "ray2", "slurm:partition"],
-)
+@pytest.mark.parametrize("spec", ["", "serial:2", "processes:0", "ray2", "slurm:partition"])
 def test_unknown_back_ends_are_refused(spec: str) -> None:
     with pytest.raises(ArgumentError, match="backend: expected one of serial, processes"):
         find_backend(spec)
 
 
-@pytest.mark.parametrize(
-    ("function", "arguments", "named"),
-    [
-        (lambda number: {}, [(1,)], "function"),
-        (square, [(object(),)], "arguments"),
-        (square, [({1, 2},)], "arguments"),
-    ],
-)
-def test_what_no_other_process_can_run_is_refused(
-    function: Any, arguments: Any, named: str, tmp_path: Path
-) -> None:
-    with pytest.raises(ArgumentError, match=named):
-        run_jobs(function, arguments, cache=tmp_path)
+def test_what_no_other_process_can_run_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ArgumentError, match="function"):
+        run_jobs(lambda number: {}, [(1,)], cache=tmp_path)
+    with pytest.raises(ArgumentError, match="arguments"):
+        run_jobs(square, [(object(),)], cache=tmp_path)
 
 
 def test_the_example_of_the_page_runs(tmp_path: Path) -> None:

@@ -5,7 +5,6 @@ Shell scripts stand for SLURM's commands; tests/slow/test_slurm.py runs a real c
 
 from __future__ import annotations
 
-import csv
 import os
 import re
 from pathlib import Path
@@ -56,81 +55,48 @@ def test_what_slurm_is_asked_for(tmp_path: Path) -> None:
     with pytest.raises(JobError, match="6 of 6 jobs failed"):
         run(JOBS, Cache(tmp_path), backend)
     text = (tmp_path / "slurm" / "12_submission.sh").read_text()
-    for line in (
-        "--partition=short",
-        "--time=30",
-        "--account=flocks",
-        "--array=0-1%2",
-        "--cpus-per-task=1",
-        "--job-name=flockesc",
-    ):
-        assert f"#SBATCH {line}\n" in text
+    options = ("partition=short", "time=30", "account=flocks", "array=0-1%2", "cpus-per-task=1")
+    for option in (*options, "job-name=flockesc"):
+        assert f"#SBATCH --{option}\n" in text
     assert re.search(r"#SBATCH --signal=USR\d@90\n", text)
 
 
-@pytest.mark.parametrize(
-    ("answers", "submissions", "last"),
-    [
-        (
-            ["12_0 CANCELLED,12_1 CANCELLED"],
-            1,
-            "12_1 was cancelled; run the same again to continue",
-        ),
-        (["12_0 PENDING,12_1 PENDING", "nothing"], 1, "12_1 was cancelled"),
-        (["12_0 RUNNING,12_1 RUNNING", "nothing"], 3, "14 was cancelled"),
-        (["12_0 PENDING,12_1 PENDING", "nothing"], 3, "14 was cancelled"),
-        (
-            [",".join(["12_0 FAILED", "12_1 TIMEOUT", *GONE])],
-            7,
-            r"18 ended without a result \(FAILED\)",
-        ),
-        (["12_0 PREEMPTED,12_1 CANCELLED"], 2, "13 was cancelled"),
-        (["12_0 PENDING launch_failed_requeued_held,12_1 CANCELLED"], 2, "13 was cancelled"),
-        (
-            [
-                "12_0 RUNNING,12_1 RUNNING",
-                "fails",
-                "fails",
-                "12_0 CANCELLED,12_1 CANCELLED",
-            ],
-            1,
-            "12_1 was",
-        ),
-        (
-            [
-                "12_0 CONFIGURING,12_1 SUSPENDED",
-                "12_0 NODE_FAIL,12_1 COMPLETING",
-                "12_0 PENDING,12_1 CANCELLED",
-                "12_0 CANCELLED,12_1 CANCELLED",
-            ],
-            1,
-            "12_0 was cancelled",
-        ),
-    ],
-    ids=[
-        "cancelled",
-        "never started",
-        "forgotten",
-        "lost",
-        "killed",
-        "preempted",
-        "held",
-        "no answer",
-        "requeued",
-    ],
-)
-def test_which_tasks_are_started_again(
-    answers: list[str],
-    submissions: int,
-    last: str,
-    tmp_path: Path,
-    commands: Path,
-    request: pytest.FixtureRequest,
-) -> None:
-    if request.node.callspec.id in {"forgotten", "lost"}:  # the tasks have started
+STARTED_AGAIN = {
+    "cancelled": (["12_0 CANCELLED,12_1 CANCELLED"], 1, "12_1 was cancelled; run the same again to continue"),
+    "never started": (["12_0 PENDING,12_1 PENDING", "nothing"], 1, "12_1 was cancelled"),
+    "forgotten": (["12_0 RUNNING,12_1 RUNNING", "nothing"], 3, "14 was cancelled"),
+    "lost": (["12_0 PENDING,12_1 PENDING", "nothing"], 3, "14 was cancelled"),
+    "killed": (
+        [",".join(["12_0 FAILED", "12_1 TIMEOUT", *GONE])],
+        7,
+        r"18 ended without a result \(FAILED\)",
+    ),
+    "preempted": (["12_0 PREEMPTED,12_1 CANCELLED"], 2, "13 was cancelled"),
+    "held": (["12_0 PENDING launch_failed_requeued_held,12_1 CANCELLED"], 2, "13 was cancelled"),
+    "no answer": (
+        ["12_0 RUNNING,12_1 RUNNING", "fails", "fails", "12_0 CANCELLED,12_1 CANCELLED"],
+        1,
+        "12_1 was",
+    ),
+    "requeued": (
+        [
+            *("12_0 CONFIGURING,12_1 SUSPENDED", "12_0 NODE_FAIL,12_1 COMPLETING"),
+            *("12_0 PENDING,12_1 CANCELLED", "12_0 CANCELLED,12_1 CANCELLED"),
+        ],
+        1,
+        "12_0 was cancelled",
+    ),
+}
+"""Answers of squeue, the number of submissions and the last message."""
+
+
+@pytest.mark.parametrize("name", STARTED_AGAIN)
+def test_which_tasks_are_started_again(name: str, tmp_path: Path, commands: Path) -> None:
+    answers, submissions, last = STARTED_AGAIN[name]
+    if name in {"forgotten", "lost"}:  # the tasks have started
         (tmp_path / "slurm").mkdir()
-        for name in ("12_0_0_log.err", "12_1_0_log.err"):
-            (tmp_path / "slurm" / name).touch()
+        for log in ("12_0_0_log.err", "12_1_0_log.err"):
+            (tmp_path / "slurm" / log).touch()
     (commands / "squeue.answers").write_text("\n".join(["nothing", *answers]) + "\n")
     with pytest.raises(JobError, match=f"(?s)6 of 6 jobs failed.*array task {last}"):
         run(JOBS, Cache(tmp_path), find_backend("slurm"))
@@ -156,16 +122,6 @@ def test_what_cannot_run_is_refused(
     with pytest.raises(ArgumentError, match="backend: expected a cluster that answers and options") as caught:
         run(JOBS, Cache(tmp_path), find_backend(f"slurm:{options}"))
     assert reason in str(caught.value)
-
-
-def test_the_page_shows_the_measured_seconds() -> None:
-    root = Path(__file__).parents[2]
-    with (root / "results" / "cluster" / "slurm_faults.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    page = (root / "docs" / "cluster.md").read_text("utf-8")
-    for fault in {row["fault"] for row in rows}:
-        seconds = {row["accounting"]: row["seconds"] for row in rows if row["fault"] == fault}
-        assert re.search(rf"\| {fault} \| .* \| {seconds['False']} s \| {seconds['True']} s \|", page)
 
 
 def test_chunks_take_about_ten_minutes_and_fit_an_array() -> None:

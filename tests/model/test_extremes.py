@@ -38,6 +38,13 @@ RULES: dict[str, dict[str, Any]] = {
     "field of view": {"blind_angle": 2.0},
     "mutual": {"mutual": True},
     "frozen": {"frozen_graph": True},
+    "different agents with delay": {
+        "sensing_delay": 2,
+        **{
+            name: tuple(np.linspace(0.5, 2.0, N) * getattr(FlockScenario(), name))
+            for name in ("mass", "speed", "repulsion_strength", "alignment_strength")
+        },
+    },
 }
 MOTIONS = (Inertial(), Vicsek(), Reynolds(1.3, 0.7, 4.1))
 # By names that say what is their own; none of them draws, or prefers a side.
@@ -125,9 +132,11 @@ def test_names_do_not_matter_to_the_last_bit(rule: str, predator: str, dimension
     own_rho = np.linspace(1.7, 13.1, N)
     order = np.random.default_rng(0).permutation(N)
     for scenario in scenarios(dimension, rule, predator):
+        own = {name: value for name, value in RULES[rule].items() if isinstance(value, tuple)}
+        renumbered = scenario.replace(**{name: np.array(value)[order] for name, value in own.items()})
         for rho, other_rho in ((RHO, RHO), (own_rho, own_rho[order])):
             first = run(scenario, positions, velocities, rho)
-            other = run(scenario, positions[order], velocities[order], other_rho)
+            other = run(renumbered, positions[order], velocities[order], other_rho)
             np.testing.assert_array_equal(other.positions, first.positions[:, order])
             np.testing.assert_array_equal(other.velocities, first.velocities[:, order])
             for name in ("predator_positions", "mean_distance", "min_distance", "polarization"):

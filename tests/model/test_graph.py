@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components
 
 from flockesc_env import LineScenario, simulate_line
-from flockesc_env.common.errors import ArgumentError
 from flockesc_env.models.graph import component_labels, laplacian, perron_matrix
 
 lines = st.tuples(st.integers(1, 40), st.integers(0, 2**32 - 1)).map(
@@ -50,25 +49,6 @@ def test_laplacian_counts_components(states: np.ndarray, rho: float) -> None:
     assert zeros == reference.num_components(matrix < 0)
 
 
-@pytest.mark.parametrize("function", [laplacian, perron_matrix])
-@pytest.mark.parametrize(
-    ("states", "rho", "field"),
-    [
-        ([], 0.1, "states"),
-        ([[0.0, 1.0]], 0.1, "states"),
-        ([0.0, np.nan], 0.1, "states[1]"),
-        (["a"], 0.1, "states"),
-        ([0.0, 1.0], -0.1, "interaction_range"),
-        ([0.0, 1.0], np.inf, "interaction_range"),
-        ([0.0, 1.0], [0.1, 0.2], "interaction_range"),
-    ],
-)
-def test_states_that_are_no_line_are_refused(function, states, rho, field) -> None:
-    with pytest.raises(ArgumentError) as caught:
-        function(states, rho)
-    assert caught.value.field == field
-
-
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("num_agents", [1, 7, 300])
 def test_component_labels_equal_scipys_components(dimension: int, num_agents: int) -> None:
@@ -81,21 +61,3 @@ def test_component_labels_equal_scipys_components(dimension: int, num_agents: in
         labels = component_labels(None, positions, rho)
         lowest = np.array([np.flatnonzero(numbers == number)[0] for number in range(count)])
         np.testing.assert_array_equal(labels, lowest[numbers])
-
-
-@pytest.mark.parametrize(
-    ("positions", "rho", "field"),
-    [
-        (np.zeros(4), 1.0, "positions"),
-        (np.zeros((4, 1)), 1.0, "positions"),
-        (np.zeros((0, 2)), 1.0, "positions"),
-        (np.full((4, 2), np.nan), 1.0, "positions"),
-        (np.zeros((4, 2)), -1.0, "interaction_range"),
-        (np.zeros((4, 2)), [1.0, np.inf, 1.0, 1.0], "interaction_range"),
-        (np.zeros((4, 2)), [1.0, 1.0], "interaction_range"),
-        (np.zeros((4, 2)), np.ones((4, 1)), "interaction_range"),
-    ],
-)
-def test_bad_arguments_of_component_labels(positions: np.ndarray, rho: object, field: str) -> None:
-    with pytest.raises(ArgumentError, match=f"^{field}"):
-        component_labels(None, positions, rho)

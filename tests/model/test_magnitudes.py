@@ -3,32 +3,27 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
+from extreme_scenarios import COMPARED, COMPUTED, DIVIDING, LARGEST, SMALLEST, Bounds, flocks
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from option_table import small_flock
 
 from flockesc_env import (
     ConstantVelocity,
-    Encircle,
     FlockEscapeEnv,
     FlockScenario,
-    Herd,
     Inertial,
-    Intercept,
     Learned,
     LineEscapeEnv,
     LineScenario,
-    PrescribedPath,
     PurePursuit,
     Reynolds,
-    Topological,
     Vicsek,
-    Voronoi,
-    Wandering,
     parallel_env,
     simulate,
     simulate_line,
@@ -36,13 +31,9 @@ from flockesc_env import (
 from flockesc_env.common.errors import ArgumentError, OptionError, ScenarioError
 from flockesc_env.policies.predators import Pursue
 
-SMALLEST, LARGEST = 1e-20, 1e20
 BELOW, ABOVE = math.nextafter(SMALLEST, 0), math.nextafter(LARGEST, math.inf)
 MAX = 1.7976931348623157e308
 
-DIVIDING = ("time_step", "mass", "speed", "initial_side")
-COMPUTED = ("repulsion_strength", "alignment_strength", "sensing_noise")
-COMPARED = ("predator_range", "capture_radius")
 LINE_COMPUTED = ("predator_range", "repulsion_strength")
 
 dividing = st.sampled_from([SMALLEST, 1e-9, 0.1, 1.0, 1e12, LARGEST])
@@ -51,23 +42,22 @@ compared = st.sampled_from([MAX, 1e154]) | computed
 coordinate = st.builds(math.copysign, computed, st.sampled_from([1.0, -1.0]))
 
 
-@pytest.mark.parametrize("field", DIVIDING)
-def test_bounds_of_divisors(field: str) -> None:
-    for good in (SMALLEST, LARGEST):
-        assert getattr(small_flock(**{field: good}), field) == good
-    for bad in (0.0, 5e-324, BELOW, ABOVE, MAX):
+line = partial(LineScenario, num_agents=5)
+BOUNDS = [
+    *((small_flock, field, (SMALLEST, LARGEST), (0.0, 5e-324, BELOW, ABOVE, MAX)) for field in DIVIDING),
+    *((small_flock, field, (0.0, 5e-324, LARGEST), (ABOVE,)) for field in COMPUTED),
+    *((line, field, (0.0, 5e-324, LARGEST), (ABOVE,)) for field in (*LINE_COMPUTED, "predator_position")),
+]
+
+
+@pytest.mark.parametrize(("make", "field", "good", "bad"), BOUNDS)
+def test_bounds(make: Any, field: str, good: tuple[float, ...], bad: tuple[float, ...]) -> None:
+    for value in good:
+        assert getattr(make(**{field: value}), field) == value
+    for value in bad:
         with pytest.raises(ScenarioError) as caught:
-            small_flock(**{field: bad})
+            make(**{field: value})
         assert caught.value.field == field
-
-
-@pytest.mark.parametrize("field", COMPUTED)
-def test_bounds_of_computed_numbers(field: str) -> None:
-    for good in (0.0, 5e-324, LARGEST):
-        assert getattr(small_flock(**{field: good}), field) == good
-    with pytest.raises(ScenarioError) as caught:
-        small_flock(**{field: ABOVE})
-    assert caught.value.field == field
 
 
 @pytest.mark.parametrize("field", COMPARED)
@@ -75,17 +65,6 @@ def test_a_compared_range_may_be_any_finite_number(field: str) -> None:
     for good in (0.0, 5e-324, MAX):
         run = simulate(small_flock(**{field: good}), MAX, seed=1)
         assert np.isfinite(run.positions).all()
-
-
-@pytest.mark.parametrize("field", [*LINE_COMPUTED, "predator_position"])
-def test_bounds_of_the_line(field: str) -> None:
-    for good in (0.0, 5e-324, LARGEST):
-        assert np.isfinite(
-            simulate_line(LineScenario(num_agents=5, **{field: good}), 0.1, seed=1).states
-        ).all()
-    with pytest.raises(ScenarioError) as caught:
-        LineScenario(**{field: ABOVE})
-    assert caught.value.field == field
 
 
 def test_actions_that_are_ranges_fit_into_their_space() -> None:
@@ -97,71 +76,23 @@ def test_actions_that_are_ranges_fit_into_their_space() -> None:
 STARTS = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
 
 
-@pytest.mark.parametrize("name", STARTS)
 @pytest.mark.parametrize("value", [ABOVE, -ABOVE, MAX])
-def test_bounds_of_a_given_start(name: str, value: float) -> None:
-    """The error names the entry, and the current episode continues unchanged."""
-    env, twin = FlockEscapeEnv(small_flock()), FlockEscapeEnv(small_flock())
-    rows = 5 if name.startswith("initial") else 1
-    start = np.full((rows, 2), LARGEST)
-    start[rows - 1, 1] = value
-    for each in (env, twin):
-        each.reset(seed=3)
+def test_bounds_of_a_given_start(value: float) -> None:
+    """The error names the entry."""
+    for name in STARTS:
+        rows = 5 if name.startswith("initial") else 1
+        start = np.full((rows, 2), LARGEST)
+        start[rows - 1, 1] = value
+        with pytest.raises(ArgumentError) as caught:
+            FlockEscapeEnv(small_flock()).reset(options={name: start})
+        assert caught.value.field == f"{name}[{rows - 1}, 1]"
     with pytest.raises(ArgumentError) as caught:
-        env.reset(seed=4, options={name: start})
-    assert caught.value.field == f"{name}[{rows - 1}, 1]"
-    np.testing.assert_equal(env.step([0.0]), twin.step([0.0]))
-    line = LineEscapeEnv(LineScenario(num_agents=2))
-    with pytest.raises(ArgumentError) as caught:
-        line.reset(options={"initial_state": [0.0, value]})
+        LineEscapeEnv(LineScenario(num_agents=2)).reset(options={"initial_state": [0.0, value]})
     assert caught.value.field == "initial_state[1]"
 
 
-@st.composite
-def predators(draw: st.DrawFn) -> tuple[Any, ...]:
-    start = {
-        "position": (draw(coordinate), draw(coordinate)),
-        "velocity": (draw(coordinate), draw(coordinate)),
-    }
-    steering = start | {"max_turn_rate": draw(computed)}
-    kinds = [
-        ConstantVelocity(**start),
-        Wandering(**start, angular_diffusion=draw(computed)),
-        PrescribedPath((start["position"], start["velocity"]), interval=draw(st.none() | dividing)),
-        Learned(**start, max_acceleration=draw(computed), max_speed=draw(dividing)),
-        PurePursuit(**steering, confusion_rate=draw(computed), sight=draw(compared)),
-        PurePursuit(**steering, target=draw(st.sampled_from(["centroid", "most_isolated", "assigned"]))),
-        Intercept(**steering, navigation_constant=draw(computed)),
-        Encircle(**steering, radius=draw(computed), closing_speed=draw(computed)),
-    ]
-    chosen = tuple(draw(st.lists(st.sampled_from(kinds), min_size=1, max_size=3)))
-    return (*chosen, Herd(**steering, distance=draw(computed), partner=0)) if draw(st.booleans()) else chosen
-
-
-@st.composite
-def flocks(draw: st.DrawFn) -> FlockScenario:
-    motion = draw(st.sampled_from([Inertial(), Vicsek()]) | st.builds(Reynolds, computed, computed, compared))
-    dimension = draw(st.sampled_from([2, 3]))
-    rule = draw(st.sampled_from([Topological(), Voronoi()])) if dimension == 2 else Topological()
-    return small_flock(
-        dimension,
-        num_agents=draw(st.integers(1, 9)),
-        num_steps=6,
-        **{name: draw(dividing) for name in DIVIDING},
-        **{name: draw(computed) for name in COMPUTED},
-        **{name: draw(compared | st.none() if name == "capture_radius" else compared) for name in COMPARED},
-        motion=motion,
-        constant_speed=motion == Vicsek() or draw(st.booleans()),
-        angular_noise=draw(st.sampled_from([0.0, 1.0])),
-        sensing_delay=draw(st.sampled_from([0, 2])),
-        blind_angle=draw(st.sampled_from([0.0, 2.0])),
-        predators=draw(predators()),
-        **({"neighbor_rule": rule} if draw(st.booleans()) else {}),
-    )
-
-
 @settings(max_examples=80)
-@given(flocks(), st.data())
+@given(flocks(Bounds(coordinate, dividing, computed, compared)), st.data())
 def test_nothing_is_ever_nan_or_infinite(scenario: FlockScenario, data: st.DataObject) -> None:
     """Random combinations of the largest and smallest numbers, in both views, from drawn and given starts."""
     shape = (scenario.num_agents, scenario.dimension)

@@ -16,7 +16,6 @@ from flockesc_env import (
     Voronoi,
     _core,
     simulate,
-    sweep,
 )
 from flockesc_env.common.errors import ArgumentError, ScenarioError
 from flockesc_env.models.graph import component_labels, neighbor_pairs
@@ -187,17 +186,6 @@ def test_equal_ranges_are_mutual() -> None:
     np.testing.assert_array_equal(
         mutual.positions, simulate(FlockScenario(num_steps=40), 12.0, seed=1).positions
     )
-
-
-@pytest.mark.parametrize("rule", [Metric(), Topological(), Voronoi()])
-def test_sweeps_and_runs_agree(rule: NeighborRule) -> None:
-    scenario = FlockScenario(num_agents=60, num_steps=50, neighbor_rule=rule, blind_angle=1.5, mutual=True)
-    result = sweep(scenario, [0.0, 6.0, 20.0], seeds=range(4))
-    for row, rho in enumerate([0.0, 6.0, 20.0]):
-        for column in range(4):
-            run = simulate(scenario, rho, seed=column)
-            assert result.min_mean_distance[row, column] == run.mean_distance.min()
-            assert result.num_components[row, column] == run.num_components[-1]
 
 
 @pytest.mark.parametrize(

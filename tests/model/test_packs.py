@@ -101,27 +101,6 @@ def test_packs_follow_the_numpy_model(pack: str, dimension: int, agents: int) ->
         state = reference.flock_step(run.scenario, state, np.full(agents, 7.3))
 
 
-@pytest.mark.parametrize("pack", [pack for pack in PACKS if pack not in {"wandering", "all at once"}])
-@dimensions
-def test_shifting_and_turning_the_world_changes_nothing(pack: str, dimension: int) -> None:
-    """Rotations are about the vertical if a strategy uses a horizontal circle; random draws are left out."""
-    rng = np.random.default_rng(dimension)
-    starts, start = drawn(dimension, 3)
-    turn = np.eye(dimension)
-    turned = 2 if pack in {"encircle", "closing in"} else dimension
-    turn[:turned, :turned] = np.linalg.qr(rng.normal(size=(turned, turned)))[0]
-    turn[:, 0] *= np.linalg.det(turn)
-    shift = rng.normal(0, 100, dimension)
-    moved = [(turn @ place + shift, turn @ velocity) for place, velocity in starts]
-    elsewhere = {
-        "initial_positions": start["initial_positions"] @ turn.T + shift,
-        "initial_velocities": start["initial_velocities"] @ turn.T,
-    }
-    still = hunt(PACKS[pack](starts), start).predator_positions
-    away = hunt(PACKS[pack](moved), elsewhere).predator_positions
-    np.testing.assert_allclose(away, still @ turn.T + shift, rtol=0, atol=1e-7)
-
-
 @pytest.mark.parametrize("order", list(itertools.permutations(range(3)))[1:])
 @pytest.mark.parametrize("pack", ["assigned", "encircle", "closing in", "nearest and herd"])
 def test_the_order_of_predators_does_not_matter(pack: str, order: tuple[int, ...]) -> None:

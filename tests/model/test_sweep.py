@@ -60,26 +60,6 @@ def test_hindsight_oracle_chooses_per_seed() -> None:
     np.testing.assert_array_equal(result.hindsight_oracle("minimum"), [-1.0, 0.0, -3.0])
 
 
-def test_arrays_fit_ranges_and_seeds(flocks: FlockSweepResult, lines: LineSweepResult) -> None:
-    for result in (flocks, lines):
-        shape = (len(result.interaction_ranges), len(result.seeds))
-        assert result.num_components.shape == shape
-        for objective in result.objectives:
-            assert result.values(objective).shape == shape
-            assert (result.hindsight_oracle(objective) >= result.values(objective)).all()
-    assert flocks.seeds.tolist() == SEEDS
-    assert flocks.interaction_ranges.tolist() == RANGES
-    assert lines.converged.dtype == np.bool
-    assert not lines.converged.all()
-
-
-def test_unknown_objective(flocks: FlockSweepResult, lines: LineSweepResult) -> None:
-    for result, objective in ((flocks, "escape_distance"), (lines, "mean"), (flocks, "")):
-        with pytest.raises(ArgumentError) as caught:
-            result.best_range(objective)
-        assert caught.value.field == "objective"
-
-
 def test_no_range_is_best_without_a_predator() -> None:
     for scenario in (small_flock(predators=()), LineScenario(num_agents=5, predator_position=None)):
         result = sweep(scenario, [0.1, 1.0], [0, 1])
@@ -167,15 +147,6 @@ def test_progress_reaches_the_total_although_the_callback_is_slow() -> None:
 
     sweep(FlockScenario(), [10.0], range(12), progress=slow)
     assert calls[-1] == (12, 12)
-
-
-def test_an_interval_needs_two_seeds_and_a_confidence() -> None:
-    scenario = FlockScenario(num_agents=3, num_steps=3)
-    with pytest.raises(ArgumentError, match="seeds: expected at least 2"):
-        sweep(scenario, [1.0], [0]).mean_with_interval()
-    for confidence in (0.0, 1.0, 2.0, float("nan")):
-        with pytest.raises(ArgumentError, match="confidence: expected"):
-            sweep(scenario, [1.0], [0, 1]).mean_with_interval(confidence=confidence)
 
 
 @pytest.mark.parametrize("progress", [True, False, None])

@@ -87,43 +87,6 @@ def run(scenario: FlockScenario, rho: Any, positions: np.ndarray, velocities: np
     return simulate(scenario, rho, initial_positions=positions, initial_velocities=velocities)
 
 
-def assert_same_metrics(first: Trajectory, second: Trajectory) -> None:
-    for name in ("mean_distance", "min_distance", "polarization"):
-        np.testing.assert_allclose(getattr(first, name), getattr(second, name), atol=1e-6, err_msg=name)
-    np.testing.assert_array_equal(first.num_components, second.num_components)
-
-
-@settings(max_examples=50)
-@given(seeds, dimensions)
-def test_turning_and_shifting_the_world(seed: int, dimension: int) -> None:
-    rng = np.random.default_rng(seed)
-    scenario, positions, velocities = random_flock(dimension, rng)
-    turn, shift = random_motion(dimension, rng)
-    for rho in (RHO, OWN_RHO):
-        first = run(scenario, rho, positions, velocities)
-        second = run(moved(scenario, turn, shift), rho, positions @ turn.T + shift, velocities @ turn.T)
-        np.testing.assert_allclose(second.positions, first.positions @ turn.T + shift, atol=1e-6)
-        np.testing.assert_allclose(second.velocities, first.velocities @ turn.T, atol=1e-6)
-        np.testing.assert_allclose(
-            second.predator_positions, first.predator_positions @ turn.T + shift, atol=1e-6
-        )
-        assert_same_metrics(first, second)
-
-
-@settings(max_examples=50)
-@given(seeds, dimensions)
-def test_renumbering_agents(seed: int, dimension: int) -> None:
-    rng = np.random.default_rng(seed)
-    scenario, positions, velocities = random_flock(dimension, rng)
-    order = rng.permutation(N)
-    for rho, own_rho in ((RHO, RHO), (OWN_RHO, OWN_RHO[order])):
-        first = run(scenario, rho, positions, velocities)
-        second = run(renumbered(scenario, order), own_rho, positions[order], velocities[order])
-        np.testing.assert_allclose(second.positions, first.positions[:, order], atol=1e-6)
-        np.testing.assert_allclose(second.velocities, first.velocities[:, order], atol=1e-6)
-        assert_same_metrics(first, second)
-
-
 def flock_episode(scenario: FlockScenario, start: dict[str, Any], **options: Any) -> list[np.ndarray]:
     env = FlockEscapeEnv(scenario, action_mode="range", **options)
     observations = [env.reset(seed=0, options=start)[0]]

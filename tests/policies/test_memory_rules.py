@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from flockesc_env import (
 )
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.episodes.options import View
 from flockesc_env.policies import (
     ListenWhileThreatened,
     SpreadOut,
@@ -124,44 +126,39 @@ def test_a_memory_refuses_rows_added_within_an_episode() -> None:
         bind(policy, env)(observations)
 
 
+def shower(policy: Any, num_agents: int, entry: str) -> Callable[..., list[float]]:
+    """Return a function that shows agents some entries and returns the ranges that the policy sets."""
+    options = EnvOptions(extra_entries=(entry,), max_range=150.0)  # type: ignore[arg-type]
+    scenario = FlockScenario(num_agents=num_agents, initial_side=100.0)
+    spec = FlockBatch(scenario, options, view=View.AGENT).policy_spec
+    rows = np.zeros((num_agents, len(spec.layout.names)), np.float32)
+
+    def ranges(**entries: list[float]) -> list[float]:
+        for name, values in entries.items():
+            rows[:, spec.layout.index(name)] = values
+        return spec.actions.to_ranges(policy.act(rows, spec), num_agents).round(4).tolist()
+
+    return ranges
+
+
 def test_listen_while_threatened() -> None:
     """Before, while and after an agent sees the predator; its heading and the heard one may be safe."""
-    scenario = FlockScenario(num_agents=4, initial_side=100.0)
-    batch = FlockBatch(
-        scenario, EnvOptions(extra_entries=("closest_approach",), max_range=150.0), per_agent=True
-    )
-    spec = batch.policy_spec
-    rows = np.zeros((4, len(spec.layout.names)), np.float32)
-
-    def show(name: str, values: list[float]) -> None:
-        rows[:, spec.layout.index(name)] = values
-
-    def ranges() -> list[float]:
-        return spec.actions.to_ranges(policy.act(rows, spec), 4).round(4).tolist()
-
-    policy = ListenWhileThreatened(aware_range=20.0, safe_distance=25.0)
+    ranges = shower(ListenWhileThreatened(aware_range=20.0, safe_distance=25.0), 4, "closest_approach")
     assert ranges() == [150.0] * 4
-    show("predator_sensed", [0, 1, 1, 1])
-    show("closest_approach", [0, 0.1, 0.1, 0.21])  # 0.2 is 25 m
-    show("heard_closest_approach", [0, 0.15, 0.05, 0.3])
-    assert ranges() == [150.0, 20.0, 0.0, 0.0]
-    show("predator_sensed", [0, 0, 0, 0])
-    show("closest_approach", [0, 0, 0, 0])
-    show("heard_closest_approach", [0, 0, 0, 0])
-    assert ranges() == [150.0, 0.0, 0.0, 0.0]
+    approach = {
+        "closest_approach": [0, 0.1, 0.1, 0.21],  # 0.2 is 25 m
+        "heard_closest_approach": [0, 0.15, 0.05, 0.3],
+    }
+    assert ranges(predator_sensed=[0, 1, 1, 1], **approach) == [150.0, 20.0, 0.0, 0.0]
+    nothing = dict.fromkeys(["predator_sensed", *approach], [0.0] * 4)
+    assert ranges(**nothing) == [150.0, 0.0, 0.0, 0.0]
 
 
 def test_win_stay_lose_shift() -> None:
-    scenario = FlockScenario(num_agents=4, initial_side=100.0)
-    batch = FlockBatch(scenario, EnvOptions(extra_entries=("closest_approach",)), per_agent=True)
-    spec = batch.policy_spec
-    rows = np.zeros((4, len(spec.layout.names)), np.float32)
-    policy = WinStayLoseShift(short_range=10.0, long_range=40.0, threshold=25.0)
+    show = shower(WinStayLoseShift(10.0, 40.0, threshold=25.0), 4, "closest_approach")
 
     def ranges(own: list[float], heard: list[float]) -> list[float]:
-        rows[:, spec.layout.index("closest_approach")] = own
-        rows[:, spec.layout.index("heard_closest_approach")] = heard
-        return spec.actions.to_ranges(policy.act(rows, spec), 4).round(4).tolist()
+        return show(closest_approach=own, heard_closest_approach=heard)
 
     assert ranges([0.1, 0.1, 0.1, 0.21], [0.1, 0.1, 0.1, 0.3]) == [10.0, 10.0, 10.0, 0.0]  # 0.2 is 25 m
     # The first wins, the second loses, the third wins although it is safe; the fourth is now threatened.
@@ -173,16 +170,11 @@ def test_win_stay_lose_shift() -> None:
 
 
 def test_win_stay_lose_shift_pauses_after_a_range_that_did_not_help() -> None:
-    scenario = FlockScenario(num_agents=3)
-    batch = FlockBatch(scenario, EnvOptions(extra_entries=("escape_direction",)), per_agent=True)
-    spec = batch.policy_spec
-    rows = np.zeros((3, len(spec.layout.names)), np.float32)
     policy = WinStayLoseShift(10.0, 40.0, threshold=0.8, pause=2.0, criterion="escape_direction")
+    show = shower(policy, 3, "escape_direction")
 
     def ranges(own: list[float], gain: list[float]) -> list[float]:
-        rows[:, spec.layout.index("escape_direction_ahead")] = own
-        rows[:, spec.layout.index("heard_escape_gain")] = gain
-        return spec.actions.to_ranges(policy.act(rows, spec), 3).round(4).tolist()
+        return show(escape_direction_ahead=own, heard_escape_gain=gain)
 
     assert ranges([0.5, -0.5, 0.9], [0.0, 0.0, 0.1]) == [10.0, 10.0, 0.0]
     # The first wins although its heading is good by now; the second loses; the third turns back.

@@ -21,7 +21,7 @@ from flockesc_env import (
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import bind
-from flockesc_env.policies.network import Architecture, NetworkPolicy, mirrored
+from flockesc_env.policies.network import Architecture, NetworkPolicy
 
 INPUTS = ("predator_distance", "heard_velocity_left", "time", "predator_direction_left")
 SCENARIO = small_flock(num_agents=6, num_steps=12, predator_range=60.0)
@@ -100,6 +100,26 @@ def test_it_equals_the_loop_over_rows_and_layers(architecture: Architecture, see
         np.testing.assert_array_equal(rows, given_rows)
 
 
+def test_the_highest_score_sets_the_range() -> None:
+    """The scores are linear in the entries; equal scores set the first range."""
+    spec = policy_spec(profile_ranges=(0.0, 5.0, 20.0), action_mode="range")  # ranges are exact
+    rng, names = np.random.default_rng(0), spec.layout.names
+    rows = rng.integers(-2, 3, (40, len(names))).astype(np.float32)
+    weights = rng.integers(-2, 3, (2, 3))
+    scores = rows[:, [names.index(name) for name in ("time", "speed")]] @ weights
+    policy = NetworkPolicy(
+        Architecture(("time", "speed"), (), ranges=(3.0, 1.0, 7.0)), [*weights.ravel(), 0, 0, 0]
+    )
+    ranges = spec.actions.to_ranges(policy.act(rows, spec), 40)
+    np.testing.assert_array_equal(ranges, np.array([3.0, 1.0, 7.0])[scores.argmax(axis=1)])
+    candidates = ("neighbor_count", "range")
+    heard = rows[:, [names.index(f"profile_{k}_neighbor_count") for k in range(3)]]
+    scores = rows[:, [names.index("time")]] + heard - 4 * np.array([0, 0.25, 1])
+    policy = NetworkPolicy(Architecture(("time",), (), candidate_inputs=candidates), [1, 1, -4, 0])
+    ranges = spec.actions.to_ranges(policy.act(rows, spec), 40)
+    np.testing.assert_array_equal(ranges, np.array([0.0, 5.0, 20.0])[scores.argmax(axis=1)])
+
+
 # Its action is its memory, and its memory is the time: each action is the tanh of the previous time.
 REMEMBERING = NetworkPolicy(Architecture(("time",), (), memory=1), [0, 1, 1, 0, 0, 0])
 
@@ -174,37 +194,6 @@ def reflected(seed: int, axis: int, scenario: FlockScenario) -> tuple[FlockScena
     return scenario.replace(predators=(other,)), start
 
 
-def rows_of(observations: dict[str, np.ndarray]) -> np.ndarray:
-    return np.stack(list(observations.values()))
-
-
-@pytest.mark.parametrize("axis", [0, 1])
-@pytest.mark.parametrize("sensing", [None, 25.0])
-def test_a_flock_and_its_reflection_have_equal_mirrored_views(axis: int, sensing: float | None) -> None:
-    options = {"predator_sensing_range": sensing, "max_range": 30.0}
-    scenario = SCENARIO.replace(num_agents=20)
-    other, start = reflected(3, axis, scenario)
-    envs = parallel_env(scenario, **options), parallel_env(other, **options)
-    rows = [rows_of(envs[0].reset(seed=3)[0]), rows_of(envs[1].reset(seed=3, options=start)[0])]
-    layout, turned = envs[0].policy_spec.layout, 0
-    left = [name.endswith("_left") for name in layout.names]
-    for _ in range(6):
-        np.testing.assert_allclose(rows[1], np.where(left, -rows[0], rows[0]), atol=1e-5)
-        one, two = (mirrored(row, layout) for row in rows)
-        np.testing.assert_allclose(one, two, atol=1e-5)
-        predator, heard = (
-            one[:, layout.index(f"{name}_left")] for name in ("predator_direction", "heard_velocity")
-        )
-        assert np.where(predator != 0, predator, heard).min() >= 0
-        changed = (one != rows[0]).any(axis=1)
-        turned += changed.sum()
-        assert not changed.all()
-        np.testing.assert_array_equal(one[:, ~np.array(left)], rows[0][:, ~np.array(left)])
-        actions = {name: np.array([-0.3], np.float32) for name in envs[0].agents}
-        rows = [rows_of(env.step(actions)[0]) for env in envs]
-    assert turned > 0
-
-
 def played(policy: NetworkPolicy, scenario: FlockScenario, **start: np.ndarray) -> float:
     env = parallel_env(scenario, predator_sensing_range=None, max_range=30.0)
     act = bind(policy, env)
@@ -227,17 +216,6 @@ def test_a_mirrored_network_sets_equal_ranges_in_a_flock_and_its_reflection(memo
     assert abs(outcomes[False][0] - outcomes[False][1]) > 0.01
 
 
-def test_observations_with_the_predator_on_the_left_are_not_mirrored() -> None:
-    layout = policy_spec().layout
-    rows = some_rows(60, 0.5, np.random.default_rng(1))
-    predator, heard = layout.index("predator_direction_left"), layout.index("heard_velocity_left")
-    rows[:20, predator], rows[20:40, predator], rows[40:, predator] = 0.5, -0.5, 0.0
-    rows[40:50, heard], rows[50:, heard] = 0.5, -0.5
-    same = (mirrored(rows, layout) == rows).all(axis=1)
-    np.testing.assert_array_equal(same, [True] * 20 + [False] * 20 + [True] * 10 + [False] * 10)
-    np.testing.assert_array_equal(mirrored(mirrored(rows, layout), layout), mirrored(rows, layout))
-
-
 @pytest.mark.parametrize(("bias", "clip"), [(0.5, 0.5), (3, 1), (-2, -1)])
 def test_actions_are_clipped_or_squashed(bias: float, clip: float) -> None:
     rows = some_rows(2, 0.0, np.random.default_rng(0))
@@ -246,45 +224,27 @@ def test_actions_are_clipped_or_squashed(bias: float, clip: float) -> None:
         np.testing.assert_allclose(policy.act(rows, policy_spec()), [[expected]] * 2, atol=1e-6)
 
 
-@pytest.mark.parametrize("shape", [(6,), (8,), (0,), (1, 7), (7, 1), ()])
-def test_parameters_of_a_wrong_size_are_refused(shape: tuple[int, ...]) -> None:
-    architecture = Architecture(("time",), (2,))
-    assert architecture.size == 1 * 2 + 2 + 2 * 1 + 1
-    with pytest.raises(ArgumentError, match=r"parameters: expected shape \(7,\)"):
-        NetworkPolicy(architecture, np.zeros(shape))
-
-
-def test_parameters_that_are_not_finite_are_refused() -> None:
-    with pytest.raises(ArgumentError, match=r"parameters\[1\]: expected a finite number"):
-        NetworkPolicy(Architecture(("time",), ()), [0.0, np.nan])
-
-
 @pytest.mark.parametrize(
-    ("fields", "message"),
+    ("fields", "parameters", "message"),
     [
-        ({"inputs": ()}, "inputs: expected at least one name, got none"),
-        ({"hidden": (4, 0)}, r"hidden\[1\]: expected an integer from 1"),
-        ({"hidden": (2.5,)}, r"hidden\[0\]: expected an integer"),
-        ({"memory": -1}, r"memory: expected an integer from 0 to 2\^63 - 1, got -1"),
-        ({"memory": 0.5}, "memory: expected an integer"),
-        ({"squash": "cut"}, "squash: expected one of clip, tanh, got 'cut'"),
+        ({"hidden": (2,)}, np.zeros(6), r"parameters: expected shape \(7,\)"),
+        ({"hidden": (2,)}, np.zeros((7, 1)), r"parameters: expected shape \(7,\)"),
+        ({}, [0.0, np.nan], r"parameters\[1\]: expected a finite number"),
+        ({"inputs": ()}, [0.0], "inputs: expected at least one name, got none"),
+        ({"hidden": (4, 0)}, [0.0], r"hidden\[1\]: expected an integer from 1"),
+        ({"memory": -1}, [0.0], r"memory: expected an integer from 0 to 2\^63 - 1, got -1"),
+        ({"memory": 1, "ranges": (1.0, 2.0)}, [0.0], "memory: expected 0 for a network that scores ranges"),
+        ({"candidate_inputs": ("range",), "ranges": (1.0,)}, [0.0], "ranges: expected none"),
+        ({"squash": "cut"}, [0.0], "squash: expected one of clip, tanh, got 'cut'"),
+        ({"inputs": ("wings",)}, [0, 0], "observation: expected an entry 'wings', got"),
+        ({"mirror": True}, [0, 0], "observation: expected an entry 'predator_direction_left', got"),
+        ({"candidate_inputs": ("range",)}, [0, 0, 0], "profile_ranges: expected candidate ranges"),
+        ({"ranges": (101.0,)}, [0, 0], "interaction_range: expected a number from 0.0 to 100.0"),
     ],
 )
-def test_architectures_out_of_bounds_are_refused(fields: dict[str, Any], message: str) -> None:
-    with pytest.raises(ArgumentError, match=message):
-        Architecture(**{"inputs": ("time",), **fields})
-
-
-@pytest.mark.parametrize("mode", ["range", "discrete"])
-def test_other_actions_than_normalized_ones_are_refused(mode: str) -> None:
-    with pytest.raises(ArgumentError, match=f"action_mode: expected 'normalized', got '{mode}'"):
-        REMEMBERING.act(some_rows(2, 0.0, np.random.default_rng(0)), policy_spec(action_mode=mode))
-
-
-@pytest.mark.parametrize("mirror", [False, True])
-def test_unknown_observation_entries_are_refused(mirror: bool) -> None:
-    """The flock view has no entry for a predator on the left."""
+def test_networks_that_cannot_act_are_refused(fields: dict[str, Any], parameters: Any, message: str) -> None:
     shared = FlockEscapeEnv(SCENARIO).policy_spec
-    architecture = Architecture(("time",) if mirror else ("predator_direction_left",), (), mirror=mirror)
-    with pytest.raises(ArgumentError, match="observation: expected an entry 'predator_direction_left', got"):
-        NetworkPolicy(architecture, [0, 0]).act(np.zeros((2, len(shared.layout.names)), np.float32), shared)
+    with pytest.raises(ArgumentError, match=message):
+        NetworkPolicy(Architecture(**{"inputs": ("time",), "hidden": (), **fields}), parameters).act(
+            np.zeros((2, len(shared.layout.names)), np.float32), shared
+        )

@@ -143,14 +143,10 @@ def test_a_topological_rule_is_planned_in_numbers_of_neighbors() -> None:
         ),
         (FLOCK, {"predator_policy": Pursue()}, ArgumentError, "predator_policy"),
         (FLOCK, {"steps_per_action": 5}, ArgumentError, "steps"),
-        (FLOCK, {"steps": 0}, ArgumentError, "steps"),
-        (FLOCK, {"ranges": []}, ArgumentError, "ranges"),
         (FLOCK, {"ranges": [[1.0]]}, ArgumentError, "ranges"),
         (FLOCK, {"futures": [-1.0]}, ArgumentError, "futures"),
         (FLOCK, {"ranges": [200.0]}, ArgumentError, "ranges"),
-        (FLOCK, {"num_threads": 0}, ArgumentError, "num_threads"),
         (FLOCK, {"reward": "difference"}, OptionError, "reward"),
-        (FLOCK, {"max_rage": 1.0}, OptionError, "max_rage"),
     ],
 )
 def test_wrong_arguments(scenario: Any, arguments: dict[str, Any], error: type, field: str) -> None:

@@ -17,7 +17,6 @@ from flockesc_env import (
     ConstantVelocity,
     EnvOptions,
     FlockEscapeEnv,
-    FlockScenario,
     LineEscapeEnv,
     LineOptions,
     LineScenario,
@@ -111,36 +110,24 @@ def options_for(name: str, mode: str) -> dict[str, Any]:
 
 @pytest.mark.parametrize("mode", ACTION_MODES)
 @pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
-@pytest.mark.parametrize("name", SHARED_POLICIES)
-def test_shared_ranges_in_every_interface(name: str, mode: str, steps_per_action: int) -> None:
-    make = SHARED_POLICIES[name]
-    options = {**options_for(name, mode), "steps_per_action": steps_per_action}
-    expected = outcome(rollout(SCENARIO, make(), SEEDS, **options))
-    single = FlockEscapeEnv(SCENARIO, **options)
-    wrapped = gymnasium.wrappers.RecordEpisodeStatistics(FlockEscapeEnv(SCENARIO, **options))
-    for column, seed in enumerate(SEEDS):
-        assert play_single(single, make(), seed) == expected[:, column].tolist()
-        assert play_single(wrapped, make(), seed) == expected[:, column].tolist()
-    actions = -(-T // steps_per_action)
-    for slots in (FlockVecEnv(2, SCENARIO, **options), VecMonitor(FlockVecEnv(2, SCENARIO, **options))):
-        np.testing.assert_array_equal(play_slots(slots, make(), actions), expected)
-
-
-@pytest.mark.parametrize("mode", ACTION_MODES)
-@pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
 @pytest.mark.parametrize("name", AGENT_POLICIES)
-def test_ranges_per_agent_in_every_interface(name: str, mode: str, steps_per_action: int) -> None:
+def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_action: int) -> None:
     make = AGENT_POLICIES[name]
     options = {**options_for(name, mode), "steps_per_action": steps_per_action}
     expected = outcome(rollout(SCENARIO, make(), SEEDS, per_agent=True, **options))
-    for column, seed in enumerate(SEEDS):
-        env = parallel_env(SCENARIO, **options)
-        assert play_single(env, make(), seed) == expected[:, column].tolist()
-    slots = AgentVecEnv(2, SCENARIO, **options)
-    np.testing.assert_array_equal(play_slots(slots, make(), -(-T // steps_per_action)), expected)
+    singles: list[Any] = [parallel_env(SCENARIO, **options)]
+    slots: list[Any] = [AgentVecEnv(2, SCENARIO, **options)]
     if name in SHARED_POLICIES:
         shared = rollout(SCENARIO, make(), SEEDS, **options)
         np.testing.assert_array_equal(outcome(shared), expected)
+        flock = FlockEscapeEnv(SCENARIO, **options)
+        singles += [flock, gymnasium.wrappers.RecordEpisodeStatistics(FlockEscapeEnv(SCENARIO, **options))]
+        slots += [FlockVecEnv(2, SCENARIO, **options), VecMonitor(FlockVecEnv(2, SCENARIO, **options))]
+    for env in singles:
+        for column, seed in enumerate(SEEDS):
+            assert play_single(env, make(), seed) == expected[:, column].tolist()
+    for env in slots:
+        np.testing.assert_array_equal(play_slots(env, make(), -(-T // steps_per_action)), expected)
 
 
 @pytest.mark.parametrize("mode", ACTION_MODES)
@@ -201,15 +188,6 @@ def test_listen_while_fleeing(dimension: int) -> None:
             assert info["interaction_range"] == schedule[t]
         seen |= set(schedule[:, 0])
     assert seen == {0.0, 14.0}
-
-
-def test_stubborn_leaders_need_a_row_per_agent() -> None:
-    for env in (FlockEscapeEnv(SCENARIO), FlockVecEnv(2, SCENARIO)):
-        observation = env.reset()
-        act = bind(StubbornLeaders(), env)
-        with pytest.raises(ArgumentError) as caught:
-            act(observation[0] if isinstance(observation, tuple) else observation)
-        assert caught.value.field == "per_agent"
 
 
 def test_own_schedule_needs_all_agents_at_once() -> None:
@@ -286,11 +264,6 @@ def test_rollout_reports_progress() -> None:
     calls: list[tuple[int, int]] = []
     rollout(SCENARIO, FixedRange(1.0), range(10), batch_size=4, progress=lambda *call: calls.append(call))
     assert calls == [(4, 10), (8, 10), (10, 10)]
-
-
-def test_rollout_default_is_the_papers_flock() -> None:
-    episodes = rollout("paper-flock", FixedRange(25.0), [0])
-    assert episodes.min_mean_distance[0] == simulate(FlockScenario(), 25.0, seed=0).mean_distance.min()
 
 
 @pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)

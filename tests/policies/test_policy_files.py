@@ -41,27 +41,40 @@ def line_policy() -> NamedPolicy:
     return NamedPolicy("line", NetworkPolicy(LINE, [1, -2, 0.5]), scenario=LineScenario(num_agents=9))
 
 
-@pytest.mark.parametrize("make", [flock_policy, line_policy])
-def test_a_policy_loads_unchanged(make: Any, tmp_path: Path) -> None:
-    entry = make()
-    save_policy(entry, tmp_path / "policy.npz")
-    found = load_policy(tmp_path / "policy.npz")
-    assert dataclasses.replace(found, policy=entry.policy) == entry
-    assert found.policy.architecture == entry.policy.architecture  # type: ignore[attr-defined]
-    assert found.policy.parameters.tobytes() == entry.policy.parameters.tobytes()  # type: ignore[attr-defined]
+def rule_policy(rule: Any) -> NamedPolicy:
+    extra = ("closest_approach", "escape_direction")
+    options = {"extra_entries": extra, "profile_ranges": (0.0, 10.0, 30.0)}
+    return NamedPolicy("mine", rule, per_agent=True, options=options, scenario=SCENARIO)
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        flock_policy(),
+        line_policy(),
+        rule_policy(StubbornWitnesses(0.25, 50.0, 12.0, 30.0, 2.0)),
+        rule_policy(ListenWhileThreatened(40.0, 20.0, 30.0)),
+        rule_policy(WinStayLoseShift(10.0, 30.0, 20.0)),
+        rule_policy(WinStayLoseShift(10.0, 30.0, 0.8, 2.0, criterion="escape_direction")),
+        rule_policy(SpreadOut(0.5, 0.2, 20.0)),
+        rule_policy(StepAside(0.5, 0.1)),
+    ],
+    ids=lambda entry: type(entry.policy).__name__,
+)
+def test_a_policy_loads_unchanged_and_plays_as_before(entry: Any, tmp_path: Path) -> None:
+    path = tmp_path / "policy.npz"
+    save_policy(entry, str(path))
+    found: Any = load_policy(path)
+    assert type(found.policy) is type(entry.policy)
+    options = json.loads(json.dumps(entry.options))
+    assert dataclasses.replace(found, policy=entry.policy) == dataclasses.replace(entry, options=options)
+    assert vars(found.policy).get("architecture") == vars(entry.policy).get("architecture")
+    assert found.policy.parameters.tobytes() == entry.policy.parameters.tobytes()
     assert [file.name for file in tmp_path.iterdir()] == ["policy.npz"]
-
-
-def test_a_loaded_policy_plays_as_before(tmp_path: Path) -> None:
-    flock, line = flock_policy(), line_policy()
-    save_policy(flock, str(tmp_path / "flock.npz"))
-    save_policy(line, str(tmp_path / "line.npz"))
-    episodes = [rollout(None, entry, range(5)) for entry in (flock, load_policy(tmp_path / "flock.npz"))]
-    assert episodes[0].min_mean_distance.tobytes() == episodes[1].min_mean_distance.tobytes()
-    lines = [
-        rollout(line.scenario, entry.policy, range(5)) for entry in (line, load_policy(tmp_path / "line.npz"))
-    ]
-    assert lines[0].escape_distance.tobytes() == lines[1].escape_distance.tobytes()
+    before, after = (rollout(None, each, range(5)) for each in (entry, found))
+    np.testing.assert_equal(vars(after), vars(before))
+    with pytest.raises(FileNotFoundError):
+        load_policy(tmp_path / "lost.npz")
 
 
 @pytest.mark.parametrize(
@@ -76,16 +89,6 @@ def test_policies_that_cannot_be_saved_are_refused(changes: dict[str, Any], tmp_
     with pytest.raises(RecordError, match="policy: expected a NetworkPolicy, StubbornWitnesses, "):
         save_policy(entry, tmp_path / "policy.npz")
     assert not list(tmp_path.iterdir())
-
-
-def test_a_truncated_file_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "policy.npz"
-    save_policy(line_policy(), path)
-    whole = path.read_bytes()
-    for length in range(0, len(whole), 7):
-        path.write_bytes(whole[:length])
-        with pytest.raises(RecordError, match=r"policy\.npz: expected a policy, got"):
-            load_policy(path)
 
 
 def test_a_damaged_file_is_refused_or_unchanged(tmp_path: Path) -> None:
@@ -191,26 +194,6 @@ def test_a_duplicate_key_of_a_header_is_named(where: str, tmp_path: Path) -> Non
         load_policy(path)
 
 
-def test_foreign_files_are_refused_and_not_executed(tmp_path: Path) -> None:
-    class Armed:
-        def __reduce__(self) -> Any:
-            return (Path.touch, (tmp_path / "executed",))
-
-    files = {name: tmp_path / f"{name}.npz" for name in ("text", "array", "archive", "pickle")}
-    files["text"].write_text("no policy")
-    with files["array"].open("wb") as file:
-        np.save(file, np.zeros(3))
-    np.savez(files["archive"], positions=np.zeros(3))
-    np.savez(files["pickle"], header=np.array([Armed()], dtype=object), parameters=np.zeros(3))
-    (tmp_path / "executed").unlink(missing_ok=True)
-    for path in files.values():
-        with pytest.raises(RecordError, match=r"expected a (policy|JSON object), got"):
-            load_policy(path)
-    assert not (tmp_path / "executed").exists()
-    with pytest.raises(FileNotFoundError):
-        load_policy(tmp_path / "lost.npz")
-
-
 def test_an_interrupted_write_keeps_the_older_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "policy.npz"
     save_policy(line_policy(), path)
@@ -243,27 +226,3 @@ def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
 def test_a_policy_for_a_line_records_no_flock() -> None:
     with pytest.raises(ArgumentError, match="policy: expected a policy for a flock, got 'line'"):
         line_policy().record(0, SCENARIO)
-
-
-@pytest.mark.parametrize(
-    "rule",
-    [
-        StubbornWitnesses(0.25, 50.0, 12.0, 30.0, 2.0),
-        ListenWhileThreatened(40.0, 20.0, 30.0),
-        WinStayLoseShift(10.0, 30.0, 20.0),
-        WinStayLoseShift(10.0, 30.0, 0.8, 2.0, criterion="escape_direction"),
-        SpreadOut(0.5, 0.2, 20.0),
-        StepAside(0.5, 0.1),
-    ],
-    ids=lambda rule: type(rule).__name__,
-)
-def test_rules_are_saved_like_networks(rule: Any, tmp_path: Path) -> None:
-    extra = ("closest_approach", "escape_direction")
-    options = {"extra_entries": extra, "profile_ranges": (0.0, 10.0, 30.0)}
-    entry = NamedPolicy("mine", rule, per_agent=True, options=options, scenario=SCENARIO)
-    save_policy(entry, tmp_path / "rule.npz")
-    found = load_policy(tmp_path / "rule.npz")
-    assert type(found.policy) is type(rule)
-    np.testing.assert_array_equal(found.policy.parameters, rule.parameters)
-    again = [rollout(SCENARIO, each, [1, 2]) for each in (entry, found)]
-    np.testing.assert_array_equal(again[0].min_mean_distance, again[1].min_mean_distance)

@@ -21,7 +21,7 @@ def used(name):
     status = open("/proc/self/status").read()
     return 1024 * int(status.split(name + ":")[1].split()[0])
 
-flock, line = FlockScenario(num_agents=10), LineScenario()
+flock, lines = FlockScenario(num_agents=10), LineScenario(num_agents=10**6)
 crowd = FlockScenario(num_agents=100_000, num_steps=9, frozen_graph=True)
 blind = FlockScenario(blind_angle=1.0, mutual=True)
 place = np.zeros((100_000, 2))
@@ -36,47 +36,27 @@ def limit():
     resource.setrlimit(resource.RLIMIT_AS, (most, most))
 """
 
-CASES = {
+CASES: dict[str, tuple[str, str, int | None]] = {
     "laplacian": ("laplacian(np.zeros(100_000), 1.0)", "states", 80_000_000_000),
     "perron_matrix": ("perron_matrix(np.zeros(100_000), 1.0)", "states", 80_000_000_000),
     "neighbor_pairs": ("neighbor_pairs(None, place, 1.0)", "interaction_range", None),
-    "neighbor_pairs, mutual": (
-        "neighbor_pairs(blind, place, 1.0, velocities=place + 1.0)",
-        "interaction_range",
-        None,
-    ),
+    "mutual pairs": ("neighbor_pairs(blind, place, 1.0, velocities=place + 1.0)", "interaction_range", None),
     "simulate, frozen": ("simulate(crowd, 1e9)", "interaction_range", None),
     "sweep, frozen": ("sweep(crowd, [1e9], [0])", "interaction_range", None),
     "simulate": ("simulate(flock.replace(num_steps=10**9), 1.0)", "num_steps", None),
     "record": ("record(flock.replace(num_steps=10**9), FixedRange(1.0), 0)", "num_steps", None),
-    "simulate_line": (
-        "simulate_line(endless, 10.0, initial_state=[0.36, 0.68] * 50_000)",
-        "max_steps",
-        None,
-    ),
+    "line": ("simulate_line(endless, 10.0, initial_state=[0.36, 0.68] * 50_000)", "max_steps", None),
     "sweep": ("sweep(flock, [1.0], range(10**9))", "seeds", 200_000_000_000),
     "sweep, every seed": ("sweep(flock, [1.0], range(2**64))", "seeds", 200 * (2**64 - 1)),
     "sweep, without a length": ("sweep(flock, [1.0], itertools.count())", "seeds", None),
     "sweep, ranges": ("sweep(flock, np.ones(10_000), range(100_000))", "seeds", 64_000_000_000),
     "sweep, flocks": ("sweep(flock.replace(num_agents=10**7), [1.0], range(2))", "num_agents", None),
     "rollout": ("rollout(flock, FixedRange(1.0), range(10**12))", "seeds", 200_000_000_000_000),
-    "rollout, lines": (
-        "rollout(line.replace(num_agents=10**6), FixedRange(1.0), range(256), max_range=1.0)",
-        "batch_size",
-        None,
-    ),
-    "lines": (
-        "LineEscapeEnv(line.replace(num_agents=10**7), max_range=1.0).reset(seed=0)",
-        "num_agents",
-        None,
-    ),
+    "rollout, lines": ("rollout(lines, FixedRange(1.0), range(256), max_range=1.0)", "batch_size", None),
+    "lines": ("LineEscapeEnv(lines.replace(num_agents=10**7)).reset(seed=0)", "num_agents", None),
     "flocks": ("FlockVectorEnv(100_000, FlockScenario(num_agents=1))", "num_flocks", None),
     "agents": ("FlockEscapeEnv(flock.replace(num_agents=10**7))", "num_agents", None),
-    "delay": (
-        "FlockEscapeEnv(flock.replace(sensing_delay=10**8, num_steps=10**9))",
-        "num_agents",
-        None,
-    ),
+    "delay": ("FlockEscapeEnv(flock.replace(sensing_delay=10**8, num_steps=10**9))", "num_agents", None),
 }
 """The call, the argument that the error names, and the number of bytes that it gives."""
 
@@ -152,10 +132,11 @@ def test_the_estimate_of_a_batch_is_near_what_the_process_uses(per_agent: bool, 
     count = 20_000 // num_agents
     ((estimate, peak),) = run(f"""
 from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.episodes.options import View
 
 def batch(count):
     scenario = FlockScenario(num_agents={num_agents})
-    return FlockBatch(scenario, EnvOptions(**options), num_flocks=count, per_agent={per_agent})
+    return FlockBatch(scenario, EnvOptions(**options), num_flocks=count, view=View.of({per_agent}))
 
 del options["num_threads"]
 before = used("VmHWM")

@@ -95,7 +95,6 @@ def test_forked_child_continues_the_flock_of_its_parent() -> None:
 
 @pytest.mark.parametrize("busy", ["stepping", "starting pools", "sweeping"])
 def test_fork_while_another_thread_is_busy(busy: str) -> None:
-    """The child steps with its parent's results, although another thread held locks."""
     found = forked_while(busy, count=24)
     assert (found["children"], found["hung"], found["wrong"]) == (24, 0, 0)
 

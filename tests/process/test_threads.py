@@ -98,25 +98,26 @@ def test_pools_of_many_sizes_do_not_stay() -> None:
     assert num_threads() - before <= sum(sizes[-4:])
 
 
-def shared_flock() -> tuple[Any, Any]:
-    scenario = FlockScenario(num_agents=600, initial_side=140.0)
-    return FlockEscapeEnv(scenario, action_mode="range"), np.array([10.0], np.float32)
+ONE = np.array([10.0], np.float32)
+ENDLESS = LineScenario(escape_force="linear_as_printed", max_steps=10**6)
+SHARED: dict[str, tuple[Callable[[], Any], np.ndarray]] = {
+    "flock": (
+        lambda: FlockEscapeEnv(FlockScenario(num_agents=600, initial_side=140.0), action_mode="range"),
+        ONE,
+    ),
+    "batch": (
+        lambda: FlockVectorEnv(12, FlockScenario(num_agents=100), num_threads=2, action_mode="range"),
+        np.full((12, 1), 10.0, np.float32),
+    ),
+    "line": (lambda: LineEscapeEnv(ENDLESS, action_mode="range", max_range=10.0), ONE),
+}
 
 
-def shared_batch() -> tuple[Any, Any]:
-    env = FlockVectorEnv(12, FlockScenario(num_agents=100), num_threads=2, action_mode="range")
-    return env, np.full((12, 1), 10.0, np.float32)
-
-
-def shared_line() -> tuple[Any, Any]:
-    line = LineScenario(escape_force="linear_as_printed", max_steps=10**6)
-    return LineEscapeEnv(line, action_mode="range", max_range=10.0), np.array([10.0], np.float32)
-
-
-@pytest.mark.parametrize("make", [shared_flock, shared_batch, shared_line])
-def test_threads_sharing_an_environment_take_turns_or_are_refused(make: Any) -> None:
-    (shared, action), (alone, _) = make(), make()
-    options = {"initial_state": CYCLE} if make is shared_line else None
+@pytest.mark.parametrize("name", SHARED)
+def test_threads_sharing_an_environment_take_turns_or_are_refused(name: str) -> None:
+    make, action = SHARED[name]
+    shared, alone = make(), make()
+    options = {"initial_state": CYCLE} if name == "line" else None
     shared.reset(seed=5, options=options)
     alone.reset(seed=5, options=options)
 
@@ -147,8 +148,7 @@ def test_reading_during_a_long_step_is_refused(name: str) -> None:
         env = FlockEscapeEnv(flock, action_mode="range", steps_per_action=20_000)
         env.reset(seed=0)
     else:
-        line = LineScenario(escape_force="linear_as_printed", max_steps=10**6)
-        env = LineEscapeEnv(line, action_mode="range", max_range=10.0, steps_per_action=10**6)
+        env = LineEscapeEnv(ENDLESS, action_mode="range", max_range=10.0, steps_per_action=10**6)
         env.reset(seed=0, options={"initial_state": CYCLE})
     stepping = threading.Thread(target=env.step, args=(np.array([10.0], np.float32),))
     stepping.start()

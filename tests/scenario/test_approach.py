@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flockesc_env import ArgumentError, ConstantVelocity, FlockScenario, Intercept, approach, preset, sweep
+from flockesc_env import ArgumentError, ConstantVelocity, FlockScenario, Intercept, approach, preset
 from studies.paper.plan import OFFSETS, aimed
 
 DIRECTIONS = [(1.0, 1.0), (0.0, -3.0), (-2.0, 0.5)]
@@ -61,15 +61,6 @@ def test_in_space_the_default_flies_along_the_diagonal() -> None:
     assert half_given.predators == (Intercept((-30.0, -30.0, -30.0), (1.0, 2.0, 3.0)),)
 
 
-def test_the_default_in_space_gives_the_same_objective_as_the_preset() -> None:
-    """A predator that flies along the cube's face would give a J that is 8 to 10 m larger."""
-    for rho in (0.0, 16.0):
-        runs = [
-            sweep(scenario, [rho], range(3)).values() for scenario in (FlockScenario(dimension=3), "space")
-        ]
-        np.testing.assert_array_equal(*runs)
-
-
 @pytest.mark.parametrize("direction", [(1.0, 1.0, 1.0), (0.0, -3.0, 4.0), (-2.0, 0.5, 0.0)])
 @pytest.mark.parametrize("aim", ["center", "edge", 17.0, (5.0, 6.0, 7.0)])
 def test_paths_in_space(aim: Any, direction: tuple[float, ...]) -> None:
@@ -92,16 +83,7 @@ def test_an_aim_with_three_coordinates_is_in_space() -> None:
     ("arguments", "field"),
     [
         ({"aim": "middle"}, "aim"),
-        ({"aim": None}, "aim"),
-        ({"aim": np.nan}, "aim"),
-        ({"distance": -1.0}, "distance"),
-        ({"distance": "far"}, "distance"),
-        ({"speed": -1.0}, "speed"),
-        ({"speed": [1.0]}, "speed"),
         ({"direction": (0.0, 0.0)}, "direction"),
-        ({"direction": (1.0, 0.0, 0.0)}, "direction"),
-        ({"direction": (np.inf, 0.0)}, "direction[0]"),
-        ({"initial_side": -100.0}, "initial_side"),
         ({"dimension": 4}, "dimension"),
         ({"aim": (1.0, 2.0, 3.0), "dimension": 2}, "aim"),
         ({"direction": (1.0, 1.0), "dimension": 3}, "direction"),

@@ -8,8 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import gymnasium
-import numpy as np
 import pytest
 from cli_runs import Ran
 
@@ -23,15 +21,11 @@ from flockesc_env import (
     env,
     parallel_env,
     preset,
-    raw_env,
     record,
-    rollout,
-    simulate,
-    simulate_line,
 )
 from flockesc_env.common.errors import ScenarioError
 from flockesc_env.policies import FixedRange
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+from flockesc_env.sb3 import FlockVecEnv
 from studies.paper.plan import aimed
 
 every_preset = pytest.mark.parametrize("name", PRESETS)
@@ -46,25 +40,6 @@ def test_presets_have_not_changed() -> None:
     assert documents == json.loads(GOLDEN.read_text())
 
 
-@every_preset
-def test_round_trips(name: str) -> None:
-    scenario = preset(name)
-    assert repr(type(scenario).from_json(scenario.to_json())) == repr(scenario)
-    assert repr(type(scenario).from_toml(scenario.to_toml())) == repr(scenario)
-
-
-@every_preset
-def test_runs(name: str) -> None:
-    scenario = preset(name)
-    if isinstance(scenario, FlockScenario):
-        flock = simulate(scenario.replace(num_steps=5), 10.0, seed=0)
-        assert np.isfinite(flock.positions).all()
-        assert flock.mean_distance.min() < flock.mean_distance[0]  # the predator approaches
-    else:
-        line = simulate_line(scenario.replace(max_steps=5), 0.1, seed=0)
-        assert np.isfinite(line.states).all()
-
-
 def test_presets_differ_as_described() -> None:
     assert len({known.scenario for known in PRESETS.values()}) == len(PRESETS)
     assert len({known.description for known in PRESETS.values()}) == len(PRESETS)
@@ -77,14 +52,10 @@ def test_presets_differ_as_described() -> None:
 
 FLOCK_ENVIRONMENTS: dict[str, Callable[[Any], Any]] = {
     "gymnasium": FlockEscapeEnv,
-    "gymnasium.make": lambda scenario: gymnasium.make("flockesc/FlockEscape-v0", scenario=scenario).unwrapped,
     "vector": lambda scenario: FlockVectorEnv(2, scenario),
-    "make_vec": lambda scenario: gymnasium.make_vec("flockesc/FlockEscape-v0", 2, scenario=scenario),
     "parallel": parallel_env,
     "aec": lambda scenario: env(scenario).unwrapped,
-    "raw aec": lambda scenario: raw_env(scenario).unwrapped,
     "sb3 flocks": lambda scenario: FlockVecEnv(2, scenario),
-    "sb3 agents": lambda scenario: AgentVecEnv(1, scenario),
     "record": lambda scenario: record(scenario, FixedRange(1.0), 0),
 }
 
@@ -99,12 +70,6 @@ def test_flock_environments_take_names(interface: str) -> None:
             make(wrong)
         assert caught.value.field == "scenario"
         assert "paper-flock, " in str(caught.value)
-
-
-def test_rollouts_take_names() -> None:
-    named, given = (rollout(scenario, FixedRange(5.0), [3]) for scenario in ("pursuit", preset("pursuit")))
-    assert named.min_mean_distance == given.min_mean_distance
-    assert named.min_mean_distance != rollout("paper-flock", FixedRange(5.0), [3]).min_mean_distance
 
 
 def test_line_environments_take_names() -> None:
@@ -163,10 +128,7 @@ def test_a_line_without_predator_is_toml() -> None:
     ("document", "field"),
     [
         ("= 3", "document"),
-        ("mass = nan", "mass"),
-        ("mass = 1979-05-27", "mass"),
         ('mass = "None"', "mass"),
-        ("wings = 2", "wings"),
         ("[initial_positions.ring]\nradius = -1", "initial_positions.ring.radius"),
     ],
 )

@@ -24,6 +24,7 @@ from flockesc_env import (
     _core,
 )
 from flockesc_env.common.errors import FlockescError
+from flockesc_env.episodes.options import View
 
 UNKNOWN = "no_such_name"
 
@@ -47,7 +48,7 @@ def check_line_options(document: str) -> None:
 DOCUMENTS: dict[str, tuple[Callable[[str], Any], str]] = {
     "flock": (_core.check_flock_scenario, FlockScenario().to_json()),
     "line": (_core.check_line_scenario, LineScenario().to_json()),
-    "options": (check_options, EnvOptions().to_core(per_agent=False)),
+    "options": (check_options, EnvOptions().to_core(View.FLOCK)),
     "options of lines": (check_line_options, LineOptions().to_core()),
 }
 documents = pytest.mark.parametrize(("check", "text"), DOCUMENTS.values(), ids=DOCUMENTS)

@@ -36,7 +36,6 @@ def folder_of_calls(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def noted(folder_of_calls: Path) -> Path:
-    """Return the folder of calls, empty."""
     for path in folder_of_calls.iterdir():
         path.unlink()
     return folder_of_calls

@@ -9,19 +9,19 @@ import pytest
 from flockesc_env.jobs import Cache, find_backend
 from studies.learned.replay import replay
 from studies.learned.results import Study, load_studies
+from studies.measurements import Runner
 
 RESULTS = Path("results/learned")
 
 
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Cache:
-    """Shares fixed ranges among settings of the same flocks."""
     return Cache(tmp_path_factory.mktemp("replay"))
 
 
 @pytest.mark.parametrize("study", load_studies(RESULTS), ids=lambda study: study.setting)
 def test_every_file_reproduces_its_episodes(study: Study, cache: Cache) -> None:
-    found = replay(study, RESULTS / study.setting, cache, find_backend("serial"))
+    found = replay(study, Runner(cache, find_backend("serial")))
     print(*found.lines(), sep="\n")
     assert not found.differences
     assert found.files == len(list((RESULTS / study.setting / "policies").iterdir()))

@@ -14,16 +14,16 @@ from flockesc_env import rollout
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.episodes.predators import Observations, PredatorPolicySpec
-from flockesc_env.jobs import find_backend
+from flockesc_env.jobs import Cache, find_backend
 from flockesc_env.policies import find_policy
 from flockesc_env.policies.predators import Pursue
 from studies.arms_race import evolve, page, race
 from studies.arms_race.evolve import Budget, train_flock, train_predator
-from studies.arms_race.page import write_race_page
 from studies.arms_race.players import Flock, Predator
 from studies.arms_race.predators import SIZE, LeadPursuit, NetworkPredator
-from studies.arms_race.race import BEST_FIXED, CROSS_PLAY_FILE, LEARNED, PER_AGENT, RaceArgs, arms_race
+from studies.arms_race.race import BEST_FIXED, CROSS_PLAY_FILE, LEARNED, PER_AGENT, RaceOptions, arms_race
 from studies.arms_race.results import RaceResults, load_race
+from studies.measurements import Runner
 
 LEARNED_RESULTS = Path(__file__).parents[2] / "results" / "learned"
 PER_AGENT_FILE = str(LEARNED_RESULTS / "per-agent-visible" / "policies" / "search-0.npz")
@@ -194,9 +194,10 @@ def test_changes_are_grouped_by_their_intervals() -> None:
 
 
 def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None:
-    args = RaceArgs(tmp_path / "race", LEARNED_RESULTS, rounds=1, num_flocks=4, budget=BUDGET)
-    found = arms_race(args, find_backend("serial"))
-    table = pl.read_parquet(args.output / CROSS_PLAY_FILE)
+    options = RaceOptions(LEARNED_RESULTS, rounds=1, num_flocks=4, budget=BUDGET)
+    output, runner = tmp_path / "race", Runner(Cache(tmp_path / "race" / "cache"), find_backend("serial"))
+    found = arms_race(options, runner, output)
+    table = pl.read_parquet(output / CROSS_PLAY_FILE)
     rounds = [f"{track}, round 1" for track in race.TRACKS]
     names = [BEST_FIXED, race.LEADERS, *LEARNED, *rounds]
     assert list(found.flocks) == names
@@ -206,7 +207,7 @@ def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None
         assert rows["seed"].to_list() == flocks
     assert table.height == len(found.flocks) * len(found.predators) * len(flocks)
 
-    results = load_race(args.output)
+    results = load_race(output)
     straight = rollout(SCENARIO, "fixed:12", flocks, steps_per_action=4).min_mean_distance
     np.testing.assert_array_equal(results.objective[BEST_FIXED, "straight"], straight)
     own = results.objective[BEST_FIXED, BEST_FIXED]
@@ -217,13 +218,12 @@ def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None
         derived, rollout(SCENARIO, file, flocks, predator_policy=Pursue()).min_mean_distance
     )
     assert results.record["lead"] == min(found.leads, key=lambda lead: found.leads[lead])
-    stored = find_policy(str(args.output / "policies" / "per-agent-round-1.npz"))
+    stored = find_policy(str(output / "policies" / "per-agent-round-1.npz"))
     replayed = rollout(SCENARIO, stored, flocks, predator_policy=Pursue("centroid")).min_mean_distance
     np.testing.assert_array_equal(results.objective[f"{PER_AGENT}, round 1", "centroid"], replayed)
 
-    write_race_page(args.output, tmp_path / "page.md")
-    files = [*args.output.glob("*.*"), *args.output.glob("policies/*"), tmp_path / "page.md"]
+    page.ARMS_RACE.write(output, tmp_path / "page.md")
+    files = [*output.glob("*.*"), *output.glob("policies/*"), tmp_path / "page.md"]
     before = {file: file.read_bytes() for file in files}
-    arms_race(args, find_backend("serial"))
-    write_race_page(args.output, tmp_path / "page.md")
+    page.ARMS_RACE.run(options, output, tmp_path / "page.md", find_backend("serial"))
     assert {file: file.read_bytes() for file in files} == before

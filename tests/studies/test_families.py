@@ -19,8 +19,8 @@ from training.evaluation import objective, policy_spec
 from training.families import Family, Networks, Rules, family_of
 from training.outputs import CURVE_FLOCKS
 from training.record import CURVE_FILE
-from training.search import search
 from training.seeds import TUNING, first_seeds
+from training.train import train
 
 SCENARIO = small_flock(num_agents=6, num_steps=12, initial_side=60.0)
 SEEDS = [4, 5]
@@ -28,14 +28,9 @@ INPUTS = ("time", "predator_sensed", "predator_direction_ahead", "predator_direc
 FAMILIES = {
     "networks": Networks(Architecture(INPUTS, memory=2)),
     "linear networks": Networks(Architecture(INPUTS, ())),
-    **{
-        name: Rules(name, max_range=30.0)
-        for name in (
-            "stubborn-witnesses",
-            "win-stay-lose-shift-escape",
-            "spread-out",
-        )
-    },
+    "stubborn-witnesses": Rules("stubborn-witnesses", max_range=30.0),
+    "win-stay-lose-shift-escape": Rules("win-stay-lose-shift-escape", max_range=30.0),
+    "spread-out": Rules("spread-out", max_range=30.0),
 }
 
 
@@ -70,7 +65,7 @@ def search_args(folder: Path, **changes: Any) -> SearchArgs:
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return search(search_args(tmp_path_factory.mktemp("stored") / "run"))
+    return train(search_args(tmp_path_factory.mktemp("stored") / "run"))
 
 
 def test_a_search_starts_from_a_stored_policy(stored: Path, tmp_path: Path) -> None:
@@ -81,7 +76,7 @@ def test_a_search_starts_from_a_stored_policy(stored: Path, tmp_path: Path) -> N
     expected = objective(args, policy, SEEDS)
     np.testing.assert_array_equal(family.play(args, zero, SEEDS)[0][0], expected)
 
-    continued = load_policy(search(args)).policy
+    continued = load_policy(train(args)).policy
     curve = pl.read_parquet(args.run / CURVE_FILE)
     tuning = first_seeds(TUNING, CURVE_FLOCKS)
     assert curve["episodes"][0] == 0
@@ -89,22 +84,26 @@ def test_a_search_starts_from_a_stored_policy(stored: Path, tmp_path: Path) -> N
     assert curve["objective"].max() == objective(args, continued, tuning).mean()
 
 
+PROFILE: dict[str, Any] = {
+    "profile_ranges": (0.0, 5.0, 10.0, 30.0),
+    "extra_entries": ("escape_direction",),
+    "max_range": 30.0,
+    "memory": 0,
+}
+
+
 @pytest.mark.parametrize("hidden", [(), (3,), (4, 2)])
 def test_a_search_starts_from_a_rule(hidden: tuple[int, ...], tmp_path: Path) -> None:
-    profile = {"profile_ranges": (0.0, 5.0, 10.0, 30.0), "extra_entries": ("escape_direction",)}
-    seen = {"candidate_inputs": ("neighbor_count", "escape_cosine", "range"), "hidden": hidden, "memory": 0}
-    args = search_args(tmp_path / "run", start="turn-away", max_range=30.0, **profile, **seen)
+    seen = {"candidate_inputs": ("neighbor_count", "escape_cosine", "range"), "hidden": hidden}
+    args = search_args(tmp_path / "run", start="turn-away", **PROFILE, **seen)
     family = family_of(args)
     rule = objective(args, BestCandidate("escape_cosine"), SEEDS)
     np.testing.assert_array_equal(family.play(args, np.zeros((1, family.size)), SEEDS)[0][0], rule)
 
 
 def test_a_search_starts_from_a_rule_with_a_cost(tmp_path: Path) -> None:
-    profile = {"profile_ranges": (0.0, 5.0, 10.0, 30.0), "extra_entries": ("escape_direction",)}
-    seen = {"inputs": (), "candidate_inputs": ("polarization", "heading_escape"), "hidden": (), "memory": 0}
-    args = search_args(
-        tmp_path / "run", start="wait-for-escape", max_range=30.0, per_agent=False, **profile, **seen
-    )
+    seen = {"inputs": (), "candidate_inputs": ("polarization", "heading_escape"), "hidden": ()}
+    args = search_args(tmp_path / "run", start="wait-for-escape", per_agent=False, **PROFILE, **seen)
     found = family_of(args).policy(np.zeros(3)).parameters
     np.testing.assert_array_equal(found, np.array([-0.6, 1.0, 0.0], np.float32))
     with pytest.raises(ValueError, match="got BestCandidate"):
@@ -112,7 +111,7 @@ def test_a_search_starts_from_a_rule_with_a_cost(tmp_path: Path) -> None:
 
 
 def test_a_network_with_hidden_layers_starts_as_a_linear_one(tmp_path: Path) -> None:
-    linear = search(search_args(tmp_path / "linear", hidden=(), memory=0))
+    linear = train(search_args(tmp_path / "linear", hidden=(), memory=0))
     family = family_of(search_args(tmp_path / "run", start=str(linear), hidden=(5, 2), memory=0))
     policies = [load_policy(linear).policy, family.policy(np.zeros(family.size))]
     spec = policy_spec(search_args(tmp_path / "run"))
@@ -123,17 +122,10 @@ def test_a_network_with_hidden_layers_starts_as_a_linear_one(tmp_path: Path) -> 
     assert np.ptp(expected) > 0.01
 
 
-def test_a_start_that_cannot_improve_is_kept(stored: Path, tmp_path: Path) -> None:
-    args = search_args(tmp_path / "run", start=str(stored), step_size=1e-12)
-    np.testing.assert_array_equal(
-        load_policy(search(args)).policy.parameters, load_policy(stored).policy.parameters
-    )
-
-
 def test_a_search_of_a_rule_begins_with_parameters_chosen_by_hand(tmp_path: Path) -> None:
     own = {"extra_entries": ("closest_approach",), "steps_per_action": 1, "max_range": 100.0}
     args = search_args(tmp_path / "run", rule="win-stay-lose-shift", step_size=1e-12, **own)
-    found = load_policy(search(args)).policy
+    found = load_policy(train(args)).policy
     assert isinstance(found, WinStayLoseShift)
     np.testing.assert_allclose(found.parameters, WinStayLoseShift().parameters)
     assert pl.read_parquet(args.run / CURVE_FILE)["episodes"][0] == 0
@@ -153,5 +145,5 @@ def test_a_start_that_does_not_fit_is_refused(
 ) -> None:
     args = search_args(tmp_path / "run", **{"start": str(stored), **changes})
     with pytest.raises(ValueError, match=message):
-        search(args)
+        train(args)
     assert not args.run.exists()

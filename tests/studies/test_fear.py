@@ -11,6 +11,7 @@ import pytest
 from flockesc_env import FlockScenario, rollout
 from flockesc_env.jobs import Cache, find_backend
 from studies.learned.fear import RULES, fear_figures, measure_fear
+from studies.measurements import Runner
 from training.seeds import HELD_OUT
 
 COMMITTED = Path(__file__).parents[2] / "results" / "learned"
@@ -19,7 +20,7 @@ SETTING = "per-agent-visible"
 
 def test_policies_play_the_same_flocks_with_and_without_the_force(tmp_path: Path) -> None:
     (tmp_path / SETTING).symlink_to(COMMITTED / SETTING)
-    file = measure_fear(tmp_path, 3, Cache(tmp_path / "cache"), find_backend("serial"))
+    file = measure_fear(tmp_path, 3, Runner(Cache(tmp_path / "cache"), find_backend("serial")))
     table = pl.read_parquet(file)
     assert table["policy"].unique(maintain_order=True).to_list() == [SETTING, *RULES]
     calm = table.filter(policy="head-away", strength=0.0)

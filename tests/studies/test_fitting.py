@@ -13,7 +13,7 @@ from flockesc_env import ArgumentError, FlockScenario, LineScenario, NamedPolicy
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.policies import NAMES, FixedRange, RandomRange, ScheduledRange, StubbornLeaders, built_in
 from studies.learned.fitting import FREE, check_fits, is_checkable
-from studies.learned.held_out import rule_of, rules_of
+from studies.learned.held_out import rule_options, rules_of
 from studies.learned.watching import watch
 from training.config import Setting
 from training.presets import presets
@@ -141,7 +141,9 @@ def test_built_in_rules_fit_the_settings_that_show_what_they_need(name: str) -> 
     found = {rule for rule in NAMES if fits(built_in(rule.replace("RHO", "1")), setting)}
     assert found == FITTING[name]
     for rule in rules_of(name, setting):
-        check_fits(rule_of(rule, setting), setting)
+        entry = built_in(rule)
+        options = {**entry.options, **rule_options(rule, setting)}
+        check_fits(dataclasses.replace(entry, options=options), setting)
 
 
 @pytest.mark.parametrize("name", [name for name in presets() if name != "demo"])

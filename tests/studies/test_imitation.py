@@ -14,17 +14,15 @@ from flockesc_env import ArgumentError, FlockEscapeEnv
 from training.branches import Branches
 from training.config import ImitationArgs
 from training.evaluation import policy_spec
-from training.imitation import fit, imitate
+from training.imitation import fit
 from training.policies import named_policy
+from training.train import train
 
 
 def imitation_args(folder: Path, **changes: Any) -> ImitationArgs:
     args = small_run(folder / "run", "imitation", **changes)
     assert isinstance(args, ImitationArgs)
     return args
-
-
-_QUICK_FIT: dict[str, Any] = {"epochs": 100, "learning_rate": 0.03, "weight_decay": 0.01}
 
 
 def _agreement(args: ImitationArgs, names: Sequence[str], ranges: Sequence[float]) -> float:
@@ -44,16 +42,20 @@ def _agreement(args: ImitationArgs, names: Sequence[str], ranges: Sequence[float
 
 
 @pytest.mark.parametrize("objective", ["mean", "minimum"])
-def test_values_equal_single_episodes(tmp_path: Path, objective: str) -> None:
+def test_values_equal_single_episodes(
+    tmp_path: Path, objective: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Each flock is played again in an environment of its own, up to where it was copied and to the end."""
-    args = imitation_args(tmp_path, objective=objective, branches=3, explore=0.0)
+    monkeypatch.setattr("training.branches.EXPLORATION", 0.0)
+    args = imitation_args(tmp_path, objective=objective, branches=3)
     visitor, teacher = named_policy("turn-flock-from-predator").policy, named_policy(args.teacher).policy
     flocks = range(100, 104)
-    branches = Branches(args, teacher)
+    branches = Branches(args)
     rng = np.random.default_rng(2)
-    actions_before, taken = set(), 0
+    actions_before = set()
     for _ in range(6):
-        seen, values = branches.values(visitor, flocks, rng)
+        seen, values, num_actions = branches.values(visitor, teacher, flocks, rng)
+        taken = 0
         assert (np.isfinite(values).sum(axis=1) == 3).all()
         for flock, row, expected in zip(flocks, seen, values, strict=True):
             before = []
@@ -76,26 +78,24 @@ def test_values_equal_single_episodes(tmp_path: Path, objective: str) -> None:
             actions_before.add(before[0])
             taken += before[0]
         assert np.ptp(values[np.isfinite(values)]) > 0
+        assert num_actions == taken
     assert len(actions_before) > 1
-    assert branches.take_actions() == taken
-    assert branches.take_actions() == 0
 
 
 @pytest.mark.parametrize("hidden", [(), (8,)])
-def test_the_network_sets_the_better_candidate(tmp_path: Path, hidden: tuple[int, ...]) -> None:
+@pytest.mark.parametrize("has_profile", [True, False])
+def test_the_network_sets_the_better_candidate(
+    tmp_path: Path, has_profile: bool, hidden: tuple[int, ...]
+) -> None:
     """The values are those of a candidate's entry plus what depends on the flock alone."""
-    args = imitation_args(tmp_path, hidden=hidden, **_QUICK_FIT)
-    names = [f"profile_{k}_heading_away" for k in range(len(args.profile_ranges))]
-    assert _agreement(args, names, args.profile_ranges) > 0.9
-
-
-@pytest.mark.parametrize("hidden", [(), (8,)])
-def test_without_a_profile_the_network_sets_the_better_range(tmp_path: Path, hidden: tuple[int, ...]) -> None:
-    """Each range has a value of its own, an entry of the flock."""
-    names = ("polarization", "mean_distance", "heading_away")
-    ranges = (0.0, 5.0, 10.0)
-    blind = {"profile_ranges": (), "candidate_inputs": (), "inputs": ("time", *names), "ranges": ranges}
-    args = imitation_args(tmp_path, hidden=hidden, **blind, **_QUICK_FIT)
+    ranges, changes = (0.0, 5.0, 10.0), dict[str, Any]()
+    names = [f"profile_{k}_heading_away" for k in range(len(ranges))]
+    if not has_profile:
+        names = ["polarization", "mean_distance", "heading_away"]
+        changes = {"profile_ranges": (), "candidate_inputs": (), "ranges": ranges, "inputs": ("time", *names)}
+    args = imitation_args(
+        tmp_path, hidden=hidden, epochs=100, learning_rate=0.03, weight_decay=0.01, **changes
+    )
     assert _agreement(args, names, ranges) > 0.9
 
 
@@ -111,5 +111,5 @@ def test_without_a_profile_the_network_sets_the_better_range(tmp_path: Path, hid
 def test_other_settings_are_refused(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
     args = imitation_args(tmp_path, **changes)
     with pytest.raises(ArgumentError, match=message):
-        imitate(args)
+        train(args)
     assert not args.run.exists()

@@ -8,17 +8,17 @@ import polars as pl
 import pytest
 
 from flockesc_env import rollout
-from flockesc_env.jobs import find_backend
-from studies.learned.information import CANDIDATES, SENSING, draw_information, measure_information, objective
+from flockesc_env.jobs import Cache, find_backend
+from studies.learned.information import SENSING, draw_information, measure_information, objective
+from studies.measurements import Runner
 from training.seeds import HELD_OUT
 
 
 def test_every_number_of_candidates_plays_the_same_flocks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    few = {count: CANDIDATES[count] for count in (1, 4)}
-    monkeypatch.setattr("studies.learned.information.CANDIDATES", few)
-    file = measure_information(tmp_path, 2, tmp_path / "cache", find_backend("serial"))
+    monkeypatch.setattr("studies.learned.information._COUNTS", (0, 1, 4))
+    file = measure_information(tmp_path, 2, Runner(Cache(tmp_path / "cache"), find_backend("serial")))
     table = pl.read_parquet(file)
     assert table.group_by("sensing", "candidates").len()["len"].to_list() == [2] * len(SENSING) * 3
     fixed = rollout(None, "fixed:12", HELD_OUT[:2]).min_mean_distance

@@ -11,7 +11,7 @@ import pytest
 from study_folders import write_study
 
 from flockesc_env import load_policy
-from studies.learned.held_out import objectives
+from studies.learned.held_out import setting_job
 from studies.learned.leaderboard import cards, leaderboard_page
 from studies.learned.results import BEST_FIXED, Study, load_studies, load_study
 from studies.learned.summary import summarize
@@ -41,9 +41,9 @@ def test_policy_files_load(path: Path) -> None:
 @pytest.mark.parametrize("study", load_studies(RESULTS), ids=lambda study: study.setting)
 def test_policy_files_reproduce_their_rows(study: Study) -> None:
     name, seed = study.best_learner, study.best_seed
-    file = RESULTS / study.setting / "policies" / f"{name}-{seed}.npz"
+    file = study.file()
     flocks = HELD_OUT[:4]
-    found = objectives(file.read_bytes(), presets()[study.setting].setting, flocks)["objective"]
+    found = setting_job(file.read_bytes(), presets()[study.setting].setting, flocks).run()["objective"]
     row = study.values(name)[study.training_seeds(name).index(seed)]
     np.testing.assert_allclose(found, row[: len(flocks)], rtol=0, atol=5e-3)  # half of the last digit shown
 
@@ -57,14 +57,14 @@ def test_cards_say_what_the_files_of_a_study_say(tmp_path: Path) -> None:
     for name in ("search-0", "search-1", "ppo-1"):
         (folder / "policies" / f"{name}.npz").write_text(name)
     (summary,) = summarize([load_study(folder)])
-    found = cards(summary, tmp_path / "results")
+    found = cards(summary)
     assert [(card.learner, card.training_seed, round(card.gain.mean, 9)) for card in found] == [
         ("search", 0, 20.0),
         ("search", 1, 22.0),
         ("ppo", 1, 12.0),
     ]
     assert found[1].objective.mean == pytest.approx(fixed.mean() + 22)
-    text = leaderboard_page([summary], tmp_path / "results", tmp_path / "docs" / "leaderboard.md")
+    text = leaderboard_page([summary], tmp_path / "docs" / "leaderboard.md")
     best, _ = text.split("\n## shared\n")
     assert "[search-1.npz](../results/shared/policies/search-1.npz) | 3 |" in best
     assert ROW.findall(text)[0] == (

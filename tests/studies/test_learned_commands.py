@@ -30,7 +30,6 @@ COMMANDS = [
         ["learned-explain", "shared", "--backend", "serial"],
         call(StudyArgs("shared", backend="serial")),
     ),
-    ("page.write_page", ["learned-page", "--results", "a"], call(Path("a"), Path("docs/results.md"))),
     (
         "submit.submit",
         ["learned-submit", "line", "my:policy", "it", "--page", "b.md", "--dry-run"],
@@ -79,8 +78,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_work(
     def never(*_: Any) -> None:
         raise AssertionError("continued before the folder was checked")
 
-    for study in ("paper", "robustness", "related", "arms_race", "learned"):
-        monkeypatch.setattr(f"studies.{study}.command.require", never)
+    monkeypatch.setattr("studies.flags.require", never)
     (tmp_path / "file").touch()
     ran = Ran(capsys, *words, tmp_path / "file" / "folder", run=STUDIES.main)
     assert (ran.code, ran.out) == (Exit.REFUSED, "")

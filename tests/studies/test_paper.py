@@ -25,10 +25,11 @@ from studies.paper.equations import EQUATIONS
 from studies.paper.figures import measure_and_draw
 from studies.paper.flock_claims import dominates
 from studies.paper.line_claims import clusters
-from studies.paper.page import RESULTS_FILE, PaperResults, html_page, markdown_page
+from studies.paper.page import PaperResults, html_page, markdown_page
 from studies.paper.plan import Trials, aimed, measurements
 from studies.paper.realizations import flock_seed, line_seed
-from studies.paper.reproduction import reproduce
+from studies.paper.reproduction import PAPER
+from studies.study import RESULTS_FILE
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "paper"
@@ -185,7 +186,7 @@ def test_the_paper_is_reproduced(
     flags = ["--flocks", 4, "--lines", 40, "--output", output, "--page", page, "--json"]
     ran = Ran(capsys, "paper", *flags, run=STUDIES.main)
     assert ran.code == Exit.DONE
-    results = PaperResults.from_json((output / RESULTS_FILE).read_text())
+    results = PaperResults.load(output)
     document = json.loads((output / RESULTS_FILE).read_text())
     assert {**document, "command": "paper", "output": str(output)} == ran.json()
     assert json.loads(results.to_json()) == document
@@ -248,12 +249,12 @@ def test_bad_input_of_the_command_is_named(
 
 def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt, match="2 of 51 jobs are finished"):
-        reproduce(tmp_path, Trials(flocks=4, lines=40), interrupted_after(2))
+        PAPER.run(Trials(flocks=4, lines=40), tmp_path, tmp_path / "paper.md", interrupted_after(2))
     assert len(list((tmp_path / "cache").glob("*.npz"))) == 2
 
 
 def test_the_committed_page_follows_from_the_committed_results() -> None:
-    results = PaperResults.from_json((COMMITTED / RESULTS_FILE).read_text())
+    results = PaperResults.load(COMMITTED)
     page = ROOT / "docs" / "paper.md"
     assert page.read_text() == markdown_page(results, COMMITTED, page)
     assert (COMMITTED / "paper.html").read_text() == html_page(results, COMMITTED)

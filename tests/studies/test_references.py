@@ -31,6 +31,7 @@ from studies.learned.references import (
 )
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
 from studies.learned.summary import summarize
+from studies.measurements import Runner
 from training.config import Setting
 from training.presets import presets
 from training.seeds import HELD_OUT, TUNING
@@ -164,10 +165,10 @@ def test_settings_have_the_references_that_make_sense() -> None:
 
 def test_references_reach_the_page(small: Setting, tmp_path: Path) -> None:
     fixed = 20 + np.random.default_rng(0).normal(size=6)
-    results, cache = tmp_path / "results", Cache(tmp_path / "cache")
+    results, runner = tmp_path / "results", Runner(Cache(tmp_path / "cache"), find_backend("serial"))
     folder = write_study(results, "tiny", {BEST_FIXED: fixed, ORACLE: fixed}, {"search": fixed[None] + 1})
     setting = dataclasses.replace(small, per_agent=True)
-    path = write_references(setting, HELD_OUT[:4], cache, find_backend("serial"), folder)
+    path = write_references(setting, HELD_OUT[:4], runner, folder)
     assert path is not None
     assert path == folder / "references.parquet"
     bounds = free_headings(setting, HELD_OUT[:4])["objective"]
@@ -210,5 +211,8 @@ def test_committed_references_are_those_of_the_setting_and_bound_its_policies(st
 
 def test_settings_without_references_write_no_file(tmp_path: Path) -> None:
     line = presets()["line"].setting
-    assert write_references(line, HELD_OUT[:4], Cache(tmp_path), find_backend("serial"), tmp_path) is None
+    assert (
+        write_references(line, HELD_OUT[:4], Runner(Cache(tmp_path), find_backend("serial")), tmp_path)
+        is None
+    )
     assert not list(tmp_path.iterdir())

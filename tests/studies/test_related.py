@@ -14,11 +14,15 @@ from committed_pages import check_race, skip_bootstraps, without_intervals
 from flockesc_env import FlockScenario
 from flockesc_env.jobs import Cache, find_backend
 from studies.learned.results import BEST_FIXED, load_study
+from studies.measurements import Runner
+from studies.paper.page import PaperResults
 from studies.related import within_episode
 from studies.related.attack_speed import NEIGHBORS, SPEEDS, attack_jobs, attack_results, falls, scenario
-from studies.related.page import BANDIT_FILE, RESULTS_FILE, RelatedResults
+from studies.related.page import BANDIT_FILE, RelatedResults
 from studies.related.page import markdown_page as related_page
 from studies.related.within_episode import BANDIT, IN_TURNS, BanditNumbers, candidates
+from studies.robustness.page import RobustnessResults
+from studies.study import RESULTS_FILE
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results"
@@ -92,7 +96,7 @@ def test_the_bandit_is_tuned_on_tuning_flocks_and_paired_on_held_out_ones(
     monkeypatch.setattr(within_episode, "play", noted)
     study = load_study(COMMITTED / "learned" / "shared")
     results, table = within_episode.within_episode(
-        "J_mean", study, Cache(tmp_path / "cache"), find_backend("serial")
+        "J_mean", study, Runner(Cache(tmp_path / "cache"), find_backend("serial"))
     )
     assert [flocks for _, flocks in played[:7]] == [range(1_000_000, 1_000_003)] * 7
     assert {flocks for _, flocks in played[7:-12]} == {range(1_000_000, 1_000_006)}
@@ -113,7 +117,7 @@ def test_the_bandit_is_tuned_on_tuning_flocks_and_paired_on_held_out_ones(
 
 def test_the_committed_page_follows_from_the_committed_results() -> None:
     related = ROOT / "docs" / "related.md"
-    results = RelatedResults.from_json((COMMITTED / "related" / RESULTS_FILE).read_text())
+    results = RelatedResults.load(COMMITTED / "related")
     assert related.read_text() == related_page(results, COMMITTED / "related", related)
 
 
@@ -130,12 +134,17 @@ def test_the_committed_page_of_the_arms_race_follows_from_its_results(
 
 
 def test_committed_results_survive_a_round_trip() -> None:
-    document = (COMMITTED / "related" / RESULTS_FILE).read_text()
-    assert RelatedResults.from_json(document).to_json() == document
+    for results, name in (
+        (PaperResults, "paper"),
+        (RobustnessResults, "robustness"),
+        (RelatedResults, "related"),
+    ):
+        document = (COMMITTED / name / RESULTS_FILE).read_text()
+        assert results.from_json(document).to_json() == document
 
 
 def test_the_committed_bandit_reproduces_its_rows() -> None:
-    results = RelatedResults.from_json((COMMITTED / "related" / RESULTS_FILE).read_text())
+    results = RelatedResults.load(COMMITTED / "related")
     numbers = results.within["J_mean"].numbers
     found = within_episode.play(numbers, range(2_000_000, 2_000_002))["min_mean_distance"]
     stored = pl.read_parquet(COMMITTED / "related" / BANDIT_FILE).filter(setting="shared")

@@ -20,6 +20,7 @@ from studies.__main__ import STUDIES
 from studies.learned.replay import policy_files, replay
 from studies.learned.results import BEST_FIXED, load_studies, load_study
 from studies.learned.study import StudyArgs, study
+from studies.measurements import Runner
 from training.presets import presets
 
 RESULTS = Path("results/learned")
@@ -30,10 +31,10 @@ FLOCKS = 5
 @pytest.mark.parametrize("setting", SETTINGS)
 def test_a_file_of_every_learner_reproduces_its_episodes(setting: str, tmp_path: Path) -> None:
     """Bit for bit, on a few flocks; tests/slow replays all files on all flocks."""
-    found, folder = load_study(RESULTS / setting), RESULTS / setting
-    by_learner = groupby(policy_files(found, folder), key=lambda file: file.stem.rpartition("-")[0])
+    found = load_study(RESULTS / setting)
+    by_learner = groupby(policy_files(found), key=lambda file: file.stem.rpartition("-")[0])
     files = [next(files) for _, files in by_learner]
-    again = replay(found, folder, Cache(tmp_path), find_backend("serial"), flocks=FLOCKS, files=files)
+    again = replay(found, Runner(Cache(tmp_path), find_backend("serial")), flocks=FLOCKS, files=files)
     title = f"{setting}: {len(files)} of {len(files)} files reproduce on {FLOCKS} flocks"
     assert again.lines() == [f"{title}; so do {again.rules} rules and the fixed ranges"]
 
@@ -41,7 +42,7 @@ def test_a_file_of_every_learner_reproduces_its_episodes(setting: str, tmp_path:
 def test_every_file_and_setting_is_replayed() -> None:
     assert sorted(found.setting for found in load_studies(RESULTS)) == sorted(SETTINGS)
     for setting in SETTINGS:
-        files = policy_files(load_study(RESULTS / setting), RESULTS / setting)
+        files = policy_files(load_study(RESULTS / setting))
         assert sorted(files) == sorted((RESULTS / setting / "policies").iterdir())
 
 
@@ -137,7 +138,7 @@ def test_changed_missing_and_unknown_files_are_found(
 def test_only_whole_replays_are_written(results: Path, tmp_path: Path) -> None:
     found = load_study(results / "tiny")
     with pytest.raises(ArgumentError, match="write: expected all flocks and files"):
-        replay(found, results / "tiny", Cache(tmp_path), find_backend("serial"), flocks=3, write=True)
+        replay(found, Runner(Cache(tmp_path), find_backend("serial")), flocks=3, write=True)
 
 
 def test_an_unknown_setting_is_refused(results: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,7 +20,7 @@ from studies.learned.aggregate import aggregate, difference, intervals, means, p
 from studies.learned.coverage import SEEDS, VARIATIONS, Variation, coverage, pigeonhole, two_way
 from studies.learned.held_out import rules_of
 from studies.learned.kinds import Kind, best_by_kind, kind_of, tuning_objectives
-from studies.learned.page import DETAILS, details_page, markdown_page, readme_table, write_page
+from studies.learned.page import DETAILS, LEARNED, details_page, markdown_page, readme_table
 from studies.learned.questions import QUESTIONS
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
 from studies.learned.summary import hidden, losses_first, outcomes, summarize
@@ -227,7 +227,7 @@ def rows_of(page: str, first: str) -> list[list[str]]:
 
 def test_the_page_says_what_the_files_say(results: Path, tmp_path: Path) -> None:
     page = tmp_path / "docs" / "results.md"
-    write_page(results, page)
+    LEARNED.write(results, page)
     short, text = page.read_text(), page.with_name(DETAILS).read_text()
     visible, line = summarize(load_studies(results))  # in the order of the questions
     assert text.index("## per-agent-visible") < text.index("## line")

@@ -29,10 +29,11 @@ from flockesc_env.common.stats import Estimate
 from flockesc_env.jobs import find_backend
 from studies.__main__ import STUDIES
 from studies.robustness.findings import Finding, Outcome, outcome
-from studies.robustness.page import RESULTS_FILE, Answer, RobustnessResults, answers, markdown_page
+from studies.robustness.page import Answer, RobustnessResults, answers, markdown_page
 from studies.robustness.plan import METERS, NEIGHBORS, attacked_presets, grid_of, measurements
 from studies.robustness.questions import question_of
-from studies.robustness.survey import survey
+from studies.robustness.survey import ROBUSTNESS, SurveyOptions
+from studies.study import RESULTS_FILE
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "robustness"
@@ -56,7 +57,8 @@ def test_every_flock_preset_without_learned_predators_is_surveyed() -> None:
 def test_a_scenario_file_is_surveyed_under_its_name(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_text(small_flock(num_agents=9, num_steps=12).to_toml())
-    results = survey(tmp_path, 2, find_backend("serial"), presets=["head-on", str(file)])
+    options = SurveyOptions(2, ["head-on", str(file)])
+    results = ROBUSTNESS.run(options, tmp_path, tmp_path / "page.md", find_backend("serial"))
     assert [(row.name, row.description == "a scenario file") for row in results.presets] == [
         ("head-on", False),
         (str(file), True),
@@ -211,8 +213,9 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
+    options = SurveyOptions(2, ["paper-flock", "pursuit"])
     with pytest.raises(KeyboardInterrupt, match="1 of 2 jobs are finished"):
-        survey(tmp_path, 2, interrupted_after(1), presets=["paper-flock", "pursuit"])
+        ROBUSTNESS.run(options, tmp_path, tmp_path / "page.md", interrupted_after(1))
     assert len(list((tmp_path / "cache").glob("*.npz"))) == 1
     assert not (tmp_path / RESULTS_FILE).exists()
 
@@ -235,7 +238,7 @@ def test_refusals(
 
 
 def test_the_committed_page_follows_from_the_committed_results() -> None:
-    results = RobustnessResults.from_json((COMMITTED / RESULTS_FILE).read_text())
+    results = RobustnessResults.load(COMMITTED)
     page = ROOT / "docs" / "robustness.md"
     assert page.read_text() == markdown_page(results, COMMITTED, page)
     assert results.num_flocks >= 500

@@ -14,6 +14,7 @@ from small_runs import small_run
 from training import search
 from training.config import SearchArgs, Setting
 from training.families import Networks, family_of
+from training.train import train
 
 
 def test_a_restart_draws_from_the_first_distribution_on_new_flocks(
@@ -33,7 +34,7 @@ def test_a_restart_draws_from_the_first_distribution_on_new_flocks(
     family = family_of(args)
     assert isinstance(family, Networks)
     monkeypatch.setattr(search, "family_of", lambda _: Recorded(family.architecture))
-    search.search(args)
+    train(args)
     fresh = CMA(np.zeros(family.size), args.step_size, population_size=args.population, seed=args.seed)
     fresh.reseed_rng(int(np.random.SeedSequence([args.seed, 3]).generate_state(1)[0]))
     np.testing.assert_array_equal(drawn[3][0], [fresh.ask() for _ in range(args.population)])

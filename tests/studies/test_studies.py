@@ -18,13 +18,16 @@ from flockesc_env import built_in, load_policy, rollout, sweep
 from studies.learned import explain
 from studies.learned.held_out import FLOCK_GRID
 from studies.learned.names import FREE_HEADINGS
-from studies.learned.page import DETAILS, write_page
+from studies.learned.page import DETAILS, LEARNED
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_study
 from studies.learned.study import StudyArgs, study, study_explanations
 from studies.learned.submit import submit
-from training import search, seeds
+from training import seeds
 from training.evaluation import objective
+from training.outputs import save_checkpoint
 from training.presets import presets
+from training.record import RunRecord
+from training.search import SearchRounds
 from training.seeds import HELD_OUT, TRAINING, TUNING
 
 FLOCKS = 70  # more flocks than a rollout steps together
@@ -134,7 +137,7 @@ def test_hiding_entries_that_a_policy_does_not_see_changes_nothing(found: Study)
 
 def test_the_page_shows_the_study(found: Study, folder: Path) -> None:
     page = folder / "page" / "results.md"
-    write_page(folder / "results", page)
+    LEARNED.write(folder / "results", page)
     text = page.with_name(DETAILS).read_text()
     for words in ("eight agents", "search", "an open-loop schedule", f"{values(found, ORACLE).mean():.2f}"):
         assert words in text
@@ -170,20 +173,20 @@ def test_a_killed_study_continues(
     found: Study, folder: Path, tmp_path: Path, spy: Spy, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The second training run is killed at its first checkpoint, and the study continues from there."""
-    save, generation, played = search.save_checkpoint, search._generation, []
+    round_, played = SearchRounds.round, []
 
-    def die(state: search.SearchState, run: Path) -> None:
-        save(state, run)
-        if run.name == "search-1":
+    def die(record: RunRecord, state: Any) -> None:
+        save_checkpoint(record, state)
+        if record.args.run.name == "search-1":
             raise RuntimeError("killed")
 
-    def count(state: search.SearchState, *args: Any) -> None:
-        played.append(state.generation)
-        generation(state, *args)
+    def count(rounds: SearchRounds) -> None:
+        played.append(rounds.completed)
+        round_(rounds)
 
-    monkeypatch.setattr(search, "_generation", count)
+    monkeypatch.setattr(SearchRounds, "round", count)
     with monkeypatch.context() as patch:
-        patch.setattr(search, "save_checkpoint", die)
+        patch.setattr("training.train.save_checkpoint", die)
         with pytest.raises(RuntimeError, match=r"(?s)1 of 3 jobs failed.*search-1.*killed"):
             study(study_args(tmp_path))
     assert not (tmp_path / "results").exists()

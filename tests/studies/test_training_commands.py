@@ -2,12 +2,12 @@
 
 import dataclasses
 import json
+import re
 import subprocess
 import sys
 from itertools import combinations
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock
 
 import numpy as np
 import polars as pl
@@ -15,7 +15,9 @@ import pytest
 from small_runs import SMALL, small_run
 
 from flockesc_env import (
+    ArgumentError,
     FlockEscapeEnv,
+    FlockScenario,
     LineEscapeEnv,
     LineScenario,
     episode_seed,
@@ -27,16 +29,14 @@ from flockesc_env.common import stats
 from flockesc_env.policies import FixedRange
 from flockesc_env.policies.registry import NamedPolicy
 from training import seeds
-from training.__main__ import app, main
-from training.arguments import TuneArgs
+from training.__main__ import TRAINING
 from training.compare import CompareArgs, compare
-from training.config import ImitationArgs, PPOArgs, SearchArgs
-from training.evaluate import EvaluateArgs, evaluate
+from training.config import PPOArgs, SB3Args
 from training.evaluation import policy_spec
 from training.policies import named_policy, scenario_of
 from training.presets import PRESETS, presets, train_presets
 from training.record import RunRecord
-from training.rounds import round_steps
+from training.rounds import LINE_ACTIONS
 from training.train import train
 
 
@@ -81,21 +81,8 @@ def test_a_run_leaves_policy_curve_speed_and_record(run: Path) -> None:
 
 
 def test_a_run_is_not_overwritten(run: Path) -> None:
-    with pytest.raises(FileExistsError, match="run: expected"):
+    with pytest.raises(ArgumentError, match="run: expected"):
         train(small_run(run))
-
-
-def test_equal_seeds_train_equal_policies(run: Path, tmp_path: Path) -> None:
-    train(small_run(tmp_path / "again"))
-    train(small_run(tmp_path / "other", seed=1))
-    results = []
-    for folder in (run, tmp_path / "again", tmp_path / "other"):
-        output = tmp_path / "tables" / f"{folder.name}.parquet"
-        table = evaluate(EvaluateArgs(policy=str(folder), flocks=4, output=output))
-        assert pl.read_parquet(output).equals(table)
-        results.append(table["min_mean_distance"].to_list())
-    assert results[0] == results[1]
-    assert results[0] != results[2]
 
 
 def test_comparison_follows_from_its_records(run: Path, tmp_path: Path) -> None:
@@ -167,7 +154,7 @@ def test_presets_are_valid(name: str) -> None:
     setting = preset.setting
     assert preset.learners
     for learner, entry in preset.learners.items():
-        args = entry.args
+        args: Any = entry.args
         # Learners may choose the largest range of an action, how long it holds, and entries about the closest
         # approach, which an agent could compute from its other entries.
         own: dict[str, Any] = {"max_range": args.max_range, "steps_per_action": args.steps_per_action}
@@ -178,38 +165,35 @@ def test_presets_are_valid(name: str) -> None:
         assert 0 <= entry.seeds <= seeds.TUNING_RUN
         seen = policy_spec(args)
         assert seen.num_agents == args.model.num_agents
-        if isinstance(args, SearchArgs):
-            assert {*args.inputs} <= {*seen.layout.names}
-            played = args.population * args.final_flocks * args.generations
-            assert len(seeds.training_seeds(0, 0, played // args.population)) > 0
-            continue
-        if isinstance(args, ImitationArgs):
-            assert {*args.inputs} <= {*seen.layout.names}
-            assert len(seeds.training_seeds(0, 0, args.flocks * args.rounds)) > 0
-            continue
-        assert len(seeds.training_seeds(0, 0, args.num_flocks * args.num_episodes)) > 0
-        options = {**args.env_options(), "reward": args.reward}
-        make: Any = parallel_env if setting.per_agent else FlockEscapeEnv
-        (LineEscapeEnv if setting.is_line else make)(args.model, **options)  # checks the options
+        assert {*getattr(args, "inputs", ())} <= {*seen.layout.names}
+        flocks = args.num_flocks if isinstance(args, SB3Args) else getattr(args, "final_flocks", args.flocks)
+        assert len(seeds.training_seeds(0, 0, flocks * getattr(args, args.budget))) > 0
+        if isinstance(args, SB3Args):
+            options = {**args.env_options(), "reward": args.reward}
+            make: Any = parallel_env if setting.per_agent else FlockEscapeEnv
+            (LineEscapeEnv if setting.is_line else make)(args.model, **options)  # checks the options
+            assert isinstance(args, PPOArgs) or not setting.per_agent
         if isinstance(args, PPOArgs):
-            rows = seen.num_agents if setting.per_agent else 1
-            assert round_steps(args) * args.num_flocks * rows % args.batch_size == 0
-        else:
-            assert not setting.per_agent
+            steps, rows = LINE_ACTIONS, seen.num_agents if setting.per_agent else 1
+            if isinstance(args.model, FlockScenario):
+                steps = -(-(args.episode_steps or args.model.num_steps) // args.steps_per_action)
+            assert steps * args.num_flocks * rows % args.batch_size == 0
 
 
-def test_commands_train_evaluate_and_compare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    args = small_run(tmp_path / "run")
-    run = ["train", "demo-ppo", "--run", str(args.run), "--scenario", args.scenario, "--no-progress"]
-    app.cli(args=[*run, "--num-flocks", "2", "--num-episodes", "2", "--net-arch", "8", "--seed", "3"])
+def test_commands_train_evaluate_and_compare(tmp_path: Path) -> None:
+    args, out, evaluated = small_run(tmp_path / "run"), tmp_path / "out", tmp_path / "e"
+    few = "--num-flocks 2 --num-episodes 2 --net-arch 8 --seed 3 --no-progress"
+    for command in (
+        f"train demo-ppo --run {args.run} --scenario {args.scenario} {few}",
+        f"evaluate --policy {args.run} --flocks 3 --output {evaluated}",
+        f"compare --policies {args.run} --flocks 3 --output {out} --tuning-flocks 2 --grid-size 3",
+    ):
+        assert TRAINING.main(command.split()) == 0
     trained = RunRecord.read(args.run).args
+    assert isinstance(trained, PPOArgs)
     assert (trained.reward, trained.seed, trained.net_arch) == ("individual_running_minimum", 3, (8,))
-    monkeypatch.setattr(sys, "argv", ["training", "compare"])
-    few = ["--flocks", "3", "--output", str(tmp_path / "out")]
-    app.cli(args=["evaluate", "--policy", str(args.run), "--flocks", "3", "--output", str(tmp_path / "e")])
-    app.cli(args=["compare", "--policies", str(args.run), *few, "--tuning-flocks", "2", "--grid-size", "3"])
-    alone = pl.read_parquet(tmp_path / "e")["min_mean_distance"]
-    beside = pl.read_parquet(tmp_path / "out" / "episodes.parquet").filter(policy="run")["objective"]
+    alone = pl.read_parquet(evaluated)["min_mean_distance"]
+    beside = pl.read_parquet(out / "episodes.parquet").filter(policy="run")["objective"]
     assert alone.to_list() == beside.to_list()
 
 
@@ -222,29 +206,19 @@ def test_bootstrap_interval_covers_the_mean_as_often_as_it_says() -> None:
     assert 180 <= covered <= 199  # 95 % of 200, plus or minus three standard errors
 
 
-def test_tune_takes_the_arguments_of_its_function(monkeypatch: pytest.MonkeyPatch) -> None:
-    called = Mock()
-    monkeypatch.setattr("training.tune.tune", called)
-    app.cli(args=["tune", "shared-tqc", "--trials", "3", "--share", "0.25", "--output", "somewhere"])
-    called.assert_called_once_with(TuneArgs(run="shared-tqc", trials=3, share=0.25, output=Path("somewhere")))
-
-
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (["evaluate", "--policy", "nobody"], "policies: expected one of"),
         (["evaluate", "--policy", "random", "--flocks", "0"], "flocks: expected an integer from 1 to"),
-        (["tune", "nothing"], "run: expected one of"),
+        (["tune", "nothing"], "run: expected one of demo-ppo, .* got 'nothing'"),
     ],
 )
-def test_a_mistake_is_one_line(
-    words: list[str], message: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sys, "argv", ["training", *words])
-    assert main() == 2
+def test_a_mistake_is_one_line(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert TRAINING.main(words) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert captured.err.startswith(f"training: error: {message}")
+    assert re.match(f"flockesc: error: {message}", captured.err)
     assert captured.err.count("\n") == 1
 
 
@@ -257,36 +231,30 @@ def test_the_command_line_starts_without_the_learners() -> None:
     assert not loaded & {"torch", "stable_baselines3", "optuna", "matplotlib", "polars", "cmaes"}
 
 
-@pytest.mark.parametrize("command", ["evaluate", "compare"])
+@pytest.mark.parametrize(
+    "command", ["evaluate --policy fixed:5 --output table.md", "compare --policies fixed:5 --output ."]
+)
 def test_an_output_that_cannot_be_written_is_found_before_the_work(
-    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def never(*_: Any, **__: Any) -> None:
         raise AssertionError("computed before the output was checked")
 
     monkeypatch.setattr("training.evaluate.run_policy", never)
     monkeypatch.setattr("training.compare.sweep", never)
-    if command == "evaluate":
-        path = tmp_path / ("x" * 256)
-        arguments = EvaluateArgs(policy="fixed:5", output=path)
-    else:
-        path = tmp_path / "table.md"
-        path.mkdir()
-        arguments = CompareArgs(policies=("fixed:5",), output=tmp_path)
-    run_command: Any = {"evaluate": evaluate, "compare": compare}[command]
-    with pytest.raises(OSError, match=path.name):
-        run_command(arguments)
+    monkeypatch.chdir(tmp_path)
+    Path("table.md").mkdir()
+    assert TRAINING.main(command.split()) == 2
+    assert capsys.readouterr().err == "flockesc: error: table.md: Is a directory\n"
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
 def test_results_are_printed_even_if_the_disk_is_full(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     full = tmp_path / "full"
     full.symlink_to("/dev/full")
-    words = ["training", "evaluate", "--policy", "fixed:5", "--flocks", "2", "--output", str(full)]
-    monkeypatch.setattr(sys, "argv", words)
-    assert main() == 2
+    assert TRAINING.main(["evaluate", "--policy", "fixed:5", "--flocks", "2", "--output", str(full)]) == 2
     printed = capsys.readouterr()
     assert "J_mean" in printed.out
-    assert printed.err == f"training: error: [Errno 28] No space left on device: '{full}'\n"
+    assert printed.err == f"flockesc: error: {full}: No space left on device\n"

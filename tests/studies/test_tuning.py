@@ -12,7 +12,6 @@ import polars as pl
 import pytest
 from tiny_studies import Spy, write_preset
 
-from training import search
 from training.arguments import TuneArgs
 from training.config import SearchArgs
 from training.evaluation import objective
@@ -93,16 +92,10 @@ def test_a_preset_whose_trial_was_killed_is_tried_again(
         raise RuntimeError("killed")
 
     with monkeypatch.context() as patch:
-        patch.setattr(search, "save_checkpoint", die)
+        patch.setattr("training.train.save_checkpoint", die)
         with pytest.raises(RuntimeError, match="killed"):
             tune(tune_args(tmp_path))
     study = tune(tune_args(tmp_path))
     first, second = sorted(completed(study), key=lambda trial: trial.user_attrs["job"])
     assert first.params.items() <= _as_trial(train_presets()["tiny-search"]).items()
     assert second.params != first.params
-
-
-def test_unknown_learners_are_named(tmp_path: Path, spy: Spy) -> None:
-    with pytest.raises(ValueError, match=r"run: expected one of tiny-search, .* got 'tiny-ppo'"):
-        tune(tune_args(tmp_path, run="tiny-ppo"))
-    assert not (tmp_path / "tuning").exists()

@@ -6,17 +6,14 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from argument_kinds import Choice, Count, Flag, Floats, Indices, Kind, Part, Seed, State
+from argument_kinds import Count, Flag, Floats, Indices, Kind, Part, Seed, State
 from argument_table import (
-    ENV,
     ENV_OPTIONS,
     FIXED,
     FLOCK,
     HUNTED,
     LINE,
     LINE_OPTIONS,
-    RENDER,
-    SCENARIO,
     START,
     Row,
     goes_on,
@@ -28,132 +25,86 @@ from argument_table import (
 import flockesc_env as fe
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
-PURSUIT = {key: kind for key, kind in ENV.items() if key != "predator_policy"}
-INFOS = {"infos": Choice("end")}
-PARALLEL = ENV | INFOS | {"state": Choice("flock_view")}
-SLOTS = INFOS | {"num_flocks": Count(2)}
-VECTOR = {
-    "num_envs": Count(2),
-    "autoreset_mode": Choice("SameStep"),
-    "copy": Flag(True),
-    "max_episode_steps": Count(24, True, low=24),
-}
-CONSTRUCTORS = {
-    "FlockEscapeEnv": Row(fe.FlockEscapeEnv, ENV, after=play, others=ENV_OPTIONS),
+PARALLEL = Row(fe.FlockParallelEnv, after=play, others=ENV_OPTIONS)
+FACTORY = {"after": play, "others": {**PARALLEL.arguments, **ENV_OPTIONS}}
+CONSTRUCTORS: dict[str, Row] = {
+    "FlockEscapeEnv": Row(fe.FlockEscapeEnv, after=play, others=ENV_OPTIONS),
     "FlockPursuitEnv": Row(
         fe.FlockPursuitEnv,
-        PURSUIT | {"flock_policy": Part(FIXED, True), "per_agent": Flag(False)},
+        {"flock_policy": Part(FIXED), "per_agent": Flag(False)},
         after=play,
         others=ENV_OPTIONS,
     ),
-    "FlockParallelEnv": Row(fe.FlockParallelEnv, PARALLEL, after=play, others=ENV_OPTIONS),
-    "parallel_env": Row(fe.parallel_env, {"scenario": SCENARIO}, after=play, others=PARALLEL | ENV_OPTIONS),
-    "env": Row(fe.env, {"scenario": SCENARIO}, after=play, others=PARALLEL | ENV_OPTIONS),
-    "raw_env": Row(fe.raw_env, {"scenario": SCENARIO}, after=play, others=PARALLEL | ENV_OPTIONS),
-    "FlockVectorEnv": Row(fe.FlockVectorEnv, ENV | VECTOR, after=play, others=ENV_OPTIONS),
-    "AgentVectorEnv": Row(
-        fe.AgentVectorEnv, ENV | VECTOR | {"num_envs": Count(10, True)}, after=play, others=ENV_OPTIONS
-    ),
+    "FlockParallelEnv": PARALLEL,
+    "parallel_env": Row(fe.parallel_env, **FACTORY),
+    "env": Row(fe.env, **FACTORY),
+    "raw_env": Row(fe.raw_env, **FACTORY),
+    "FlockVectorEnv": Row(fe.FlockVectorEnv, after=play, others=ENV_OPTIONS),
+    "AgentVectorEnv": Row(fe.AgentVectorEnv, {"num_envs": Count(10)}, after=play, others=ENV_OPTIONS),
     "LineEscapeEnv": Row(
         fe.LineEscapeEnv,
-        {"scenario": Part(LINE, True, confusing=(FLOCK,)), **RENDER},
+        {"scenario": Part(LINE, True, confusing=(FLOCK,))},
         after=play,
         others=LINE_OPTIONS,
     ),
-    "sb3.FlockVecEnv": Row(FlockVecEnv, ENV | SLOTS, after=play, others=ENV_OPTIONS),
-    "sb3.AgentVecEnv": Row(AgentVecEnv, ENV | SLOTS, after=play, others=ENV_OPTIONS),
+    "sb3.FlockVecEnv": Row(FlockVecEnv, after=play, others=ENV_OPTIONS),
+    "sb3.AgentVecEnv": Row(AgentVecEnv, after=play, others=ENV_OPTIONS),
 }
 
 
-def _step(env: Any, **arguments: Any) -> Any:
-    return env.step(**arguments)
+def _method(name: str) -> Callable[..., Any]:
+    return lambda env, **arguments: getattr(env, name)(**arguments)
 
 
-def _set_state(env: Any, **arguments: Any) -> Any:
-    return env.set_state(**arguments)
-
-
-def _of_flocks(name: str, subject: Callable[[], Any]) -> dict[str, Row]:
-    """Snapshots of some flocks of a batch."""
-    flocks = Indices(1, True, size=2)
-    return {
-        f"{name}.get_state": Row(
-            lambda env, **arguments: env.get_state(**arguments), {"flocks": flocks}, subject, goes_on
-        ),
-        f"{name}.set_state": Row(
-            _set_state, {"state": State(subject().get_state(1)), "flocks": flocks}, subject, goes_on
-        ),
-    }
-
-
-def _methods(
-    name: str,
-    make: Callable[[], Any],
-    actions: dict[str, Kind],
-    options: dict[str, Kind],
-    told: str = "action",
+def _rows(
+    name: str, make: Callable[[], Any], actions: dict[str, Kind], options: dict[str, Kind] | None
 ) -> dict[str, Row]:
-    subject = started(make)
-    # PettingZoo requires that unknown options are ignored.
-    given = Part({}, True, accepts=("dict",)) if name == "FlockParallelEnv" else Part({}, True)
-    return {
-        f"{name}.reset": Row(
-            reset, {"seed": Seed(4, True), "options": given}, subject, goes_on, others=options
-        ),
-        f"{name}.step": Row(_step, actions, subject, goes_on, named=dict.fromkeys(actions, (told,))),
-        f"{name}.set_state": Row(_set_state, {"state": State(subject().get_state())}, subject, goes_on),
-    }
+    """Return the rows of an environment's methods; without ``options``, of stable-baselines3."""
+    subject, flocks = started(make), Indices(1, True, size=2)
+    if "Vec" in name:
+        states = {"state": State(subject().get_state(1)), "flocks": flocks}
+        methods: dict[str, dict[str, Kind]] = {"get_state": {"flocks": flocks}, "set_state": states}
+    else:
+        methods = {"set_state": {"state": State(subject().get_state())}}
+    if options is None:
+        methods["seed"] = {"seed": Seed(3, True)}
+    rows = {method: Row(_method(method), kinds, subject, goes_on) for method, kinds in methods.items()}
+    rows["step"] = Row(_method("step"), actions, subject, goes_on, named=dict.fromkeys(actions, ("action",)))
+    if options is not None:
+        # PettingZoo requires that unknown options are ignored.
+        given = Part({}, True, accepts=("dict",) if name == "FlockParallelEnv" else ())
+        kinds = {"seed": Seed(4, True), "options": given}
+        rows["reset"] = Row(reset, kinds, subject, goes_on, others=options)
+    return {f"{name}.{method}": row for method, row in rows.items()}
 
 
-ONE, MANY = Floats([0.25]), Floats(np.full((2, 1), 0.25))
+ONE = {"action": Floats([0.25])}
+MANY = {count: {"actions": Floats(np.full((count, 1), 0.25))} for count in (2, 5, 10)}
+DICT = {"actions": Part({f"agent_{i}": [0.25] for i in range(5)})}
 LINE_START: dict[str, Kind] = {
     "initial_state": Floats([0.0, 0.25, 0.5, 0.75, 1.0], True),
     "episode": Seed(2, True),
 }
 METHODS = {
-    **_methods("FlockEscapeEnv", lambda: fe.FlockEscapeEnv(FLOCK), {"action": ONE}, START),
-    **_methods("FlockPursuitEnv", lambda: fe.FlockPursuitEnv(FLOCK), {"action": Floats([0.5, 0.5])}, START),
-    **_methods("LineEscapeEnv", lambda: fe.LineEscapeEnv(LINE), {"action": ONE}, LINE_START),
-    **_methods("FlockVectorEnv", lambda: fe.FlockVectorEnv(2, FLOCK), {"actions": MANY}, START),
-    **_methods(
-        "AgentVectorEnv",
-        lambda: fe.AgentVectorEnv(10, FLOCK),
-        {"actions": Floats(np.full((10, 1), 0.25))},
-        START,
-    ),
-    **_methods(
-        "FlockParallelEnv",
-        lambda: fe.FlockParallelEnv(FLOCK),
-        {"actions": Part({f"agent_{i}": [0.25] for i in range(5)})},
-        START,
-    ),
+    **_rows("FlockEscapeEnv", lambda: fe.FlockEscapeEnv(FLOCK), ONE, START),
+    **_rows("FlockPursuitEnv", lambda: fe.FlockPursuitEnv(FLOCK), {"action": Floats([0.5, 0.5])}, START),
+    **_rows("LineEscapeEnv", lambda: fe.LineEscapeEnv(LINE), ONE, LINE_START),
+    **_rows("FlockVectorEnv", lambda: fe.FlockVectorEnv(2, FLOCK), MANY[2], START),
+    **_rows("AgentVectorEnv", lambda: fe.AgentVectorEnv(10, FLOCK), MANY[10], START),
+    **_rows("FlockParallelEnv", lambda: fe.FlockParallelEnv(FLOCK), DICT, START),
+    **_rows("sb3.FlockVecEnv", lambda: FlockVecEnv(2, FLOCK), MANY[2], None),
+    **_rows("sb3.AgentVecEnv", lambda: AgentVecEnv(2, FLOCK), MANY[10], None),
     "FlockParallelEnv.reset_array": Row(
-        lambda env, **arguments: env.reset_array(**arguments),
+        _method("reset_array"),
         {"seed": Seed(4, True), "options": Part({}, True, accepts=("dict",))},
         started(lambda: fe.FlockParallelEnv(FLOCK)),
         goes_on,
     ),
     "FlockParallelEnv.step_array": Row(
-        lambda env, **arguments: env.step_array(**arguments),
-        {"actions": Floats(np.full((5, 1), 0.25)), "predator_actions": Floats([[0.5, 0.5]])},
+        _method("step_array"),
+        {**MANY[5], "predator_actions": Floats([[0.5, 0.5]])},
         started(lambda: fe.FlockParallelEnv(HUNTED)),
         goes_on,
         named={"actions": ("action",)},
     ),
 }
-METHODS |= _of_flocks("FlockVectorEnv", started(lambda: fe.FlockVectorEnv(2, FLOCK)))
-METHODS |= _of_flocks("AgentVectorEnv", started(lambda: fe.AgentVectorEnv(10, FLOCK)))
-for _name, _class in {"FlockVecEnv": FlockVecEnv, "AgentVecEnv": AgentVecEnv}.items():
-    _subject = started(lambda make=_class: make(2, FLOCK))  # type: ignore[misc]
-    _count = 2 if _class is FlockVecEnv else 10
-    METHODS[f"sb3.{_name}.step"] = Row(
-        _step,
-        {"actions": Floats(np.full((_count, 1), 0.25))},
-        _subject,
-        goes_on,
-        named={"actions": ("action",)},
-    )
-    METHODS |= _of_flocks(f"sb3.{_name}", _subject)
-    METHODS[f"sb3.{_name}.seed"] = Row(
-        lambda env, **arguments: env.seed(**arguments), {"seed": Seed(3, True)}, _subject, goes_on
-    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -105,50 +106,31 @@ class Number(Kind):
 
 
 @dataclass(frozen=True)
-class Count(Kind):
-    """An integer of at least ``low``."""
+class Integer(Kind):
+    """An integer from ``low`` to ``high``."""
 
-    low: int = 1
+    low: int = 0
+    high: int = 2**63 - 1
 
     def own_bad(self) -> Iterable[Any]:
-        yield from (self.low - 1, -1, 1.5, 2.0, np.float64(2), 2**63, 2**64, [2], np.array([2]))
+        yield from (self.low - 1, self.high + 1, 0.5, 2.0, np.float64(1), [1], np.array([1]), np.int64(-1))
 
     def extreme(self) -> Iterable[Any]:
         yield from (2**62, 2**40)
 
     def alike(self) -> dict[str, Any]:
-        return _forms_of_an_integer(self.good)
+        good = self.good
+        return {"int16": np.int16(good), "uint64": np.uint64(good), "0-d": np.array(good, ">i4")}
 
 
-@dataclass(frozen=True)
-class Index(Kind):
-    """An integer from 0 to ``high``."""
-
-    high: int = 0
-
-    def own_bad(self) -> Iterable[Any]:
-        yield from (-1, self.high + 1, 2**64, 1.0, [1], np.array([1]), np.float64(1))
-
-    def alike(self) -> dict[str, Any]:
-        return _forms_of_an_integer(self.good)
-
-
-@dataclass(frozen=True)
-class Seed(Kind):
-    """An integer of 64 bits."""
-
-    def own_bad(self) -> Iterable[Any]:
-        yield from (-1, 0.5, 1.0, np.float64(1), 2**64, [1], np.array([1]), np.int64(-1))
-
-    def alike(self) -> dict[str, Any]:
-        return _forms_of_an_integer(self.good)
+Count = partial(Integer, low=1)
+Index = partial(Integer)
+Seed = partial(Integer, high=2**64 - 1)
 
 
 @dataclass(frozen=True)
 class Seeds(Kind):
     """A sequence of seeds."""
-
-    accepts: Collection[str] = field(default=(), kw_only=True)
 
     def own_bad(self) -> Iterable[Any]:
         seeds = list(self.good)
@@ -233,21 +215,22 @@ class Choice(Kind):
         return {"numpy": np.str_(self.good)}
 
 
+TEXTS = ("text", "digit", "surrogate")
+
+
 @dataclass(frozen=True)
 class Text(Kind):
     """Any text."""
 
-    accepts: Collection[str] = field(default=("text", "digit", "surrogate"), kw_only=True)
+    accepts: Collection[str] = field(default=TEXTS, kw_only=True)
 
     def own_bad(self) -> Iterable[Any]:
         yield from (0, [self.good])
 
 
 @dataclass(frozen=True)
-class File(Kind):
+class File(Text):
     """The path of a file that is written or read."""
-
-    accepts: Collection[str] = field(default=("text", "digit", "surrogate"), kw_only=True)
 
     def own_bad(self) -> Iterable[Any]:
         yield from (0, [self.good], "a\0b" + Path(self.good).suffix)
@@ -284,16 +267,8 @@ class Indices(Kind):
     size: int = 1
 
     def own_bad(self) -> Iterable[Any]:
-        yield from (
-            -1,
-            self.size,
-            2**64,
-            1.0,
-            [0, self.size],
-            [[0]],
-            np.array(0.0),
-            np.zeros(self.size, np.bool),
-        )
+        yield from (-1, self.size, 2**64, 1.0, [0, self.size], [[0]], np.array(0.0))
+        yield np.zeros(self.size, np.bool)
 
     def alike(self) -> dict[str, Any]:
         return {"list": [self.good], "array": np.array([self.good]), "numpy": np.int64(self.good)}
@@ -340,7 +315,3 @@ def _forms_of_a_number(good: np.float64) -> dict[str, Any]:
     if good == int(good):
         forms |= {"int": int(good), "int64": np.int64(good)}
     return forms
-
-
-def _forms_of_an_integer(good: int) -> dict[str, Any]:
-    return {"int16": np.int16(good), "uint64": np.uint64(good), "0-d": np.array(good, ">i4")}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from typing import Any
 from unittest import mock
@@ -20,10 +21,10 @@ from argument_kinds import (
     Kind,
     Number,
     Part,
-    Seed,
     Text,
 )
 from argument_table import (
+    A_RUN,
     ENV_OPTIONS,
     FIXED,
     FLOCK,
@@ -31,12 +32,8 @@ from argument_table import (
     LINE_OPTIONS,
     NET,
     POINTS,
-    RUN,
-    RUNS,
-    SCENARIO,
     SWEPT,
     Row,
-    optional,
 )
 
 import flockesc_env as fe
@@ -52,9 +49,8 @@ RENDER_OPTIONS: dict[str, Kind] = {
     "size": Count(160, low=160),
     "show": Choice("discs"),
     "agents": Part((0, 2), True, confusing=((-1,), (0.5,), ((0,),), "ab")),
-    "trail": Number(2.0, low=0.0),
     "color": Choice("range"),
-    "largest_range": optional(Number(20.0, low=0.0)),
+    "largest_range": Number(20.0, low=0.0),
 }
 
 
@@ -66,18 +62,15 @@ class Model:
 
 
 FIXED_LENGTH = Floats([1.0, 2.0, 4.0], has_extremes=False)
-THE_FLOCK = Part(FLOCK, confusing=(LINE,))
 
 
 def served(**arguments: Any) -> None:
-    """Start a server and stop it before its first request."""
-    with mock.patch("flockesc_env.watch.server._Server.work", side_effect=KeyboardInterrupt):
+    with mock.patch("flockesc_env.watch.server.Server.serve_forever", side_effect=KeyboardInterrupt):
         watch.serve(**arguments)
 
 
 PER_AGENT = Floats(np.arange(1.0, 6.0), low=0.0, is_scalar_fine=True)
 POINT = Floats([1.0, 2.0])
-LEAST_0 = Number(2.0, low=0.0)
 FLOCK_FIELDS: dict[str, Kind] = {
     "num_agents": Count(5),
     "dimension": Count(2),
@@ -88,21 +81,15 @@ FLOCK_FIELDS: dict[str, Kind] = {
     "initial_side": Number(30.0, low=0.0, is_above=True),
     "initial_positions": Part(fe.Disc(), confusing=(fe.RandomHeadings(), fe.Metric())),
     "initial_headings": Part(fe.RandomHeadings(), confusing=(fe.Disc(), fe.Metric())),
-    "initial_plane": Flag(False),
-    "predator_range": Number(30.0, low=0.0),
     "repulsion_strength": PER_AGENT,
     "alignment_strength": PER_AGENT,
     "motion": Part(fe.Reynolds(), confusing=(fe.Metric(),)),
     "angular_noise": Number(1.0, low=0.0, high=2 * np.pi),
-    "sensing_noise": Number(1.0, low=0.0),
     "sensing_delay": Count(1, low=0),
-    "constant_speed": Flag(True),
     "capture_radius": Number(1.0, True, low=0.0),
     "predators": Part((), accepts=("nothing",), confusing=((fe.Disc(),), fe.PurePursuit(), (None,), (5,))),
     "neighbor_rule": Part(fe.Metric(), confusing=(fe.Disc(), fe.PurePursuit())),
     "blind_angle": Number(1.0, low=0.0, high=2 * np.pi),
-    "mutual": Flag(True),
-    "frozen_graph": Flag(True),
     "periodic_side": Number(30.0, True, low=0.0, is_above=True),
     "randomization": Part((), accepts=("nothing",), confusing=((fe.Disc(),), (5,), fe.Metric())),
 }
@@ -112,36 +99,29 @@ LINE_FIELDS: dict[str, Kind] = {
     "predator_range": Number(0.25, low=0.0),
     "repulsion_strength": Number(2.0, low=0.0),
     "escape_force": Choice("linear"),
-    "tolerance": Number(0.25, low=0.0),
     "max_steps": Count(24),
 }
-START: dict[str, Kind] = {"position": Floats([1.0, 2.0], True), "velocity": Floats([1.0, 2.0], True)}
-STEERING: dict[str, Kind] = START | {
-    "max_turn_rate": LEAST_0,
-    "max_speed": Number(40.0, True, low=np.hypot(1.0, 2.0)),
-    "acceleration": LEAST_0,
-}
 PREDATORS: dict[type[Any], dict[str, Kind]] = {
-    fe.ConstantVelocity: START,
-    fe.PurePursuit: STEERING | {"target": Choice("nearest"), "confusion_rate": LEAST_0, "sight": LEAST_0},
-    fe.Intercept: STEERING | {"navigation_constant": LEAST_0},
-    fe.Encircle: STEERING | {"radius": LEAST_0, "closing_speed": LEAST_0},
-    fe.Herd: STEERING | {"distance": LEAST_0, "partner": Count(0, low=0)},
-    fe.Wandering: START | {"angular_diffusion": LEAST_0},
+    fe.ConstantVelocity: {},
+    fe.PurePursuit: {"target": Choice("nearest")},
+    fe.Intercept: {},
+    fe.Encircle: {},
+    fe.Herd: {"partner": Count(0, low=0)},
+    fe.Wandering: {},
     fe.PrescribedPath: {
         "positions": Floats([[1.0, 2.0], [3.0, 5.0]], is_any_length=True),
-        "interval": Number(0.5, True, low=0.0, is_above=True),
+        "interval": Number(0.5, low=0.0, is_above=True),
     },
-    fe.Learned: START | {"max_acceleration": LEAST_0, "max_speed": Number(15.0, low=0.0, is_above=True)},
+    fe.Learned: {"max_speed": Number(15.0, low=0.0, is_above=True)},
 }
-LENGTH = Number(8.0, low=0.0, is_above=True)
+RADIUS = {"radius": Number(8.0, low=0.0, is_above=True)}
 POSITIONS: dict[type[Any], dict[str, Kind]] = {
     fe.Square: {},
-    fe.Disc: {"radius": LENGTH},
-    fe.Ring: {"radius": LENGTH, "width": Number(4.0, low=0.0, high=16.0)},
+    fe.Disc: RADIUS,
+    fe.Ring: RADIUS | {"width": Number(4.0, low=0.0, high=16.0)},
     fe.Segment: {"start": POINT, "end": POINT},
-    fe.Gaussian: {"standard_deviation": LEAST_0},
-    fe.Clusters: {"num_clusters": Count(2), "standard_deviation": LEAST_0},
+    fe.Gaussian: {},
+    fe.Clusters: {"num_clusters": Count(2)},
     fe.GivenPositions: {"points": Floats(POINTS)},
 }
 HEADINGS: dict[type[Any], dict[str, Kind]] = {
@@ -149,24 +129,13 @@ HEADINGS: dict[type[Any], dict[str, Kind]] = {
     fe.AlignedHeadings: {"direction": POINT, "max_angle": Number(1.0, low=0.0, high=np.pi)},
     fe.GivenHeadings: {"directions": Floats(POINTS + 1.0)},
 }
-MOTIONS: dict[type[Any], dict[str, Kind]] = {
-    fe.Inertial: {},
-    fe.Vicsek: {},
-    fe.Reynolds: {
-        "separation_strength": LEAST_0,
-        "cohesion_strength": LEAST_0,
-        "separation_range": LEAST_0,
-    },
-}
+MOTIONS: dict[type[Any], dict[str, Kind]] = {fe.Inertial: {}, fe.Vicsek: {}, fe.Reynolds: {}}
 RULES: dict[type[Any], dict[str, Kind]] = {fe.Metric: {}, fe.Topological: {}, fe.Voronoi: {}}
+HIGH = Number(4.0, low=2.0)
 DRAWS: dict[type[Any], dict[str, Kind]] = {
-    fe.Uniform: {"field": Choice("speed"), "low": Number(2.0), "high": Number(4.0, low=2.0)},
-    fe.LogUniform: {
-        "field": Choice("speed"),
-        "low": Number(2.0, low=0.0, is_above=True),
-        "high": Number(4.0, low=2.0),
-    },
-    fe.Choice: {"field": Choice("speed"), "values": Floats([2.0, 4.0], is_any_length=True)},
+    fe.Uniform: {"low": Number(2.0), "high": HIGH},
+    fe.LogUniform: {"low": Number(2.0, low=0.0, is_above=True), "high": HIGH},
+    fe.Choice: {"values": Floats([2.0, 4.0], is_any_length=True)},
 }
 SLOTS: dict[str, tuple[Callable[[Any], Any], dict[type[Any], dict[str, Kind]]]] = {
     "predators": (lambda part: (fe.ConstantVelocity(), part), PREDATORS),
@@ -177,123 +146,88 @@ SLOTS: dict[str, tuple[Callable[[Any], Any], dict[type[Any], dict[str, Kind]]]] 
     "randomization": (lambda part: (part,), DRAWS),
 }
 
-PARTS = [
-    pytest.param(slot, kind(**{name: given.good for name, given in arguments.items()}), id=kind.kind)
-    for slot, (_, kinds) in SLOTS.items()
+SLOT_ROWS = [
+    Row(
+        lambda slot=slot, place=place, kind=kind, **given: FLOCK.replace(**{slot: place(kind(**given))}),
+        arguments,
+        named={name: (f"{kind.kind}.{name}",) for name in inspect.signature(kind).parameters},
+        like=kind,
+    )
+    for slot, (place, kinds) in SLOTS.items()
     for kind, arguments in kinds.items()
+]
+"""A scenario checks its parts."""
+
+PARTS = [
+    pytest.param(
+        slot, row.like(**{name: given.good for name, given in row.arguments.items()}), id=row.like.kind
+    )
+    for slot, (_, kinds) in SLOTS.items()
+    for row in SLOT_ROWS
+    if row.like in kinds
 ]
 """Slot and part, one entry per kind of part."""
 
-
-def _part(slot: str, place: Callable[[Any], Any], kind: type[Any]) -> Callable[..., Any]:
-    """Return a function that puts a part with some arguments into a scenario, which checks them."""
-    return lambda **arguments: FLOCK.replace(**{slot: place(kind(**arguments))})
-
-
+FLOCK_ROW, LINE_ROW = Row(fe.FlockScenario, FLOCK_FIELDS), Row(fe.LineScenario, LINE_FIELDS)
 SCENARIOS: dict[str, Row] = {
-    "FlockScenario": Row(fe.FlockScenario, FLOCK_FIELDS),
-    "LineScenario": Row(fe.LineScenario, LINE_FIELDS),
-    **{
-        kind.__name__: Row(
-            _part(slot, place, kind), arguments, named={name: (f"{kind.kind}.{name}",) for name in arguments}
-        )
-        for slot, (place, kinds) in SLOTS.items()
-        for kind, arguments in kinds.items()
-    },
+    "FlockScenario": FLOCK_ROW,
+    "LineScenario": LINE_ROW,
+    **{row.like.__name__: row for row in SLOT_ROWS},
     "FlockScenario.from_json": Row(fe.FlockScenario.from_json, {"document": Text(FLOCK.to_json())}),
     "FlockScenario.from_toml": Row(fe.FlockScenario.from_toml, {"document": Text(FLOCK.to_toml())}),
-    "FlockScenario.drawn": Row(PRESET.drawn, {"seed": Seed(3)}),
-    "FlockScenario.replace": Row(FLOCK.replace, others=FLOCK_FIELDS),
+    "FlockScenario.drawn": Row(PRESET.drawn),
+    "FlockScenario.replace": Row(FLOCK.replace, others=FLOCK_ROW.arguments),
     "LineScenario.from_json": Row(fe.LineScenario.from_json, {"document": Text(LINE.to_json())}),
     "LineScenario.from_toml": Row(fe.LineScenario.from_toml, {"document": Text(LINE.to_toml())}),
-    "LineScenario.replace": Row(LINE.replace, others=LINE_FIELDS),
+    "LineScenario.replace": Row(LINE.replace, others=LINE_ROW.arguments),
     "EnvOptions": Row(fe.EnvOptions, ENV_OPTIONS),
     "EnvOptions.replace": Row(fe.EnvOptions().replace, others=ENV_OPTIONS),
     "LineOptions": Row(fe.LineOptions, LINE_OPTIONS),
     "LineOptions.replace": Row(fe.LineOptions().replace, others=LINE_OPTIONS),
     "RenderOptions": Row(fe.RenderOptions, RENDER_OPTIONS),
 }
-RANGE = Number(4.0, low=0.0)
-_RULE: dict[str, Kind] = {
-    "patience": Number(0.25, low=0.0),
-    "first_range": Number(8.0, low=0.0),
-    "interaction_range": Number(4.0, low=0.0),
-    "growth": Number(3.0, low=0.0),
-    "min_neighbors": Number(2.0, low=0.0),
-    "crowding": Number(1.0, low=0.0),
-    "agreement": Number(1.0, low=0.0),
-}
+THRESHOLDS = (
+    "patience",
+    "first_range",
+    "interaction_range",
+    "growth",
+    "min_neighbors",
+    "crowding",
+    "agreement",
+)
 POLICIES: dict[str, Row] = {
-    "FixedRange": Row(policies.FixedRange, {"interaction_range": RANGE}, after=vars),
-    "RandomRange": Row(
-        policies.RandomRange, {"seed": Seed(3, True)}, after=lambda made: made._rng.bit_generator.state
-    ),
-    "ScheduledRange": Row(
-        policies.ScheduledRange,
-        {"schedule": Floats(np.full((24, 5), 4.0), low=0.0, is_any_length=True)},
-        after=vars,
-    ),
-    "StubbornLeaders": Row(
-        policies.StubbornLeaders, {"min_cosine": Number(0.5), "interaction_range": RANGE}, after=vars
-    ),
-    "ListenWhileFleeing": Row(
-        policies.ListenWhileFleeing, {"min_cosine": Number(0.1), "interaction_range": RANGE}, after=vars
-    ),
+    **{
+        rule.__name__: Row(rule, arguments, after=vars)
+        for rule, arguments in {
+            policies.FixedRange: {},
+            policies.ScheduledRange: {"schedule": Floats(np.full((24, 5), 4.0), low=0.0, is_any_length=True)},
+            policies.StubbornLeaders: {"min_cosine": Number(0.5)},
+            policies.ListenWhileFleeing: {"min_cosine": Number(0.1)},
+            policies.ListenWhileThreatened: {},
+            policies.WinStayLoseShift: {"criterion": Choice("escape_direction")},
+            policies.SpreadOut: {},
+            policies.BestNextHeading: {},
+            policies.StepAside: {},
+            policies.BestCandidate: {"entry": Text("escape_cosine")},
+            predator_policies.FlyStraight: {},
+            predator_policies.Pursue: {"target": Choice("nearest")},
+        }.items()
+    },
     "StubbornWitnesses": Row(
-        policies.StubbornWitnesses,
-        _RULE,
-        after=vars,
-        named=dict.fromkeys(_RULE, tuple(_RULE)),
+        policies.StubbornWitnesses, after=vars, named=dict.fromkeys(THRESHOLDS, THRESHOLDS)
     ),
-    "ListenWhileThreatened": Row(
-        policies.ListenWhileThreatened,
-        {name: Number(20.0, low=0.0) for name in ("unaware_range", "aware_range", "safe_distance")},
-        after=vars,
-    ),
-    "WinStayLoseShift": Row(
-        policies.WinStayLoseShift,
-        {
-            **{name: Number(2.0, low=0.0) for name in ("short_range", "long_range", "threshold", "pause")},
-            "criterion": Choice("escape_direction"),
-        },
-        after=vars,
-    ),
-    "SpreadOut": Row(
-        policies.SpreadOut,
-        {name: Number(0.5, low=0.0) for name in ("spread_time", "gain", "interaction_range")},
-        after=vars,
-    ),
-    "BestNextHeading": Row(policies.BestNextHeading, {"turn": Number(0.5, low=0.0)}, after=vars),
-    "StepAside": Row(
-        policies.StepAside, {name: Number(0.5, low=0.0) for name in ("aside_time", "weight")}, after=vars
-    ),
-    "BestCandidate": Row(
-        policies.BestCandidate,
-        {
-            "entry": Text("escape_cosine"),
-            "per_agent": Flag(True),
-            "unaware_range": Number(20.0, low=0.0),
-            "polarization_cost": Number(0.5, low=0.0),
-        },
-        after=vars,
-    ),
-    "SB3Policy": Row(
-        policies.SB3Policy, {"model": Part(Model()), "deterministic": Flag(True)}, after=lambda _: None
-    ),
-    "bind": Row(
-        policies.bind, {"policy": Part(FIXED), "env": Part(fe.FlockEscapeEnv(FLOCK))}, after=lambda _: None
-    ),
-    "FlyStraight": Row(predator_policies.FlyStraight, after=vars),
-    "Pursue": Row(predator_policies.Pursue, {"target": Choice("nearest")}, after=vars),
+    "RandomRange": Row(policies.RandomRange, after=lambda made: made._rng.bit_generator.state),
+    "SB3Policy": Row(policies.SB3Policy, {"model": Part(Model())}, after=lambda _: None),
+    "bind": Row(policies.bind, {"env": Part(fe.FlockEscapeEnv(FLOCK))}, after=lambda _: None),
     "Architecture": Row(
         network.Architecture,
         {
             "inputs": Part(("time",), confusing=((1,), "time")),
             "hidden": Part((2,), accepts=("nothing",), confusing=((0,), (2.0,), (-1,), (True,))),
             "memory": Count(1, low=0),
-            "mirror": Flag(True),
             "squash": Choice("tanh"),
             "candidate_inputs": Part((), accepts=("nothing",), confusing=((1,), "range")),
+            "ranges": Part((), accepts=("nothing",), confusing=(("far",), (-1.0,), 3.0)),
         },
     ),
     "NetworkPolicy": Row(
@@ -303,26 +237,17 @@ POLICIES: dict[str, Row] = {
     ),
     "NamedPolicy": Row(
         registry.NamedPolicy,
-        {
-            "name": Text("a name"),
-            "policy": Part(FIXED),
-            "per_agent": Flag(True),
-            "options": Part({}, accepts=("dict",)),
-            "scenario": Part(FLOCK, True, confusing=(fe.Disc(),)),
-        },
+        {"options": Part({}, accepts=("dict",)), "scenario": Part(FLOCK, True, confusing=(fe.Disc(),))},
     ),
-    "NamedPolicy.record": Row(
-        registry.NamedPolicy("fixed", FIXED).record, {"seed": Seed(3), "scenario": SCENARIO}
-    ),
+    "NamedPolicy.record": Row(registry.NamedPolicy("fixed", FIXED).record),
 }
 VALUES = Floats([1.0, 2.0, 4.0], is_any_length=True, has_extremes=False)
 RESULTS: dict[str, Row] = {
-    "FlockSweepResult.values": Row(SWEPT.values, {"objective": Choice("mean", True)}),
-    "FlockSweepResult.best_range": Row(SWEPT.best_range, {"objective": Choice("mean", True)}),
-    "FlockSweepResult.hindsight_oracle": Row(SWEPT.hindsight_oracle, {"objective": Choice("mean", True)}),
+    "FlockSweepResult.values": Row(SWEPT.values),
+    "FlockSweepResult.best_range": Row(SWEPT.best_range),
+    "FlockSweepResult.hindsight_oracle": Row(SWEPT.hindsight_oracle),
     "FlockSweepResult.mean_with_interval": Row(
-        SWEPT.mean_with_interval,
-        {"objective": Choice("mean", True), "confidence": Number(0.5, low=0.0, high=1.0, is_above=True)},
+        SWEPT.mean_with_interval, {"confidence": Number(0.5, low=0.0, high=1.0, is_above=True)}
     ),
     "FlockSweepResult.plot": Row(
         lambda objective: SWEPT.plot(objective).axes[0].lines[0].get_xydata(),
@@ -344,35 +269,35 @@ RESULTS: dict[str, Row] = {
         },
         named={"positions": ("positions", "values")},
     ),
-    "watch.write_page": Row(watch.write_page, {"runs": RUNS, "path": File("made.html")}),
-    "watch.run_document": Row(run_document, {"name": Text("a"), "trajectory": Part(RUN, confusing=(FLOCK,))}),
+    "watch.write_page": Row(watch.write_page, {"path": File("made.html")}),
+    "watch.run_document": Row(run_document),
     "watch.serve": Row(
         served,
         {
-            "runs": RUNS,
-            "scenario": THE_FLOCK,
-            "seed": Seed(3),
+            "scenario": Part(FLOCK, confusing=(LINE,)),
             "port": Index(0, high=2**16 - 1),
             "open_browser": Flag(False),
         },
+        like=watch.serve,
     ),
     "video.write_video": Row(
         video.write_video,
-        {"runs": RUNS, "path": File("made.mp4"), "options": Part(fe.RenderOptions(size=160), True)},
-        others={
+        {
+            "path": File("made.mp4"),
+            "options": Part(fe.RenderOptions(size=160)),
             "fps": Count(4),
             "speed": Number(4.0, low=0.0, is_above=True),
             "objective": Choice("minimum"),
-            "progress": Call(None, True),
+            "progress": Call(None),
         },
     ),
-    "watch.check_runs": Row(check_runs, {"runs": RUNS}),
+    "watch.check_runs": Row(check_runs),
     "render.draw": Row(
         draw,
         {
-            "run": Part(RUN, confusing=(FLOCK,)),
+            "run": A_RUN,
             "step": Count(3, low=0),
-            "options": optional(Part(fe.RenderOptions())),
+            "options": Part(fe.RenderOptions()),
             "title": Text("a run"),
             "objective": Choice("survival"),
         },

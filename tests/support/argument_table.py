@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -41,7 +42,6 @@ RUN = fe.simulate(FLOCK, 5.0, seed=1)
 LINE_RUN = fe.simulate_line(LINE, 0.25, seed=1)
 POINTS = np.arange(10.0).reshape(5, 2) * 2.0
 SWEPT = fe.sweep(FLOCK, [0.0, 5.0], range(3))
-LINE_SWEPT = fe.sweep(LINE, [0.0, 0.25], range(3))
 FIXED = policies.FixedRange(5.0)
 NET = network.Architecture(("time",), (2,))
 CONTENDER = registry.NamedPolicy(
@@ -58,20 +58,38 @@ class Row:
 
     call: Callable[..., Any]
     arguments: Mapping[str, Kind] = field(default_factory=dict)
+    """Kinds of arguments; the others follow from the names and types in the signature."""
     subject: Callable[[], Any] | None = None
     after: Callable[[Any], Any] = lambda result: result
     others: Mapping[str, Kind] = field(default_factory=dict)
     """Arguments that are not in the signature: keys of ``options``, keyword arguments that are passed on."""
     named: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Names of an argument in errors, if different from its own name."""
+    like: Callable[..., Any] | None = None
+    """Has the signature, if ``call`` has not."""
+
+    def __post_init__(self) -> None:
+        if self.subject is None:
+            kinds = implied(self.like or self.call, self.all_arguments)
+            arguments = {name: kind for name, kind in kinds.items() if name not in self.others}
+            object.__setattr__(self, "arguments", {**self.arguments, **arguments})
 
     @property
     def all_arguments(self) -> dict[str, Kind]:
         return {**self.arguments, **self.others}
 
 
+def implied(call: Callable[..., Any], given: Mapping[str, Kind]) -> dict[str, Kind]:
+    """Return the kinds of the parameters in a signature; a default ``None`` makes an argument optional."""
+    kinds = {}
+    for name, parameter in inspect.signature(call).parameters.items():
+        if parameter.kind is not parameter.VAR_KEYWORD:
+            kind = given.get(name) or BY_NAME.get(name) or BY_TYPE[parameter.annotation]
+            kinds[name] = optional(kind) if parameter.default is None else kind
+    return kinds
+
+
 def write_files(folder: Path) -> None:
-    """Write the files that the table uses."""
     fe.save_policy(CONTENDER, folder / "policy.npz")
     records.save_run(RUN, folder / "run.npz")
     (folder / "state.csv").write_text("x,y\n1,2\n3,4\n")
@@ -117,8 +135,6 @@ def started(make: Callable[[], Any]) -> Callable[[], Any]:
     return subject
 
 
-THREADS = optional(Count(1))
-RENDER = {"render_mode": Choice("rgb_array", True), "render_options": optional(Part(fe.RenderOptions()))}
 ACTION_OPTIONS: dict[str, Kind] = {
     "action_mode": Choice("range"),
     "min_range": Number(0.25, low=0.0),
@@ -141,9 +157,6 @@ LINE_OPTIONS = ACTION_OPTIONS | {
     "profile_ranges": Floats([0.25, 0.5], True, low=0.0, is_any_length=True),
 }
 SCENARIO = Part(FLOCK, True, confusing=(LINE, fe.Disc()))
-HUNTER = Part(None, True)
-"""``predator_policy``: ``None``, because the scenarios of the table have no learned predator."""
-ENV = {"scenario": SCENARIO, **RENDER, "num_threads": THREADS, "predator_policy": HUNTER}
 START = {
     "initial_positions": Floats(POINTS, True),
     "initial_velocities": Floats(POINTS, True),
@@ -151,55 +164,74 @@ START = {
     "predator_velocities": Floats(POINTS[:1], True),
     "episode": Seed(2, True),
 }
-RESET = {"seed": Seed(4, True), "options": Part({}, True)}
 
 
 def reset(env: Any, seed: Any = None, options: Any = None, **entries: Any) -> Any:
-    """Reset with arguments as entries of ``options``."""
     return env.reset(seed=seed, options={**options, **entries} if entries else options)
 
 
 MOMENT = {
     "positions": Floats(POINTS, is_any_length=True),
     "interaction_range": Floats(np.full(5, 4.0), low=0.0, is_scalar_fine=True),
-    "scenario": SCENARIO,
-    "velocities": optional(Floats(POINTS)),
+    "velocities": Floats(POINTS),
 }
 LINE_MOMENT = {
     "states": Floats([0.0, 0.25, 1.0], is_any_length=True),
     "interaction_range": Number(0.5, low=0.0),
 }
-ROLLOUT = {
-    "scenario": Part(FLOCK, True, confusing=(fe.Disc(),)),
-    "policy": Part(FIXED),
+A_RUN = Part(RUN, confusing=(FLOCK,))
+LEAST_0 = Number(2.0, low=0.0)
+BY_NAME: dict[str, Kind] = {
+    "scenario": SCENARIO,
+    "seed": Seed(3),
     "seeds": Seeds([0, 1]),
+    "policy": Part(FIXED),
+    "objective": Choice("mean"),
+    "name": Text("a run"),
+    "runs": Part([("a", RUN)], confusing=([("a", 1)], [(1, RUN)], [RUN], [("a",)])),
+    "trajectory": A_RUN,
+    "num_threads": Count(1),
+    "batch_size": Count(2),
+    "predator_policy": Part(None),  # the scenarios of the table have no learned predator
+    "progress": Call(None, accepts=("function", "class", "bool")),
+    "render_mode": Choice("rgb_array"),
+    "render_options": Part(fe.RenderOptions()),
+    "num_envs": Count(2),
+    "num_flocks": Count(2),
+    "autoreset_mode": Choice("SameStep"),
+    "max_episode_steps": Count(24, low=24),
+    "infos": Choice("end"),
+    "state": Choice("flock_view"),
+    "per_agent": Flag(True),
+    "initial_positions": Floats(POINTS),
+    "initial_velocities": Floats(POINTS),
+    "position": Floats([1.0, 2.0], True),
+    "velocity": Floats([1.0, 2.0], True),
+    "max_speed": Number(40.0, True, low=np.hypot(1.0, 2.0)),
+    "field": Choice("speed"),
 }
-RUNS = Part([("a", RUN)], confusing=([("a", 1)], [(1, RUN)], [RUN], [("a",)]))
+BY_TYPE: dict[str, Kind] = {"float": LEAST_0, "bool": Flag(True), "str": Text("a text")}
 
 FUNCTIONS: dict[str, Row] = {
     "approach": Row(
         fe.approach,
         {
             "aim": Number(5.0),
-            "distance": Number(50.0, True, low=0.0),
-            "speed": Number(10.0, True, low=0.0),
-            "direction": Floats([1.0, 2.0], True),
+            "distance": Number(50.0, low=0.0),
+            "speed": Number(10.0, low=0.0),
+            "direction": Floats([1.0, 2.0]),
             "initial_side": Number(100.0, low=0.0),
-            "dimension": optional(Index(2, high=3)),
+            "dimension": Index(2, high=3),
         },
     ),
-    "episode_seed": Row(fe.episode_seed, {"seed": Seed(3), "episode": Seed(2)}),
+    "episode_seed": Row(fe.episode_seed, {"episode": Seed(2)}),
     "preset": Row(fe.preset, {"name": Choice("pursuit")}, named={"name": ("scenario",)}),
     "simulate": Row(
         fe.simulate,
         {
             "scenario": Part(HUNTED, confusing=(fe.Disc(),)),
             "interaction_range": Floats(np.full(5, 4.0), low=0.0, is_scalar_fine=True),
-            "seed": Seed(3, True),
-            "initial_positions": optional(Floats(POINTS)),
-            "initial_velocities": optional(Floats(POINTS)),
-            "predator_actions": optional(Floats(np.full((24, 1, 2), 0.5))),
-            "num_threads": THREADS,
+            "predator_actions": Floats(np.full((24, 1, 2), 0.5)),
         },
         others={"schedule": optional(Floats(np.full((24, 1), 4.0), low=0.0))},
         named={"schedule": ("schedule", "interaction_range")},
@@ -209,8 +241,7 @@ FUNCTIONS: dict[str, Row] = {
         {
             "scenario": Part(LINE, True, confusing=(FLOCK,)),
             "interaction_range": Number(0.25, low=0.0),
-            "seed": Seed(3, True),
-            "initial_state": optional(Floats([0.0, 0.25, 0.5, 0.75, 1.0])),
+            "initial_state": Floats([0.0, 0.25, 0.5, 0.75, 1.0]),
         },
     ),
     "sweep": Row(
@@ -218,45 +249,21 @@ FUNCTIONS: dict[str, Row] = {
         {
             "scenario": Part(FLOCK, confusing=(fe.Disc(),)),
             "interaction_ranges": Floats([0.0, 4.0], low=0.0, is_any_length=True),
-            "seeds": Seeds([0, 1]),
-            "num_threads": THREADS,
-            "progress": Call(None, True, accepts=("function", "class", "bool")),
         },
     ),
-    "rollout": Row(
-        fe.rollout,
-        ROLLOUT
-        | {
-            "per_agent": optional(Flag(True)),
-            "batch_size": optional(Count(2)),
-            "num_threads": THREADS,
-            "predator_policy": HUNTER,
-            "progress": Call(None, True, accepts=("function", "class", "bool")),
-        },
-        others=ENV_OPTIONS,
-    ),
+    "rollout": Row(fe.rollout, {"scenario": Part(FLOCK, True, confusing=(fe.Disc(),))}, others=ENV_OPTIONS),
     "rollout of lines": Row(
-        fe.rollout,
+        lambda **arguments: fe.rollout(**arguments),
         {
             "scenario": Part(LINE, True, confusing=(fe.Disc(),)),
             "policy": Part(policies.FixedRange(0.25)),
             "seeds": Seeds([0, 1]),
             "batch_size": optional(Count(2)),
-            "progress": Call(None, True, accepts=("function", "class", "bool")),
+            "progress": optional(BY_NAME["progress"]),
         },
         others=LINE_OPTIONS,
     ),
-    "record": Row(
-        fe.record,
-        {
-            "policy": Part(FIXED),
-            "seed": Seed(3),
-            "scenario": SCENARIO,
-            "per_agent": optional(Flag(True)),
-            "predator_policy": HUNTER,
-        },
-        others=ENV_OPTIONS,
-    ),
+    "record": Row(fe.record, others=ENV_OPTIONS),
     "load_policy": Row(
         fe.load_policy, {"path": File("policy.npz")}, after=lambda made: made.policy.parameters
     ),
@@ -264,12 +271,9 @@ FUNCTIONS: dict[str, Row] = {
         fe.save_policy, {"policy": Part(CONTENDER, confusing=(FIXED,)), "path": File("made.npz")}
     ),
     "read_initial_state": Row(fe.read_initial_state, {"path": File("state.csv")}),
-    "save_run": Row(
-        records.save_run,
-        {"trajectory": Part(RUN, confusing=(FLOCK,)), "path": File("made.npz"), "name": Text("a run")},
-    ),
+    "save_run": Row(records.save_run, {"path": File("made.npz")}),
     "load_run": Row(records.load_run, {"path": File("run.npz")}),
-    "replay_run": Row(records.replay_run, {"trajectory": Part(RUN, confusing=(FLOCK,))}),
+    "replay_run": Row(records.replay_run),
     "run_differences": Row(
         records.run_differences,
         {"recorded": Part(RUN, confusing=(LINE_RUN,)), "again": Part(RUN, confusing=(LINE_RUN,))},
@@ -285,7 +289,6 @@ FUNCTIONS: dict[str, Row] = {
         after=lambda made: (made.name, made.options, made.per_agent),
         named={"name": ("policies",)},
     ),
-    "records.versions": Row(records.versions),
 }
 
 

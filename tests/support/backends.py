@@ -61,14 +61,12 @@ def note_call(number: int) -> int:
 
 
 def square(number: int) -> Arrays:
-    """Return a square after a moment."""
     note_call(number)
     time.sleep(0.02)
     return {"square": np.array(number**2)}
 
 
 def slow_square(number: int) -> Arrays:
-    """Return a square after a second, in which signals are handled."""
     note_call(number)
     time.sleep(1.0)
     return {"square": np.array(number**2)}
@@ -106,26 +104,21 @@ def fails(number: int) -> Arrays:
 
 
 def threads() -> Arrays:
-    """Return the threads that a call of the engine takes here, and those of BLAS and torch."""
     return {"engine": np.array(as_threads(None)), "blas": np.array(int(os.environ["OMP_NUM_THREADS"]))}
 
 
 def large(number: int) -> Arrays:
-    """Return two megabytes."""
     return {"noise": np.random.default_rng(number).random(250_000)}
 
 
 def sweep_jobs() -> list[Job]:
-    """Return the jobs of a small sweep."""
     ranges = (0.0, 10.0, 100.0)
     return [job for first in range(6) for job in seed_jobs(OUTCOMES, SMALL, ranges, range(first, first + 5))]
 
 
 def calls(folder: Path) -> int:
-    """Return how many calls left a file."""
     return len(list(folder.iterdir()))
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Return the results in a cache."""
     return {path.name: path.read_bytes() for path in sorted(folder.glob("*.npz"))}

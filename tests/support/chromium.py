@@ -37,7 +37,6 @@ def chromium() -> Iterator[Browser]:
 
 
 def open_page(tab: Page, address: str, width: int = 1280) -> None:
-    """Open a watch page at a time and wait until it has started; its object is ``page`` in scripts."""
     tab.set_viewport_size({"width": width, "height": 900})
     tab.goto(address if "#" in address else f"{address}#t=0")
     tab.evaluate("startedPage.then((page) => { globalThis.page = page; })")

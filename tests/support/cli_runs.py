@@ -55,5 +55,4 @@ def sweep_flags(*more: object) -> list[object]:
 
 
 def plain(boxes: str) -> str:
-    """Return the text inside tyro's boxes, whose characters depend on the terminal."""
     return "\n".join(line.strip("│|").strip() for line in boxes.splitlines())

@@ -26,7 +26,6 @@ Shown = Callable[[str], str]
 
 
 def without_intervals(text: str) -> str:
-    """Return a page without the bounds of its intervals."""
     return INTERVAL.sub("[]", text)
 
 
@@ -52,6 +51,5 @@ def check_results(shown: Shown = str) -> list[Summary]:
 
 
 def check_race(shown: Shown = str) -> None:
-    """Compare docs/arms-race.md."""
     folder, page = RESULTS / "arms_race", ROOT / "docs" / "arms-race.md"
     assert shown(page.read_text()) == shown(race_page(load_race(folder), folder, page))

@@ -144,6 +144,15 @@ def draw(env: Any, rng: np.random.Generator) -> Any:
     return _drawn(env.action_space, rng)
 
 
+def same_action(env: Any, action: Any) -> Any:
+    """Return one action for every agent, or for every slot."""
+    if isinstance(env, ParallelEnv | AECEnv):
+        return dict.fromkeys(env.agents, action)
+    if hasattr(env, "num_envs"):
+        return np.tile(action, (env.num_envs, 1))
+    return np.resize(action, env.action_space.shape)
+
+
 def step(env: Any, actions: Any) -> Any:
     """Take a step; for AEC environments, one action of every agent."""
     if not isinstance(env, AECEnv):

@@ -55,14 +55,12 @@ def step_for_ever(stop: threading.Event) -> None:
 
 
 def start_pools(stop: threading.Event) -> None:
-    """Start pools of many threads; each takes milliseconds."""
     for num_threads in range(200, 212):
         if not stop.is_set():
             sweep(SMALL, [1.0], range(2), num_threads=num_threads)
 
 
 def sweep_for_ever(stop: threading.Event) -> None:
-    """Keep long calls running, which have their own worker threads."""
     while not stop.is_set():
         sweep(SMALL, [1.0, 10.0], range(200), num_threads=2)
 
@@ -107,7 +105,6 @@ def run(busy: list[Callable[[threading.Event], None]], count: int) -> dict[str, 
 
 
 def check(expected: bytes, num_threads: int, forked: float, report: int) -> None:
-    """Play in a child, which reports its seconds and exits with status 1 if a result differs."""
     shown = played(num_threads)
     os.write(report, struct.pack("d", time.monotonic() - forked))
     os._exit(shown != expected)

@@ -19,6 +19,7 @@ import torch
 from resume_child import run
 from small_runs import LEARNERS, small_run
 from stable_baselines3.common.buffers import ReplayBuffer
+from stable_baselines3.common.running_mean_std import RunningMeanStd
 
 from flockesc_env.policies.files import load_policy
 from training.config import Args
@@ -65,7 +66,7 @@ def same(one: Any, other: Any) -> bool:
         return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
     if isinstance(one, list | tuple):
         return len(one) == len(other) and all(map(same, one, other))
-    if isinstance(one, ReplayBuffer):
+    if isinstance(one, ReplayBuffer | RunningMeanStd):
         return same(vars(one), vars(other))
     if isinstance(one, torch.Tensor):
         return torch.equal(one, other)

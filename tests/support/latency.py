@@ -49,40 +49,28 @@ points = np.random.default_rng(0).uniform(0.0, 1.0, (60_000, 2))
 Call = Callable[[], Any]
 
 
-def gymnasium_step(scenario: FlockScenario, rho: float = 10.0, **options: Any) -> Call:
-    env = FlockEscapeEnv(scenario, action_mode="range", **options)
-
+def step(env: Any, actions: Any, **options: Any) -> Call:
     def call() -> None:
-        env.reset(seed=0)
+        env.reset(seed=0, **options)
         armed()
-        env.step(np.array([rho], np.float32))
+        env.step(actions)
 
     return call
+
+
+def gymnasium_step(scenario: FlockScenario, rho: float = 10.0, **options: Any) -> Call:
+    return step(FlockEscapeEnv(scenario, action_mode="range", **options), np.array([rho], np.float32))
 
 
 def vector_step() -> Call:
     env = FlockVectorEnv(64, small, action_mode="range", steps_per_action=10_000, copy=False)
-
-    def call() -> None:
-        env.reset(seed=0)
-        armed()
-        env.step(np.full((64, 1), 10.0, np.float32))
-
-    return call
+    return step(env, np.full((64, 1), 10.0, np.float32))
 
 
 def parallel_step() -> Call:
-    env = parallel_env(
-        FlockScenario(num_agents=5000, initial_side=400.0), action_mode="range", reward="difference"
-    )
-    action = np.array([10.0], np.float32)
-
-    def call() -> None:
-        env.reset(seed=0)
-        armed()
-        env.step(dict.fromkeys(env.agents, action))
-
-    return call
+    flock = FlockScenario(num_agents=5000, initial_side=400.0)
+    env = parallel_env(flock, action_mode="range", reward="difference")
+    return step(env, dict.fromkeys(env.possible_agents, np.array([10.0], np.float32)))
 
 
 def observation() -> Call:
@@ -96,13 +84,7 @@ def observation() -> Call:
 
 def line_step() -> Call:
     env = LineEscapeEnv(line, action_mode="range", max_range=10.0, steps_per_action=FOREVER)
-
-    def call() -> None:
-        env.reset(seed=0, options={"initial_state": CYCLE})
-        armed()
-        env.step(np.array([10.0], np.float32))
-
-    return call
+    return step(env, np.array([10.0], np.float32), options={"initial_state": CYCLE})
 
 
 CALLS: dict[str, Callable[[], Call]] = {

@@ -12,6 +12,7 @@ from reference import Floats, FlockState
 
 from flockesc_env import ConstantVelocity, EnvOptions, FlockScenario, PurePursuit
 from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.episodes.options import View
 
 STEPS = 4
 HALF_COUNT = 8
@@ -231,7 +232,7 @@ def assert_observed(rows: np.ndarray, layout: Any, expected: list[dict[str, floa
 
 
 def assert_plays_as(flock: Reference, rng: np.random.Generator, *, per_agent: bool) -> None:
-    batch = FlockBatch(flock.scenario, flock.options, per_agent=per_agent)
+    batch = FlockBatch(flock.scenario, flock.options, view=View.of(per_agent))
     state = flock.state
     start = batch.start({"initial_positions": state.positions, "initial_velocities": state.velocities})
     rows, _ = batch.reset([0], [0], [start])

@@ -21,4 +21,4 @@ def run(args: Args, weights: Path) -> None:
         return
     rounds = (PPORounds if isinstance(args, PPOArgs) else TQCRounds)(args)
     rounds.train()
-    weights.write_bytes(pickle.dumps(rounds.learned()))
+    weights.write_bytes(pickle.dumps(rounds.state()))

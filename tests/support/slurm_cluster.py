@@ -74,7 +74,6 @@ GRANT = (
 
 
 def obstacle() -> str | None:
-    """Return why no cluster can run here."""
     if not all(find(daemon) for daemon in DAEMONS):
         return f"SLURM is not installed: {INSTALL}"
     return None if os.geteuid() == 0 else "the daemons of SLURM need root"
@@ -205,7 +204,6 @@ class SlurmCluster:
         self.daemons.pop(name).wait()
 
     def kill_node(self, name: str) -> None:
-        """Kill all processes on a node: its daemon, those of its tasks, and the tasks."""
         self.kill(name)
         kill_processes(folder=self.folder / name)
         kill_processes(f"SLURM_CONF={self.folder / 'slurm.conf'}", f"SLURMD_NODENAME={name}")

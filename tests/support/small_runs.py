@@ -32,7 +32,7 @@ def small_run(folder: Path, learner: str = "per-agent PPO", **changes: Any) -> A
         return ImitationArgs(**{**common, **few, **profile, **seen, "teacher": "turn-flock-away", **changes})
     common |= {"num_flocks": 2, "num_episodes": 4, "net_arch": (8, 8)}
     if learner == "TQC":
-        few = {"learning_starts": 10, "gradient_steps": 2, "batch_size": 16, "buffer_size": 60}
+        few = {"learning_starts": 10, "batch_size": 16, "buffer_size": 60}
         return TQCArgs(**{**common, **few, **changes})
     batch_size = 24 if learner == "per-agent PPO" else 6
     reward = "individual_distance_change" if learner == "per-agent PPO" else "running_minimum"

@@ -12,7 +12,7 @@ import training.train
 from flockesc_env import FlockScenario
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES
-from studies.learned import explain, held_out, watching
+from studies.learned import explain, playing, watching
 from training import evaluation
 from training.config import Args
 
@@ -82,10 +82,10 @@ class Spy:
         self._is_training = False
         self._train = training.train.train
         monkeypatch.setattr(training.train, "train", self.train)
-        for module in (evaluation, explain, held_out, watching):
+        for module in (evaluation, explain, playing, watching):
             monkeypatch.setattr(module, "rollout", self._noting(module.rollout))
-        for name in ("play_flocks_of_networks", "play_lines_of_networks"):
-            monkeypatch.setattr(evaluation, name, self._noting(getattr(evaluation, name)))
+        noted = self._noting(evaluation.rollout_networks)
+        monkeypatch.setattr(evaluation, "rollout_networks", noted)
         job_run = Job.run
 
         def run_job(job: Job) -> Any:

@@ -5,6 +5,8 @@ A refused value leaves no trace: the environment goes on like one that was never
 
 from __future__ import annotations
 
+import copy
+import dataclasses
 import inspect
 import shutil
 from contextlib import suppress
@@ -15,13 +17,15 @@ from typing import Any
 import pytest
 from argument_environments import CONSTRUCTORS, METHODS
 from argument_parts import POLICIES, RESULTS, SCENARIOS
-from argument_table import FUNCTIONS, Row, used, write_files
-from same import same
+from argument_table import FLOCK, FUNCTIONS, HUNTED, LINE, Row, used, write_files
+from same import plain, same
+from spoiling import spoil
 
 import flockesc_env
 from flockesc_env import sb3, watch
 from flockesc_env.common import stats
 from flockesc_env.common.errors import FlockescError, OptionError
+from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.render import video
 
 ROWS = FUNCTIONS | CONSTRUCTORS | METHODS | SCENARIOS | POLICIES | RESULTS
@@ -35,7 +39,7 @@ MADE_HERE = {
 }
 # Methods that are other libraries' protocols, or that this package alone calls.
 PROTOCOLS = {
-    *("act", "action_space", "observation_space", "render", "close_extras"),
+    *("act", "action_space", "observation_space", "render", "close", "close_extras"),
     *("env_is_wrapped", "env_method", "get_attr", "set_attr", "step_async"),
     *("to_core", "selected"),
     *("NetworkPolicy.reset", "SB3Policy.reset", "StubbornWitnesses.reset"),
@@ -51,7 +55,6 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(autouse=True)
 def _files(files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give every test its own copies of the files, in the working directory."""
     shutil.copytree(files, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
 
@@ -118,6 +121,32 @@ def test_extreme(row: Row) -> None:
                 result = called(row, subject, **{name: value})
                 used(result)
                 row.after(subject or result)
+
+
+COPIED = FUNCTIONS | SCENARIOS | {name: row for name, row in POLICIES.items() if name != "NamedPolicy"}
+"""A ``NamedPolicy`` is a record of what it is given."""
+
+
+@pytest.mark.parametrize("row", COPIED.values(), ids=COPIED)
+def test_changes_by_the_caller_change_nothing(row: Row) -> None:
+    """Arguments are copied, and results belong to the caller."""
+    given = {name: kind.good for name, kind in row.arguments.items()}
+    taken = copy.deepcopy(given)
+    made = row.call(**taken)
+    before = plain(copy.deepcopy(row.after(made)))
+    spoil(taken)
+    assert plain(row.after(made)) == before
+    spoil(row.after(made))
+    assert plain(row.after(row.call(**copy.deepcopy(given)))) == before
+
+
+@pytest.mark.parametrize("value", [FLOCK, HUNTED, LINE, EnvOptions(range_grid=[1.0])], ids=repr)
+def test_scenarios_and_options_are_values(value: Any) -> None:
+    hash(value)  # only numbers, texts and tuples
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        setattr(value, dataclasses.fields(value)[0].name, 1)
+    with pytest.raises(TypeError):
+        flockesc_env.PRESETS["paper-flock"] = value  # type: ignore[index]
 
 
 def _members(module: ModuleType) -> list[str]:

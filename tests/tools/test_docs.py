@@ -13,17 +13,8 @@ from flockesc_env.common.extras import MissingExtraError
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SOURCES = (
-    "benchmarks",
-    "compat",
-    "docs",
-    "examples",
-    "flockesc_env",
-    "fuzz",
-    "results",
-    "rust",
-    "studies",
-    "tests",
-    "training",
+    *("benchmarks", "compat", "docs", "examples", "flockesc_env", "fuzz", "results", "rust"),
+    *("studies", "tests", "training"),
 )
 SUFFIX = re.compile(r"\.(css|gif|html|js|json|lock|md|parquet|png|py|pyi|rs|svg|toml)$")
 
@@ -42,7 +33,6 @@ CODE_ROW = re.compile(r"\| (?P<what>[^|]+) \| (?P<code>[^|]*\]\(\.\./[^|]*) \| (
 
 
 def prose(page: Path) -> str:
-    """Return the text of a page without its code blocks."""
     return re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
 
 
@@ -55,37 +45,21 @@ def anchors(page: Path) -> set[str]:
 
 
 def is_path(code: str) -> bool:
-    """Return whether code in backquotes names a file or a folder of the repository."""
     if not re.fullmatch(r"[\w./-]+", code) or code.startswith("runs/"):  # output of commands
         return False
     return bool(SUFFIX.search(code)) or code.endswith("/") or code.split("/")[0] in SOURCES
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_files_that_a_page_names_exist(page: Path) -> None:
-    named = {code for code in re.findall(r"`([^`\n]+)`", prose(page)) if is_path(code)}
+def test_files_links_headings_and_tests_that_a_page_names_exist(page: Path) -> None:
+    text = prose(page)
+    named = {code for code in re.findall(r"`([^`\n]+)`", text) if is_path(code)}
     assert sorted(code for code in named if code.rstrip("/") not in ENDINGS) == []
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_links_within_the_repository_lead_to_files(page: Path) -> None:
-    links = re.findall(r"\]\(([^)#\s]+)", prose(page))
-    inside = [link for link in links if not re.match(r"https?:|mailto:", link)]
-    assert [link for link in inside if not (page.parent / link).exists()] == []
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_links_to_headings_lead_to_headings(page: Path) -> None:
-    links = re.findall(r"\]\(([\w./-]*\.md)?#([^)\s]+)\)", prose(page))
-    assert [
-        anchor for name, anchor in links if anchor not in anchors(page.parent / name if name else page)
-    ] == []
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_tests_that_a_page_names_exist(page: Path) -> None:
-    named = set(re.findall(r"\btest_\w+(?:\.py)?\b", prose(page)))
-    assert sorted(named - TESTS) == []
+    links = [link for link in re.findall(r"\]\(([^)#\s]+)", text) if not re.match(r"https?:|mailto:", link)]
+    assert [link for link in links if not (page.parent / link).exists()] == []
+    headings = re.findall(r"\]\(([\w./-]*\.md)?#([^)\s]+)\)", text)
+    assert [at for name, at in headings if at not in anchors(page.parent / name if name else page)] == []
+    assert sorted(set(re.findall(r"\btest_\w+(?:\.py)?\b", text)) - TESTS) == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -117,12 +91,3 @@ def test_every_row_of_the_code_table_names_existing_code() -> None:
         for function in re.findall(r"`(\w+)`", row["function"]):
             code = "".join((page.parent / link).read_text("utf-8") for _, link in links)
             assert re.search(rf"\b(fn|class|def|struct|enum) {function}\b", code), row["what"]
-
-
-@pytest.mark.parametrize(
-    "wanted",
-    ["Eq. 11", "escape force", "rewards: `running_minimum`", "observation of an agent", "autoreset rule"],
-)
-def test_the_code_table_has_a_row_for(wanted: str) -> None:
-    text = (ROOT / "docs" / "model.md").read_text("utf-8")
-    assert any(wanted in row["what"] for row in CODE_ROW.finditer(text))

@@ -139,7 +139,7 @@ def test_a_comparison_has_the_objective(spec: ObjectiveSpec, tmp_path: Path) -> 
         grid_size=2,
     )
     drawn: list[Any] = []
-    with mock.patch.object(plots, "_save", side_effect=lambda figure, _: drawn.append(figure)):
+    with mock.patch.object(plots, "save_figure", side_effect=lambda figure, _: drawn.append(figure)):
         table = compare(args)
     episodes = rollout(FLOCK, FixedRange(3.0), range(2_000_000, 2_000_004), max_range=20.0)
     assert table["objective"][-1] == pytest.approx(spec.values(episodes).mean(), rel=1e-12)

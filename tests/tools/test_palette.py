@@ -19,13 +19,11 @@ DRAWING = sorted(
 COLOR = re.compile(r"#[0-9a-fA-F]{6}\b|\btab:\w+|[\"'](red|blue|orange|green|purple|black|gray|grey)[\"']")
 
 
-@pytest.mark.parametrize("path", DRAWING, ids=lambda path: path.relative_to(ROOT).as_posix())
-def test_colors_come_from_the_palette(path: Path) -> None:
-    assert not COLOR.findall(path.read_text())
+def test_colors_come_from_the_palette() -> None:
+    assert not [path for path in DRAWING if COLOR.search(path.read_text())]
 
 
 def channels(color: str) -> tuple[float, ...]:
-    """Return the linear channels of a color."""
     values = [byte / 255 for byte in bytes.fromhex(color[1:])]
     return tuple(v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in values)
 

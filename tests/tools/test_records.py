@@ -36,7 +36,6 @@ RUNS = {
     "unseeded": lambda: simulate(FLOCK, 10.0),
     "schedule": lambda: simulate(FLOCK, schedule=np.linspace(0, 30, 9)[:, None], seed=3),
     "per agent": lambda: simulate(FLOCK, np.linspace(0, 30, 12), seed=3),
-    "as many agents as steps": lambda: simulate(FLOCK.replace(num_agents=9), np.ones(9), seed=3),
     "policy": lambda: record(FLOCK, StubbornLeaders(), 5, per_agent=True),
     "in space, two predators": lambda: simulate(FLOCK.replace(dimension=3, predators=TWO), 20.0, seed=1),
     "random predator": lambda: simulate(FLOCK.replace(predators=RANDOM), 20.0, seed=1),
@@ -44,13 +43,11 @@ RUNS = {
         FLOCK.replace(predators=RANDOM), 20.0, initial_velocities=np.ones((12, 2))
     ),
     "no predator": lambda: simulate(FLOCK.replace(predators=()), 20.0, seed=1),
-    "given positions": lambda: simulate(FLOCK, 10.0, seed=3, initial_positions=np.eye(12)[:, :2]),
     "given start": lambda: simulate(
         FLOCK, 10.0, initial_positions=np.eye(12)[:, :2], initial_velocities=np.ones((12, 2))
     ),
     "line": lambda: simulate_line(LineScenario(), 0.1, seed=3),
     "line, given": lambda: simulate_line(LineScenario(num_agents=3), 0.1, initial_state=[0.1, 0.5, 0.9]),
-    "line, unsteady": lambda: simulate_line(LineScenario(max_steps=2), 0.1, seed=3),
     "line, no predator": lambda: simulate_line(LineScenario(predator_position=None), 0.2, seed=3),
 }
 
@@ -88,25 +85,6 @@ def test_a_changed_bit_is_found(tmp_path: Path) -> None:
     assert difference.startswith("positions[4, 2, 1]: recorded ")
     one, two = (simulate_line(LineScenario(max_steps=steps), 0.1, seed=3) for steps in (1, 2))
     assert "states: recorded shape (2, 100), now shape (3, 100)" in run_differences(one, two)
-
-
-def test_another_seed_is_found() -> None:
-    run = dataclasses.replace(simulate(FLOCK, 10.0, seed=3), seed=4)
-    assert any(text.startswith("positions[0, 0, 0]") for text in run_differences(run, replay_run(run)))
-
-
-# NumPy before 2.1 leaves the archive open if writing fails; its finalizer then warns.
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_an_older_file_survives_a_failed_write(tmp_path: Path) -> None:
-    path = tmp_path / "run.npz"
-    run = simulate(FLOCK, 10.0, seed=3)
-    save_run(run, path)
-    before = path.read_bytes()
-    broken = dataclasses.replace(run, positions=[[1.0], [1.0, 2.0]])  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="inhomogeneous"):
-        save_run(broken, path)
-    assert path.read_bytes() == before
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def rewrite(path: Path, **changes: Any) -> None:
@@ -155,7 +133,8 @@ NOT_SIGNED = ["times", "interaction_ranges", "mean_distance", "min_distance", "p
 @pytest.mark.parametrize(
     ("kind", "column", "bad"),
     [
-        *(("flock", name, bad) for name in SIGNED + NOT_SIGNED for bad in (np.nan, np.inf)),
+        *(("flock", name, np.nan) for name in SIGNED + NOT_SIGNED),
+        ("flock", "positions", np.inf),
         *(("flock", name, -1) for name in [*NOT_SIGNED, "num_components", "fraction_surviving"]),
         ("flock", "num_components", 13),
         ("flock", "caught_at", -2),
@@ -190,27 +169,16 @@ def header_with(path: Path, **changes: Any) -> np.ndarray:
 def test_a_bad_header_is_named(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     save_run(simulate(FLOCK, 10.0, seed=3), path)
-    rewrite(path, header=header_with(path, seed=-1))
-    with pytest.raises(RecordError, match=r"^seed"):
-        load_run(path)
-    rewrite(path, header=header_with(path, seed=None))
-    with pytest.raises(RecordError, match=r"^seed"):
-        load_run(path)
-    rewrite(path, header=header_with(path, seed=3, is_start_given=0))
-    with pytest.raises(RecordError, match=r"^is_start_given"):
-        load_run(path)
-    rewrite(path, header=header_with(path, is_start_given=False, scenario={"wings": 2}))
-    with pytest.raises(ScenarioError, match=r"^wings"):
-        load_run(path)
-
-
-def test_truncated_files_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "run.npz"
-    save_run(simulate(FLOCK, 10.0, seed=3), path)
     whole = path.read_bytes()
-    for length in range(0, len(whole), 97):
-        path.write_bytes(whole[:length])
-        with pytest.raises(RecordError, match="expected a recorded run"):
+    for changes, field in (
+        ({"seed": -1}, "seed"),
+        ({"seed": None}, "seed"),
+        ({"is_start_given": 0}, "is_start_given"),
+        ({"scenario": {"wings": 2}}, "wings"),
+    ):
+        path.write_bytes(whole)
+        rewrite(path, header=header_with(path, **changes))
+        with pytest.raises((RecordError, ScenarioError), match=f"^{field}"):
             load_run(path)
 
 

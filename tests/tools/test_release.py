@@ -28,12 +28,6 @@ def test_the_paper_is_cited_everywhere_with_the_same_title_and_year() -> None:
         assert f"year   = {{{year}}}" in text
 
 
-def test_there_are_no_conflict_markers_in_the_changelog() -> None:
-    assert not re.search(
-        r"^(<<<<<<<|=======|>>>>>>>)", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE
-    )
-
-
 @pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
 def test_actions_are_pinned_by_commit(workflow: Path) -> None:
     actions = re.findall(r"uses: (.+)", workflow.read_text("utf-8"))

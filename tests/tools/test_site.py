@@ -39,7 +39,6 @@ def resolved(name: str) -> object:
 
 
 def public(module: ModuleType) -> set[str]:
-    """Return the names in ``__all__`` or, without it, what the module itself defines."""
     own = {name for name, item in vars(module).items() if getattr(item, "__module__", "") == module.__name__}
     return {name for name in getattr(module, "__all__", own) if not name.startswith("_")}
 
@@ -56,9 +55,6 @@ def test_the_contents_have_every_page() -> None:
     contents = (ROOT / "docs" / "index.md").read_text("utf-8").splitlines()
     pages = {page.stem for page in (ROOT / "docs").glob("*.md")} - {"index"}
     assert sorted(pages - set(contents)) == []
-
-
-def test_no_name_is_documented_twice() -> None:
     assert [name for name, count in DOCUMENTED.items() if count > 1] == []
 
 

@@ -79,15 +79,6 @@ def test_the_page_plays_by_itself_unless_a_time_is_asked_for(tab: Page, file: st
     assert tab.evaluate("[page.player.time, page.player.isPlaying]") == [0, False]
 
 
-def test_ranges_are_colors_where_they_differ(tab: Page, file: str, tmp_path: Path) -> None:
-    open_page(tab, file)
-    assert tab.evaluate("document.getElementById('color').value") == "range"
-    run = built_in("fixed:15").record(3, FLOCK)
-    write_page([("one", run), ("same", run)], tmp_path / "page.html")
-    open_page(tab, (tmp_path / "page.html").as_uri())
-    assert tab.evaluate("document.getElementById('color').value") == "component"
-
-
 def test_colors_of_ranges_are_those_of_all_pictures(tab: Page, file: str) -> None:
     open_page(tab, file)
     shares = np.linspace(0, 1, 64)
@@ -95,18 +86,6 @@ def test_colors_of_ranges_are_those_of_all_pictures(tab: Page, file: str) -> Non
     channels = [[int(channel) for channel in color[4:-1].split(",")] for color in shown]
     np.testing.assert_allclose(channels, range_colors(shares, 1.0).astype(int), atol=1)
     assert tab.evaluate("NUM_GROUP_COLORS") == len(LIGHT.components)
-
-
-@pytest.mark.parametrize(("count", "columns"), [(1, 1), (2, 2), (4, 2)])
-def test_curves_stand_beside_the_panels(tab: Page, tmp_path: Path, count: int, columns: int) -> None:
-    runs = [(f"fixed:{rho}", built_in(f"fixed:{rho}").record(3, FLOCK)) for rho in range(count)]
-    write_page(runs, tmp_path / "page.html")
-    open_page(tab, (tmp_path / "page.html").as_uri())
-    boxes = "[...document.querySelectorAll('{}')].map((part) => part.getBoundingClientRect().toJSON())"
-    panels, charts = (tab.evaluate(boxes.format(part)) for part in (".panel", ".chart"))
-    assert len({box["left"] for box in panels}) == columns
-    assert max(box["right"] for box in panels) < min(box["left"] for box in charts)
-    assert max(box["bottom"] for box in charts) < 900
 
 
 def test_a_picture_of_all_panels_is_saved(tab: Page, file: str) -> None:
@@ -140,23 +119,6 @@ def test_a_video_of_the_replay_is_saved(tab: Page, file: str) -> None:
     for panel in (frames[:, 40:, :width], frames[:, 40:, width:]):
         assert np.ptp(panel[0]) > 100
         assert np.abs(panel[-1].astype(int) - panel[0]).max() > 100
-
-
-def test_a_video_ends_when_playback_stops(tab: Page, file: str) -> None:
-    open_page(tab, file)
-    with tab.expect_download():
-        tab.click("#save-video")
-        wait(tab, "page.player.time > 0.3")
-        tab.click("#save-video")
-    assert tab.evaluate("page.player.time") < 4
-
-
-def test_a_browser_without_recorder_offers_no_video(tab: Page, file: str) -> None:
-    open_page(tab, file)
-    assert tab.is_visible("#save-video")
-    tab.add_init_script("delete window.MediaRecorder")
-    open_page(tab, f"{file}?old")
-    assert not tab.is_visible("#save-video")
 
 
 def test_space_plays_and_stops_and_playback_stops_at_the_end(tab: Page, file: str) -> None:
@@ -216,17 +178,6 @@ def test_scrubbing_moves_the_cursor_the_flock_and_the_numbers(tab: Page, file: s
     assert tab.evaluate(shown) == expected
 
 
-def test_a_press_on_a_curve_goes_to_its_time(tab: Page, file: str) -> None:
-    open_page(tab, file)
-    tab.evaluate("document.getElementById('charts').scrollIntoView()")
-    left, top, width = tab.evaluate(
-        "(({ left, top, width }) => [left, top, width])"
-        "(document.querySelector('.chart .u-over').getBoundingClientRect())"
-    )
-    drag(tab, (left + 0.2 * width, top + 20), (left + 0.5 * width, top + 30))
-    assert tab.evaluate("page.player.time") == pytest.approx(2.0, abs=4.0 / width)
-
-
 @pytest.mark.parametrize("look", ["trails", "edges", "discs", "color"])
 def test_every_display_option_changes_the_picture_and_back(tab: Page, file: str, look: str) -> None:
     open_page(tab, f"{file}#t=1")
@@ -283,16 +234,6 @@ def test_a_color_is_one_component_and_the_largest_components_have_colors(tab: Pa
             assert all(sizes[label] == 1 for label in of_group.get(6, set()))
 
 
-def test_fixed_ranges_are_gray_and_learned_ones_purple(tab: Page, tmp_path: Path) -> None:
-    names = {"stubborn-leaders": "others", "fixed:15": "fixed", "mine.npz": "learned", "random": "others"}
-    runs = [(name, built_in("random" if name == "mine.npz" else name).record(3, FLOCK)) for name in names]
-    write_page([*runs, ("fixed:15", runs[1][1])], tmp_path / "page.html")
-    open_page(tab, (tmp_path / "page.html").as_uri())
-    shown = "[...document.querySelectorAll('.panel')].map((panel) => panel.style.getPropertyValue('--run'))"
-    first, second, third, *_ = LIGHT.others
-    assert tab.evaluate(shown) == [first, LIGHT.fixed, LIGHT.learned, second, third]
-
-
 def test_dragging_turns_space_and_double_click_resets(tab: Page, tmp_path: Path) -> None:
     flock = FLOCK.replace(dimension=3, predators=(ConstantVelocity(),))
     write_page([(spec, built_in(spec).record(3, flock)) for spec in SPECS], tmp_path / "page.html")
@@ -327,16 +268,6 @@ def test_the_whole_run_is_in_the_window(tab: Page, tmp_path: Path, dimension: in
     assert max(seen) < 0.99
 
 
-def test_dragging_moves_the_plane_by_as_many_pixels(tab: Page, file: str) -> None:
-    open_page(tab, file)
-    where = "[...page.camera.project(20, 30, 0, [0, 0, 0])].slice(0, 2)"
-    x, y = tab.evaluate(where)
-    drag(tab, (200, 300), (260, 320))
-    assert tab.evaluate(where) == pytest.approx([x + 60, y + 20])
-    tab.evaluate("page.camera.zoom(2, 100, 100)")
-    assert tab.evaluate(where) == pytest.approx([2 * (x + 60) - 100, 2 * (y + 20) - 100])
-
-
 def test_names_are_text(tab: Page, tmp_path: Path) -> None:
     name = "<!--<script></script><img src=x onerror='window.hacked = 1'><script>window.hacked = 1</script>"
     write_page([(name, built_in("fixed:5").record(3, FLOCK))], tmp_path / "page.html")
@@ -344,27 +275,3 @@ def test_names_are_text(tab: Page, tmp_path: Path) -> None:
     assert tab.evaluate("document.querySelector('.panel h2').textContent") == name
     assert tab.evaluate("document.title") == name
     assert tab.evaluate("[typeof window.hacked, document.images.length]") == ["undefined", 0]
-
-
-@pytest.mark.parametrize("width", [400, 800, 1280])
-@pytest.mark.parametrize("count", [1, 2, 3])
-def test_nothing_is_wider_than_the_window(tab: Page, tmp_path: Path, width: int, count: int) -> None:
-    runs = [(spec, built_in(spec).record(3, FLOCK)) for spec in ("fixed:15", "random", "stubborn-leaders")]
-    write_page(runs[:count], tmp_path / "page.html")
-    open_page(tab, (tmp_path / "page.html").as_uri(), width=width)
-    assert tab.evaluate("document.documentElement.scrollWidth") <= width
-    # The numbers under a panel stay in one row.
-    assert tab.evaluate(
-        "[...document.querySelectorAll('.stats dt')]"
-        ".every((dt) => dt.scrollWidth <= dt.parentElement.clientWidth)"
-    )
-
-
-def test_a_run_in_a_notebook_plays_in_its_frame(tab: Page) -> None:
-    tab.set_content(built_in("fixed:15").record(3, FLOCK)._repr_html_() or "")
-    (frame,) = tab.frames[1:]
-    frame.evaluate("startedPage")
-    assert frame.locator(".panel").count() == 1
-    before = frame.locator("#time").inner_text()
-    tab.wait_for_timeout(500)
-    assert frame.locator("#time").inner_text() != before

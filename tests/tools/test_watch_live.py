@@ -20,7 +20,6 @@ pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MIS
 
 FLOCK = FlockScenario(num_agents=40, num_steps=80)  # 4 s
 SPECS = ("fixed:15", "stubborn-leaders")
-TITLES = ["fixed range 15 m", "rule: stubborn leaders"]
 
 
 @pytest.fixture(scope="module")
@@ -97,33 +96,6 @@ def test_the_address_keeps_seed_and_policies(tab: Page, address: str) -> None:
     wait(tab, "page.runs.slice(0, 2).every(({ seed }) => seed === '4')")
     assert tab.evaluate("page.runs[0].name") == "fixed:12"
     tab.evaluate("page.player.pause()")
-
-
-def test_a_recording_that_is_asked_for_last_stays(tab: Page, address: str) -> None:
-    open_page(tab, address)
-    tab.evaluate("""(({ live }) => {
-        globalThis.shown = [];
-        const replaceRun = live.replaceRun;
-        live.replaceRun = (index, run) => { shown.push(run.name); replaceRun(index, run); };
-        const { select, run } = live.controls[2];
-        for (const name of ["random", "stubborn-leaders", ""]) { select.value = name; run(); }
-    })(page)""")
-    wait(tab, "shown.length === 2")
-    assert tab.evaluate("shown") == ["random", "mine.npz"]  # the requests in between were never run
-
-
-def test_a_stopped_server_is_noticed(tab: Page, address: str, problems: list[str]) -> None:
-    open_page(tab, address)
-    tab.context.set_offline(True)
-    tab.evaluate(SLIDE.format(20))
-    wait(tab, "document.getElementById('message').value === 'The server does not answer any more.'")
-    assert tab.evaluate("page.runs[0].name") == SPECS[0]
-    tab.context.set_offline(False)
-    tab.evaluate(SLIDE.format(21))
-    wait(tab, "page.runs[0].name === 'fixed:21' && document.getElementById('message').value === ''")
-    assert problems
-    assert all("ERR_INTERNET_DISCONNECTED" in problem for problem in problems)
-    problems.clear()
 
 
 def test_a_refused_seed_is_shown_and_changes_nothing(tab: Page, address: str, problems: list[str]) -> None:

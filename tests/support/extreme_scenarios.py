@@ -1,0 +1,89 @@
+"""Hypothesis strategies of scenarios with numbers up to the bounds that the core accepts."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from hypothesis import strategies as st
+from option_table import small_flock
+
+from flockesc_env import (
+    ConstantVelocity,
+    Encircle,
+    FlockScenario,
+    Herd,
+    Inertial,
+    Intercept,
+    Learned,
+    PrescribedPath,
+    PurePursuit,
+    Reynolds,
+    Topological,
+    Vicsek,
+    Voronoi,
+    Wandering,
+)
+
+SMALLEST, LARGEST = 1e-20, 1e20
+
+DIVIDING = ("time_step", "mass", "speed", "initial_side")
+COMPUTED = ("repulsion_strength", "alignment_strength", "sensing_noise")
+COMPARED = ("predator_range", "capture_radius")
+
+Numbers = st.SearchStrategy[float]
+
+
+class Bounds(NamedTuple):
+    """Strategies of numbers by their use in the model."""
+
+    coordinate: Numbers = st.floats(-LARGEST, LARGEST)
+    dividing: Numbers = st.floats(SMALLEST, LARGEST)
+    computed: Numbers = st.floats(0, LARGEST)
+    compared: Numbers = st.floats(0, allow_infinity=False)
+
+
+@st.composite
+def predators(draw: st.DrawFn, numbers: Bounds) -> tuple[Any, ...]:
+    coordinate, computed = numbers.coordinate, numbers.computed
+    start = {
+        "position": (draw(coordinate), draw(coordinate)),
+        "velocity": (draw(coordinate), draw(coordinate)),
+    }
+    steering = start | {"max_turn_rate": draw(computed)}
+    path = (start["position"], start["velocity"])
+    kinds = [
+        ConstantVelocity(**start),
+        Wandering(**start, angular_diffusion=draw(computed)),
+        PrescribedPath(path, interval=draw(st.none() | numbers.dividing)),
+        Learned(**start, max_acceleration=draw(computed), max_speed=draw(numbers.dividing)),
+        PurePursuit(**steering, confusion_rate=draw(computed), sight=draw(numbers.compared)),
+        PurePursuit(**steering, target=draw(st.sampled_from(["centroid", "most_isolated", "assigned"]))),
+        Intercept(**steering, navigation_constant=draw(computed)),
+        Encircle(**steering, radius=draw(computed), closing_speed=draw(computed)),
+    ]
+    chosen = tuple(draw(st.lists(st.sampled_from(kinds), min_size=1, max_size=3)))
+    return (*chosen, Herd(**steering, distance=draw(computed), partner=0)) if draw(st.booleans()) else chosen
+
+
+@st.composite
+def flocks(draw: st.DrawFn, numbers: Bounds) -> FlockScenario:
+    motions = st.builds(Reynolds, numbers.computed, numbers.computed, numbers.compared)
+    motion = draw(st.sampled_from([Inertial(), Vicsek()]) | motions)
+    dimension = draw(st.sampled_from([2, 3]))
+    rule = draw(st.sampled_from([Topological(), Voronoi()])) if dimension == 2 else Topological()
+    return small_flock(
+        dimension,
+        num_agents=draw(st.integers(1, 9)),
+        num_steps=6,
+        **{name: draw(numbers.dividing) for name in DIVIDING},
+        **{name: draw(numbers.computed) for name in COMPUTED},
+        predator_range=draw(numbers.compared),
+        capture_radius=draw(numbers.compared | st.none()),
+        motion=motion,
+        constant_speed=motion == Vicsek() or draw(st.booleans()),
+        angular_noise=draw(st.sampled_from([0.0, 1.0])),
+        sensing_delay=draw(st.sampled_from([0, 2])),
+        blind_angle=draw(st.sampled_from([0.0, 2.0])),
+        predators=draw(predators(numbers)),
+        **({"neighbor_rule": rule} if draw(st.booleans()) else {}),
+    )
