@@ -106,6 +106,13 @@ struct Connect<'a, 'b, const D: usize> {
     components: &'a mut Components,
 }
 
+/// The tiles with which a pass over all tiles joins a tile.
+enum Pass {
+    Own,
+    Next,
+    Near,
+}
+
 impl<const D: usize> WithSimd for Connect<'_, '_, D> {
     type Output = ();
 
@@ -113,15 +120,19 @@ impl<const D: usize> WithSimd for Connect<'_, '_, D> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { pairs, components } = self;
         let num_agents = pairs.agents.len();
+        let num_tiles = num_agents.div_ceil(TILE);
         let mut tiles = Vec::new();
-        // Tiles with themselves first, because most of them are connected then.
-        for is_first in [true, false] {
-            for tile in 0..num_agents.div_ceil(TILE) {
-                if is_first {
-                    tiles.clear();
-                    tiles.push(tile as u32);
-                } else {
-                    pairs.list_near(tile, &mut tiles);
+        // Tiles with themselves and with the next one first, because most agents are connected then.
+        for pass in [Pass::Own, Pass::Next, Pass::Near] {
+            for tile in 0..num_tiles {
+                if components.count == 1 {
+                    return;
+                }
+                tiles.clear();
+                match pass {
+                    Pass::Own => tiles.push(tile as u32),
+                    Pass::Next => tiles.extend((tile + 1 < num_tiles).then_some(tile as u32 + 1)),
+                    Pass::Near => pairs.list_near(tile, &mut tiles),
                 }
                 for other in tiles.iter().map(|&other| other as usize) {
                     for own in tile * TILE..num_agents.min((tile + 1) * TILE) {
