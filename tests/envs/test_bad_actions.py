@@ -19,7 +19,6 @@ from flockesc_env import (
     FlockVectorEnv,
     LineEscapeEnv,
     LineScenario,
-    env,
     parallel_env,
 )
 from flockesc_env.common.errors import ActionError, EpisodeError
@@ -43,7 +42,6 @@ STACKED = {
 # Actions that every space rejects, with any bounds.
 BAD_BOX = [np.array([bad]) for bad in (np.nan, np.inf, 1e9, -1.001, True, "0.5", 0.5 + 0j)]
 BAD_BOX += [np.zeros(2), np.zeros(0), np.float32(0.5), np.zeros((1, 1)), np.array([0.5], object), None]
-BAD_INDEX = [np.int64(-1), np.int64(21), 3.0, np.nan, np.True_, np.str_("3"), np.array([3]), 3 + 0j, None]
 BAD_ENTRIES = {
     "normalized": [np.nan, np.inf, -np.inf, 1.001, -1.001],
     "range": [np.nan, np.inf, -np.inf, 100.1, -0.1],
@@ -67,22 +65,6 @@ def refused_field(environment: Any, actions: Any) -> str:
     with pytest.raises(ActionError) as caught:
         environment.step(actions)
     return caught.value.field
-
-
-@pytest.mark.parametrize("interface", SINGLE)
-@modes
-def test_one_action(interface: str, mode: str) -> None:
-    """The other agents' good actions do not make the bad one pass, and the error says whose it was."""
-    environment, twin = twins(SINGLE[interface], mode)
-    agents = getattr(environment, "agents", None)
-
-    def actions(one: Any) -> Any:
-        return one if agents is None else {**dict.fromkeys(agents, good(mode)), "agent_3": one}
-
-    for bad in [*(BAD_INDEX if mode == "discrete" else BAD_BOX), {"action": 3}, [[0.5], [0.5, 0.5]]]:
-        field = refused_field(environment, actions(bad))
-        assert field == ("action" if agents is None else "action of 'agent_3'"), bad
-    np.testing.assert_equal(*(each.step(actions(good(mode))) for each in (environment, twin)))
 
 
 @modes
@@ -137,15 +119,6 @@ def test_step_before_reset_and_after_the_end(make: Any) -> None:
                 with pytest.raises(EpisodeError, match=r"step\(\) called .*after the end"):
                     step(environment, actions)
             start(environment)
-
-
-def test_aec_names_the_agent() -> None:
-    environment = env(FLOCK)
-    environment.reset(seed=0)
-    still, bad = np.zeros(1, np.float32), np.full(1, np.nan, np.float32)
-    for action in (still, still, bad, still):
-        environment.step(action)
-    assert refused_field(environment, still) == "action of 'agent_2'"  # the last agent's moves the flock
 
 
 @pytest.mark.parametrize("interface", REMEMBERING)

@@ -12,11 +12,9 @@ from option_table import small_flock
 from flockesc_env import (
     FlockescError,
     LineScenario,
-    rollout,
     simulate,
 )
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.policies import FixedRange, ScheduledRange
 
 FLOCK, LINE = small_flock(), LineScenario(num_agents=5, max_steps=10)
 NAN = np.nan
@@ -71,20 +69,3 @@ def test_schedule_or_range_per_agent() -> None:
     np.testing.assert_array_equal(
         simulate(lonely, [3.0], seed=0).positions, simulate(lonely, 3.0, seed=0).positions
     )
-
-
-@pytest.mark.parametrize(
-    ("policy", "field"),
-    [
-        (lambda: FixedRange(-1.0), "interaction_range"),
-        (lambda: FixedRange(100.5), "interaction_range"),
-        (lambda: ScheduledRange(-np.ones(10)), "schedule[0]"),
-        (lambda: ScheduledRange(np.ones(9)), "schedule"),
-        (lambda: ScheduledRange(np.ones((10, 4))), "schedule"),
-        (lambda: ScheduledRange(5.0), "schedule"),
-        (lambda: ScheduledRange(np.full(10, NAN)), "schedule[0]"),
-    ],
-)
-def test_policies(policy: Callable[[], Any], field: str) -> None:
-    """A bad policy is rejected when it is created, or by the first environment that it does not fit."""
-    assert refusal(lambda: rollout(FLOCK, policy(), [0])).field == field

@@ -14,7 +14,6 @@ from flockesc_env import (
     FlockScenario,
     FlockVectorEnv,
     Inertial,
-    LineScenario,
     Reynolds,
     parallel_env,
     rollout,
@@ -24,7 +23,6 @@ from flockesc_env import (
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View
 from flockesc_env.policies import FixedRange, StubbornLeaders
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from flockesc_env.scenario.motion import Motion
 
 SEEDS = range(13)
@@ -50,16 +48,6 @@ def test_flock_sweep(dimension: int) -> None:
             np.testing.assert_equal(
                 alone, {name: values[row, column].reshape(1, 1) for name, values in results[0].items()}
             )
-
-
-def test_line_sweep() -> None:
-    names = ("escape_distance", "num_components", "converged")
-    results = [
-        columns(sweep(LineScenario(), [0.05, 0.1, 0.4], SEEDS, num_threads=count), *names)
-        for count in THREADS
-    ]
-    for result in results[1:]:
-        np.testing.assert_equal(result, results[0])
 
 
 @dimensions
@@ -166,19 +154,3 @@ def test_threads_of_one_large_flock_of_different_agents(motion: Motion, dimensio
     serial = simulated(scenario, 1)
     for threads in (2, 7):
         np.testing.assert_equal(simulated(scenario, threads), serial)
-
-
-@pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
-def test_threads_of_vector_environments(make: Any) -> None:
-    scenario = small_flock(num_agents=20)
-    played = []
-    for threads in THREADS:
-        env = make(4, scenario, num_threads=threads)
-        env.seed(0)
-        steps: list[Any] = [env.reset()]
-        rng = np.random.default_rng(0)
-        actions = rng.uniform(-1, 1, (15, env.num_envs, 1)).astype(np.float32)
-        steps += [env.step(action) for action in actions]
-        played.append(steps)
-    for steps in played[1:]:
-        np.testing.assert_equal(steps, played[0])

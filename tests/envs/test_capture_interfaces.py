@@ -9,7 +9,7 @@ import pytest
 import reference
 from captured_flocks import SEEDS, doomed, hunted
 from gymnasium.utils.env_checker import data_equivalence
-from option_table import ACTION_MODES, DIMENSIONS, FLOCK_REWARDS, INDIVIDUAL_REWARDS, OBJECTIVES
+from option_table import DIMENSIONS, FLOCK_REWARDS, INDIVIDUAL_REWARDS, OBJECTIVES
 
 from flockesc_env import (
     FlockEscapeEnv,
@@ -23,9 +23,7 @@ from flockesc_env import (
     simulate,
     sweep,
 )
-from flockesc_env.common.errors import ActionError
-from flockesc_env.policies import FixedRange, RandomRange
-from flockesc_env.policies.rollout import record
+from flockesc_env.policies import FixedRange
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
@@ -98,22 +96,6 @@ def test_dicts_and_arrays_play_one_episode(dimension: int, objective: str, rewar
     assert was_any_caught
 
 
-@pytest.mark.parametrize("action_mode", ACTION_MODES)
-def test_only_surviving_agents_act(action_mode: str) -> None:
-    env = parallel_env(hunted(), action_mode=action_mode)
-    env.reset(seed=4)
-    while len(env.agents) == env.num_agents == len(env.possible_agents):
-        env.step({agent: env.action_space(agent).sample() for agent in env.agents})
-    gone = next(agent for agent in env.possible_agents if agent not in env.agents)
-    actions = {agent: env.action_space(agent).sample() for agent in env.agents}
-    with pytest.raises(ActionError, match=gone):
-        env.step({**actions, gone: env.action_space(gone).sample()})
-    missing = env.agents[-1]
-    with pytest.raises(ActionError, match=missing):
-        env.step({agent: action for agent, action in actions.items() if agent != missing})
-    env.step(actions)
-
-
 def test_arrays_ignore_actions_of_caught_agents() -> None:
     scenario = hunted()
     first, second = parallel_env(scenario), parallel_env(scenario)
@@ -127,17 +109,6 @@ def test_arrays_ignore_actions_of_caught_agents() -> None:
         assert data_equivalence(result, second.step_array(actions), exact=True)
         caught = result[2]
     assert caught.any()
-
-
-def test_individual_distances_end_at_zero() -> None:
-    """The distance of a caught agent is 0, so its changes sum to minus the initial distance."""
-    scenario = hunted()
-    run = simulate(scenario, 3.0, seed=4)
-    start = reference.predator_distances(run.positions[0], run.predator_positions[0])
-    end = reference.predator_distances(run.positions[-1], run.predator_positions[-1])
-    end[run.caught_at >= 0] = 0.0
-    paid = sum(step[1] for step in play_array(scenario, 4, reward="individual_distance_change"))
-    np.testing.assert_allclose(paid, end - start)
 
 
 def test_individual_running_minimum_is_0_for_caught_agents() -> None:
@@ -227,10 +198,3 @@ def test_sweeps_rollouts_and_records_agree(dimension: int, per_agent: bool, tmp_
             assert run_differences(loaded, replay_run(loaded)) == []
     assert result.best_range("survival") in ranges
     assert len({0.0, *result.fraction_surviving.ravel()}) > 1
-
-
-def test_a_recording_continues_after_the_last_agent_is_caught() -> None:
-    scenario = doomed(capture_radius=1e6)
-    run = record(scenario, RandomRange(seed=1), 0, per_agent=True)
-    assert run.interaction_ranges.shape == (scenario.num_steps, scenario.num_agents)
-    np.testing.assert_array_equal(run.caught_at, 1)

@@ -88,35 +88,6 @@ def test_difference_against_copies_of_the_flock(flock: str, objective: str, dime
     assert alive.all() == ("capture" not in flock)
 
 
-@dimensions
-def test_difference_follows_the_equations(dimension: int) -> None:
-    """The NumPy model starts each step from the engine's state, so errors do not accumulate."""
-    scenario = small_flock(dimension, num_agents=8, num_steps=15, initial_side=15.0)
-    env = played(scenario, "difference", steps_per_action=5)
-    rng = np.random.default_rng(1)
-
-    def value(before: dict[str, Any], ranges: np.ndarray) -> float:
-        now = reference.flock_start(scenario, before["positions"], before["velocities"])
-        now.predator_positions = before["predator_positions"]
-        for _ in range(5):
-            now = reference.flock_step(scenario, now, ranges)
-        return reference.predator_distances(now.positions, now.predator_positions).mean()
-
-    paid = []
-    for _ in range(3):
-        ranges = some_ranges(scenario, rng)
-        before = state(env.flock)
-        together = value(before, ranges.ravel())
-        gains = [
-            together - value(before, np.where(np.arange(8) == agent, 0.0, ranges.ravel()))
-            for agent in range(8)
-        ]
-        rewards = env.step_array(ranges)[1]
-        np.testing.assert_allclose(rewards, gains, rtol=0, atol=1e-12)
-        paid.append(rewards)
-    assert np.abs(paid).max() > 1e-4
-
-
 @objectives
 def test_learned_predators_take_the_same_actions_in_copies(objective: str) -> None:
     scenario = small_flock(
@@ -171,18 +142,6 @@ def assert_neighborhoods(scenario: FlockScenario, graph: Any, steps_per_action: 
         np.testing.assert_allclose(env.step_array(ranges)[1], expected, rtol=0, atol=1e-12)
     assert not steps.agents
     return counts
-
-
-@dimensions
-@pytest.mark.parametrize("steps_per_action", [1, 4])
-def test_neighborhood(dimension: int, steps_per_action: int) -> None:
-    """All pairs in a flock of several groups in memory."""
-    scenario = small_flock(dimension, num_agents=150, num_steps=40, initial_side=50.0)
-    largest = np.full(150, MAX_RANGE)
-    counts = assert_neighborhoods(
-        scenario, lambda state: reference.directed_graph(state["positions"], largest), steps_per_action
-    )
-    assert len(counts) > 10
 
 
 def test_agents_on_the_edge_of_a_neighborhood() -> None:

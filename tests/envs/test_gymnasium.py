@@ -97,26 +97,6 @@ def test_discrete_grid() -> None:
     assert [default.step(index)[-1]["interaction_range"] for index in (0, 1, 20)] == [10.0, 12.0, 50.0]
 
 
-@pytest.mark.parametrize(
-    ("mode", "forms"),
-    [
-        ("normalized", [np.array([0.5], np.float32), [0.5], (0.5,), np.array([0.5]), np.float16([0.5])]),
-        ("range", [np.array([7], np.float32), [7], np.array([7], np.uint8), np.array([7, 9.0])[::2]]),
-        ("discrete", [np.int64(3), 3, np.array(3), np.uint8(3), np.int32(3)]),
-    ],
-)
-def test_forms_of_an_action(mode: str, forms: list[Any]) -> None:
-    """Elements of the action space and equivalent plain numbers set the same range."""
-    env = FlockEscapeEnv(small_flock(), action_mode=mode)
-    assert env.action_space.contains(forms[0])
-    played = []
-    for form in forms:
-        env.reset(seed=0)
-        played.append(env.step(form))
-    for step in played[1:]:
-        np.testing.assert_equal(step, played[0])
-
-
 @pytest.mark.parametrize("count_components", [False, True])
 def test_components_are_counted_on_request(count_components: bool) -> None:
     env = FlockEscapeEnv(small_flock(), count_components=count_components)

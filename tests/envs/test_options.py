@@ -1,4 +1,4 @@
-"""Options as keyword arguments: names, errors and the options that each environment accepts."""
+"""Options as keyword arguments: every interface names what it refuses."""
 
 from __future__ import annotations
 
@@ -6,31 +6,31 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any, get_type_hints
 
-import numpy as np
 import pytest
 from option_table import small_flock
 
 from flockesc_env import (
     AgentVectorEnv,
+    EnvOptions,
+    FixedRange,
     FlockEscapeEnv,
     FlockParallelEnv,
     FlockPursuitEnv,
     FlockVectorEnv,
     LineEscapeEnv,
+    LineOptions,
     LineScenario,
     PurePursuit,
+    Pursue,
     Topological,
     env,
     parallel_env,
-    preset,
     raw_env,
     record,
     rollout,
 )
 from flockesc_env.common.errors import ArgumentError, OptionError, ScenarioError
-from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptions, LineOptionsDict
-from flockesc_env.policies import FixedRange
-from flockesc_env.policies.predators import Pursue
+from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 FLOCKS: dict[str, Callable[..., Any]] = {
@@ -49,8 +49,55 @@ FLOCKS: dict[str, Callable[..., Any]] = {
 }
 LINES: dict[str, Callable[..., Any]] = {
     "LineEscapeEnv": LineEscapeEnv,
-    "rollout of a line": lambda **options: rollout(LineScenario(), FixedRange(0.1), [0], **options),
+    "rollout of a line": lambda scenario="paper-line", **options: rollout(
+        scenario, FixedRange(0.1), [0], **options
+    ),
 }
+Refusal = tuple[Any, dict[str, Any], type[Exception], str, str]
+EVERYWHERE: list[Refusal] = [
+    (None, {"rewards": "terminal"}, OptionError, "rewards", "did you mean reward"),
+    (None, {"xyz": 3}, OptionError, "xyz", "known: "),
+]
+REFUSED: list[Refusal] = [
+    *EVERYWHERE,
+    (None, {"num_agents": 3}, OptionError, "num_agents", r"pass scenario=FlockScenario\(num_agents=\.\.\.\)"),
+    (small_flock(predators=()), {}, ScenarioError, "predators", "expected"),
+    (small_flock(neighbor_rule=Topological()), {}, OptionError, "max_range", "number of neighbors"),
+]
+OF_A_LINE: list[Refusal] = [
+    *EVERYWHERE,
+    (None, {"num_agents": 3}, OptionError, "num_agents", r"pass scenario=LineScenario\(num_agents=\.\.\.\)"),
+    (LineScenario(predator_position=None), {}, ScenarioError, "predator_position", "expected"),
+]
+
+
+def assert_refused(make: Callable[..., Any], refusal: Refusal) -> None:
+    scenario, options, error, field, words = refusal
+    given = () if scenario is None else (scenario,)
+    with pytest.raises(error, match=words) as caught:
+        make(*given, **options)
+    assert caught.value.field == field  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("interface", [*FLOCKS, *LINES])
+def test_what_does_not_fit_is_named(interface: str) -> None:
+    for refusal in REFUSED if interface in FLOCKS else OF_A_LINE:
+        assert_refused((FLOCKS | LINES)[interface], refusal)
+
+
+@pytest.mark.parametrize("interface", ["FlockEscapeEnv", "FlockVectorEnv", "FlockVecEnv", "rollout"])
+def test_individual_rewards_need_a_range_per_agent(interface: str) -> None:
+    assert_refused(
+        FLOCKS[interface], (None, {"reward": "individual_distance"}, OptionError, "reward", "expected")
+    )
+
+
+@pytest.mark.parametrize("interface", [name for name in FLOCKS if name != "FlockPursuitEnv"])
+def test_a_predator_policy_never_replaces_predators(interface: str) -> None:
+    scenario, policy = small_flock(predators=(PurePursuit(),)), {"predator_policy": Pursue()}
+    words = r"with_learned_predators\(\) makes one, got PurePursuit"
+    assert_refused(FLOCKS[interface], (scenario, policy, ArgumentError, "predator_policy", words))
+    FLOCKS[interface](scenario.with_learned_predators(), **policy)
 
 
 @pytest.mark.parametrize(
@@ -60,63 +107,3 @@ def test_keywords_are_the_fields_of_the_dataclass(keywords: type, options: type)
     assert get_type_hints(keywords) == get_type_hints(options)
     assert set(keywords.__annotations__) == {field.name for field in dataclasses.fields(options)}
     assert not keywords.__required_keys__
-
-
-@pytest.mark.parametrize("interface", [*FLOCKS, *LINES])
-def test_a_wrong_option_is_named(interface: str) -> None:
-    make = (FLOCKS | LINES)[interface]
-    with pytest.raises(OptionError, match="did you mean reward") as caught:
-        make(rewards="terminal")
-    assert caught.value.field == "rewards"
-    model = "LineScenario" if interface in LINES else "FlockScenario"
-    with pytest.raises(OptionError, match=rf"pass scenario={model}\(num_agents=\.\.\.\)") as caught:
-        make(num_agents=3)
-    assert caught.value.field == "num_agents"
-    with pytest.raises(OptionError, match="known: ") as caught:
-        make(xyz=3)
-
-
-@pytest.mark.parametrize("interface", ["FlockEscapeEnv", "FlockVectorEnv", "FlockVecEnv", "rollout"])
-def test_individual_rewards_need_a_range_per_agent(interface: str) -> None:
-    with pytest.raises(OptionError) as caught:
-        FLOCKS[interface](reward="individual_distance")
-    assert caught.value.field == "reward"
-
-
-@pytest.mark.parametrize("interface", FLOCKS)
-def test_environments_need_a_predator(interface: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
-        FLOCKS[interface](small_flock(predators=()))
-    assert caught.value.field == "predators"
-
-
-def test_the_environment_of_a_line_needs_a_predator() -> None:
-    with pytest.raises(ScenarioError) as caught:
-        LineEscapeEnv(LineScenario(predator_position=None))
-    assert caught.value.field == "predator_position"
-
-
-@pytest.mark.parametrize("interface", FLOCKS)
-def test_a_topological_rule_needs_the_largest_number_of_neighbors(interface: str) -> None:
-    scenario = small_flock(neighbor_rule=Topological())
-    with pytest.raises(OptionError, match="number of neighbors") as caught:
-        FLOCKS[interface](scenario)
-    assert caught.value.field == "max_range"
-    FLOCKS[interface](scenario, max_range=7)
-
-
-def test_a_preset_with_a_topological_rule() -> None:
-    environment = FlockEscapeEnv(preset("topological"), max_range=7)
-    environment.reset(seed=0)
-    assert environment.step(np.ones(1, np.float32))[-1]["interaction_range"] == 7
-
-
-@pytest.mark.parametrize("interface", [name for name in FLOCKS if name != "FlockPursuitEnv"])
-def test_a_predator_policy_never_replaces_predators(interface: str) -> None:
-    scenario = small_flock(predators=(PurePursuit(),))
-    with pytest.raises(
-        ArgumentError, match=r"with_learned_predators\(\) makes one, got PurePursuit"
-    ) as caught:
-        FLOCKS[interface](scenario, predator_policy=Pursue())
-    assert caught.value.field == "predator_policy"
-    FLOCKS[interface](scenario.with_learned_predators(), predator_policy=Pursue())

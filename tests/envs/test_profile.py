@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import reference
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from observation_reference import (
     HALF_COUNT,
     Reference,
@@ -30,11 +29,10 @@ from flockesc_env import (
     FlockEscapeEnv,
     FlockScenario,
     ScenarioError,
-    rollout,
 )
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View
-from flockesc_env.policies import Architecture, BestCandidate, NetworkPolicy
+from flockesc_env.policies import BestCandidate
 from flockesc_env.scenario.motion import Reynolds
 from flockesc_env.scenario.neighbors import Topological, Voronoi
 
@@ -228,49 +226,6 @@ def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict
 def test_worlds_without_a_profile_are_refused(changes: dict[str, Any], *, per_agent: bool) -> None:
     with pytest.raises(ScenarioError, match="profile_ranges: expected none with"):
         FlockBatch(FlockScenario(**changes), EnvOptions(profile_ranges=RANGES), view=View.of(per_agent))
-
-
-@st.composite
-def scorers(draw: st.DrawFn) -> NetworkPolicy:
-    candidates = ("range", "velocity_left", "velocity_ahead", "neighbor_count", "escape_cosine")
-    architecture = Architecture(
-        draw(st.sampled_from([(), ("predator_distance", "escape_direction_left")])),
-        draw(st.sampled_from([(), (3,), (4, 2)])),
-        mirror=draw(st.booleans()),
-        candidate_inputs=tuple(draw(st.permutations(candidates))[: draw(st.integers(1, 5))]),
-    )
-    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    return NetworkPolicy(architecture, rng.normal(size=architecture.size))
-
-
-@settings(max_examples=30)
-@given(scorers(), st.sampled_from(["normalized", "discrete", "range"]))
-def test_a_scorer_plays_the_same_in_the_core_and_step_by_step(policy: NetworkPolicy, mode: Any) -> None:
-    class Plain:
-        def act(self, *given: Any) -> Any:
-            return policy.act(*given)
-
-    scenario = FlockScenario(num_agents=20, num_steps=12)
-    options: Any = {
-        "action_mode": mode,
-        "range_grid": RANGES if mode == "discrete" else None,
-        "profile_ranges": RANGES,
-        "extra_entries": ENTRIES,
-        "predator_sensing_range": None,
-    }
-    core = rollout(scenario, policy, [1, 2], per_agent=True, **options)
-    steps = rollout(scenario, Plain(), [1, 2], per_agent=True, **options)
-    np.testing.assert_array_equal(core.min_mean_distance, steps.min_mean_distance)
-
-
-def test_a_linear_scorer_of_one_entry_is_the_rule() -> None:
-    scenario = FlockScenario(num_agents=30, num_steps=40)
-    options: Any = {"profile_ranges": RANGES, "extra_entries": ENTRIES, "predator_sensing_range": None}
-    network = NetworkPolicy(Architecture((), (), candidate_inputs=("escape_cosine",)), [1.0, 0.0])
-    found = rollout(scenario, network, range(3), per_agent=True, **options)
-    rule = rollout(scenario, BestCandidate("escape_cosine"), range(3), **options)
-    np.testing.assert_array_equal(found.min_mean_distance, rule.min_mean_distance)
-    assert rule.min_mean_distance.mean() > rollout(scenario, "fixed:10", range(3)).min_mean_distance.mean()
 
 
 def test_a_cost_of_polarization_is_subtracted_from_the_entry() -> None:

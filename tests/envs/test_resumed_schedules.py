@@ -123,24 +123,3 @@ def test_every_flock_has_its_own_episode_number(make: Any) -> None:
             run = simulate(SCENARIO, RHO, seed=episode_seed(SEED + flock, number + later))
             seen = [infos[flock * rows]["mean_distance"] for infos in steps]
             assert seen == run.mean_distance[1:].tolist()
-
-
-def test_an_episode_number_can_come_with_given_states() -> None:
-    positions = np.arange(10.0).reshape(5, 2)
-    environment = FlockEscapeEnv(SCENARIO)
-    environment.reset(seed=SEED, options={"episode": 2, "initial_positions": positions})
-    infos = [environment.step(ACTION)[-1] for _ in range(STEPS)]
-    run = simulate(SCENARIO, RHO, seed=episode_seed(SEED, 2), initial_positions=positions)
-    assert [info["mean_distance"] for info in infos] == run.mean_distance[1:].tolist()
-    info = environment.reset()[-1]
-    assert info["mean_distance"] == simulate(SCENARIO, RHO, seed=episode_seed(SEED, 3)).mean_distance[0]
-
-
-def test_a_mask_keeps_other_slots() -> None:
-    environment = FlockVectorEnv(FLOCKS, SCENARIO)
-    before, _ = environment.reset(seed=SEED)
-    mask = np.array([False, True, False])
-    after, _ = environment.reset(options={"episode": np.int64(7), "reset_mask": mask})
-    np.testing.assert_array_equal(after[~mask], before[~mask])
-    expected, _ = FlockEscapeEnv(SCENARIO).reset(seed=episode_seed(SEED + 1, 7))
-    np.testing.assert_array_equal(after[1], expected)

@@ -158,13 +158,6 @@ def test_seeds_are_used_once(make: type[VecEnv]) -> None:
 
 
 @ENVS
-def test_seed_none_draws_new_seeds(make: type[VecEnv]) -> None:
-    env = make(1, small_flock())
-    drawn = {env.seed()[0] for _ in range(5)}
-    assert len(drawn) == 5
-
-
-@ENVS
 def test_options_are_used_once(make: type[VecEnv]) -> None:
     scenario = small_flock()
     start = np.arange(10.0).reshape(5, 2)
@@ -230,16 +223,3 @@ def test_attributes_and_methods(make: type[VecEnv]) -> None:
     assert env.env_is_wrapped(Wrapper, indices=[1]) == [False]
     env.close()
     env.close()
-
-
-@ENVS
-def test_wrappers_of_sb3_work(make: type[VecEnv]) -> None:
-    env = VecNormalize(VecMonitor(make(FLOCKS, small_flock())))
-    env.seed(0)
-    env.reset()
-    rng = np.random.default_rng(0)
-    episodes = []
-    for _ in range(10):
-        _, _, _, infos = env.step(sample(env, rng))
-        episodes += [info["episode"] for info in infos if "episode" in info]
-    assert [episode["l"] for episode in episodes] == [10] * env.num_envs

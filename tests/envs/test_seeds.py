@@ -17,7 +17,6 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from flockesc_env import (
     FlockEscapeEnv,
-    FlockScenario,
     FlockVectorEnv,
     LineEscapeEnv,
     LineScenario,
@@ -108,31 +107,6 @@ def test_sweep_and_rollout_play_the_simulated_flock(seed: int, dimension: int) -
         assert episodes.seeds.tolist() == [seed]
 
 
-@seeds
-def test_lines_are_the_same_everywhere(seed: int) -> None:
-    scenario = LineScenario(num_agents=20)
-    run = simulate_line(scenario, 0.25, seed=seed)
-    swept = sweep(scenario, [0.25], [seed])
-    assert swept.escape_distance == run.escape_distance[-1]
-    assert swept.num_components == run.num_components[-1]
-    assert swept.converged == run.converged
-    environment = LineEscapeEnv(scenario, action_mode="range")
-    assert environment.reset(seed=seed)[1]["escape_distance"] == run.escape_distance[0]
-    for distance in run.escape_distance[1:]:
-        info = environment.step(np.array([0.25], np.float32))[-1]
-        assert info["escape_distance"] == distance
-
-
-@dimensions
-def test_agents_start_in_their_region(dimension: int) -> None:
-    scenario = FlockScenario(dimension=dimension, num_agents=2000, num_steps=1, initial_side=50.0)
-    run = simulate(scenario, 0.0, seed=1)
-    assert 0 <= run.positions[0].min() < 1
-    assert 49 < run.positions[0].max() <= 50
-    np.testing.assert_allclose(run.positions[0].mean(axis=0), 25, atol=3 * 50 / np.sqrt(12 * 2000))
-    np.testing.assert_allclose(run.velocities[0].mean(axis=0), 0, atol=3 * 10 / np.sqrt(dimension * 2000))
-
-
 def test_given_positions_leave_the_drawn_headings() -> None:
     """Positions and headings come from separate streams."""
     scenario = small_flock()
@@ -146,17 +120,6 @@ def test_given_positions_leave_the_drawn_headings() -> None:
     np.testing.assert_array_equal(both.positions, drawn.positions)
     assert both.is_start_given
     assert not drawn.is_start_given
-
-
-@dimensions
-def test_random_predators_leave_the_drawn_flock(dimension: int) -> None:
-    plain, random = small_flock(dimension), small_flock(dimension, predators=RANDOM)
-    first, second, other = simulate(plain, RHO, seed=3), simulate(random, RHO, seed=3), simulate(random, RHO)
-    np.testing.assert_array_equal(first.positions[0], second.positions[0])
-    np.testing.assert_array_equal(first.velocities[0], second.velocities[0])
-    again = simulate(random, RHO, seed=3)
-    np.testing.assert_array_equal(again.predator_positions, second.predator_positions)
-    assert (other.predator_positions[2:] != second.predator_positions[2:]).any()
 
 
 @adapters(lambda adapter: adapter.has_states)
@@ -208,19 +171,3 @@ def test_np_random_follows_gymnasium(name: str) -> None:
     assert environment.np_random.bit_generator.state == expected.bit_generator.state
     environment.reset()
     assert environment.np_random.random() == expected.random()
-
-
-def test_small_seeds_are_never_drawn() -> None:
-    """Held-out flocks have small seeds, so they cannot appear in training."""
-    slots = FlockVecEnv(1, small_flock())
-    drawn = [simulate(small_flock(), RHO).seed for _ in range(50)] + [slots.seed()[0] for _ in range(50)]
-    assert min(drawn) >= 2**32
-
-
-def test_unseeded_runs_report_their_seed() -> None:
-    scenario, line = small_flock(), LineScenario(num_agents=5)
-    first, second = simulate(scenario, RHO), simulate(scenario, RHO)
-    assert first.seed != second.seed
-    np.testing.assert_array_equal(simulate(scenario, RHO, seed=first.seed).positions, first.positions)
-    drawn = simulate_line(line, 0.1)
-    np.testing.assert_array_equal(simulate_line(line, 0.1, seed=drawn.seed).states, drawn.states)

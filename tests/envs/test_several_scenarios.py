@@ -6,7 +6,6 @@ import pickle
 from functools import partial
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
@@ -24,7 +23,6 @@ from flockesc_env import (
     Topological,
     Uniform,
     Voronoi,
-    parallel_env,
 )
 from flockesc_env.common.errors import ArgumentError, ScenarioError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
@@ -120,23 +118,6 @@ def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dic
             same(env.step(actions[slots]), returned[slots])
 
 
-def test_attributes() -> None:
-    envs = FlockVectorEnv(FLOCKS, SCENARIOS)
-    assert envs.scenarios == SCENARIOS
-    assert envs.scenario == SCENARIOS[0]
-    assert envs.policy_spec.num_steps == 16
-    assert FlockVectorEnv(2, HUNTED).scenarios == [HUNTED, HUNTED]
-
-
-def test_make_vec_takes_a_list_for_a_slot_per_agent() -> None:
-    name = "flockesc_env:flockesc/FlockAgents-v0"
-    envs = gymnasium.make_vec(name, num_envs=FLOCKS * AGENTS, scenario=SCENARIOS)
-    assert envs.unwrapped.scenarios == SCENARIOS
-    assert AgentVectorEnv(scenario=SCENARIOS).num_envs == FLOCKS * AGENTS
-    with pytest.raises(ScenarioError, match="scenario: expected a list of 3"):
-        gymnasium.make_vec(name, num_envs=3 * AGENTS, scenario=SCENARIOS)
-
-
 @pytest.mark.parametrize("make", [FlockVectorEnv, FlockVecEnv, AgentVecEnv])
 @pytest.mark.parametrize(
     ("field", "other"),
@@ -153,29 +134,6 @@ def test_scenarios_that_differ_too_much(make: Any, field: str, other: FlockScena
     with pytest.raises(ScenarioError) as raised:
         make(3, [SCENARIOS[0], HUNTED, other], max_range=4.0)
     assert raised.value.field == f"scenario[2].{field}"
-
-
-@pytest.mark.parametrize(
-    ("field", "scenario"),
-    [
-        ("scenario", []),
-        ("scenario", [small_flock()]),
-        ("scenario", [small_flock()] * 4),
-        ("scenario[1]", ["pursuit", "prsuit", "pursuit"]),
-        ("scenario[2]", ["pursuit", "pursuit", "paper-line"]),
-        ("scenario[0]", [3, 4, 5]),
-    ],
-)
-def test_bad_lists(field: str, scenario: Any) -> None:
-    with pytest.raises(ScenarioError) as raised:
-        FlockVectorEnv(3, scenario)
-    assert raised.value.field == field
-
-
-def test_one_flock_has_one_scenario() -> None:
-    for make in (FlockEscapeEnv, parallel_env):
-        with pytest.raises(ScenarioError, match="scenario"):
-            make(SCENARIOS)  # type: ignore[operator]
 
 
 def test_snapshots_belong_to_scenarios() -> None:

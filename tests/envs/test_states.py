@@ -190,17 +190,3 @@ def test_saving_before_the_first_reset_is_refused(interface: str) -> None:
     twin = pickle.loads(pickle.dumps(env))  # noqa: S301, our own
     # An environment that was never seeded also continues identically.
     np.testing.assert_equal(start(twin), start(env))
-
-
-def test_rendering_starts_again_after_a_restore() -> None:
-    pytest.importorskip("pygame")
-    env = FlockEscapeEnv(small_flock(), render_mode="rgb_array")
-    env.reset(seed=0)
-    env.step(np.array([0.1], np.float32))
-    state = env.get_state()
-    seen = env.render()
-    env.reset(seed=1)
-    assert not np.array_equal(env.render(), seen)
-    env.set_state(state)
-    twin = pickle.loads(pickle.dumps(env))  # noqa: S301, our own
-    np.testing.assert_array_equal(twin.render(), env.render())

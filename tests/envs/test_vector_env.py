@@ -60,18 +60,6 @@ class Twins:
 
 @autoreset_modes
 @action_modes
-@pytest.mark.parametrize("num_threads", [None, 1, 3])
-def test_episodes_of_equal_phase(
-    autoreset_mode: AutoresetMode, action_mode: str, num_threads: int | None
-) -> None:
-    twins = Twins(autoreset_mode, num_threads=num_threads, action_mode=action_mode)
-    for seed in (7, None, [3, None, 2**64 - 1, np.int64(5)], None):
-        twins.reset(seed)
-        twins.step(3 * 11 + 4)
-
-
-@autoreset_modes
-@action_modes
 def test_episodes_of_unequal_phase(autoreset_mode: AutoresetMode, action_mode: str) -> None:
     """After masked resets in mid-episode, slots end at different times."""
     twins = Twins(autoreset_mode, action_mode=action_mode, count_components=True)
@@ -110,17 +98,6 @@ def test_captures(autoreset_mode: AutoresetMode, steps_per_action: int) -> None:
     assert twins.ends.all()
 
 
-@autoreset_modes
-def test_masked_reset_of_a_slot_that_has_ended(autoreset_mode: AutoresetMode) -> None:
-    """The caller may reset a slot that autoreset would reset."""
-    twins = Twins(autoreset_mode)
-    twins.reset(3)
-    twins.step(10)
-    twins.reset(mask=np.ones(SLOTS, bool) if autoreset_mode is AutoresetMode.DISABLED else MASK)
-    twins.ended[:] = False
-    twins.step(25)
-
-
 @pytest.mark.skipif(
     gymnasium.__version__ in {"1.2.0", "1.2.1"},
     reason="there DictInfoToList cannot read what Gymnasium's own RecordEpisodeStatistics writes",
@@ -142,17 +119,6 @@ def test_wrappers_of_gymnasium_see_no_difference(autoreset_mode: AutoresetMode) 
                 del info["stats"]["t"]  # the time that it took
         assert data_equivalence(result, expected, exact=True)
     assert recorded >= 2 * SLOTS
-
-
-@action_modes
-def test_spaces_and_metadata(action_mode: str) -> None:
-    twins = Twins(AutoresetMode.SAME_STEP, action_mode=action_mode)
-    for name in ("observation_space", "action_space", "single_observation_space", "single_action_space"):
-        assert getattr(twins.native, name) == getattr(twins.sync, name)
-    assert twins.native.metadata == twins.sync.metadata
-    assert twins.native.num_envs == twins.sync.num_envs
-    assert twins.native.render_mode is twins.sync.render_mode is None
-    assert "autoreset_mode" not in FlockVectorEnv.metadata
 
 
 @pytest.mark.parametrize("mode", [*AutoresetMode, "NextStep", "SameStep", "Disabled"])
@@ -275,17 +241,6 @@ def test_ended_slots_are_not_stepped_without_autoreset() -> None:
     with pytest.raises(EpisodeError, match="flock 1"):
         twins.native.step(twins.sync.action_space.sample())
     twins.step(20)
-
-
-def test_before_the_first_reset() -> None:
-    env, twin = (FlockVectorEnv(SLOTS, small_flock()) for _ in range(2))
-    for act in (
-        lambda: env.step(np.zeros((SLOTS, 1), np.float32)),
-        lambda: env.reset(seed=3, options={"reset_mask": MASK}),
-    ):
-        with pytest.raises(EpisodeError):
-            act()
-    assert data_equivalence(env.reset(seed=1), twin.reset(seed=1), exact=True)
 
 
 @pytest.mark.parametrize(

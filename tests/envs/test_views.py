@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
-from flock_states import NAMES, state
+from flock_states import state
 from gymnasium.error import ResetNeeded
 from option_table import DIMENSIONS, small_flock
 
 from flockesc_env import (
     FlockEscapeEnv,
     FlockPursuitEnv,
-    FlockVectorEnv,
     LineEscapeEnv,
     LineScenario,
     PurePursuit,
     parallel_env,
     simulate,
 )
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 PREDATORS = (PurePursuit((0.0, 0.0), (8.0, 8.0)), PurePursuit((30.0, 0.0), (0.0, 9.0)))
 
@@ -65,22 +61,6 @@ def test_shapes_and_read_only_arrays() -> None:
             env.flock.positions[:] = 0.0
         with pytest.raises(AttributeError):
             env.flock.positions = now["positions"]
-
-
-@pytest.mark.parametrize("make", [FlockVectorEnv, FlockVecEnv, AgentVecEnv])
-def test_flocks_of_a_batch_equal_single_environments(make: Any) -> None:
-    env = make(3, small_flock())
-    if hasattr(env, "single_action_space"):
-        env.reset(seed=7)
-    else:
-        env.seed(7)
-        env.reset()
-    assert len(env.flocks) == 3
-    for slot, flock in enumerate(env.flocks):
-        single = FlockEscapeEnv(small_flock())
-        single.reset(seed=7 + slot)
-        for name in set(NAMES) - {"interaction_range"}:
-            np.testing.assert_array_equal(getattr(flock, name), getattr(single.flock, name))
 
 
 def test_a_line() -> None:

@@ -19,11 +19,9 @@ from flockesc_env import (
     Intercept,
     PurePursuit,
     Trajectory,
-    parallel_env,
     run_differences,
     simulate,
 )
-from flockesc_env.common.errors import EpisodeError
 from flockesc_env.scenario.predators import Target
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
@@ -123,29 +121,6 @@ def test_a_radius_without_captures_changes_no_bit(dimension: int, per_agent: boo
     free = hunted(dimension, num_agents=200, capture_radius=None)
     rho = np.linspace(0, 15, 200) if per_agent else 7.0
     assert_equal(simulate(free, rho, seed=2), simulate(free.replace(capture_radius=0.0), rho, seed=2))
-
-
-def test_all_agents_are_caught_in_the_first_step() -> None:
-    scenario = hunted(capture_radius=1e6)
-    run = simulate(scenario, 5.0, seed=0)
-    np.testing.assert_array_equal(run.caught_at, 1)
-    np.testing.assert_array_equal(run.fraction_surviving, [1.0] + [0.0] * scenario.num_steps)
-    env = FlockEscapeEnv(scenario, objective="survival")
-    env.reset(seed=0)
-    _, reward, terminated, truncated, info = env.step(env.action_space.sample())
-    assert (reward, terminated, truncated, info["fraction_surviving"]) == (-1.0, True, False, 0.0)
-    assert info["mean_distance"] == info["min_distance"] == info["min_mean_distance"] == 0.0
-    with pytest.raises(EpisodeError):
-        env.step(env.action_space.sample())
-    agents = parallel_env(scenario)
-    agents.reset(seed=0)
-    observations, _, terminations, truncations, _ = agents.step(
-        {agent: agents.action_space(agent).sample() for agent in agents.agents}
-    )
-    assert agents.agents == []
-    assert all(terminations.values())
-    assert not any(truncations.values())
-    assert not any(row.any() for row in observations.values())
 
 
 def test_a_capture_can_raise_the_mean_distance_but_not_its_running_minimum() -> None:

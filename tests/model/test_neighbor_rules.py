@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import Delaunay, KDTree
+from scipy.spatial import Delaunay
 
 from flockesc_env import (
     FlockScenario,
@@ -17,7 +17,7 @@ from flockesc_env import (
     _core,
     simulate,
 )
-from flockesc_env.common.errors import ArgumentError, ScenarioError
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.models.graph import component_labels, neighbor_pairs
 
 Floats = NDArray[np.float64]
@@ -113,17 +113,6 @@ def test_graph_equals_the_all_pairs_reference(scenario: FlockScenario) -> None:
             np.testing.assert_array_equal(labels, lowest[numbers])
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("k", [1, 7, 30])
-def test_topological_neighbors_equal_those_of_a_kd_tree(dimension: int, k: int) -> None:
-    r = np.random.default_rng(0).uniform(0, 100, (300, dimension))
-    _, neighbors = KDTree(r).query(r, k + 1)
-    pairs = neighbor_pairs(FlockScenario(dimension=dimension, neighbor_rule=Topological()), r, k)
-    graph = np.eye(300, dtype=bool)
-    graph[np.arange(300)[:, np.newaxis], neighbors] = True
-    np.testing.assert_array_equal(matrix(pairs, 300), graph)
-
-
 @pytest.mark.parametrize("scenario", VARIANTS, ids=name_of)
 @pytest.mark.parametrize("is_frozen", [False, True])
 def test_runs_follow_the_graph(scenario: FlockScenario, is_frozen: bool) -> None:
@@ -156,16 +145,6 @@ def test_runs_follow_the_graph(scenario: FlockScenario, is_frozen: bool) -> None
         r, v = run.positions[t + 1], run.velocities[t + 1]
 
 
-def test_a_frozen_graph_ignores_later_ranges() -> None:
-    scenario = FlockScenario(num_agents=50, num_steps=30, frozen_graph=True)
-    constant = simulate(scenario, 12.0, seed=0)
-    schedule = np.full((30, 1), 80.0)
-    schedule[0] = 12.0
-    changed = simulate(scenario, schedule=schedule, seed=0)
-    np.testing.assert_array_equal(constant.velocities, changed.velocities)
-    assert len(set(constant.num_components.tolist())) == 1
-
-
 @pytest.mark.parametrize("rule", [Metric(), Topological(), Voronoi()])
 def test_a_full_blind_angle_leaves_no_neighbors(rule: NeighborRule) -> None:
     """With a blind angle of 2 pi an agent hears only itself, under every range."""
@@ -173,32 +152,6 @@ def test_a_full_blind_angle_leaves_no_neighbors(rule: NeighborRule) -> None:
     paper = FlockScenario(num_steps=40)
     seeing, alone = simulate(blind, 30.0, seed=1), simulate(paper, 0.0, seed=1)
     np.testing.assert_array_equal(seeing.positions, alone.positions)
-
-
-def test_k_of_n_makes_all_agents_neighbors() -> None:
-    topological = simulate(FlockScenario(num_steps=40, neighbor_rule=Topological()), 299, seed=1)
-    metric = simulate(FlockScenario(num_steps=40), 1000.0, seed=1)
-    np.testing.assert_array_equal(topological.positions, metric.positions)
-
-
-def test_equal_ranges_are_mutual() -> None:
-    mutual = simulate(FlockScenario(num_steps=40, mutual=True), 12.0, seed=1)
-    np.testing.assert_array_equal(
-        mutual.positions, simulate(FlockScenario(num_steps=40), 12.0, seed=1).positions
-    )
-
-
-@pytest.mark.parametrize(
-    ("changes", "field"),
-    [
-        ({"neighbor_rule": Voronoi(), "dimension": 3}, "neighbor_rule"),
-        ({"periodic_side": 100.0}, "periodic_side"),
-        ({"periodic_side": 100.0, "predators": (), "neighbor_rule": Voronoi()}, "periodic_side"),
-    ],
-)
-def test_rules_that_do_not_fit(changes: dict[str, object], field: str) -> None:
-    with pytest.raises(ScenarioError, match=f"^{field}"):
-        FlockScenario(**changes)
 
 
 def test_a_blind_angle_needs_velocities() -> None:

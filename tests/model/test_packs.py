@@ -163,15 +163,6 @@ def test_encirclers_spread_evenly(count: int, dimension: int) -> None:
         np.testing.assert_allclose(around[..., 2], 0, atol=6.0)
 
 
-def test_a_closing_circle_ends_at_the_centroid() -> None:
-    pack = [
-        Encircle((-90.0, -90.0 + k), (3.0, 4.0), max_turn_rate=2.0, radius=80.0, closing_speed=4.0)
-        for k in range(3)
-    ]
-    around = around_a_still_flock(*pack)
-    assert np.linalg.norm(around, axis=2).max() < 6.0
-
-
 @dimensions
 def test_a_herder_ends_behind_the_flock(dimension: int) -> None:
     """It starts on its partner's side."""
@@ -185,47 +176,6 @@ def test_a_herder_ends_behind_the_flock(dimension: int) -> None:
     np.testing.assert_allclose(distances, 30.0, atol=6.0)
     cosines = (partner * herder).sum(axis=1) / np.linalg.norm(partner, axis=1) / distances
     assert cosines.max() < -0.95
-
-
-def test_a_herder_drives_the_flock_to_its_partner() -> None:
-    waiting = ConstantVelocity((130.0, 130.0), (0.0, 0.0))
-    ends = []
-    for pack in ((waiting,), (waiting, Herd())):
-        scenario = FlockScenario(predators=pack)
-        runs = [simulate(scenario, 10.0, seed=seed) for seed in range(20)]
-        ends.append([np.linalg.norm(run.positions[-1].mean(axis=0) - 130.0) for run in runs])
-    alone, driven = np.array(ends)
-    assert (driven < alone).mean() >= 0.9
-
-
-LIMITED = {
-    "nearest": lambda start, **limits: [PurePursuit(*start, **limits)],
-    "confused": lambda start, **limits: [PurePursuit(*start, confusion_rate=1.0, **limits)],
-    "intercept": lambda start, **limits: [Intercept(*start, **limits)],
-    "encircle": lambda start, **limits: [Encircle(*start, **limits)],
-    "herd": lambda start, **limits: [Herd(*start, partner=1, **limits), ConstantVelocity()],
-}
-
-
-@pytest.mark.parametrize("strategy", LIMITED)
-@pytest.mark.parametrize("velocity", [(3.0, -4.0), (0.0, 0.0)], ids=["flying", "at rest"])
-@dimensions
-def test_speed_grows_to_its_limit(strategy: str, velocity: tuple[float, float], dimension: int) -> None:
-    _, start = drawn(dimension, 6)
-    limits = {"max_speed": 17.0, "acceleration": 6.0}
-    run = hunt(LIMITED[strategy](((-30.0, 5.0), velocity), **limits), start)
-    speeds = np.linalg.norm(np.diff(run.predator_positions[:, 0], axis=0), axis=1) / 0.05
-    expected = np.minimum(np.linalg.norm(velocity) + 6.0 * 0.05 * np.arange(STEPS), 17.0)
-    np.testing.assert_allclose(speeds, expected, rtol=1e-9, atol=1e-9)
-
-
-@pytest.mark.parametrize("strategy", LIMITED)
-def test_a_limit_without_acceleration_changes_nothing(strategy: str) -> None:
-    _, start = drawn(2, 6)
-    begin = ((-30.0, 5.0), (3.0, -4.0))
-    plain = hunt(LIMITED[strategy](begin), start)
-    limited = hunt(LIMITED[strategy](begin, max_speed=50.0), start)
-    np.testing.assert_array_equal(limited.predator_positions, plain.predator_positions)
 
 
 @every_pack

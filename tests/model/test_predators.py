@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
 from flockesc_env import (
-    Encircle,
     FlockScenario,
-    Herd,
     Intercept,
     PurePursuit,
     Trajectory,
@@ -22,13 +19,6 @@ from flockesc_env import (
 DISTANCE = 20.0  # m, from the predator's start to the path of the target
 PREY_SPEED, HUNTER_SPEED = 5.0, 10.0
 NO_LIMIT = 1e9
-STEERED = {
-    "pursuit of the nearest": PurePursuit,
-    "pursuit of the centroid": partial(PurePursuit, target="centroid"),
-    "pursuit of the most isolated": partial(PurePursuit, target="most_isolated"),
-    "pursuit of an assigned agent": partial(PurePursuit, target="assigned"),
-    "intercept": Intercept,
-}
 
 
 def chase(predator: Any, time_step: float, seconds: float) -> Trajectory:
@@ -81,30 +71,6 @@ def test_intercept_ends_on_a_collision_course(constant: float) -> None:
     assert rates[-1] < 2 * (1 / DISTANCE) ** (constant - 2) * rates[0]
     assert pursuit[-1] > 3 / 8 * np.pi  # the predator is behind the target
     assert intercept[-1] < np.pi / 6
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("strategy", STEERED)
-def test_speed_and_turn_limit_are_kept(strategy: str, dimension: int) -> None:
-    """In a whole run through the flock with many turns at the limit."""
-    scenario = FlockScenario(
-        num_agents=40,
-        dimension=dimension,
-        predators=(
-            STEERED[strategy](
-                (-30.0, -30.0, 0.0)[:dimension], (10.0, 10.0, 0.0)[:dimension], max_turn_rate=0.7
-            ),
-        ),
-    )
-    run = simulate(scenario, 10.0, seed=1)
-    velocities = np.diff(run.predator_positions[:, 0], axis=0) / scenario.time_step
-    speeds = np.linalg.norm(velocities, axis=1)
-    np.testing.assert_allclose(speeds, np.hypot(10, 10), rtol=1e-11)  # positions are rounded, speeds are not
-    headings = velocities / speeds[:, None]
-    chords = np.linalg.norm(np.diff(headings, axis=0), axis=1)
-    angles = 2 * np.arcsin(chords / 2)
-    assert angles.max() <= 0.7 * scenario.time_step + 1e-9
-    assert angles.max() >= 0.7 * scenario.time_step - 1e-9
 
 
 def headings(run: Trajectory) -> np.ndarray:
@@ -165,25 +131,3 @@ def test_confusion_grows_with_the_agents_in_sight(rate: float, count: int) -> No
     share = (np.diff(after) != 0).mean()
     expected = (1 - np.exp(-rate * (count - 1) * 0.05)) * (count - 1) / count
     assert share == pytest.approx(expected, abs=4 * np.sqrt(expected / steps))
-
-
-@pytest.mark.parametrize(
-    ("positions", "sight"),
-    [(RING[:1], 30.0), (RING, 1.0), (np.vstack([RING[:1], FAR]), 30.0)],
-    ids=["alone", "none in sight", "one in sight"],
-)
-def test_one_agent_in_sight_causes_no_confusion(positions: np.ndarray, sight: float) -> None:
-    assert (targets(1e9, positions, 50, sight) == 0).all()
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
-def test_hunts_through_a_large_flock_do_not_depend_on_threads(dimension: int) -> None:
-    """The flock is large enough to be split over threads; sums over agents do not depend on order."""
-    start = ((-30.0, -30.0, 0.0)[:dimension], (10.0, 10.0, 0.0)[:dimension])
-    hunters = [make(*start) for make in STEERED.values()]
-    hunters += [Wandering(*start), PurePursuit(*start, confusion_rate=1.0, sight=200.0)]
-    hunters += [PurePursuit(*start, target="assigned"), Encircle(*start), Encircle(*start), Herd(*start)]
-    scenario = FlockScenario(num_agents=5000, dimension=dimension, num_steps=4, predators=tuple(hunters))
-    first, second = (simulate(scenario, 10.0, seed=3, num_threads=threads) for threads in (1, 2))
-    np.testing.assert_array_equal(first.predator_positions, second.predator_positions)
-    np.testing.assert_array_equal(first.positions, second.positions)

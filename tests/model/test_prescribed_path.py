@@ -16,12 +16,6 @@ from flockesc_env import (
     PrescribedPath,
     PurePursuit,
     ScenarioError,
-    Uniform,
-    approach,
-    load_run,
-    replay_run,
-    run_differences,
-    save_run,
     simulate,
 )
 
@@ -91,52 +85,7 @@ def test_an_environment_and_a_snapshot_in_the_middle_follow_the_path(
             assert later.get_state() == env.get_state()
 
 
-def test_the_path_ignores_the_flock_and_follows_its_agents_capture() -> None:
-    """The predator flies on along its path after it has caught every agent."""
-    scenario = flock(2, None).replace(capture_radius=1e6)
-    run = simulate(scenario, 5.0, seed=1)
-    assert run.fraction_surviving[1] == 0
-    np.testing.assert_allclose(run.predator_positions[:, 0], expected(scenario), rtol=0, atol=1e-9)
-
-
-def test_documents_and_records_keep_every_bit(tmp_path: Any) -> None:
-    for interval in INTERVALS:
-        scenario = flock(3, interval)
-        assert FlockScenario.from_toml(scenario.to_toml()) == scenario
-        assert FlockScenario.from_json(scenario.to_json()) == scenario
-    run = simulate(scenario, 5.0, seed=1)
-    save_run(run, tmp_path / "run.npz", name="hawk")
-    recorded = load_run(tmp_path / "run.npz").trajectory
-    assert not run_differences(recorded, replay_run(recorded))
-
-
-def test_a_coordinate_and_the_interval_can_be_drawn() -> None:
-    path = "predators[0].prescribed_path"
-    drawn = (Uniform(f"{path}.positions[0][1]", -5.0, 5.0), Uniform(f"{path}.interval", 0.1, 0.2))
-    scenario = flock(2, 0.1, randomization=drawn)
-    run = simulate(scenario, 5.0, seed=1)
-    np.testing.assert_allclose(run.predator_positions[:, 0], expected(scenario.drawn(1)), rtol=0, atol=1e-9)
-    assert scenario.drawn(1).predators != scenario.drawn(2).predators
-
-
 GOOD = ((0.0, 0.0), (1.0, 2.0))
-
-
-@pytest.mark.parametrize(
-    ("path", "field", "words"),
-    [
-        (PrescribedPath(GOOD[:1]), "positions", "at least 2 positions, got 1"),
-        (PrescribedPath(((0.0, 0.0), (1.0, 1e21))), "positions[1][1]", "a number from -1e20 to 1e20"),
-        (PrescribedPath(((0.0, 0.0), (1.0, 2.0, 3.0))), "positions[1]", "2 numbers, got 3"),
-        (PrescribedPath(*approach()), "positions[0]", "list"),
-        (PrescribedPath(GOOD, interval=0.0), "interval", "got 0"),
-    ],
-)  # fmt: skip
-def test_bad_paths_are_refused(path: PrescribedPath, field: str, words: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
-        FlockScenario(predators=(path,))
-    assert caught.value.field == f"predators[0].prescribed_path.{field}"
-    assert words in str(caught.value)
 
 
 @pytest.mark.parametrize("name", ["predator_positions", "predator_velocities"])

@@ -71,11 +71,6 @@ def moved(scenario: FlockScenario, turn: np.ndarray, shift: np.ndarray) -> Flock
     return scenario.replace(predators=predators)
 
 
-def renumbered(scenario: FlockScenario, order: np.ndarray) -> FlockScenario:
-    """Return the scenario with its agents in another order."""
-    return scenario.replace(**{name: np.array(getattr(scenario, name))[order] for name in PER_AGENT})
-
-
 def random_motion(dimension: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Draw a proper rotation and a shift."""
     turn, _ = np.linalg.qr(rng.normal(size=(dimension, dimension)))
@@ -128,44 +123,6 @@ def test_observations_do_not_depend_on_place_and_direction(sensing: Any, seed: i
         agent_episode(scenario, start, OWN_RHO, **options),
         agent_episode(elsewhere, turned, OWN_RHO, **options),
     )
-
-
-@settings(max_examples=25)
-@given(seeds, dimensions)
-def test_observations_follow_the_indices(seed: int, dimension: int) -> None:
-    rng = np.random.default_rng(seed)
-    scenario, positions, velocities = random_flock(dimension, rng)
-    order = rng.permutation(N)
-    start = {"initial_positions": positions, "initial_velocities": velocities}
-    other = renumbered(scenario, order)
-    elsewhere = {"initial_positions": positions[order], "initial_velocities": velocities[order]}
-    assert_close(flock_episode(scenario, start), flock_episode(other, elsewhere))
-    first = agent_episode(scenario, start, OWN_RHO, reward="individual_distance")
-    second = agent_episode(other, elsewhere, OWN_RHO[order], reward="individual_distance")
-    assert_close([part[order] for part in first], second)
-
-
-@settings(max_examples=40)
-@given(seeds, dimensions, st.sampled_from([0.0, RHO, 1e3]))
-def test_speed_is_constant(seed: int, dimension: int, rho: float) -> None:
-    scenario, positions, velocities = random_flock(dimension, np.random.default_rng(seed))
-    drawn = simulate(scenario, rho, seed=seed)
-    expected = np.broadcast_to(scenario.speed, (STEPS + 1, N))
-    np.testing.assert_allclose(np.linalg.norm(drawn.velocities, axis=2), expected, rtol=1e-12)
-    given_start = run(scenario, rho, positions, velocities)
-    speeds = np.linalg.norm(given_start.velocities[1:], axis=2)
-    np.testing.assert_allclose(speeds, expected[1:], rtol=1e-12)
-
-
-@given(seeds, dimensions, st.sampled_from([0.0, RHO, 11.0, 1e3]))
-def test_equal_ranges_per_agent_are_one_shared_range(seed: int, dimension: int, rho: float) -> None:
-    scenario, _, _ = random_flock(dimension, np.random.default_rng(seed))
-    shared = simulate(scenario, rho, seed=seed)
-    others = [simulate(scenario, np.full(N, rho), seed=seed)]
-    others += [simulate(scenario, schedule=np.full((STEPS, k), rho), seed=seed) for k in (1, N)]
-    for other in others:
-        for name in ("positions", "velocities", "mean_distance", "min_distance", "num_components"):
-            np.testing.assert_array_equal(getattr(other, name), getattr(shared, name))
 
 
 @settings(max_examples=60)

@@ -149,16 +149,6 @@ def test_memory_starts_at_zero_and_is_kept() -> None:
         policy.reset(np.array([False, True]))
 
 
-@pytest.mark.parametrize("times", [[0.5], [0.5, 0.5, 0.5], [0.0, 0.5, 0.0]])
-def test_memory_refuses_added_or_removed_rows(times: list[float]) -> None:
-    policy = begun()
-    remembered(policy, [0.0, 0.0])
-    remembered(policy, [0.25, 0.5])
-    with pytest.raises(ArgumentError, match=f"observations: expected 2 rows as before, got {len(times)}"):
-        remembered(policy, times)
-    np.testing.assert_allclose(remembered(policy, [0.5, 0.75]), np.tanh([0.25, 0.5]), atol=1e-7)
-
-
 def test_each_flock_has_its_own_memory_if_episodes_start_at_different_times() -> None:
     """One slot of a vector environment is reset during the episodes of the others."""
     architecture = Architecture(("time", "mean_distance"), memory=2)
@@ -214,14 +204,6 @@ def test_a_mirrored_network_sets_equal_ranges_in_a_flock_and_its_reflection(memo
         outcomes[mirror] = played(policy, scenario), played(policy, other, **start)
     assert outcomes[True][0] == pytest.approx(outcomes[True][1], abs=1e-4)
     assert abs(outcomes[False][0] - outcomes[False][1]) > 0.01
-
-
-@pytest.mark.parametrize(("bias", "clip"), [(0.5, 0.5), (3, 1), (-2, -1)])
-def test_actions_are_clipped_or_squashed(bias: float, clip: float) -> None:
-    rows = some_rows(2, 0.0, np.random.default_rng(0))
-    for squash, expected in (("clip", clip), ("tanh", np.tanh(bias))):
-        policy = NetworkPolicy(Architecture(("time",), (), squash=squash), [0, bias])  # type: ignore[arg-type]
-        np.testing.assert_allclose(policy.act(rows, policy_spec()), [[expected]] * 2, atol=1e-6)
 
 
 @pytest.mark.parametrize(

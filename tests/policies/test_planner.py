@@ -15,15 +15,10 @@ from flockesc_env import (
     FixedRange,
     FlockEscapeEnv,
     FlockScenario,
-    FlockVectorEnv,
-    LineEscapeEnv,
     OptionError,
     Pursue,
-    ResetNeededError,
     ScenarioError,
-    Topological,
     Wandering,
-    parallel_env,
     rollout,
 )
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
@@ -122,13 +117,6 @@ def test_results_do_not_depend_on_threads_or_on_how_the_state_is_given() -> None
     assert len({(float(plan.action[0]), plan.interaction_range, plan.value) for plan in plans}) == 1
 
 
-def test_a_topological_rule_is_planned_in_numbers_of_neighbors() -> None:
-    planner = Planner(FLOCK.replace(neighbor_rule=Topological()), max_range=10.0, steps=15)
-    plans = planner.play(2).plans
-    assert len(plans) == 2
-    assert {plan.interaction_range for plan in plans} <= {*planner.ranges, *planner.futures}
-
-
 @pytest.mark.parametrize(
     ("scenario", "arguments", "error", "field"),
     [
@@ -153,32 +141,3 @@ def test_wrong_arguments(scenario: Any, arguments: dict[str, Any], error: type, 
     with pytest.raises(error) as caught:
         Planner(scenario, **arguments)
     assert caught.value.field == field
-
-
-def test_wrong_flocks() -> None:
-    planner = Planner(FLOCK)
-    env, many, agents = FlockEscapeEnv(FLOCK), FlockVectorEnv(10, FLOCK), parallel_env(FLOCK)
-    other = FlockEscapeEnv(FLOCK.replace(num_agents=3))
-    line = LineEscapeEnv()
-    for each in (env, many, agents, other, line):
-        each.reset(seed=1)
-    with pytest.raises(ArgumentError, match="one range per agent"):
-        planner.plan(agents)
-    with pytest.raises(ArgumentError, match="flocks"):
-        planner.plan(many)
-    for wrong in (other, line, FlockEscapeEnv(FLOCK, objective="minimum")):
-        wrong.reset(seed=1)
-        with pytest.raises(ArgumentError, match="same scenario"):
-            planner.plan(wrong)
-    with pytest.raises(ArgumentError, match="snapshot"):
-        planner.plan(np.zeros(3))
-    with pytest.raises(ArgumentError, match="seed"):
-        planner.play(-1)
-    with pytest.raises(ArgumentError, match="policy"):
-        rollout(FLOCK, planner, [1])
-    with pytest.raises(ResetNeededError):
-        planner.plan(FlockEscapeEnv(FLOCK))
-    for _ in range(FLOCK.num_steps):
-        env.step([0.0])
-    with pytest.raises(ResetNeededError, match="after the end"):
-        planner.plan(env)

@@ -7,28 +7,18 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from option_table import ACTION_MODES, DIMENSIONS, STEPS_PER_ACTION, small_flock
 from same import outcome
 from stable_baselines3.common.vec_env import VecMonitor
 
 from flockesc_env import (
     ConstantVelocity,
-    EnvOptions,
     FlockEscapeEnv,
-    LineEscapeEnv,
-    LineOptions,
-    LineScenario,
-    NamedPolicy,
     parallel_env,
     record,
     rollout,
     simulate,
-    sweep,
 )
-from flockesc_env.common.errors import ArgumentError
-from flockesc_env.episodes.spaces import RangeActions
 from flockesc_env.policies import (
     FixedRange,
     ListenWhileFleeing,
@@ -190,16 +180,6 @@ def test_listen_while_fleeing(dimension: int) -> None:
     assert seen == {0.0, 14.0}
 
 
-def test_own_schedule_needs_all_agents_at_once() -> None:
-    env = parallel_env(SCENARIO)
-    observations, _ = env.reset(seed=0)
-    policy = ScheduledRange(OWN_SCHEDULE)
-    assert set(bind(policy, env)(observations)) == set(env.agents)
-    with pytest.raises(ArgumentError) as caught:
-        policy.act(observations["agent_0"][np.newaxis], env.policy_spec)
-    assert caught.value.field == "schedule"
-
-
 @pytest.mark.parametrize("mode", ACTION_MODES)
 def test_random_range_covers_all_ranges_of_the_action_space(mode: str) -> None:
     env = FlockEscapeEnv(SCENARIO, action_mode=mode, min_range=10.0, max_range=20.0)
@@ -213,57 +193,6 @@ def test_random_range_covers_all_ranges_of_the_action_space(mode: str) -> None:
     np.testing.assert_allclose(ranges.mean(), 15, atol=3 * 10 / np.sqrt(12 * 4000))
     assert not np.array_equal(policy.act(rows, env.policy_spec), actions)
     np.testing.assert_array_equal(RandomRange(seed=0).act(rows, env.policy_spec), actions)
-
-
-@pytest.mark.parametrize("max_range", [77.0, 150.0])
-def test_a_fixed_range_reaches_the_core_without_a_loss(max_range: float) -> None:
-    seeds = range(100)
-    grid = sweep("paper-flock", [12.0], seeds=seeds)
-    played = rollout("paper-flock", FixedRange(12.0), seeds, max_range=max_range)
-    np.testing.assert_array_equal(played.min_mean_distance, grid.min_mean_distance[0])
-
-
-bounds = st.tuples(st.floats(0, 50), st.floats(0.5, 500)).map(lambda drawn: (drawn[0], sum(drawn)))
-
-
-@given(bounds, st.lists(st.floats(0, 1), min_size=1, max_size=20), st.sampled_from(["normalized", "range"]))
-def test_action_maps_are_inverse(bounds: tuple[float, float], parts: list[float], mode: Any) -> None:
-    low, high = bounds
-    actions = RangeActions(EnvOptions(action_mode=mode, min_range=low, max_range=high))
-    ranges = np.clip(low + np.array(parts) * (high - low), low, high)
-    there = actions.from_ranges(ranges)
-    assert all(actions.space().contains(action) for action in there.astype(np.float32))
-    back = actions.to_ranges(there, len(there))
-    np.testing.assert_allclose(back, ranges, rtol=0, atol=0 if mode == "range" else 2 * np.spacing(high))
-    assert (back >= low).all()
-    assert (back <= high).all()
-
-
-@given(bounds)
-def test_indices_and_grid_are_inverse(bounds: tuple[float, float]) -> None:
-    low, high = bounds
-    actions = RangeActions(LineOptions(action_mode="discrete", min_range=low, max_range=high))
-    indices = np.arange(21)
-    ranges = actions.to_ranges(indices, len(indices))
-    np.testing.assert_allclose(ranges, np.linspace(low, high, 21))
-    np.testing.assert_array_equal(actions.from_ranges(ranges), indices)
-    inside = np.clip(ranges + 0.3 * (high - low) / 20, low, high)
-    np.testing.assert_array_equal(actions.from_ranges(inside), indices)  # the nearest grid entry
-
-
-@pytest.mark.parametrize("mode", ACTION_MODES)
-def test_line(mode: str) -> None:
-    env = LineEscapeEnv(LineScenario(num_agents=10), action_mode=mode)
-    act = bind(FixedRange(0.25), env)
-    observation, _ = env.reset(seed=0)
-    *_, info = env.step(act(observation))
-    assert info["interaction_range"] == 0.25
-
-
-def test_rollout_reports_progress() -> None:
-    calls: list[tuple[int, int]] = []
-    rollout(SCENARIO, FixedRange(1.0), range(10), batch_size=4, progress=lambda *call: calls.append(call))
-    assert calls == [(4, 10), (8, 10), (10, 10)]
 
 
 @pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
@@ -310,17 +239,3 @@ def test_policies_by_name_set_their_options() -> None:
     ours = rollout(SCENARIO, "stubborn-leaders", SEEDS, predator_sensing_range=20.0)
     same = rollout(SCENARIO, StubbornLeaders(), SEEDS, predator_sensing_range=20.0)
     assert outcome(ours).tolist() == outcome(same).tolist()
-
-
-def test_rollout_without_a_scenario_uses_the_policys() -> None:
-    entry = NamedPolicy("mine", FixedRange(5.0), scenario=SCENARIO)
-    assert outcome(rollout(None, entry, SEEDS)).tolist() == outcome(rollout(SCENARIO, entry, SEEDS)).tolist()
-    paper = rollout(None, FixedRange(5.0), [1])
-    assert outcome(paper).tolist() == outcome(rollout("paper-flock", FixedRange(5.0), [1])).tolist()
-
-
-def test_a_rule_for_agents_says_that_it_needs_them() -> None:
-    with pytest.raises(ArgumentError, match="per_agent: expected True, because"):
-        rollout(SCENARIO, StubbornLeaders(), SEEDS, per_agent=False)
-    with pytest.raises(ArgumentError, match="per_agent: expected False, because"):
-        rollout(SCENARIO, ListenWhileFleeing(), SEEDS, per_agent=True)

@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 from flock_states import state
 from option_table import DIMENSIONS, small_flock
-from stable_baselines3 import PPO
 
 from flockesc_env import (
     ConstantVelocity,
     FlockEscapeEnv,
-    FlockPursuitEnv,
     FlockScenario,
     FlockVectorEnv,
-    Learned,
     PurePursuit,
     load_run,
     parallel_env,
@@ -29,8 +26,8 @@ from flockesc_env import (
     simulate,
 )
 from flockesc_env.common.errors import ActionError
-from flockesc_env.policies import FixedRange, SB3Policy
-from flockesc_env.policies.predators import FlyStraight, Pursue
+from flockesc_env.policies import FixedRange
+from flockesc_env.policies.predators import Pursue
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
@@ -116,36 +113,6 @@ def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: i
     assert run_differences(loaded, replay_run(loaded)) == []
     straight = simulate(run.scenario, 9.0, seed=3)
     assert not np.array_equal(straight.predator_positions, run.predator_positions)
-
-
-def test_pursue_comes_closer_than_fly_straight() -> None:
-    """Closer to the nearest agent, or on average to all agents, depending on its target."""
-    scenario = FlockScenario().with_learned_predators()
-    nearest, centroid, nobody = (
-        rollout(scenario, FixedRange(0.0), range(10), predator_policy=policy)
-        for policy in (Pursue(), Pursue("centroid"), FlyStraight())
-    )
-    assert nearest.min_min_distance.mean() < nobody.min_min_distance.mean() / 2
-    assert centroid.min_mean_distance.mean() < nobody.min_mean_distance.mean()
-
-
-def test_sb3_trains_a_predator_and_a_flock_against_it() -> None:
-    hunter = PPO("MlpPolicy", FlockPursuitEnv(hunted()), n_steps=32, batch_size=32, device="cpu").learn(64)
-    scenario = hunted().with_learned_predators()
-    flock = FlockVecEnv(4, scenario, predator_policy=SB3Policy(hunter))
-    PPO("MlpPolicy", flock, n_steps=8, batch_size=32, device="cpu").learn(32)
-    outcome = rollout(scenario, FixedRange(10.0), [0, 1], predator_policy=SB3Policy(hunter), batch_size=2)
-    assert np.isfinite(outcome.min_mean_distance).all()
-
-
-def test_a_run_without_survivors_is_replayed(tmp_path: Any) -> None:
-    hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
-    scenario = small_flock(num_agents=12, predators=hunters, capture_radius=500.0)
-    run = record(scenario, FixedRange(9.0), 3, predator_policy=Spin(), per_agent=True)
-    save_run(run, tmp_path / "run.npz")
-    loaded = load_run(tmp_path / "run.npz").trajectory
-    assert run_differences(loaded, replay_run(loaded)) == []
-    assert run.fraction_surviving[-1] == 0
 
 
 class Counting:

@@ -16,7 +16,6 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 from flockesc_env import (
     FlockVectorEnv,
-    Learned,
     LineScenario,
     NamedPolicy,
     load_policy,
@@ -26,7 +25,6 @@ from flockesc_env import (
 )
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.policies import (
-    FixedRange,
     SB3Policy,
     ScheduledRange,
     bind,
@@ -112,56 +110,6 @@ def test_a_model_of_another_environment_is_refused(options: dict[str, Any], fiel
     with pytest.raises(ArgumentError) as caught:
         rollout(SCENARIO, policy, [1], **options)
     assert caught.value.field == field
-
-
-@pytest.mark.parametrize(
-    ("trained", "other"),
-    [
-        ({"action_mode": "discrete", "range_grid": [0.0, 5.0]}, {"range_grid": [0.0, 9.0]}),
-        ({"profile_ranges": [0.0, 5.0]}, {"profile_ranges": [0.0, 9.0]}),
-    ],
-)
-def test_a_model_of_other_ranges_is_refused_while_it_holds_its_environment(
-    trained: dict[str, Any], other: dict[str, Any], tmp_path: Path
-) -> None:
-    env = FlockVecEnv(1, SCENARIO, **trained)
-    model = PPO("MlpPolicy", env, n_steps=8, batch_size=8, device="cpu")
-    rollout(SCENARIO, SB3Policy(model), [1], **trained)
-    with pytest.raises(ArgumentError, match=next(iter(other))):
-        rollout(SCENARIO, SB3Policy(model), [1], **{**trained, **other})
-    model.save(tmp_path / "model")
-    loaded = PPO.load(tmp_path / "model", device="cpu")
-    rollout(SCENARIO, SB3Policy(loaded), [1], **{**trained, **other})
-
-
-class Moody(Mood):
-    """A recurrent model of a predator that accelerates to the left, more with each action of an episode."""
-
-    def predict(self, *args: Any, **kwargs: Any) -> tuple[np.ndarray, Any]:
-        actions, state = super().predict(*args, **kwargs)
-        return np.concatenate([0 * actions, actions], axis=1), state
-
-
-def test_predator_policies_with_memory_start_again_with_every_episode() -> None:
-    scenario = SCENARIO.replace(predators=(Learned(), Learned()))
-    run = record(scenario, FixedRange(9.0), 3, predator_policy=SB3Policy(Moody()))
-    np.testing.assert_array_equal(run.predator_actions[:, 1, 1], mood(T) / 50 - 1)
-    batches = [
-        rollout(scenario, FixedRange(9.0), range(4), batch_size=size, predator_policy=SB3Policy(Moody()))
-        for size in (3, 1)
-    ]
-    np.testing.assert_array_equal(outcome(batches[0]), outcome(batches[1]))
-    envs = [FlockVecEnv(2, scenario, predator_policy=SB3Policy(Moody())) for _ in range(2)]
-    for env in envs:  # the second episodes; one environment was reset during the episodes of others
-        env.seed(5)
-        env.reset()
-    for _ in range(4):
-        envs[0].step(np.zeros((2, 1), np.float32))
-    for env in envs:
-        env.seed(7)
-        env.reset()
-    twins = [[env.step(np.zeros((2, 1), np.float32))[0] for _ in range(T + 3)] for env in envs]
-    np.testing.assert_array_equal(twins[0], twins[1])
 
 
 @pytest.mark.parametrize("algorithm", [PPO, TQC])

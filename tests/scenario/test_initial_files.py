@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from cli_runs import Ran
-from option_table import small_flock
 
 from flockesc_env import (
     FlockEscapeEnv,
@@ -18,7 +15,6 @@ from flockesc_env import (
     GivenPositions,
     RandomHeadings,
     RecordError,
-    ScenarioError,
     load_run,
     read_initial_state,
     replay_run,
@@ -27,7 +23,6 @@ from flockesc_env import (
     simulate,
     sweep,
 )
-from flockesc_env.cli.exits import Exit
 
 RNG = np.random.default_rng(0)
 
@@ -110,38 +105,6 @@ def test_points_of_the_plane_lie_at_z_0_in_space() -> None:
         assert not run.velocities[0, :, 2].any()
 
 
-ONE = ((1.0, 2.0),) * 4
-
-
-@pytest.mark.parametrize(
-    ("fields", "field"),
-    [
-        ({"initial_positions": GivenPositions(ONE)}, "positions.given_positions.points"),
-        (
-            {"initial_positions": GivenPositions((*ONE, (1.0, 2.0, 3.0)))},
-            "positions.given_positions.points[4]",
-        ),
-        ({"initial_headings": GivenHeadings((*ONE, (0.0, 0.0)))}, "headings.given_headings.directions[4]"),
-        (
-            {"initial_headings": GivenHeadings((*ONE, (1e300, 1e300)))},
-            "headings.given_headings.directions[4][0]",
-        ),
-        (
-            {
-                "dimension": 3,
-                "initial_plane": True,
-                "initial_positions": GivenPositions((*ONE, (0.0, 0.0, 1.0))),
-            },
-            "positions.given_positions.points[4][2]",
-        ),
-    ],
-)
-def test_refused_starts(fields: dict[str, Any], field: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
-        small_flock(**fields)
-    assert caught.value.field == f"initial_{field}"
-
-
 @pytest.mark.parametrize(
     ("name", "content", "where", "expected"),
     [
@@ -180,26 +143,3 @@ def test_refused_files(tmp_path: Path, name: str, content: Any, where: str, expe
         read_initial_state(path)
     assert caught.value.field == f"{path}{where}"
     assert expected in caught.value.expected
-
-
-def test_no_file(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError):
-        read_initial_state(tmp_path / "a.csv")
-
-
-def test_the_command_line_takes_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    positions, velocities = state(2)
-    path = str(write(tmp_path / "flock.csv", positions, velocities))
-    flags = ("--initial-state", path, "--set", "num_steps=5")
-    ran = Ran(capsys, "simulate", *flags, "--interaction-range", "10", "--seed", "1", "--json")
-    run = simulate(FlockScenario(num_steps=5, **read_initial_state(path)), 10.0, seed=1)
-    assert ran.code == Exit.DONE
-    assert json.loads(ran.out)["min_mean_distance"] == run.mean_distance.min()
-    refused = Ran(capsys, "simulate", *flags, "--set", "num_agents=8", "--interaction-range", "10")
-    assert refused.code == Exit.REFUSED
-    assert "initial_positions.given_positions.points" in refused.err
-    line = Ran(
-        capsys, "simulate", "--scenario", "paper-line", "--initial-state", path, "--interaction-range", "1"
-    )
-    assert line.code == Exit.REFUSED
-    assert "initial_state" in line.err

@@ -181,39 +181,6 @@ def test_aligned_headings(dimension: int, plane: bool, max_angle: float) -> None
         assert_uniform(np.arctan2(headings @ up, headings @ left), -math.pi, math.pi)
 
 
-@AXES
-@pytest.mark.parametrize("positions", STARTS)
-@pytest.mark.parametrize("headings", HEADINGS)
-def test_all_agents_have_speed_v0(dimension: int, plane: bool, positions: str, headings: str) -> None:
-    offsets, unit = start(
-        dimension, plane, initial_positions=STARTS[positions], initial_headings=HEADINGS[headings]
-    )
-    assert np.isfinite(offsets).all()
-    np.testing.assert_allclose(np.linalg.norm(unit, axis=1), 1.0, rtol=1e-15)
-
-
-@pytest.mark.parametrize("side", [1.0, 1e20])
-@pytest.mark.parametrize("shape", [Disc(1e20), Ring(1e20, 2e20), Gaussian(1e20), Clusters(2, 1e20)], ids=repr)
-def test_the_largest_flocks_are_finite(shape: InitialPositions, side: float) -> None:
-    scenario = FlockScenario(num_agents=500, num_steps=2, initial_side=side, initial_positions=shape)
-    assert np.isfinite(simulate(scenario, 10.0, seed=1).positions).all()
-
-
-def test_positions_and_headings_are_drawn_independently() -> None:
-    papers = start(2, False)
-    ring = start(2, False, initial_positions=Ring())
-    aligned = start(2, False, initial_headings=AlignedHeadings())
-    np.testing.assert_array_equal(ring[1], papers[1])
-    np.testing.assert_array_equal(aligned[0], papers[0])
-
-
-@pytest.mark.parametrize("name", STARTS)
-def test_more_agents_keep_the_first_ones(name: str) -> None:
-    scenario = FlockScenario(num_agents=30, num_steps=1, initial_positions=STARTS[name])
-    few, many = (simulate(scenario.replace(num_agents=n), 0.0, seed=1).positions[0] for n in (30, 50))
-    np.testing.assert_array_equal(few, many[:30])
-
-
 def test_an_initial_plane_in_space_equals_the_plane() -> None:
     for name, shape in STARTS.items():
         flat = start(3, True, initial_positions=shape)

@@ -16,7 +16,6 @@ from flockesc_env import (
     FlockEscapeEnv,
     FlockScenario,
     FlockVectorEnv,
-    LineEscapeEnv,
     LineScenario,
     env,
     parallel_env,
@@ -72,30 +71,6 @@ def test_flock_environments_take_names(interface: str) -> None:
         assert "paper-flock, " in str(caught.value)
 
 
-def test_line_environments_take_names() -> None:
-    assert LineEscapeEnv("constant-line").scenario == preset("constant-line")
-    with pytest.raises(ScenarioError) as caught:
-        LineEscapeEnv("pursuit")
-    assert "paper-line, constant-line" in str(caught.value)
-
-
-@pytest.mark.parametrize("name", ["", "Pursuit", None, 5, ["pursuit"]])
-def test_unknown_names_list_the_known_ones(name: Any) -> None:
-    with pytest.raises(ScenarioError) as caught:
-        preset(name)
-    assert caught.value.expected == f"one of {', '.join(PRESETS)}"
-
-
-def test_the_command_lists_all(capsys: pytest.CaptureFixture[str]) -> None:
-    lines = Ran(capsys, "presets").out.splitlines()
-    assert [line.split(maxsplit=1) for line in lines] == [
-        [name, known.description] for name, known in PRESETS.items()
-    ]
-    assert max(map(len, lines)) <= 80
-    entries = Ran(capsys, "presets", "--json").json()["presets"]
-    assert [entry["name"] for entry in entries] == list(PRESETS)
-
-
 @every_preset
 def test_the_command_prints_a_file_to_start_from(
     name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
@@ -122,17 +97,3 @@ def test_a_line_without_predator_is_toml() -> None:
     scenario = LineScenario(predator_position=None)
     assert tomllib.loads(scenario.to_toml())["predator_position"] == "None"
     assert LineScenario.from_toml(scenario.to_toml()) == scenario
-
-
-@pytest.mark.parametrize(
-    ("document", "field"),
-    [
-        ("= 3", "document"),
-        ('mass = "None"', "mass"),
-        ("[initial_positions.ring]\nradius = -1", "initial_positions.ring.radius"),
-    ],
-)
-def test_bad_toml_is_named(document: str, field: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
-        FlockScenario.from_toml(document)
-    assert caught.value.field == field

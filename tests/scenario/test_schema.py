@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from argument_parts import PARTS, SLOTS
+from argument_table import PARTS, SLOTS
 from option_table import small_flock
 
 from flockesc_env import (

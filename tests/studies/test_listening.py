@@ -123,16 +123,6 @@ def test_the_figure_is_drawn(entry: NamedPolicy, tmp_path: Path, monkeypatch: py
     assert (tmp_path / "listening.png").stat().st_size > 5_000
 
 
-def test_measuring_changes_nothing() -> None:
-    entry = listener(per_agent=True)
-    layout, seen, ranges = watch(entry, HELD_OUT[:3])
-    assert seen.shape == (SCENARIO.num_steps // STEPS, 3 * SCENARIO.num_agents, len(layout.names))
-    np.testing.assert_allclose(seen[:, 0, layout.index("time")], np.arange(6) / 6)
-    for flock, run in enumerate(played(entry)[:3]):
-        rows = slice(flock * SCENARIO.num_agents, (flock + 1) * SCENARIO.num_agents)
-        np.testing.assert_allclose(ranges[:, rows], run.interaction_ranges[::STEPS], rtol=0, atol=1e-4)
-
-
 def test_hidden_entries_are_constant() -> None:
     entry = listener(per_agent=True)
     layout, seen, _ = watch(entry, HELD_OUT[:1])

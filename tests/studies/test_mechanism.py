@@ -12,18 +12,11 @@ from flockesc_env import (
     FlockScenario,
     GivenHeadings,
     GivenPositions,
-    Trajectory,
-    built_in,
-    record,
     rollout,
     simulate,
-    sweep,
 )
-from studies.learned import video
-from studies.learned.best_ranges import COMPARED, best_ranges
 from studies.learned.dispersal import dispersal
 from studies.learned.named import Named, largest_turn
-from studies.learned.one_agent import AGENT_FILE, BLIND_SETTING, CANDIDATES, draw_agent, measure_agent
 from studies.learned.results import load_study
 from studies.learned.summary import summarize
 from training.seeds import HELD_OUT
@@ -91,52 +84,3 @@ def test_named_numbers_are_those_of_the_tables() -> None:
     assert bound.above == pytest.approx((bounds > bounds.mean()).mean())
     assert named.has(*settings)
     assert not named.has("shared")
-
-
-def test_best_ranges_are_those_of_the_studies() -> None:
-    found = best_ranges(COMMITTED.parent, load_study(COMMITTED / "shared"))
-    assert found is not None
-    assert [choice.best for choice in found.choices] == [11.0, 12.0, 12.0, 13.5]
-    assert [choice.step for choice in found.choices] == [1.0, 2.0, 2.0, 1.5]
-    some = HELD_OUT[:3]
-    table = pl.read_parquet(COMMITTED.parent / "demo" / "grid_search.parquet").filter(
-        pl.col("seed").is_in(some)
-    )
-    measured = sweep(FlockScenario(), COMPARED, some).values("mean")
-    for rho, row in zip(COMPARED, measured, strict=True):
-        assert table.filter(interaction_range=rho).sort("seed")["min_mean_distance"].to_list() == row.tolist()
-
-
-def test_one_agent_is_followed(tmp_path: Path) -> None:
-    (tmp_path / BLIND_SETTING).symlink_to(COMMITTED / BLIND_SETTING)
-    measure_agent(tmp_path)
-    with np.load(tmp_path / AGENT_FILE) as file:
-        kept = {name: file[name] for name in file.files}
-    chosen, heard = kept["informed_chosen"], kept["informed_heard"]
-    assert kept["informed_own"][0] == kept["blind_own"][0] > 120
-    np.testing.assert_allclose(heard[:, 0], kept["informed_own"], atol=0.1)  # range 0: its own heading
-    places = np.abs(chosen[:, np.newaxis] - np.array(CANDIDATES)).argmin(axis=1)
-    np.testing.assert_array_equal(heard[np.arange(len(heard)), places], np.nanmin(heard, axis=1))
-    rule = built_in("turn-away")
-    options = {**rule.options, "profile_ranges": CANDIDATES, "max_range": 40.0}
-    run = record(None, rule.policy, HELD_OUT[0], per_agent=True, **options)
-    assert (run.interaction_ranges == chosen[:, np.newaxis]).all(axis=0).sum() >= 1
-    draw_agent(tmp_path / AGENT_FILE).savefig(tmp_path / "agent.png")
-    assert (tmp_path / "agent.png").stat().st_size > 5_000
-
-
-def test_the_video_shows_the_best_policies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shown: list[str] = []
-
-    def write(runs: list[tuple[str, Trajectory]], path: Path, **_: object) -> None:
-        shown.extend(f"{name} {run.mean_distance.min():.1f}" for name, run in runs)
-
-    monkeypatch.setattr(video, "write_video", write)
-    for name in video.SHOWN:
-        (tmp_path / name).symlink_to(COMMITTED / name)
-    video.record_video(tmp_path)
-    fixed = rollout(None, "fixed:12", HELD_OUT[:1]).min_mean_distance[0]
-    assert shown[0] == f"best fixed range, 12 m {fixed:.1f}"
-    study = load_study(COMMITTED / "per-agent-visible-profile")
-    last = study.values(study.best_learner)[study.best_seed, 0]
-    assert shown[-1] == f"always seen, profile {last:.1f}"

@@ -10,25 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 import reference
-from backends import interrupted_after
 from cli_runs import Ran
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.stats import Estimate
-from flockesc_env.jobs import Cache, Job, find_backend, run
-from flockesc_env.jobs.sweeps import OUTCOMES
 from studies.__main__ import STUDIES
 from studies.paper import command, jobs
 from studies.paper.claims import Verdict, is_clear, judge
 from studies.paper.equations import EQUATIONS
-from studies.paper.figures import measure_and_draw
-from studies.paper.flock_claims import dominates
 from studies.paper.line_claims import clusters
 from studies.paper.page import PaperResults, html_page, markdown_page
-from studies.paper.plan import Trials, aimed, measurements
-from studies.paper.realizations import flock_seed, line_seed
-from studies.paper.reproduction import PAPER
+from studies.paper.plan import Trials
 from studies.study import RESULTS_FILE
 
 ROOT = Path(__file__).parents[2]
@@ -112,71 +105,6 @@ def test_consensus_is_what_a_slow_reference_finds(force: str | None) -> None:
             assert cell["converged"]
 
 
-def test_an_aimed_predator_misses_the_center_by_its_offset() -> None:
-    for offset in (0.0, 30.0, 80.0):
-        (predator,) = aimed(offset).predators
-        position, velocity = np.array(predator.position), np.array(predator.velocity)
-        away = np.array([50.0, 50.0]) - position
-        missed = (velocity[0] * away[1] - velocity[1] * away[0]) / np.linalg.norm(velocity)
-        assert abs(missed) == pytest.approx(offset)
-        assert velocity @ away / np.linalg.norm(velocity) == pytest.approx(80 * np.sqrt(2))  # the paper's
-
-
-def test_every_measurement_has_the_requested_number_of_trials() -> None:
-    for measurement in measurements(Trials()).values():
-        seeds = [seed for job in measurement.jobs() for seed in job.arguments[2]]
-        assert seeds == list(range(measurement.num_seeds))
-        assert measurement.num_seeds >= 1000
-
-
-def test_a_job_is_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    job = Job(OUTCOMES, (SMALL, (0.0, 10.0), range(2, 5)))
-    [first] = run([job], Cache(tmp_path), find_backend("serial"))
-    monkeypatch.setattr(Job, "run", lambda _: pytest.fail("computed again"))
-    [again] = run([job], Cache(tmp_path), find_backend("serial"))
-    assert first.keys() == again.keys()
-    for name, values in first.items():
-        np.testing.assert_array_equal(again[name], values)
-    others = [
-        Job(jobs.CURVES, (SMALL, (0.0, 10.0), range(2, 5))),
-        Job(OUTCOMES, (SMALL.replace(mass=0.2), (0.0, 10.0), range(2, 5))),
-        Job(OUTCOMES, (SMALL, (0.0, 10.5), range(2, 5))),
-        Job(OUTCOMES, (SMALL, (0.0, 10.0), range(2, 6))),
-        Job(OUTCOMES, (LineScenario(), (0.0, 10.0), range(2, 5))),
-    ]
-    assert len({job.key, *(other.key for other in others)}) == 1 + len(others)
-
-
-def test_curves_above_both_others_dominate() -> None:
-    distance = np.array([[[1.0, 2.0]], [[1.0, 2.5]], [[0.5, 2.7]]])
-    assert dominates(distance).tolist() == [[True, False]]
-    assert dominates(distance, 0.2).tolist() == [[True, True]]
-
-
-def test_shown_realizations_follow_their_rules() -> None:
-    ranges = (0.0, 0.1, 0.2, 0.3, 1.0)
-    free = jobs.consensus(LineScenario(predator_position=None), ranges, range(60))
-    seed = line_seed(free)
-    worst = {}
-    for other in range(60):
-        found = [clusters(free["final"][i, other], rho) for i, rho in ((1, 0.1), (2, 0.2))]
-        if [len(f) for f in found] == [4, 2]:
-            printed = (np.array([0.14, 0.40, 0.67, 0.88]), np.array([0.35, 0.69]))
-            worst[other] = max(np.abs(f - p).max() for f, p in zip(found, printed, strict=True))
-    assert seed == min(worst, key=worst.__getitem__)
-
-    curves = {"num_components": np.full((3, 4, 2), 12), "mean_distance": np.zeros((3, 4, 2))}
-    values = np.zeros((101, 4))
-    values[[30, 11, 10, 9], range(4)] = 1.0
-    assert flock_seed(curves, {"min_mean_distance": values}) == 2
-    curves["num_components"][1, 2, -1] = 11
-    assert flock_seed(curves, {"min_mean_distance": values}) == 1
-    curves["mean_distance"][0, 1, 0] = 1e-9
-    assert flock_seed(curves, {"min_mean_distance": values}) == 3
-    curves["num_components"][:] = 3
-    assert flock_seed(curves, {"min_mean_distance": values}) == 2
-
-
 def test_the_paper_is_reproduced(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -219,38 +147,6 @@ def test_the_paper_is_reproduced(
     found = {path.stem: path.read_bytes() for path in output.glob("*.svg")}
     assert found == {"figure_9": drawn["figure_9"]}
     assert sorted((output / "cache").iterdir()) == jobs_before
-
-
-def test_one_figure_measures_only_what_it_shows(tmp_path: Path) -> None:
-    trials = Trials(flocks=4, lines=40)
-    (file,) = measure_and_draw(tmp_path, ["4"], trials, find_backend("serial"))
-    assert file.read_bytes().startswith(b"\x89PNG")
-    assert len(list((tmp_path / "cache").iterdir())) == len(measurements(trials)["free line"].jobs())
-
-
-@pytest.mark.parametrize(
-    ("flags", "field"),
-    [
-        (["--flocks", 3], "flocks"),
-        (["--lines", 39], "lines"),
-        (["--page", "nowhere/page.md"], "page"),
-        (["--page", "page.txt"], "page"),
-        (["--figures", "11"], "figures"),
-    ],
-)
-def test_bad_input_of_the_command_is_named(
-    flags: list[object], field: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    ran = Ran(capsys, "paper", *flags, "--output", tmp_path / "paper", run=STUDIES.main)
-    assert ran.code == Exit.REFUSED
-    assert f"error: {field}" in ran.err
-    assert not (tmp_path / "paper").exists()
-
-
-def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt, match="2 of 51 jobs are finished"):
-        PAPER.run(Trials(flocks=4, lines=40), tmp_path, tmp_path / "paper.md", interrupted_after(2))
-    assert len(list((tmp_path / "cache").glob("*.npz"))) == 2
 
 
 def test_the_committed_page_follows_from_the_committed_results() -> None:

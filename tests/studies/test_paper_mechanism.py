@@ -9,20 +9,15 @@ from flockesc_env import FlockScenario, simulate
 from flockesc_env.jobs import Arrays
 from studies.paper import anatomy
 from studies.paper.claims import Claim, Verdict
-from studies.paper.mechanism_claims import force_table, mechanism_claims
+from studies.paper.mechanism_claims import mechanism_claims
 from studies.paper.plan import (
     CONTROL_GRID,
     LINE_GRID,
     NO_FORCE,
-    PAPER_FORCE,
-    PAPER_WORLD,
     STRENGTHS,
-    SURVIVAL_WORLDS,
     WORLDS,
-    Trials,
     captures,
     control,
-    measurements,
 )
 
 CALM = FlockScenario(num_agents=40, repulsion_strength=0.0)
@@ -58,14 +53,6 @@ def test_flights_of_agents_that_hear_nobody_are_the_run() -> None:
         assert (np.abs(found[name][1] - found["mean_distance"][1]) > 0.01).any()
     np.testing.assert_allclose(found["exchanged"][0], found["aligned"][0], atol=1e-9)  # nobody turns
     assert (found["straightness"][1] < 1).all()
-
-
-def test_flights_with_the_displacements_of_a_run_end_where_it_does() -> None:
-    """Agents of one heading and speed fly nearly the same way in every order."""
-    found = anatomy.anatomy(CALM, (150.0,), SEEDS)
-    np.testing.assert_allclose(found["polarization"], 1.0, atol=1e-6)
-    np.testing.assert_allclose(found["exchanged"], found["straightened"], atol=0.5)
-    np.testing.assert_allclose(found["outwardness"], 0.0, atol=0.05)
 
 
 def test_the_parts_of_a_gain_add_up_to_it() -> None:
@@ -126,20 +113,3 @@ def test_warning_and_masking_are_judged_apart() -> None:
     masking = by_claim({0.0: 1.5, 10.0: 2.0})
     assert masking["Some"] == {Verdict.FAILS}
     assert masking["Too"] == {Verdict.HOLDS}
-
-
-def test_control_runs_differ_in_the_force_alone() -> None:
-    plan = measurements(Trials(flocks=4, lines=40))
-    for world, scenario in WORLDS.items():
-        calm, fleeing = (plan[control(world, strength)].scenario for strength in (NO_FORCE, PAPER_FORCE))
-        assert fleeing == scenario
-        assert isinstance(calm, FlockScenario)
-        assert calm.replace(repulsion_strength=PAPER_FORCE) == scenario
-        if world in SURVIVAL_WORLDS:
-            caught = plan[captures(world, NO_FORCE)].scenario
-            assert isinstance(caught, FlockScenario)
-            assert caught.replace(capture_radius=None) == calm
-    table = force_table(made_up({}, {10.0: 2.0}))
-    assert table["J_mean 10"][CONTROL_GRID.index(10.0)].mean == pytest.approx(2.0, abs=0.01)
-    assert table["J_min 0"][0].mean == pytest.approx(0.0, abs=0.01)
-    assert PAPER_WORLD in WORLDS

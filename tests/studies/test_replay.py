@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import shutil
 from itertools import groupby
 from pathlib import Path
@@ -13,7 +12,6 @@ import pytest
 from cli_runs import Ran
 from tiny_studies import write_preset
 
-from flockesc_env import ArgumentError, load_policy, save_policy
 from flockesc_env.cli.exits import Exit
 from flockesc_env.jobs import Cache, find_backend
 from studies.__main__ import STUDIES
@@ -115,33 +113,3 @@ def test_differences_in_the_last_bit_are_found_and_replaced(
     for name, table in before.items():
         assert pl.read_parquet(folder / name).equals(table), name
     assert "mine" in load_study(folder).policies
-
-
-def test_changed_missing_and_unknown_files_are_found(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    folder = results / "tiny" / "policies"
-    entry = load_policy(folder / "search-0.npz")
-    entry.policy.parameters[:] += 1  # type: ignore[attr-defined]
-    save_policy(dataclasses.replace(entry, name="other"), folder / "search-0.npz")
-    shutil.copy(folder / "search-1.npz", folder / "search-2.npz")
-    (folder / "schedule-0.npz").unlink()
-    ran = run(results, capsys, "--flocks", "3")
-    assert ran.code == Exit.FAILED
-    title, changed, unknown, missing = ran.out.splitlines()
-    assert title == "tiny: 1 of 3 files reproduce on 3 flocks"
-    assert changed.startswith("  search-0: ")
-    assert unknown == "  search-2: no episodes in episodes.parquet"
-    assert missing == "  schedule-0: no policy file"
-
-
-def test_only_whole_replays_are_written(results: Path, tmp_path: Path) -> None:
-    found = load_study(results / "tiny")
-    with pytest.raises(ArgumentError, match="write: expected all flocks and files"):
-        replay(found, Runner(Cache(tmp_path), find_backend("serial")), flocks=3, write=True)
-
-
-def test_an_unknown_setting_is_refused(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    ran = Ran(capsys, "learned-replay", "huge", "--results", str(results), run=STUDIES.main)
-    assert ran.code == Exit.REFUSED
-    assert "settings: expected any of tiny, got 'huge'" in ran.err

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-import polars as pl
 import pytest
 from study_folders import write_study
 
@@ -135,10 +134,3 @@ def test_refused_submissions_change_nothing(
     assert caught.value.field == field
     assert (tiny / "tiny" / "episodes.parquet").read_bytes() == before
     assert not (tmp_path / "results.md").exists()
-
-
-def test_other_flocks_than_the_held_out_ones_are_refused(tiny: Path, tmp_path: Path) -> None:
-    path = tiny / "tiny" / "episodes.parquet"
-    pl.read_parquet(path).with_columns(pl.col("seed") + 1).write_parquet(path)
-    with pytest.raises(ArgumentError, match="flocks 2000000 to 2000005"):
-        submit("tiny", "stubborn-leaders-local", "mine", tiny, tmp_path / "results.md")

@@ -28,7 +28,6 @@ SMALLEST, LARGEST = 1e-20, 1e20
 
 DIVIDING = ("time_step", "mass", "speed", "initial_side")
 COMPUTED = ("repulsion_strength", "alignment_strength", "sensing_noise")
-COMPARED = ("predator_range", "capture_radius")
 
 Numbers = st.SearchStrategy[float]
 

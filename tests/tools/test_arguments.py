@@ -9,40 +9,40 @@ import copy
 import dataclasses
 import inspect
 import shutil
-from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
-from argument_environments import CONSTRUCTORS, METHODS
-from argument_parts import POLICIES, RESULTS, SCENARIOS
-from argument_table import FLOCK, FUNCTIONS, HUNTED, LINE, Row, used, write_files
+from argument_table import (
+    CONSTRUCTORS,
+    FLOCK,
+    FUNCTIONS,
+    HUNTED,
+    LINE,
+    METHODS,
+    POLICIES,
+    RESULTS,
+    SCENARIOS,
+    Row,
+    write_files,
+)
 from same import plain, same
 from spoiling import spoil
 
 import flockesc_env
 from flockesc_env import sb3, watch
-from flockesc_env.common import stats
 from flockesc_env.common.errors import FlockescError, OptionError
 from flockesc_env.episodes.options import EnvOptions
-from flockesc_env.render import video
 
 ROWS = FUNCTIONS | CONSTRUCTORS | METHODS | SCENARIOS | POLICIES | RESULTS
 rows = pytest.mark.parametrize("row", ROWS.values(), ids=ROWS)
-MODULES: dict[str, ModuleType] = {"sb3": sb3, "stats": stats, "video": video, "watch": watch}
+MODULES: dict[str, ModuleType] = {"sb3": sb3, "watch": watch}
 
 # Classes that only this package constructs.
 MADE_HERE = {
     *("Trajectory", "LineTrajectory", "SweepResult", "FlockSweepResult", "LineSweepResult"),
-    *("Episodes", "LineEpisodes", "RecordedRun", "stats.Estimate", "PolicySpec", "PredatorPolicySpec"),
-}
-# Methods that are other libraries' protocols, or that this package alone calls.
-PROTOCOLS = {
-    *("act", "action_space", "observation_space", "render", "close", "close_extras"),
-    *("env_is_wrapped", "env_method", "get_attr", "set_attr", "step_async"),
-    *("to_core", "selected"),
-    *("NetworkPolicy.reset", "SB3Policy.reset", "StubbornWitnesses.reset"),
+    *("Episodes", "LineEpisodes", "RecordedRun", "PolicySpec"),
 }
 
 
@@ -100,27 +100,15 @@ def test_taken(row: Row) -> None:
         kind = row.all_arguments[name]
         if row.subject is None:
             # Options that are handed on mean the same everywhere.
-            for value in (kind.good, *kind.alike().values()):
+            for value in (kind.good, *kind.alike.values()):
                 same(row.after(called(row, None, **{name: value})), expected)
             continue
         twin = row.subject()
         told, end = called(row, twin, **{name: kind.good}), row.after(twin)
-        for value in (kind.good, *kind.alike().values()):
+        for value in (kind.good, *kind.alike.values()):
             subject = row.subject()
             same(called(row, subject, **{name: value}), told)
             same(row.after(subject), end)
-
-
-@rows
-def test_extreme(row: Row) -> None:
-    """Values as large or as small as can be are refused, or harmless."""
-    for name, kind in row.all_arguments.items():
-        for value in kind.extreme():
-            subject = row.subject() if row.subject else None
-            with suppress(FlockescError):
-                result = called(row, subject, **{name: value})
-                used(result)
-                row.after(subject or result)
 
 
 COPIED = FUNCTIONS | SCENARIOS | {name: row for name, row in POLICIES.items() if name != "NamedPolicy"}
@@ -183,40 +171,6 @@ def test_every_public_argument_is_in_the_table() -> None:
         if row is None or not wanted <= set(row.all_arguments):
             missing[name] = wanted - set(row.all_arguments if row else ())
     assert not missing
-
-
-def _methods(member: Any) -> dict[str, Any]:
-    """Return the methods of a class of this package that take arguments."""
-    if not isinstance(member, type):
-        return {}
-    static = {name: inspect.getattr_static(member, name) for name in dir(member) if not name.startswith("_")}
-    functions = {name: getattr(method, "__func__", method) for name, method in static.items()}
-    return {
-        name: function
-        for name, function in functions.items()
-        if inspect.isfunction(function)
-        and function.__module__.startswith("flockesc_env")
-        and len(inspect.signature(function).parameters) > 1
-    }
-
-
-def test_every_argument_of_a_method_is_in_the_table() -> None:
-    public = {name: member for name, member in _public().items() if not name.endswith("PredatorPolicySpec")}
-    missing, covered = {}, set()
-    for owner, member in public.items():
-        for name, function in _methods(member).items():
-            label = f"{owner}.{name}"
-            parameters = list(inspect.signature(function).parameters.values())[1:]
-            wanted = {p.name for p in parameters if p.kind is not p.VAR_KEYWORD}
-            if label in ROWS and wanted <= set(ROWS[label].all_arguments):
-                covered.add(function)
-            else:
-                missing[label] = function
-    assert not {
-        label
-        for label, function in missing.items()
-        if function not in covered and not {label, label.rpartition(".")[2]} & PROTOCOLS
-    }
 
 
 @pytest.mark.parametrize("row", [pytest.param(ROWS[name], id=name) for name in _public() if name in ROWS])

@@ -74,12 +74,6 @@ def test_contenders_take_turns_and_a_shared_set_up_does_not_count(monkeypatch: p
     assert [r.case for r in records] == [{"rho": 5.0}] * 3
 
 
-def test_sizes_are_left_out_from_how_the_last_two_grew() -> None:
-    assert size._extrapolate([(100, 1.0)], 300) == 0.0
-    assert size._extrapolate([(100, 1.0), (1000, 100.0)], 10_000) == pytest.approx(10_000)
-    assert size._extrapolate([(100, 1.0), (1000, 10.0)], 10_000) == pytest.approx(100)
-
-
 def kernel_records(own: float, peer: float) -> list[Record]:
     costs = {PROJECT: own, "NumPy, all pairs": peer}
     return [

@@ -23,7 +23,6 @@ from flockesc_env import (
     Vicsek,
     load_policy,
     simulate,
-    simulate_line,
     sweep,
 )
 from flockesc_env.cli.exits import Exit
@@ -66,37 +65,6 @@ def test_a_policy_is_simulated(
     np.testing.assert_array_equal(saved.trajectory.positions, run.positions)
     np.testing.assert_array_equal(saved.trajectory.interaction_ranges, run.interaction_ranges)
     assert Ran(capsys, "replay", path).code == Exit.DONE
-
-
-def test_policies_not_for_flocks_are_named(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    line, foreign = policy_file(tmp_path / "line.npz", LineScenario(num_agents=9)), tmp_path / "foreign.npz"
-    foreign.write_text("nothing")
-    for spec, message in (
-        (line, "policy: expected"),
-        (tmp_path / "lost.npz", "policy: expected"),
-        (foreign, f"{foreign}: expected a policy"),
-    ):
-        ran = Ran(capsys, "simulate", "--policy", spec, *SMALL_FLAGS)
-        assert ran.code == Exit.REFUSED
-        assert ran.err.startswith(f"flockesc: error: {message}")
-
-
-def test_a_line_is_simulated(capsys: pytest.CaptureFixture[str]) -> None:
-    ran = Ran(
-        capsys, "simulate", "--scenario", "paper-line", "--interaction-range", 0.1, "--seed", 7, "--json"
-    )
-    run = simulate_line(LineScenario(), 0.1, seed=7)
-    document = ran.json()
-    assert (document["escape_distance"], document["steps"]) == (run.escape_distance[-1], run.steps)
-    assert document["converged"] is run.converged
-
-
-def test_a_drawn_seed_is_printed_and_infinite_distances_are_null(capsys: pytest.CaptureFixture[str]) -> None:
-    flags = ["--interaction-range", 3, *SMALL_FLAGS, "--set", "predators=[]", "--json"]
-    first, second = (Ran(capsys, "simulate", *flags).json() for _ in range(2))
-    assert first["seed"] != second["seed"]
-    run = simulate(SMALL.replace(predators=()), 3.0, seed=first["seed"])
-    assert (first["polarization"], first["min_mean_distance"]) == (run.polarization[-1], None)
 
 
 CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
@@ -175,27 +143,6 @@ def test_a_scenario_comes_from_a_file_and_is_changed(
     assert FlockScenario.from_json(json.dumps(document["scenario"])) == scenario
 
 
-def test_a_file_with_a_field_of_lines_is_a_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    scenario = LineScenario(num_agents=5, max_steps=7)
-    for name, text in (
-        ("a.toml", "num_agents = 5\nmax_steps = 7"),
-        ("b.json", '{"num_agents":5,"max_steps":7}'),
-    ):
-        (tmp_path / name).write_text(text)
-        flags = ["--scenario", tmp_path / name, "--interaction-range", 0.1, "--seed", 1]
-        document = Ran(capsys, "simulate", *flags, "--json").json()
-        assert document["model"] == "line"
-        assert LineScenario.from_json(json.dumps(document["scenario"])) == scenario
-
-
-def test_comments_and_strings_do_not_make_a_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    (tmp_path / "a.toml").write_text(f"# max_steps = 7\n{SMALL.to_toml()}")
-    (tmp_path / "b.json").write_text('{"randomization": [{"uniform": {"field": "a, max_steps = 7"}}]}')
-    flags = ["simulate", "--interaction-range", 0.1, "--json", "--scenario"]
-    assert Ran(capsys, *flags, tmp_path / "a.toml").json()["model"] == "flock"
-    assert "randomization[0].uniform.low: expected" in Ran(capsys, *flags, tmp_path / "b.json").err
-
-
 def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     result = sweep(SMALL, [0, 5.5, 100], range(3, 40))
     path = tmp_path / "sweep.parquet"
@@ -219,24 +166,6 @@ def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pat
         Ran(capsys, *sweep_flags("--output", tmp_path / name))
         assert (tmp_path / name).read_bytes().startswith(start)
     assert len(list(tmp_path.iterdir())) == 5
-
-
-def test_the_table_names_the_best_range(capsys: pytest.CaptureFixture[str]) -> None:
-    result = sweep(SMALL, [0, 5.5, 100], range(3, 40))
-    lines = Ran(capsys, *sweep_flags()).out.splitlines()
-    assert len(lines) == 1 + 3 + 1
-    assert lines[2].split()[:2] == ["5.5", f"{result.values()[1].mean():.4f}"]
-    assert lines[-1].startswith(f"best fixed range: {result.best_range():g} m")
-
-
-def test_grids_and_models_of_a_sweep(capsys: pytest.CaptureFixture[str]) -> None:
-    def ranges(*flags: object) -> list[float]:
-        document = Ran(capsys, "sweep", "--seeds", "0:2", *flags, "--json").json()
-        return [row["interaction_range"] for row in document["ranges"]]
-
-    assert ranges(*SMALL_FLAGS) == np.linspace(0, 100, 21).tolist()
-    assert ranges(*SMALL_FLAGS, "--max-range", 30, "--grid-size", 4) == [0, 10, 20, 30]
-    assert ranges("--scenario", "paper-line", "--set", "num_agents=9") == np.linspace(0, 1, 21).tolist()
 
 
 def test_a_sweep_of_a_line_and_of_one_without_a_predator(capsys: pytest.CaptureFixture[str]) -> None:
@@ -273,17 +202,6 @@ def test_replay_prints_whether_runs_match(capsys: pytest.CaptureFixture[str], tm
     assert [report["outcome"] for report in reports] == ["differs", "refused", "refused", "matches"]
     assert f"error: {broken}: expected a recorded run" in refused.err
     assert f"error: {tmp_path / 'none.npz'}: No such file" in refused.err
-
-
-def test_replay_notes_other_versions(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with monkeypatch.context() as patch:
-        patch.setattr("flockesc_env.models.records.versions", lambda: {"numpy": "0.9"})
-        save_run(simulate(SMALL, 10.0, seed=7), tmp_path / "old.npz")
-    ran = Ran(capsys, "replay", tmp_path / "old.npz")
-    assert ran.code == Exit.DONE
-    assert "recorded with numpy 0.9; now python" in ran.err
 
 
 @pytest.mark.parametrize("model", [[], ["--scenario", "paper-line"]])

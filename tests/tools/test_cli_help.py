@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-import subprocess
 
 import pytest
-from cli_runs import FLOCKESC, TIMEOUT, Ran, plain
+from cli_runs import Ran, plain
 
 from flockesc_env import __version__
 from flockesc_env.cli import COMMANDS
@@ -38,15 +37,6 @@ def test_the_first_help_lists_commands_and_exit_codes(capsys: pytest.CaptureFixt
     assert (ran.code, ran.out) == (Exit.DONE, Ran(capsys, "--help").out)
     assert all(f" {command}  " in ran.out for command in COMMANDS)
     assert all(f"{code.value}  {meaning}" in ran.out for code, meaning in MEANINGS.items())
-
-
-def test_help_ends_in_a_narrow_terminal() -> None:
-    """The layout of tyro does not end in 1 to 6 columns."""
-    limits = 'ulimit -t 30; ulimit -v 8000000; COLUMNS=1 "$@"'
-    limited = ["sh", "-c", limits, "sh", *FLOCKESC, "simulate", "--help"]
-    ran = subprocess.run(limited, capture_output=True, text=True, timeout=TIMEOUT, check=False)  # noqa: S603
-    assert (ran.returncode, ran.stderr) == (Exit.DONE, "")
-    assert "Example: flockesc simulate" in ran.stdout
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:

@@ -82,26 +82,6 @@ def test_bad_input_is_named(
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ("mass = 1979-05-27", "mass: expected"),
-        ("= 3", "document: expected valid TOML"),
-        ("\xff", "expected TOML or JSON"),
-        ("[[predators]]\npure_pursuit = { turn = 1 }", "predators[0].pure_pursuit.turn: expected one of"),
-    ],
-)
-def test_a_bad_scenario_file_is_named(
-    content: str, message: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    path = tmp_path / "bad.toml"
-    path.write_bytes(content.encode("latin-1"))
-    ran = Ran(capsys, "simulate", "--interaction-range", 1, "--scenario", path)
-    assert (ran.code, ran.out) == (Exit.REFUSED, "")
-    assert ran.err.startswith(f"flockesc: error: {path}: ")
-    assert message in ran.err
-
-
 def test_a_missing_extra_is_named(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
-from urllib.parse import urlencode
 
 import imageio_ffmpeg
 import pytest
@@ -12,12 +10,9 @@ from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file
 
 from flockesc_env import LineScenario, load_policy, simulate, simulate_line
 from flockesc_env.cli.exits import Exit
-from flockesc_env.common.errors import ArgumentError
 from flockesc_env.models.records import save_run
-from flockesc_env.policies.registry import NAMES, built_in
+from flockesc_env.policies.registry import built_in
 from flockesc_env.watch import write_page
-from flockesc_env.watch.page import render
-from flockesc_env.watch.server import Server, run_for
 
 
 def test_a_page_of_policies_on_one_flock(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -29,52 +24,6 @@ def test_a_page_of_policies_on_one_flock(capsys: pytest.CaptureFixture[str], tmp
     assert (ran.code, ran.out) == (Exit.DONE, "")
     write_page([(name, policy.record(7, SMALL)) for name, policy in policies.items()], expected)
     assert page.read_bytes() == expected.read_bytes()
-
-
-def test_a_page_of_a_users_own_policy(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    code = "from flockesc_env import FixedRange, NamedPolicy\n"
-    code += "def make(): return NamedPolicy('', FixedRange(4.0))\n"
-    (tmp_path / "my_policies.py").write_text(code + "def other(): return 7\n")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", sys.path.copy())
-    flags = ["--seed", 7, *SMALL_FLAGS, "--output", "page.html"]
-    assert Ran(capsys, "watch", "--policies", "my_policies:make", *flags).code == Exit.DONE
-    write_page([("my_policies:make", built_in("fixed:4").record(7, SMALL))], tmp_path / "expected.html")
-    assert Path("page.html").read_bytes() == Path("expected.html").read_bytes()
-    for spec, said in (
-        ("my_policies:other", "a NamedPolicy"),
-        ("my_policies:none", "has no attribute 'none'"),
-    ):
-        refused = Ran(capsys, "watch", "--policies", spec, *flags)
-        assert refused.code == Exit.REFUSED
-        assert said in refused.err
-
-
-def test_a_served_page_shows_policies_in_files_as_recordings(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The server runs only built-in policies; it reads no file named in an address."""
-    spec, pages = str(policy_file(tmp_path / "mine.npz")), []
-
-    def visit(server: Server, _: float) -> None:
-        pages.append(server.page.decode())
-        with pytest.raises(ArgumentError, match="policy: expected one of fixed:RHO"):
-            run_for(urlencode({"seed": 7, "policy": spec}), server.scenario)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Server, "serve_forever", visit)
-    flags = ["--policies", "fixed:10", spec, "--seed", 7, *SMALL_FLAGS, "--no-browser"]
-    assert Ran(capsys, "watch", *flags).code == Exit.DONE
-    recorded = [("fixed:10", built_in("fixed:10")), (spec, load_policy(spec))]
-    live = {
-        "seed": "7",
-        "policies": NAMES,
-        "maxRange": 100.0,
-        "panels": ["fixed:10", None],  # policies that are not built in are offered as recordings
-    }
-    assert pages == [render([(name, entry.record(7, SMALL)) for name, entry in recorded], live)]
 
 
 def test_a_page_of_recorded_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -18,7 +18,6 @@ from flockesc_env import (
     LineScenario,
     PurePursuit,
     RecordError,
-    ScenarioError,
     Wandering,
     record,
     simulate,
@@ -159,27 +158,6 @@ def test_impossible_numbers_are_named(kind: str, column: str, bad: float, tmp_pa
     with pytest.raises(RecordError) as caught:
         load_run(path)
     assert caught.value.field.partition("[")[0] == column
-
-
-def header_with(path: Path, **changes: Any) -> np.ndarray:
-    with np.load(path) as file:
-        return np.array(json.dumps({**json.loads(str(file["header"])), **changes}))
-
-
-def test_a_bad_header_is_named(tmp_path: Path) -> None:
-    path = tmp_path / "run.npz"
-    save_run(simulate(FLOCK, 10.0, seed=3), path)
-    whole = path.read_bytes()
-    for changes, field in (
-        ({"seed": -1}, "seed"),
-        ({"seed": None}, "seed"),
-        ({"is_start_given": 0}, "is_start_given"),
-        ({"scenario": {"wings": 2}}, "wings"),
-    ):
-        path.write_bytes(whole)
-        rewrite(path, header=header_with(path, **changes))
-        with pytest.raises((RecordError, ScenarioError), match=f"^{field}"):
-            load_run(path)
 
 
 def test_pickles_are_not_loaded(tmp_path: Path) -> None:

@@ -18,16 +18,6 @@ def test_all_files_have_the_version_of_the_crates() -> None:
     assert f"Version {version}" in (ROOT / "README.md").read_text("utf-8")
 
 
-def test_the_paper_is_cited_everywhere_with_the_same_title_and_year() -> None:
-    citation = (ROOT / "CITATION.cff").read_text("utf-8")
-    (title,) = re.findall(r"^    title: (.+)$", citation, re.MULTILINE)
-    (year,) = re.findall(r"^    year: (.+)$", citation, re.MULTILINE)
-    for page in ("README.md", "docs/paper.md"):
-        text = (ROOT / page).read_text("utf-8")
-        assert f"title  = {{{title}}}" in text
-        assert f"year   = {{{year}}}" in text
-
-
 @pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
 def test_actions_are_pinned_by_commit(workflow: Path) -> None:
     actions = re.findall(r"uses: (.+)", workflow.read_text("utf-8"))

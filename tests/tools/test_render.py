@@ -11,29 +11,21 @@ from hypothesis import strategies as st
 from option_table import DIMENSIONS, small_flock
 
 from flockesc_env import (
-    ArgumentError,
     ConstantVelocity,
     FlockScenario,
-    LineScenario,
-    ScenarioError,
     Trajectory,
     simulate,
-    simulate_line,
 )
 from flockesc_env.render import RenderOptions, draw
 from flockesc_env.render.camera import VIEW_ASPECT, Rect, camera
 from flockesc_env.render.colors import (
     ALONE,
     GRID,
-    PAPER,
     PREDATOR,
-    component_colors,
     label_colors,
     range_colors,
 )
 from flockesc_env.render.frame import recorded_frames
-from flockesc_env.render.line import line_labels
-from flockesc_env.render.names import policy_title
 from flockesc_env.render.palette import LIGHT
 
 SIZE = 512
@@ -80,21 +72,6 @@ def test_predator_and_agents_are_where_the_camera_says(dimension: int) -> None:
     assert not is_marked((60.0, 90.0, *depth))
 
 
-def test_a_mark_points_along_its_velocity() -> None:
-    """A dart is symmetric about its velocity and widest behind its middle."""
-    start = FlockScenario(num_agents=1, num_steps=1, time_step=1e-6)
-    for angle in np.linspace(0, 2 * np.pi, 8, endpoint=False):
-        ahead = np.array([np.cos(angle), np.sin(angle)])
-        run = simulate(start, 0.0, initial_positions=[[70.0, 70.0]], initial_velocities=[ahead])
-        column, row = place(run, (70.0, 70.0))
-        rows, columns = np.nonzero((draw(run, 1)[: int(VIEW.height)] == ALONE).all(axis=-1))
-        offsets = np.stack([columns + 0.5 - column, row - rows - 0.5], axis=1)
-        offsets = offsets[np.linalg.norm(offsets, axis=1) < 15]
-        along, across = offsets @ ahead, offsets @ (-ahead[1], ahead[0])
-        assert abs(across.mean()) < 0.7
-        assert np.average(along, weights=across**2) < along.mean() - 1
-
-
 @given(st.integers(2, 3), st.integers(0, 10_000), st.floats(1.0, 300.0))
 def test_the_view_holds_everything_and_never_shrinks(dimension: int, seed: int, rho: float) -> None:
     scenario = FlockScenario(num_agents=12, num_steps=60, dimension=dimension)
@@ -112,13 +89,6 @@ def test_the_view_holds_everything_and_never_shrinks(dimension: int, seed: int, 
         before = frame.view
 
 
-def test_scales_of_both_axes_are_equal() -> None:
-    *_, frame = recorded_frames(simulate(FlockScenario(num_steps=40), 10.0, seed=0))
-    (origin, right, up), (scale, *_) = camera(frame.view, VIEW)(np.array([(0, 0), (10, 0), (0, 10.0)]))
-    np.testing.assert_allclose([right - origin, up - origin], [(10 * scale, 0), (0, -10 * scale)], atol=1e-9)
-    assert np.ptp(frame.view, axis=0)[0] / np.ptp(frame.view, axis=0)[1] == pytest.approx(VIEW_ASPECT)
-
-
 def test_the_scale_of_ranges_is_the_palettes() -> None:
     stops = [tuple(bytes.fromhex(color[1:])) for color in LIGHT.ranges]
     assert [tuple(color) for color in range_colors(np.linspace(0, 8, 5), 8.0).tolist()] == stops
@@ -128,22 +98,6 @@ def test_the_scale_of_ranges_is_the_palettes() -> None:
     picture = draw(run, 1, options=RenderOptions(color="range", largest_range=20.0))
     for position, color in zip(positions, range_colors(ranges, 20.0), strict=True):
         assert near(picture, place(run, position), color)
-
-
-@pytest.mark.parametrize(
-    ("name", "title"),
-    [
-        ("fixed:12", "fixed range 12 m"),
-        ("stubborn-leaders-local", "rule: stubborn leaders local"),
-        ("ppo-own-minimum-2.npz", "learned (PPO own minimum)"),
-        ("runs/mine.npz", "learned (mine)"),
-        ("any name", "any name"),
-        ("a\0b\x1b", r"a\x00b\x1b"),  # fonts refuse the null character
-    ],
-)
-def test_titles_of_policies(name: str, title: str) -> None:
-    assert policy_title(name) == title
-    assert policy_title("fixed:7", "neighbors") == "fixed range 7 neighbors"
 
 
 def test_colors_are_those_of_components() -> None:
@@ -158,19 +112,6 @@ def test_colors_are_those_of_components() -> None:
             )
     assert (draw(run, 0)[: int(VIEW.height)] == ALONE).all(axis=-1).any()
     assert not (draw(run, 0)[: int(VIEW.height)] == label_colors(5)[0]).all(axis=-1).any()  # all alone
-
-
-def test_labels_have_different_colors() -> None:
-    labels = np.array([0, 0, 2, 3, 3, 2, 6])
-    colors = component_colors(labels)
-    assert (colors[0] == colors[1]).all()
-    assert tuple(colors[6]) == ALONE
-    assert len({tuple(color) for color in colors}) == 4
-    first = label_colors(24).astype(int)
-    gaps = np.abs(first[:, np.newaxis] - first).sum(axis=-1)[~np.eye(24, dtype=bool)]
-    assert gaps.min() > 24
-    assert np.abs(first - np.array(PREDATOR)).sum(axis=-1).min() > 60
-    np.testing.assert_array_equal(label_colors(300)[:24], label_colors(24))
 
 
 def changed(run: Trajectory, **options: Any) -> np.ndarray:
@@ -208,39 +149,6 @@ def test_edges_join_agents_if_one_hears_the_other() -> None:
     assert not is_drawn(0, 2)
     assert is_drawn(0, 1, agents=(0,))
     assert not is_drawn(0, 1, agents=(2,))
-
-
-def test_a_trail_is_as_long_as_asked() -> None:
-    run = simulate(FlockScenario(num_agents=3, num_steps=100), 0.0, seed=0)
-    pictures = [draw(run, 100, options=RenderOptions(trail=seconds)) for seconds in (0.0, 1.0, 3.0)]
-    counts = [int((picture != pictures[0]).any(axis=-1).sum()) for picture in pictures]
-    assert counts[0] == 0
-    assert 2.5 < counts[2] / counts[1] < 6  # the predator's mark hides part of the first third
-
-
-def test_no_predator_and_a_single_agent() -> None:
-    run = simulate(FlockScenario(num_agents=1, num_steps=3, predators=()), 5.0, seed=0)
-    assert not (draw(run, 3) == PREDATOR).all(axis=-1).any()
-    line = simulate_line(LineScenario(num_agents=1, predator_position=None), 0.1, seed=0)
-    assert (draw(line, line.steps) != PAPER).any()
-
-
-def test_line_labels_follow_the_gaps() -> None:
-    states = np.array([0.5, 0.1, 0.9, 0.55, 0.15, 0.1])
-    np.testing.assert_array_equal(line_labels(states, 0.06), [0, 1, 2, 0, 1, 1])
-    np.testing.assert_array_equal(line_labels(states, 0.0), [0, 1, 2, 3, 4, 1])
-    np.testing.assert_array_equal(line_labels(states, 1.0), [0] * 6)
-    run = simulate_line(LineScenario(), 0.05, seed=2)
-    for x, count in zip(run.states, run.num_components, strict=True):
-        assert len(np.unique(line_labels(x, 0.05))) == count
-
-
-def test_bad_options_and_times_are_refused() -> None:
-    for options in ({"size": 511}, {"agents": ()}):
-        with pytest.raises(ScenarioError, match=next(iter(options))):
-            RenderOptions(**options)
-    with pytest.raises(ArgumentError, match="step"):
-        draw(simulate(small_flock(), 1.0, seed=0), 11)
 
 
 def test_pictures_can_be_drawn_after_pygame_quit() -> None:

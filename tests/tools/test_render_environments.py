@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import copy
-import os
 import signal
 import subprocess
 import sys
 from itertools import pairwise
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 from gymnasium.error import DependencyNotInstalled
-from gymnasium.utils.env_checker import check_env
 from option_table import small_flock
 
-import flockesc_env
 from flockesc_env import (
     EpisodeError,
     FlockEscapeEnv,
@@ -108,24 +103,6 @@ def test_a_batch_shows_every_flock(interface: str) -> None:
     env.close()
 
 
-@pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
-def test_a_new_episode_starts_a_new_picture(mode: str) -> None:
-    """After any kind of reset the picture shows only the new episode; other slots keep their pictures."""
-    env = FlockVectorEnv(2, small_flock(), autoreset_mode=mode, render_mode="rgb_array")
-    env.reset(seed=0)
-    for _ in range(10):
-        step(env)
-    last = env.render()
-    if mode == "NextStep":
-        step(env)
-    elif mode == "Disabled":
-        env.reset(options={"reset_mask": np.array([True, False])})
-        np.testing.assert_array_equal(env.render()[1], last[1])
-    fresh = FlockEscapeEnv(small_flock(), render_mode="rgb_array")
-    fresh.reset(seed=flockesc_env.episode_seed(0, 1))
-    np.testing.assert_array_equal(env.render()[0], fresh.render())
-
-
 @pytest.mark.parametrize("interface", ["flock", "parallel", "line"])
 def test_environments_and_recorded_runs_look_the_same(interface: str) -> None:
     env = make(interface, action_mode="range", render_mode="rgb_array")
@@ -166,18 +143,6 @@ def test_the_window_shows_the_same_pixels_as_arrays(interface: str) -> None:
 
 
 @every
-def test_no_pictures_are_kept_without_a_render_mode(interface: str) -> None:
-    env = make(interface)
-    reset(env)
-    step(env)
-    assert env.render_mode is None
-    with pytest.warns(UserWarning, match="render"):
-        assert env.render() is None
-    env.close()
-    env.close()
-
-
-@every
 def test_bad_modes_options_and_calls_are_refused(interface: str) -> None:
     with pytest.raises(ScenarioError, match="render_mode: expected one of human, rgb_array or None"):
         make(interface, render_mode="ansi")
@@ -198,34 +163,6 @@ def test_without_pygame_the_extra_is_named(interface: str, monkeypatch: pytest.M
     make(interface)
 
 
-@single
-def test_copies_show_the_same_picture_and_then_diverge(interface: str) -> None:
-    env = make(interface, render_mode="rgb_array")
-    reset(env)
-    step(env)
-    twin = copy.deepcopy(env)
-    before = env.render()
-    np.testing.assert_array_equal(twin.render(), before)
-    step(twin)
-    np.testing.assert_array_equal(env.render(), before)
-    step(env)
-    np.testing.assert_array_equal(env.render(), twin.render())
-
-
-@pytest.mark.parametrize(("steps_per_action", "fps"), [(1, 20), (7, 3), (100, 1)])
-def test_render_fps_is_the_models_rate(steps_per_action: int, fps: int) -> None:
-    for interface in ("flock", "parallel", *BATCHED):
-        assert make(interface, steps_per_action=steps_per_action).metadata["render_fps"] == fps
-
-
-@pytest.mark.parametrize("mode", ["rgb_array", "human"])
-@pytest.mark.parametrize(
-    ("name", "arguments"), [(FLOCK_ID, {}), (FLOCK_ID, {"scenario": small_flock(3)}), (LINE_ID, {})]
-)
-def test_gymnasium_checks_every_mode(name: str, arguments: dict[str, Any], mode: str) -> None:
-    check_env(gymnasium.make(name, render_mode=mode, **arguments).unwrapped)
-
-
 def test_a_window_leaves_signals_alone() -> None:
     """SDL would turn SIGTERM into an event, and pools of forked workers would wait forever."""
     script = """
@@ -237,19 +174,3 @@ os.kill(os.getpid(), signal.SIGTERM)
 """
     run = subprocess.run([sys.executable, "-c", script], check=False)  # noqa: S603
     assert run.returncode == -signal.SIGTERM
-
-
-def test_no_display_is_needed() -> None:
-    script = """
-import gymnasium
-env = gymnasium.make("flockesc_env:flockesc/FlockEscape-v0", render_mode="rgb_array")
-env.reset(seed=0)
-env.step(env.action_space.high)
-assert env.render().std() > 0
-import pygame
-assert not pygame.display.get_init()
-"""
-    bare = {name: value for name, value in os.environ.items() if name not in {"DISPLAY", "SDL_VIDEODRIVER"}}
-    command = [sys.executable, "-c", script]
-    run = subprocess.run(command, env=bare, capture_output=True, text=True, check=False)  # noqa: S603
-    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")

@@ -82,34 +82,3 @@ def test_another_policy_and_another_flock(tab: Page, address: str) -> None:
         "seed 3",
     ]
     assert "seed 4" in tab.evaluate("document.getElementById('facts').textContent")
-
-
-def test_the_address_keeps_seed_and_policies(tab: Page, address: str) -> None:
-    open_page(tab, address)
-    tab.evaluate(SLIDE.format(12))
-    tab.evaluate("document.getElementById('next-seed').click()")
-    wait(tab, "page.runs.slice(0, 2).every(({ seed }) => seed === '4')")
-    kept = tab.evaluate("location.href")
-    assert kept == f"{address}#seed=4&policies=fixed:12,stubborn-leaders,"
-    tab.goto("about:blank")
-    open_page(tab, kept)
-    wait(tab, "page.runs.slice(0, 2).every(({ seed }) => seed === '4')")
-    assert tab.evaluate("page.runs[0].name") == "fixed:12"
-    tab.evaluate("page.player.pause()")
-
-
-def test_a_refused_seed_is_shown_and_changes_nothing(tab: Page, address: str, problems: list[str]) -> None:
-    open_page(tab, address)
-    tab.evaluate(
-        "Object.assign(document.getElementById('seed'), { value: 'x' }).dispatchEvent(new Event('input'))"
-    )
-    wait(tab, "document.getElementById('message').value.startsWith('seed: expected')")
-    assert tab.evaluate("page.runs.map(({ seed }) => seed)") == ["3"] * 3
-    tab.evaluate(
-        "Object.assign(document.getElementById('seed'), { value: '5' }).dispatchEvent(new Event('input'))"
-    )
-    wait(tab, "document.getElementById('message').value === '' && page.runs[0].seed === '5'")
-    # The browser logs the rejection; there is no other error.
-    assert problems
-    assert all("status of 400" in problem for problem in problems)
-    problems.clear()

@@ -16,26 +16,13 @@ from urllib.error import HTTPError, URLError
 from urllib.parse import urlencode
 from urllib.request import urlopen
 
-import numpy as np
 import pytest
-from watch_documents import FLOCK, RUNS, assert_shows, numbers
+from watch_documents import FLOCK, assert_shows
 
-from flockesc_env import ArgumentError, simulate
 from flockesc_env.policies.registry import built_in
-from flockesc_env.watch import serve
 from flockesc_env.watch.server import Server
 
 TIMEOUT = 60  # seconds; reached only by a server that does not answer or stop
-
-
-def test_a_bad_server_is_refused_before_it_listens() -> None:
-    runs = [("run", RUNS["one range"]())]
-    with pytest.raises(ArgumentError, match=r"^scenario: "):
-        serve(runs, scenario=FLOCK.replace(dimension=3, predators=()), seed=3, open_browser=False)
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        with pytest.raises(ArgumentError, match=f"^port: expected a free TCP port, got {port} "):
-            serve(runs, scenario=FLOCK, seed=3, port=port, open_browser=False)
 
 
 @pytest.fixture(scope="module")
@@ -65,13 +52,6 @@ def test_the_server_returns_the_runs_that_are_recorded_here(address: str, policy
     assert_shows(answer, built_in(policy).record(seed, FLOCK))
 
 
-def test_a_range_beyond_float32_is_served_without_a_warning(address: str) -> None:
-    columns = json.loads(get(f"{address}run?seed=4&policy=fixed:1e308"))["columns"]
-    expected = simulate(FLOCK, 1e308, seed=4).positions.astype(np.float32)
-    np.testing.assert_array_equal(numbers(columns["positions"]), expected)
-    assert set(numbers(columns["ranges"]).ravel()) == {np.finfo(np.float32).max}
-
-
 @pytest.mark.parametrize(
     ("query", "field"),
     [
@@ -96,35 +76,12 @@ def test_a_bad_query_is_named(address: str, query: str, field: str) -> None:
     assert refusal["message"].startswith(f"{field}: expected ")
 
 
-def test_other_paths_and_methods_are_refused(address: str) -> None:
-    for path in ("index.html", "run/", "../page.html", "favicon.ico"):
-        with pytest.raises(HTTPError) as caught:
-            get(address + path)
-        with caught.value as error:
-            assert error.code == 404
-    with pytest.raises(HTTPError) as caught, urlopen(address, data=b"seed=1", timeout=TIMEOUT):  # noqa: S310
-        pass
-    with caught.value as error:
-        assert error.code == 501  # only GET is allowed
-
-
 def test_the_server_listens_only_to_this_machine(address: str) -> None:
     port = int(address.rstrip("/").rpartition(":")[2])
     socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT).close()
     # A server on all addresses would answer on every address of the loopback network.
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection(("127.0.0.2", port), timeout=TIMEOUT)
-
-
-def test_a_silent_or_closed_connection_blocks_no_other(address: str) -> None:
-    port = int(address.rstrip("/").rpartition(":")[2])
-    with (
-        socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT),
-        socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT) as leaving,
-    ):
-        leaving.sendall(f"GET /run?seed=1&policy=random HTTP/1.0\r\nHost: localhost:{port}\r\n\r\n".encode())
-        leaving.close()
-        assert json.loads(get(f"{address}run?seed=1&policy=random"))["name"] == "random"
 
 
 def test_ctrl_c_stops_a_server_whose_run_would_take_hours() -> None:
