@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from envs import ADAPTERS, adapters, draw, has_ended, plain, start, step
-from spoiling import spoil
+from same import spoil
 from stable_baselines3.common.vec_env import VecEnv
 
 STEPS = 25

@@ -20,8 +20,6 @@ from flockesc_env import (
     Wandering,
     parallel_env,
 )
-from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.scenario.neighbors import Topological
 
@@ -179,27 +177,3 @@ def test_a_frozen_graph_is_the_neighborhood() -> None:
 
 
 # Both.
-
-
-@dimensions
-@objectives
-@pytest.mark.parametrize("reward", ["neighborhood_distance_change", "difference"])
-def test_place_in_the_batch_and_threads(reward: Any, objective: Any, dimension: int) -> None:
-    scenario = small_flock(dimension, num_agents=20, predators=HUNTERS, capture_radius=3.0, angular_noise=0.5)
-    options = EnvOptions(
-        action_mode="range", max_range=MAX_RANGE, reward=reward, objective=objective, steps_per_action=4
-    )
-    ranges = np.random.default_rng(0).uniform(0, MAX_RANGE, (3, 6, 20, 1))
-
-    def rewards(slots: list[int], num_threads: int | None) -> np.ndarray:
-        batch = FlockBatch(scenario, options, num_flocks=len(slots), view=View.AGENT, num_threads=num_threads)
-        batch.reset(range(len(slots)), [100 + slot for slot in slots])
-        paid = [batch.step(action[slots].reshape(-1, 1))[1] for action in ranges]
-        return np.array(paid).reshape(3, len(slots), 20)
-
-    together = rewards([0, 1, 2, 3, 4, 5], 1)
-    assert together.any() or objective == "survival"
-    for num_threads in (2, 5, None):
-        np.testing.assert_array_equal(rewards([5, 4, 3, 2, 1, 0], num_threads)[:, ::-1], together)
-    for slot in range(6):
-        np.testing.assert_array_equal(rewards([slot], 1)[:, 0], together[:, slot])

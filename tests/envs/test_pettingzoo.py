@@ -73,22 +73,6 @@ def test_unknown_reset_options_are_ignored_with_a_warning() -> None:
 
 
 @pytest.mark.parametrize("dimension", DIMENSIONS)
-def test_state_holds_everything_that_moves(dimension: int) -> None:
-    environment = parallel_env(small_flock(dimension))
-    n = environment.scenario.num_agents
-    start = np.linspace(0, 20, n * dimension).reshape(n, dimension)
-    environment.reset(seed=0, options={"initial_positions": start})
-    state = environment.state()
-    assert environment.state_space.contains(state)
-    assert state[0] == 0
-    np.testing.assert_array_equal(state[3 : 3 + n * dimension], start.ravel().astype(np.float32))
-    np.testing.assert_array_equal(state[-2 * dimension :][:2], [-30, -30])
-    environment.step(sample(environment))
-    assert environment.state()[0] == 1
-    assert environment.state_space.contains(environment.state())
-
-
-@pytest.mark.parametrize("dimension", DIMENSIONS)
 def test_the_flock_view_as_state_is_the_observation_of_the_flock(dimension: int) -> None:
     flock = small_flock(dimension)
     environment = parallel_env(flock, state="flock_view", action_mode="range", profile_ranges=(0.0, 5.0))

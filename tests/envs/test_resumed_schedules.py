@@ -93,21 +93,6 @@ def test_a_new_environment_resumes_a_schedule(interface: str, episode: int) -> N
     np.testing.assert_equal(resumed, undisturbed[episode:])
 
 
-@interfaces
-def test_without_a_seed_the_current_schedule_continues(interface: str) -> None:
-    environment, twin = MAKERS[interface](), MAKERS[interface]()
-    begin(environment, seed=SEED)
-    for episode, number in (
-        (4, {"episode": 4}),
-        (5, {}),
-        (2, {"episode": 2}),
-        (3, {"episode": None}),
-        (0, {"episode": 0}),
-    ):
-        first = begin(environment, options=number)
-        np.testing.assert_equal(first, begin(twin, seed=SEED, options={"episode": episode}))
-
-
 @pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
 def test_every_flock_has_its_own_episode_number(make: Any) -> None:
     """Flocks are in different episodes as soon as some of them lose all agents."""

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from envs import ADAPTERS, adapters, same_action, start, step
-from gymnasium.utils import seeding
+from envs import adapters, same_action, start, step
 from option_table import DIMENSIONS, small_flock
 from pettingzoo import AECEnv
 from same import plain
@@ -159,15 +158,3 @@ def test_schedule_of_seeds() -> None:
     assert len(drawn) == 50 * 49
     assert min(drawn) >= 2**32
     assert max(drawn) < 2**63
-
-
-@pytest.mark.parametrize("name", ["gymnasium", "line", "vector"])
-def test_np_random_follows_gymnasium(name: str) -> None:
-    environment = ADAPTERS[name].make()
-    environment.reset()
-    environment.reset(seed=12)
-    expected, seed = seeding.np_random(12)
-    assert environment.np_random_seed == seed
-    assert environment.np_random.bit_generator.state == expected.bit_generator.state
-    environment.reset()
-    assert environment.np_random.random() == expected.random()

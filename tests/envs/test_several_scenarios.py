@@ -160,25 +160,6 @@ def test_snapshots_belong_to_scenarios() -> None:
         assert plain(twin.step(actions)) == plain(copy.step(actions)) == expected
 
 
-def test_initial_states_fit_the_scenario() -> None:
-    envs = FlockVectorEnv(FLOCKS, SCENARIOS)
-    envs.reset(seed=0)
-    start = {"predator_positions": np.arange(4.0).reshape(2, 2)}
-    hunted = np.array([False, True, False, True])
-    envs.reset(options={**start, "reset_mask": hunted})
-    for flock in (1, 3):
-        np.testing.assert_array_equal(envs.flocks[flock].predator_positions, start["predator_positions"])
-    before = envs.get_state()
-    for mask in (~hunted, np.ones(FLOCKS, bool), hunted | np.eye(FLOCKS, dtype=bool)[2]):
-        with pytest.raises(ArgumentError, match="predator_positions"):
-            envs.reset(options={**start, "reset_mask": mask})
-    assert envs.get_state() == before
-    vec = FlockVecEnv(FLOCKS, SCENARIOS)
-    vec.set_options([{}, start, {}, start])
-    vec.reset()
-    np.testing.assert_array_equal(vec.flocks[3].predator_positions, start["predator_positions"])
-
-
 def test_predator_policies() -> None:
     scenarios = [small_flock(predators=[Learned(max_speed=speed)]) for speed in (12.0, 24.0)]
     options = {"action_mode": "range", "predator_policy": Pursue(), "autoreset_mode": "SameStep"}

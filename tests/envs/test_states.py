@@ -135,18 +135,6 @@ def test_one_state_in_all_slots() -> None:
         assert crowd.get_state(slot) == alone.get_state()
 
 
-def test_slots_are_saved_and_restored_one_by_one() -> None:
-    crowd = FlockVectorEnv(4, small_flock())
-    crowd.reset(seed=0)
-    before = [crowd.get_state(slot) for slot in range(4)]
-    crowd.step(np.zeros((4, 1), np.float32))
-    after = [crowd.get_state(slot) for slot in range(4)]
-    crowd.set_state(before[1], [0, 2])
-    assert [crowd.get_state(slot) for slot in range(4)] == [before[1], after[1], before[1], after[3]]
-    crowd.set_state(crowd.get_state([3, 1]), [1, 3])
-    assert [crowd.get_state(slot) for slot in range(4)] == [before[1], after[3], before[1], after[1]]
-
-
 @pytest.mark.parametrize(
     "other",
     [

@@ -96,26 +96,6 @@ def assert_equal(first: Trajectory, second: Trajectory) -> None:
 
 
 @dimensions
-def test_many_agents_leave_and_none_returns(dimension: int) -> None:
-    """A flock of several groups in memory shrinks to one group."""
-    scenario = hunted(dimension, num_agents=500, num_steps=60, initial_side=40.0)
-    for seed in range(4):
-        run = simulate(scenario, 8.0, seed=seed)
-        assert (np.diff(run.fraction_surviving) <= 0).all()
-        assert run.fraction_surviving[0] == 1 > run.fraction_surviving[-1]
-        counts = [np.sum((run.caught_at < 0) | (run.caught_at > t)) for t in range(61)]
-        np.testing.assert_array_equal(run.fraction_surviving, np.array(counts) / 500)
-        for agent in np.flatnonzero(run.caught_at >= 0):
-            at = run.caught_at[agent]
-            assert (run.positions[at:, agent] == run.positions[at, agent]).all()
-            assert not run.velocities[at:, agent].any()
-            gaps = np.linalg.norm(run.positions[at, agent] - run.predator_positions[at], axis=1)
-            assert gaps.min() <= scenario.capture_radius
-        alive = run.min_distance[1:] > scenario.capture_radius
-        assert (alive | (run.fraction_surviving[1:] == 0)).all()
-
-
-@dimensions
 @pytest.mark.parametrize("per_agent", [False, True])
 def test_a_radius_without_captures_changes_no_bit(dimension: int, per_agent: bool) -> None:
     free = hunted(dimension, num_agents=200, capture_radius=None)

@@ -17,7 +17,6 @@ from flockesc_env import (
     _core,
     simulate,
 )
-from flockesc_env.common.errors import ArgumentError
 from flockesc_env.models.graph import component_labels, neighbor_pairs
 
 Floats = NDArray[np.float64]
@@ -152,10 +151,3 @@ def test_a_full_blind_angle_leaves_no_neighbors(rule: NeighborRule) -> None:
     paper = FlockScenario(num_steps=40)
     seeing, alone = simulate(blind, 30.0, seed=1), simulate(paper, 0.0, seed=1)
     np.testing.assert_array_equal(seeing.positions, alone.positions)
-
-
-def test_a_blind_angle_needs_velocities() -> None:
-    with pytest.raises(ArgumentError, match=r"^velocities"):
-        neighbor_pairs(FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0)
-    with pytest.raises(ArgumentError, match=r"^positions"):
-        neighbor_pairs(FlockScenario(dimension=3), np.zeros((4, 2)), 1.0)

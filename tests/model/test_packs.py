@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
@@ -99,20 +98,6 @@ def test_packs_follow_the_numpy_model(pack: str, dimension: int, agents: int) ->
         distances = reference.predator_distances(state.positions, state.predator_positions)
         np.testing.assert_allclose(run.mean_distance[t], distances.mean(), **close)
         state = reference.flock_step(run.scenario, state, np.full(agents, 7.3))
-
-
-@pytest.mark.parametrize("order", list(itertools.permutations(range(3)))[1:])
-@pytest.mark.parametrize("pack", ["assigned", "encircle", "closing in", "nearest and herd"])
-def test_the_order_of_predators_does_not_matter(pack: str, order: tuple[int, ...]) -> None:
-    """Bit for bit if no forces are added; the index of a herding predator's partner is permuted too."""
-    starts, start = drawn(2, 8)
-    make = PACKS | {"nearest and herd": lambda s: [PurePursuit(*s[0]), PurePursuit(*s[1]), Herd(*s[2])]}
-    predators = make[pack](starts[:3])
-    listed = [predators[k] for k in order]
-    if pack == "nearest and herd":
-        listed[order.index(2)] = Herd(*starts[2], partner=order.index(0))
-    first, second = (hunt(p, start, predator_range=0.0).predator_positions for p in (predators, listed))
-    np.testing.assert_array_equal(second, first[:, order])
 
 
 @pytest.mark.parametrize("agents", [2, 3, 40])

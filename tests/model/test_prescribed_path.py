@@ -11,11 +11,9 @@ from option_table import DIMENSIONS, small_flock
 from flockesc_env import (
     ArgumentError,
     FlockEscapeEnv,
-    FlockPursuitEnv,
     FlockScenario,
     PrescribedPath,
     PurePursuit,
-    ScenarioError,
     simulate,
 )
 
@@ -48,13 +46,6 @@ def expected(scenario: FlockScenario) -> np.ndarray:
     path = scenario.predators[0]
     times = scenario.time_step * np.arange(scenario.num_steps + 1)
     return flown(np.array(path.positions), path.interval or scenario.time_step, times)
-
-
-@paths
-def test_positions_are_those_of_the_path(dimension: int, interval: float | None) -> None:
-    scenario = flock(dimension, interval)
-    run = simulate(scenario, 5.0, seed=1)
-    np.testing.assert_allclose(run.predator_positions[:, 0], expected(scenario), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("interval", [None, 0.013])
@@ -94,10 +85,3 @@ def test_a_start_that_contradicts_the_path_is_refused(name: str) -> None:
     with pytest.raises(ArgumentError, match=r"predators\[1\] has a prescribed path") as caught:
         env.reset(options={name: np.zeros((2, 2))})
     assert caught.value.field == name
-
-
-def test_no_policy_controls_a_predator_on_a_path() -> None:
-    scenario = small_flock(predators=(PurePursuit(), PrescribedPath(GOOD)))
-    with pytest.raises(ScenarioError, match="PrescribedPath") as caught:
-        FlockPursuitEnv(scenario)
-    assert caught.value.field == "predators[1]"

@@ -106,19 +106,6 @@ def test_parquet_round_trip(flocks: FlockSweepResult, lines: LineSweepResult, tm
             assert type(result.scenario).from_json(document) == result.scenario
 
 
-@pytest.mark.parametrize("scenario", [small_flock(), LineScenario(num_agents=5)], ids=["flock", "line"])
-def test_progress_rises_to_the_total(scenario: FlockScenario | LineScenario) -> None:
-    """Also in a very short sweep, so that a progress bar reaches its end."""
-    for _ in range(50):
-        calls: list[tuple[int, int]] = []
-        sweep(scenario, [0.1, 0.2], range(3), progress=lambda *call, calls=calls: calls.append(call))
-        assert calls
-        assert all(total == 6 for _, total in calls)
-        done = [done for done, _ in calls]
-        assert done == sorted(done)
-        assert done[-1] == 6
-
-
 def test_a_plot_shows_the_means_and_the_best_range(flocks: FlockSweepResult, lines: LineSweepResult) -> None:
     for result, objective in ((flocks, None), (flocks, "survival"), (lines, None)):
         (axes,) = result.plot(objective).axes

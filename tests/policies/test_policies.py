@@ -21,7 +21,6 @@ from flockesc_env import (
 )
 from flockesc_env.policies import (
     FixedRange,
-    ListenWhileFleeing,
     RandomRange,
     SB3Policy,
     ScheduledRange,
@@ -158,28 +157,6 @@ def test_stubborn_leaders(dimension: int, sensing: float | None) -> None:
     assert seen == {0.0, 14.0}
 
 
-@pytest.mark.parametrize("dimension", DIMENSIONS)
-def test_listen_while_fleeing(dimension: int) -> None:
-    """The rule computed from positions and velocities gives the same range in each step."""
-    predators = (ConstantVelocity((-5.0, -5.0)),)
-    scenario = small_flock(dimension, num_agents=20, num_steps=8, initial_side=60.0, predators=predators)
-    env = FlockEscapeEnv(scenario, action_mode="range", predator_sensing_range=None)
-    act = bind(ListenWhileFleeing(min_cosine=0.02, interaction_range=14.0), env)
-    seen = set()
-    for seed in range(4):
-        observation, _ = env.reset(seed=seed)
-        schedule = np.zeros((scenario.num_steps, 1))
-        for t in range(scenario.num_steps):
-            run = simulate(scenario, schedule=schedule, seed=seed)  # up to time t
-            away = run.positions[t] - run.predator_positions[t]
-            cosines = (run.velocities[t] * away).sum(axis=1) / np.linalg.norm(away, axis=1) / scenario.speed
-            schedule[t] = 14.0 if cosines.mean() > 0.02 else 0.0
-            observation, *_, info = env.step(act(observation))
-            assert info["interaction_range"] == schedule[t]
-        seen |= set(schedule[:, 0])
-    assert seen == {0.0, 14.0}
-
-
 @pytest.mark.parametrize("mode", ACTION_MODES)
 def test_random_range_covers_all_ranges_of_the_action_space(mode: str) -> None:
     env = FlockEscapeEnv(SCENARIO, action_mode=mode, min_range=10.0, max_range=20.0)
@@ -214,16 +191,6 @@ def test_record_equals_the_episode_of_the_rollout(name: str, steps_per_action: i
         np.testing.assert_array_equal(
             simulate(SCENARIO, schedule=ranges, seed=SEEDS[0]).positions, run.positions
         )
-
-
-@pytest.mark.parametrize("mode", ["sync", "async", "vector_entry_point"])
-def test_bind_to_a_gymnasium_vector_environment(mode: str) -> None:
-    name = "flockesc_env:flockesc/FlockEscape-v0"
-    env = gymnasium.make_vec(name, 2, mode, scenario=SCENARIO, action_mode="range")
-    observations, _ = env.reset(seed=0)
-    *_, info = env.step(bind(FixedRange(7.0), env)(observations))
-    env.close()
-    assert info["interaction_range"].tolist() == [7.0, 7.0]
 
 
 def test_policies_by_name_set_their_options() -> None:

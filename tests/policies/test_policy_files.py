@@ -119,9 +119,7 @@ def rewritten(path: Path, parameters: Any = None, **header: Any) -> Path:
     ("make", "changes", "message"),
     [
         (flock_policy, {"architecture": {"inputs": ["time", "wings"], "hidden": [2]}}, "an entry 'wings'"),
-        (flock_policy, {"architecture": {"inputs": ["offset_0", "time"], "hidden": [2]}}, "'offset_0'"),
         (line_policy, {"architecture": {"inputs": ["time", "offset_9"], "hidden": []}}, "'offset_9'"),
-        (line_policy, {"architecture": {"inputs": ["time"], "hidden": [], "mirror": True}}, "_left'"),
         (
             line_policy,
             {"architecture": {"inputs": [], "hidden": [], "candidate_inputs": ["range"]}},

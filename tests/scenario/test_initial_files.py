@@ -108,19 +108,11 @@ def test_points_of_the_plane_lie_at_z_0_in_space() -> None:
 @pytest.mark.parametrize(
     ("name", "content", "where", "expected"),
     [
-        ("a.txt", b"x,y\n1,2\n", "", ".csv or .npy or .npz"),
-        ("a.csv", b"", "", "the first line x,y or x,y,z"),
         ("a.csv", b"1,2\n3,4\n", "", "the first line x,y or x,y,z"),
-        ("a.csv", b"x,y\n", "", "a row per agent"),
         ("a.csv", b"x,y\n1,2\n3\n", ": line 3", "2 numbers"),
-        ("a.csv", b"x,y\n\n1,far\n", ": line 3", "2 numbers"),
         ("a.csv", b"x,y\n1,2\n1,nan\n", ": positions[1, 1]", "a finite number"),
         ("a.csv", b"x,y,vx,vy\n1,2,3,4\n1,2,0,0\n", ": velocities[1]", "a nonzero vector"),
-        ("a.csv", b"\xff\xfe", "", "an initial state (.csv)"),
-        ("a.npy", b"", "", "an initial state (.npy)"),
         ("a.npy", np.zeros(3), "", "the columns x,y or x,y,z"),
-        ("a.npy", np.zeros((0, 2)), ": positions", "with n >= 1"),
-        ("a.npy", np.full((3, 2), "a"), ": positions", "real numbers"),
         ("a.npz", b"PK", "", "an initial state (.npz)"),
         ("a.npz", {"states": np.zeros((3, 2))}, "", "the arrays positions and"),
         (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import gymnasium
 import imageio.v3 as iio
@@ -11,9 +10,7 @@ import numpy as np
 import pytest
 from gymnasium.wrappers import RecordVideo
 from option_table import small_flock
-from pettingzoo.test import render_test
 
-import flockesc_env
 from flockesc_env import LineScenario, simulate
 from flockesc_env.render import RenderOptions, draw
 from flockesc_env.render.video import write_video
@@ -87,8 +84,3 @@ def test_gymnasium_records(tmp_path: Path, name: str) -> None:
     video = frames(only(tmp_path / "videos"))
     assert video.shape[1:] == (160, 160, 3)
     assert len(video) in {count - 1, count}  # moviepy 2.2 may drop the last frame by rounding
-
-
-@pytest.mark.parametrize("maker", [flockesc_env.env, flockesc_env.raw_env])
-def test_pettingzoo_renders(maker: Any) -> None:
-    render_test(lambda render_mode: maker(small_flock(), render_mode=render_mode, render_options=SMALL))

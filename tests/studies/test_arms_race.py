@@ -119,14 +119,6 @@ def test_training_begins_with_the_stored_policy_and_never_ends_below_it() -> Non
     assert result["curve"].max() == after
 
 
-def test_a_large_network_or_a_rule_is_not_trained() -> None:
-    large = LEARNED_RESULTS / "shared" / "policies" / "imitation-0.npz"
-    with pytest.raises(ValueError, match="expected at most 500 parameters"):
-        train_flock(Flock(str(large)), Predator("centroid"), BUDGET, 100)
-    with pytest.raises(TypeError, match="expected a network, got StubbornLeaders"):
-        train_flock(Flock("stubborn-leaders"), Predator("centroid"), BUDGET, 100)
-
-
 def made_up(objective: dict[tuple[str, str], list[float]]) -> RaceResults:
     """Return results with a given J_mean of every flock policy against every predator."""
     values = {pair: np.array(row) for pair, row in objective.items()}

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from flockesc_env import ArgumentError, FlockScenario, LineScenario, NamedPolicy, load_policy
 from flockesc_env.episodes.options import EnvOptions, LineOptions
-from flockesc_env.policies import NAMES, FixedRange, built_in
+from flockesc_env.policies import NAMES, FixedRange, RandomRange, ScheduledRange, StubbornLeaders, built_in
 from studies.learned.fitting import FREE, check_fits, is_checkable
 from studies.learned.held_out import rule_options, rules_of
+from studies.learned.questions import QUESTIONS
 from training.config import Setting
 from training.presets import presets
-
-RESULTS = Path("results/learned")
 
 LOCAL = Setting(predator_visible=False)
 VISIBLE = Setting()
@@ -118,6 +119,33 @@ def test_built_in_rules_fit_the_settings_that_show_what_they_need(name: str) -> 
         check_fits(dataclasses.replace(entry, options=options), setting)
 
 
+TASKS = Path(__file__).parents[2] / "flockesc_env" / "benchmarl"
+
+
+def test_the_tasks_have_the_options_of_the_settings_with_one_range_per_agent() -> None:
+    found = {}
+    for file in TASKS.glob("*.yaml"):
+        task = yaml.safe_load(file.read_text())
+        assert task.pop("reward") == "individual_running_minimum"
+        found[file.stem] = {"objective": "mean", **task}
+    settings = {name: presets()[name].setting for name in QUESTIONS}
+    expected = {
+        name.replace("-", "_"): {"scenario": setting.scenario, **setting.env_options()}
+        for name, setting in settings.items()
+        if setting.per_agent and not setting.is_line
+    }
+    as_lists = {
+        name: {key: list(value) if isinstance(value, tuple) else value for key, value in options.items()}
+        for name, options in expected.items()
+    }
+    assert found == as_lists
+    members = re.findall(r"^    ([A-Z_]+) = None$", (TASKS / "__init__.py").read_text(), re.MULTILINE)
+    assert {member.lower() for member in members} == found.keys()
+
+
+RESULTS = Path("results/learned")
+
+
 @pytest.mark.parametrize("name", [name for name in presets() if name != "demo"])
 def test_every_trained_policy_fits_its_setting(name: str) -> None:
     files = sorted((RESULTS / name / "policies").glob("*.npz"))
@@ -126,3 +154,14 @@ def test_every_trained_policy_fits_its_setting(name: str) -> None:
         entry = load_policy(file)
         check_fits(entry, presets()[name].setting)
         assert is_checkable(entry.policy), file
+
+
+class Own(StubbornLeaders):
+    """Code of a user."""
+
+
+def test_only_classes_of_the_package_are_checkable() -> None:
+    assert all(is_checkable(built_in(name.replace("RHO", "1")).policy) for name in NAMES)
+    assert is_checkable(ScheduledRange([1.0]))
+    assert is_checkable(RandomRange(0))
+    assert not is_checkable(Own())

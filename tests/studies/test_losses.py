@@ -10,14 +10,13 @@ import polars as pl
 import pytest
 from tiny_studies import TINY, write_preset
 
-from flockesc_env import built_in, load_policy, rollout, simulate, sweep
+from flockesc_env import built_in, load_policy, rollout, sweep
 from flockesc_env.jobs import find_backend
 from studies.learned import losses, retrained
 from studies.learned.cells import LOSSES_FILE, read_cells
 from studies.learned.held_out import FLOCK_GRID
 from studies.learned.losses import measure_losses
 from studies.learned.results import load_study
-from studies.learned.starts import POLARIZATIONS, starts
 from studies.learned.study import StudyArgs, study
 from studies.learned.summary import BEST_THERE, LEARNED
 from studies.learned.transfer import refusal, worlds
@@ -40,19 +39,6 @@ def table(gains: dict[str, np.ndarray]) -> pl.DataFrame:
         for name, objective in ((LEARNED, np.full(len(values), 50.0)), (BEST_THERE, 50.0 - values))
     ]
     return pl.concat(parts)
-
-
-@pytest.mark.parametrize("polarization", POLARIZATIONS)
-def test_a_start_has_the_polarization_of_its_name(polarization: float) -> None:
-    found = {name: world for name, world in starts().items() if f"polarization {polarization:g}," in name}
-    assert len(found) == 2
-    for name, world in found.items():
-        velocities = simulate(world.replace(num_agents=3_000, num_steps=1), 0.0, seed=0).velocities[0]
-        heading = velocities.mean(axis=0) / world.speed
-        assert np.hypot(*heading) == pytest.approx(polarization, abs=0.03)
-        along_path = heading @ [1.0, 1.0] / np.sqrt(2)  # the predator flies along the diagonal
-        expected = 0.0 if name.endswith("across") else -polarization
-        assert along_path == pytest.approx(expected, abs=0.03)
 
 
 def test_a_policy_that_cannot_run_is_named_with_the_option() -> None:

@@ -1,4 +1,4 @@
-"""What the page says about how policies work: agents that fly apart, and one agent's choices."""
+"""What the pages say about how policies work: flying apart, flocks without fear, the value of candidates."""
 
 from __future__ import annotations
 
@@ -15,10 +15,14 @@ from flockesc_env import (
     rollout,
     simulate,
 )
+from flockesc_env.jobs import Cache, find_backend
 from studies.learned.dispersal import dispersal
+from studies.learned.fear import RULES, fear_figures, measure_fear
+from studies.learned.information import SENSING, draw_information, measure_information, objective
 from studies.learned.named import Named, largest_turn
 from studies.learned.results import load_study
 from studies.learned.summary import summarize
+from studies.measurements import Runner
 from training.seeds import HELD_OUT
 
 COMMITTED = Path(__file__).parents[2] / "results" / "learned"
@@ -84,3 +88,40 @@ def test_named_numbers_are_those_of_the_tables() -> None:
     assert bound.above == pytest.approx((bounds > bounds.mean()).mean())
     assert named.has(*settings)
     assert not named.has("shared")
+
+
+SETTING = "per-agent-visible"
+
+
+def test_policies_play_the_same_flocks_with_and_without_the_force(tmp_path: Path) -> None:
+    (tmp_path / SETTING).symlink_to(COMMITTED / SETTING)
+    file = measure_fear(tmp_path, 3, Runner(Cache(tmp_path / "cache"), find_backend("serial")))
+    table = pl.read_parquet(file)
+    assert table["policy"].unique(maintain_order=True).to_list() == [SETTING, *RULES]
+    calm = table.filter(policy="head-away", strength=0.0)
+    expected = rollout(FlockScenario(repulsion_strength=0.0), "head-away", HELD_OUT[:3]).min_mean_distance
+    np.testing.assert_array_equal(calm["objective"].to_numpy(), expected)
+    fleeing = table.filter(policy="head-away", strength=10.0)
+    expected = rollout(None, "head-away", HELD_OUT[:3]).min_mean_distance
+    np.testing.assert_array_equal(fleeing["objective"].to_numpy(), expected)
+    found = fear_figures(file)["head-away"]
+    assert found["force"].mean == pytest.approx(found["fleeing"].mean - found["fearless"].mean)
+    gain = (fleeing["objective"] - fleeing["fixed"]).mean()
+    assert found["gain_fleeing"].mean == pytest.approx(gain)
+
+
+def test_every_number_of_candidates_plays_the_same_flocks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("studies.learned.information._COUNTS", (0, 1, 4))
+    file = measure_information(tmp_path, 2, Runner(Cache(tmp_path / "cache"), find_backend("serial")))
+    table = pl.read_parquet(file)
+    assert table.group_by("sensing", "candidates").len()["len"].to_list() == [2] * len(SENSING) * 3
+    fixed = rollout(None, "fixed:12", HELD_OUT[:2]).min_mean_distance
+    assert table.filter(candidates=0)["objective"].to_list() == fixed.tolist() * len(SENSING)
+    seen = table.filter(candidates=4, sensing="any distance")["objective"].to_numpy()
+    assert (seen > fixed).all()
+    assert seen.tolist() == objective("any distance", 4, HELD_OUT[:2])["objective"].tolist()
+    (axes,) = draw_information(file).axes
+    lines = {tuple(line.get_ydata()) for line in axes.lines}
+    assert len(lines) == len(SENSING)

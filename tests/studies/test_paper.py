@@ -1,4 +1,4 @@
-"""The reproduction of the paper: measurements against the models, verdicts, caching and the page."""
+"""The reproduction of the paper: measurements against the models, verdicts, mechanism and the page."""
 
 from __future__ import annotations
 
@@ -14,14 +14,24 @@ from cli_runs import Ran
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
 from flockesc_env.cli.exits import Exit
-from flockesc_env.common.stats import Estimate
+from flockesc_env.jobs import Arrays
 from studies.__main__ import STUDIES
-from studies.paper import command, jobs
-from studies.paper.claims import Verdict, is_clear, judge
+from studies.paper import anatomy, command, jobs
+from studies.paper.claims import Claim, Verdict, judge
 from studies.paper.equations import EQUATIONS
 from studies.paper.line_claims import clusters
+from studies.paper.mechanism_claims import mechanism_claims
 from studies.paper.page import PaperResults, html_page, markdown_page
-from studies.paper.plan import Trials
+from studies.paper.plan import (
+    CONTROL_GRID,
+    LINE_GRID,
+    NO_FORCE,
+    STRENGTHS,
+    WORLDS,
+    Trials,
+    captures,
+    control,
+)
 from studies.study import RESULTS_FILE
 
 ROOT = Path(__file__).parents[2]
@@ -46,17 +56,6 @@ def test_verdicts_follow_one_rule(share: float, in_expectation: bool, expected: 
     judgment = judge(is_so, in_expectation=in_expectation)
     assert judgment.verdict is expected
     assert judgment.share.low <= share <= judgment.share.high
-
-
-def test_a_sample_is_too_small_if_an_interval_includes_the_bound() -> None:
-    few, many = np.arange(100) < 95, np.arange(100_000) < 96_000
-    assert not judge(few, in_expectation=True).is_clear
-    assert judge(many, in_expectation=True).is_clear
-    assert judge(few, in_expectation=False).is_clear  # the share decides nothing then
-    assert not judge(many, in_expectation=True, mean_is_clear=False).is_clear
-    assert is_clear(Estimate(11, 9, 12), 7.5, 12.5)
-    assert is_clear(Estimate(14, 13, 15), 7.5, 12.5)
-    assert not is_clear(Estimate(11, 9, 14), 7.5, 12.5)
 
 
 def test_equations_name_functions_and_tests_that_exist() -> None:
@@ -161,3 +160,98 @@ def test_the_committed_page_follows_from_the_committed_results() -> None:
     assert f"95 % interval {best.low:g} to {best.high:g} m" in readme
     for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text()):
         assert (page.parent / picture).is_file()
+
+
+CALM = FlockScenario(num_agents=40, repulsion_strength=0.0)
+SEEDS = range(3)
+
+
+def test_squared_distance_is_that_of_the_center_plus_squared_spread() -> None:
+    scenario = CALM.replace(repulsion_strength=10.0)
+    found = anatomy.anatomy(scenario, (0.0, 20.0), SEEDS)
+    for i, rho in enumerate((0.0, 20.0)):
+        for seed in SEEDS:
+            run = simulate(scenario, rho, seed=seed)
+            distances = np.linalg.norm(run.positions - run.predator_positions, axis=2)
+            step = distances.mean(axis=1).argmin()
+            assert found["mean_distance"][i, seed] == pytest.approx(distances[step].mean())
+            assert found["time"][i, seed] == run.times[step]
+            squares = found["center"][i, seed] ** 2 + found["dispersion"][i, seed] ** 2
+            assert squares == pytest.approx((distances[step] ** 2).mean())
+            headings = run.velocities[step] / np.linalg.norm(run.velocities[step], axis=1)[:, np.newaxis]
+            assert found["patch"][i, seed] == pytest.approx(40 * (headings.mean(axis=0) ** 2).sum())
+            outward = [run.positions[0, :, k] - run.positions[0, :, k].mean() for k in (0, 1)]
+            moved = [run.positions[step, :, k] - run.positions[0, :, k] for k in (0, 1)]
+            product = sum((a * b).sum() for a, b in zip(outward, moved, strict=True))
+            norms = [np.sqrt(sum((part**2).sum() for part in parts)) for parts in (outward, moved)]
+            assert found["outwardness"][i, seed] == pytest.approx(product / np.prod(norms))
+
+
+def test_flights_of_agents_that_hear_nobody_are_the_run() -> None:
+    found = anatomy.anatomy(CALM, (0.0, 8.0), SEEDS)
+    np.testing.assert_allclose(found["straightness"][0], 1.0)
+    for name in ("straightened", "stopped_1", "stopped_2"):
+        np.testing.assert_allclose(found[name][0], found["mean_distance"][0], atol=1e-9)
+        assert (np.abs(found[name][1] - found["mean_distance"][1]) > 0.01).any()
+    np.testing.assert_allclose(found["exchanged"][0], found["aligned"][0], atol=1e-9)  # nobody turns
+    assert (found["straightness"][1] < 1).all()
+
+
+def test_the_parts_of_a_gain_add_up_to_it() -> None:
+    columns = anatomy.with_parts(anatomy.anatomy(CALM, (0.0, 8.0, 30.0), SEEDS))
+    parts = columns["agreement"] + columns["turning"] + columns["sorting"]
+    np.testing.assert_allclose(parts, columns["mean_distance"] - columns["mean_distance"][0], atol=1e-9)
+    np.testing.assert_allclose(parts, columns["gain"], atol=1e-9)
+    table = anatomy.anatomy_table({name: columns[name] for name in anatomy.anatomy(CALM, (0.0,), range(1))})
+    assert table["sorting"][1].mean == pytest.approx(columns["sorting"][1].mean())
+
+
+def made_up(without: dict[float, float], fleeing: dict[float, float]) -> dict[str, Arrays]:
+    """Return results of 40 flocks and lines: the objective by range is 0 but for the given ranges."""
+    noise = np.random.default_rng(0).normal(scale=0.01, size=40)
+
+    def values(peaks: dict[float, float], grid: tuple[float, ...]) -> Arrays:
+        rows = np.array([peaks.get(rho, 0.0) for rho in grid])[:, np.newaxis] + noise
+        names = ("min_mean_distance", "min_min_distance", "fraction_surviving", "escape_distance")
+        return dict.fromkeys(names, rows)
+
+    found = {}
+    for world in WORLDS:
+        for strength in STRENGTHS:
+            peaks = without if strength == NO_FORCE else fleeing
+            for name in (control, captures):
+                found[name(world, strength)] = values(peaks, CONTROL_GRID)
+    line = [{rho / 100: value for rho, value in peaks.items()} for peaks in (without, fleeing)]
+    found["fearless line"], found["grid linear"] = (values(peaks, LINE_GRID) for peaks in line)
+    return found
+
+
+def verdicts(rows: list[Claim]) -> dict[str, set[Verdict]]:
+    """Return the verdicts of all objectives and worlds, by the claim's first word."""
+    found: dict[str, set[Verdict]] = {}
+    for row in rows:
+        found.setdefault(row.claim.split()[0], set()).add(row.judgment.verdict)
+    return found
+
+
+def test_the_explanation_holds_where_the_force_makes_the_optimum() -> None:
+    rows = mechanism_claims(made_up({}, {10.0: 2.0, 100.0: 1.0}))
+    assert all(row.judgment.verdict is Verdict.HOLDS for row in rows)
+
+
+def test_the_explanation_fails_where_the_optimum_needs_no_force() -> None:
+    same = {10.0: 2.0, 100.0: 1.0}
+    assert all(row.judgment.verdict is Verdict.FAILS for row in mechanism_claims(made_up(same, same)))
+
+
+def test_warning_and_masking_are_judged_apart() -> None:
+    """The force adds most at 0 and 100 m: neither. Less at 100 m: masking only."""
+
+    def by_claim(fleeing: dict[float, float]) -> dict[str, set[Verdict]]:
+        return verdicts(mechanism_claims(made_up({10.0: 1.0}, fleeing)))
+
+    neither = by_claim({0.0: 1.5, 10.0: 2.0, 100.0: 2.5})
+    assert neither["Some"] == neither["Too"] == {Verdict.FAILS}
+    masking = by_claim({0.0: 1.5, 10.0: 2.0})
+    assert masking["Some"] == {Verdict.FAILS}
+    assert masking["Too"] == {Verdict.HOLDS}

@@ -5,10 +5,9 @@ from __future__ import annotations
 from math import inf, log, sqrt
 
 import numpy as np
-import pytest
 from option_table import small_flock
 
-from flockesc_env import FlockEscapeEnv, rollout
+from flockesc_env import FlockEscapeEnv
 from studies.related.bandit import RangeBandit, across_episodes, ucb_scores
 from studies.related.within_episode import control, orders
 
@@ -65,13 +64,6 @@ def test_a_reset_row_begins_again_and_leaves_the_others() -> None:
     bandit.reset(np.array([False, True]))
     after = observed_run(bandit, [[0.7, 0.7], [0.9, 0.9]], "mean_distance")
     assert after == [[10, 0], [10, 10]]
-
-
-@pytest.mark.parametrize("batch_size", [1, 3])
-def test_a_bandit_with_one_arm_is_a_fixed_range(batch_size: int) -> None:
-    bandit = rollout(SCENARIO, RangeBandit([10.0], 1.0), [1, 2, 3], batch_size=batch_size)
-    fixed = rollout(SCENARIO, "fixed:10", [1, 2, 3])
-    np.testing.assert_array_equal(bandit.min_mean_distance, fixed.min_mean_distance)
 
 
 def test_the_control_tries_every_order_of_three_arms_and_every_start_of_more() -> None:

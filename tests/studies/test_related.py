@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pytest
-from committed_pages import check_race, skip_bootstraps, without_intervals
+from study_folders import check_race, skip_bootstraps, without_intervals
 
 from flockesc_env import FlockScenario
 from flockesc_env.jobs import Cache, find_backend

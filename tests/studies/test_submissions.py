@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from study_folders import write_study
 
-from flockesc_env import ArgumentError, FlockEscapeEnv, FlockScenario, PolicySpec, rollout
+from flockesc_env import ArgumentError, FlockScenario, PolicySpec, rollout
 from flockesc_env.policies import StubbornLeaders
 from flockesc_env.policies.registry import NamedPolicy
 from studies.learned.page import DETAILS
 from studies.learned.results import BEST_FIXED, load_study
-from studies.learned.submit import UNCHECKED, submit
+from studies.learned.submit import submit
 from training.seeds import HELD_OUT
 
 HERE = __name__
@@ -77,14 +77,6 @@ class Rule(StubbornLeaders):
         return super().act(observations, spec)
 
 
-def own_code() -> NamedPolicy:
-    return NamedPolicy("own", Rule(), True)
-
-
-def package_class() -> NamedPolicy:
-    return NamedPolicy("own", StubbornLeaders(), True)
-
-
 def with_escape_direction() -> NamedPolicy:
     return NamedPolicy("own", Rule(), True, {"extra_entries": ("escape_direction",)})
 
@@ -93,36 +85,16 @@ def of_the_mean() -> NamedPolicy:
     return NamedPolicy("own", Rule(), True, {"objective": "mean"})
 
 
-def test_policies_whose_code_can_see_more_are_marked(tiny: Path, tmp_path: Path) -> None:
-    page = tmp_path / "docs" / "results.md"
-    Rule.seen.clear()
-    sentence = submit("tiny", f"{HERE}:own_code", "mine", tiny, page)
-    assert f"mine{UNCHECKED} " in sentence
-    assert f"\n| mine{UNCHECKED} | - | " in page.with_name(DETAILS).read_text()
-    _, info = FlockEscapeEnv(SMALL).reset(seed=HELD_OUT[0])  # the setting's objective is the nearest agent
-    assert Rule.seen[0][0] == pytest.approx(
-        info["min_distance"] / (info["min_distance"] + SMALL.initial_side)
-    )
-    with pytest.raises(ArgumentError, match="name"):
-        submit("tiny", f"{HERE}:own_code", f"mine{UNCHECKED}", tiny, page)
-    assert UNCHECKED not in submit("tiny", f"{HERE}:package_class", "mine", tiny, page)
-    study = load_study(tiny / "tiny")
-    np.testing.assert_array_equal(study.values("mine"), study.values(f"mine{UNCHECKED}"))
-
-
 @pytest.mark.parametrize(
     ("setting", "policy", "name", "field"),
     [
         ("huge", "stubborn-leaders-local", "mine", "setting"),
         ("tiny", "stubborn-leaders-local", "search", "name"),
-        ("tiny", "stubborn-leaders-local", "a|b", "name"),
-        ("tiny", "stubborn-leaders-local", "", "name"),
         ("tiny", "fixed:10", "mine", "per_agent"),
         ("tiny", "stubborn-leaders", "mine", "predator_sensing_range"),
         ("tiny", "spread-out", "mine", "profile_ranges"),
         ("tiny", f"{HERE}:with_escape_direction", "mine", "extra_entries"),
         ("tiny", f"{HERE}:of_the_mean", "mine", "objective"),
-        ("tiny", "stubborn-followers", "mine", "policies"),
     ],
 )
 def test_refused_submissions_change_nothing(

@@ -9,10 +9,12 @@ import copy
 import dataclasses
 import inspect
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 from argument_table import (
     CONSTRUCTORS,
@@ -27,13 +29,13 @@ from argument_table import (
     Row,
     write_files,
 )
-from same import plain, same
-from spoiling import spoil
+from same import plain, same, spoil
 
-import flockesc_env
-from flockesc_env import sb3, watch
+import flockesc_env as fe
+from flockesc_env import jobs, policies, sb3, watch
 from flockesc_env.common.errors import FlockescError, OptionError
 from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.notebook import Replay
 
 ROWS = FUNCTIONS | CONSTRUCTORS | METHODS | SCENARIOS | POLICIES | RESULTS
 rows = pytest.mark.parametrize("row", ROWS.values(), ids=ROWS)
@@ -134,7 +136,7 @@ def test_scenarios_and_options_are_values(value: Any) -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         setattr(value, dataclasses.fields(value)[0].name, 1)
     with pytest.raises(TypeError):
-        flockesc_env.PRESETS["paper-flock"] = value  # type: ignore[index]
+        fe.PRESETS["paper-flock"] = value  # type: ignore[index]
 
 
 def _members(module: ModuleType) -> list[str]:
@@ -145,7 +147,7 @@ def _members(module: ModuleType) -> list[str]:
 
 
 def _public() -> dict[str, Any]:
-    found = {name: getattr(flockesc_env, name) for name in _members(flockesc_env)}
+    found = {name: getattr(fe, name) for name in _members(fe)}
     modules = MODULES | {name: found for name, found in found.items() if isinstance(found, ModuleType)}
     for name, module in modules.items():
         found |= {f"{name}.{member}": getattr(module, member) for member in _members(module)}
@@ -178,3 +180,42 @@ def test_an_unknown_argument(row: Row) -> None:
     """A TypeError, as in any Python call, or an OptionError where options are taken, names the argument."""
     with pytest.raises((TypeError, OptionError), match=r"no_such_argument|takes no arguments"):
         called(row, None, no_such_argument=1)
+
+
+LEAGUE = FLOCK.replace(predators=(fe.PurePursuit(), fe.PurePursuit((40.0, 20.0), (-3.0, 1.0))))
+HEAVY = FLOCK.replace(randomization=(fe.Uniform("mass", 1.0, 2.0),))
+CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
+    (lambda: fe.approach((1.0, 2.0, 3.0), dimension=2), "aim"),
+    (lambda: fe.approach(direction=(0.0, 0.0)), "direction"),
+    (lambda: fe.approach("edge", direction=(0.0, 0.0, 1.0), dimension=3), "direction"),
+    (lambda: fe.preset("Pursuit"), "scenario"),
+    (lambda: fe.FlockEscapeEnv(HEAVY.replace(predators=())), "predators"),
+    (lambda: fe.FlockEscapeEnv(action_mode="range", max_range=1e39), "max_range"),
+    (lambda: fe.FlockPursuitEnv(LEAGUE), "predators"),
+    (lambda: fe.FlockPursuitEnv(predator_policy=fe.FlyStraight()), "predator_policy"),
+    (lambda: fe.FlockPursuitEnv(reward="individual_distance"), "reward"),
+    (lambda: fe.LineOptions(profile_ranges=[0.1, 0.1]), "profile_ranges"),
+    (lambda: fe.rollout(FLOCK, fe.StubbornLeaders(), [0], per_agent=False), "per_agent"),
+    (lambda: fe.rollout(FLOCK, policies.ListenWhileFleeing(), [0], per_agent=True), "per_agent"),
+    (lambda: fe.rollout(FLOCK, policies.BestCandidate("escape_cosine"), [0]), "profile_ranges"),
+    (lambda: fe.rollout(FLOCK, fe.FixedRange(100.5), [0]), "interaction_range"),
+    (lambda: fe.rollout(FLOCK, fe.ScheduledRange(np.ones((24, 4))), [0], per_agent=True), "schedule"),
+    (lambda: fe.rollout(FLOCK, policies.Planner(FLOCK), [0]), "policy"),
+    (lambda: fe.rollout(LINE, fe.FixedRange(0.1), [0], per_agent=True), "per_agent"),
+    (lambda: fe.rollout(LINE, fe.FixedRange(0.1), [0], predator_policy=fe.FlyStraight()), "predator_policy"),
+    (lambda: fe.neighbor_pairs(fe.FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0), "velocities"),
+    (lambda: fe.built_in("fixed:nan"), "policies"),
+    (lambda: jobs.find_backend("ray2"), "backend"),
+    (lambda: jobs.run_jobs(lambda number: {}, [(1,)], cache="cache"), "function"),
+    (lambda: jobs.Job("m:f", (object(),), engine="").key, "arguments"),
+    (lambda: jobs.Job("m:f", ({1, 2},), engine="").key, "arguments"),
+    (lambda: Replay([("run", fe.simulate(FLOCK, 1.0, seed=0))], height=0), "height"),
+]
+
+
+@pytest.mark.parametrize(("call", "field"), CONTRADICTIONS)
+def test_contradictions(call: Callable[[], Any], field: str) -> None:
+    """Arguments that are good by themselves."""
+    with pytest.raises(FlockescError) as caught:
+        call()
+    assert caught.value.field == field

@@ -13,7 +13,6 @@ from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file, sweep_flags
 
 from flockesc_env import (
     AlignedHeadings,
-    ConstantVelocity,
     FlockScenario,
     Herd,
     Intercept,
@@ -68,15 +67,6 @@ def test_a_policy_is_simulated(
 
 
 CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
-    "numbers and flags": (
-        [
-            "time_step=0.1",
-            "constant_speed=false",
-            "initial_plane=true",
-            *("capture_radius=2", "capture_radius=None"),
-        ],
-        SMALL.replace(time_step=0.1, constant_speed=False, initial_plane=True),
-    ),
     "predators": (
         [
             'predators=[{"pure_pursuit": {"position": [90, 90]}}, {"intercept": {}}, {"herd": {}}]',
@@ -94,10 +84,6 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
             )
         ),
     ),
-    "in space": (
-        ["dimension=3", "predators.0.position=[-30, -30, 1e1]", "predators.0.velocity=null"],
-        SMALL.replace(dimension=3, predators=(ConstantVelocity((-30.0, -30.0, 10.0)),)),
-    ),
     "kinds": (
         [
             "initial_positions=ring",
@@ -106,10 +92,6 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
             "motion=vicsek",
         ],
         SMALL.replace(initial_positions=Ring(30.0), initial_headings=AlignedHeadings(), motion=Vicsek()),
-    ),
-    "unlike agents": (
-        ["mass=0.2", f"speed={list(range(1, 13))}"],
-        SMALL.replace(mass=0.2, speed=tuple(range(1, 13))),
     ),
     "line": (
         ["predator_position=None", "escape_force=constant"],

@@ -1,10 +1,12 @@
-"""Results show themselves in notebooks: a short ``repr``, and HTML that needs nothing else."""
+"""Results show themselves in notebooks, and the committed notebooks have their outputs."""
 
 from __future__ import annotations
 
 import html
+import json
 import re
 from base64 import b64decode
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -37,16 +39,6 @@ def picture(shown: str) -> ET.Element:
     return ET.fromstring(b64decode(data))  # noqa: S314, our own text
 
 
-def test_runs_replay_side_by_side() -> None:
-    other = fe.record(FLOCK, "stubborn-leaders", 1)
-    shown = Replay([("10 m", RUN), ("rule", other)], height=500)
-    assert repr(shown) == "Replay(10 m, rule)"
-    assert "height: 500px" in shown._repr_html_()
-    for text, runs in ((shown._repr_html_(), shown.runs), (RUN._repr_html_(), [("fixed:10", RUN)])):
-        (page,) = re.findall(r'^<iframe srcdoc="([^"]*)"', text)
-        assert html.unescape(page) == render(runs)
-
-
 @pytest.mark.parametrize("name", ["LineTrajectory", "FlockSweepResult", "LineSweepResult"])
 def test_curves_and_paths_are_pictures(name: str) -> None:
     assert picture(RESULTS[name]._repr_html_()).tag.endswith("svg")
@@ -65,3 +57,29 @@ def _hide_matplotlib(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(notebook, "require", require)
     monkeypatch.setattr(sweep, "require", require)
+
+
+NOTEBOOKS = sorted((Path(__file__).parents[2] / "examples").glob("*.ipynb"))
+MAX_BYTES = 300_000
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_committed_outputs_are_complete_and_small(path: Path) -> None:
+    assert path.stat().st_size < MAX_BYTES
+    cells = [cell for cell in json.loads(path.read_text("utf-8"))["cells"] if cell["cell_type"] == "code"]
+    assert [cell["execution_count"] for cell in cells] == list(range(1, len(cells) + 1))
+    outputs = [output for cell in cells for output in cell["outputs"]]
+    assert {output["output_type"] for output in outputs} == {"stream", "execute_result"}
+    assert not any(output.get("name") == "stderr" for output in outputs)
+    shown = ["".join(output.get("data", {}).get("text/html", "")) for output in outputs]
+    assert any(text.startswith("<iframe") for text in shown)
+
+
+def test_runs_replay_side_by_side() -> None:
+    other = fe.record(FLOCK, "stubborn-leaders", 1)
+    shown = Replay([("10 m", RUN), ("rule", other)], height=500)
+    assert repr(shown) == "Replay(10 m, rule)"
+    assert "height: 500px" in shown._repr_html_()
+    for text, runs in ((shown._repr_html_(), shown.runs), (RUN._repr_html_(), [("fixed:10", RUN)])):
+        (page,) = re.findall(r'^<iframe srcdoc="([^"]*)"', text)
+        assert html.unescape(page) == render(runs)

@@ -3,16 +3,10 @@
 from __future__ import annotations
 
 import json
-import re
-import signal
 import socket
-import subprocess
-import sys
-import textwrap
 from collections.abc import Iterator
 from threading import Thread
-from time import sleep
-from urllib.error import HTTPError, URLError
+from urllib.error import HTTPError
 from urllib.parse import urlencode
 from urllib.request import urlopen
 
@@ -82,39 +76,3 @@ def test_the_server_listens_only_to_this_machine(address: str) -> None:
     # A server on all addresses would answer on every address of the loopback network.
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection(("127.0.0.2", port), timeout=TIMEOUT)
-
-
-def test_ctrl_c_stops_a_server_whose_run_would_take_hours() -> None:
-    script = """
-        import signal
-        from flockesc_env import FlockScenario, simulate
-        from flockesc_env.watch import serve
-
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits none
-        runs = [("run", simulate(FlockScenario(num_agents=12, num_steps=9), 7.0, seed=3))]
-        endless = FlockScenario(num_agents=2000, num_steps=10**8)
-        serve(runs, scenario=endless, seed=3, open_browser=False)
-    """
-    command = [sys.executable, "-c", textwrap.dedent(script)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # noqa: S603
-    assert process.stdout is not None
-    found = re.fullmatch(
-        r"Watching at (http://127\.0\.0\.1:\d+/) \(Ctrl-C stops\)\n", process.stdout.readline()
-    )
-    assert found is not None
-
-    def ask() -> None:
-        with pytest.raises((URLError, ConnectionError)):
-            get(f"{found[1]}run?seed=1&policy=fixed:5")
-
-    asking = Thread(target=ask)
-    asking.start()
-    sleep(1)
-    process.send_signal(signal.SIGINT)
-    try:
-        output, errors = process.communicate(timeout=TIMEOUT)
-    finally:
-        process.kill()
-    assert (process.returncode, output, errors) == (0, "Stopped.\n", "")
-    asking.join(TIMEOUT)
-    assert not asking.is_alive()
