@@ -178,7 +178,7 @@ class ProfileReference(Reference):
 
 
 @pytest.mark.parametrize("per_agent", [False, True])
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(case=flocks())
 def test_entries(case: tuple[FlockScenario, EnvOptions, np.random.Generator], *, per_agent: bool) -> None:
     scenario, options, rng = case

@@ -54,7 +54,7 @@ def capturing_scenarios(draw: st.DrawFn) -> FlockScenario:
     )
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(capturing_scenarios(), st.integers(0, 2**32 - 1), st.booleans())
 def test_captures_follow_the_numpy_model(scenario: FlockScenario, seed: int, per_agent: bool) -> None:
     rng = np.random.default_rng(seed)

@@ -155,7 +155,7 @@ def assert_follows_reference(run: Trajectory, schedule: np.ndarray) -> None:
         np.testing.assert_allclose(getattr(run, name), told, rtol=1e-12, atol=1e-9, err_msg=name)
 
 
-@settings(max_examples=250)
+@settings(max_examples=150)
 @given(st.data(), flock_scenarios(), seeds)
 def test_flock(data: st.DataObject, scenario: FlockScenario, seed: int) -> None:
     rho = data.draw(ranges(scenario.num_agents, (0.0, SIDE * 10, HUGE), SIDE))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import reference
 from cli_runs import Ran
+from study_folders import skip_bootstraps
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
 from flockesc_env.cli.exits import Exit
@@ -108,6 +109,7 @@ def test_the_paper_is_reproduced(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A small run from the command line gives the same numbers in JSON, on the pages and on stdout."""
+    skip_bootstraps(monkeypatch)
     monkeypatch.setattr("training.figure_style.DPI", 40)
     output, page = tmp_path / "paper", tmp_path / "docs.md"
     flags = ["--flocks", 4, "--lines", 40, "--output", output, "--page", page, "--json"]
