@@ -13,30 +13,23 @@ from envs import REMEMBERING, Weave, adapters, draw, has_ended, play, start, ste
 from gymnasium.error import ResetNeeded
 from option_table import ACTION_MODES, small_flock
 
-from flockesc_env import (
-    AgentVectorEnv,
-    FlockEscapeEnv,
-    FlockVectorEnv,
-    LineEscapeEnv,
-    LineScenario,
-    parallel_env,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ActionError, EpisodeError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
-FLOCK, LINE = small_flock(), LineScenario(num_agents=5, max_steps=10)
+FLOCK, LINE = small_flock(), fe.LineScenario(num_agents=5, max_steps=10)
 BOX, INDEX = np.array([0.5], np.float32), np.int64(3)
 
 SINGLE = {
-    "flock": lambda mode: FlockEscapeEnv(FLOCK, action_mode=mode),
-    "line": lambda mode: LineEscapeEnv(LINE, action_mode=mode),
-    "parallel": lambda mode: parallel_env(FLOCK, action_mode=mode),
+    "flock": lambda mode: fe.FlockEscapeEnv(FLOCK, action_mode=mode),
+    "line": lambda mode: fe.LineEscapeEnv(LINE, action_mode=mode),
+    "parallel": lambda mode: fe.parallel_env(FLOCK, action_mode=mode),
 }
 STACKED = {
     "flock slots": lambda mode: FlockVecEnv(3, FLOCK, action_mode=mode),
     "agent slots": lambda mode: AgentVecEnv(3, FLOCK, action_mode=mode),
-    "vector": lambda mode: FlockVectorEnv(3, FLOCK, action_mode=mode),
-    "vector with a slot per agent": lambda mode: AgentVectorEnv(15, FLOCK, action_mode=mode),
+    "vector": lambda mode: fe.FlockVectorEnv(3, FLOCK, action_mode=mode),
+    "vector with a slot per agent": lambda mode: fe.AgentVectorEnv(15, FLOCK, action_mode=mode),
 }
 
 # Actions that every space rejects, with any bounds.
@@ -95,7 +88,7 @@ def test_a_stack_of_actions(interface: str, mode: str) -> None:
 @pytest.mark.parametrize("mode", ["normalized", "range"])
 def test_bounds_themselves_are_actions(mode: str) -> None:
     """Also where a bound has no exact float32 form, and the space's own samples lie beyond it."""
-    environment = FlockEscapeEnv(FLOCK, min_range=0.1, max_range=0.7, action_mode=mode)
+    environment = fe.FlockEscapeEnv(FLOCK, min_range=0.1, max_range=0.7, action_mode=mode)
     environment.reset(seed=0)
     for bound, expected in ((environment.action_space.low, 0.1), (environment.action_space.high, 0.7)):
         for action in (bound, bound.astype(np.float64), bound.tolist()):

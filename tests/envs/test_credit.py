@@ -11,15 +11,7 @@ import reference
 from flock_states import state
 from option_table import DIMENSIONS, OBJECTIVES, small_flock
 
-from flockesc_env import (
-    ConstantVelocity,
-    FlockParallelEnv,
-    FlockScenario,
-    Learned,
-    PurePursuit,
-    Wandering,
-    parallel_env,
-)
+import flockesc_env as fe
 from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.scenario.neighbors import Topological
 
@@ -30,9 +22,9 @@ dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 objectives = pytest.mark.parametrize("objective", OBJECTIVES)
 
 HUNTERS = (
-    PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0, confusion_rate=2.0, sight=1e3),
-    Wandering((25.0, 0.0), (0.0, 15.0), angular_diffusion=2.0),
-    ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
+    fe.PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0, confusion_rate=2.0, sight=1e3),
+    fe.Wandering((25.0, 0.0), (0.0, 15.0), angular_diffusion=2.0),
+    fe.ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
 )
 FLOCKS: dict[str, dict[str, Any]] = {
     "paper": {},
@@ -47,13 +39,13 @@ DENSE: dict[str, Any] = {"num_agents": 12, "num_steps": 30, "initial_side": 18.0
 flocks = pytest.mark.parametrize("flock", FLOCKS)
 
 
-def played(scenario: FlockScenario, reward: str, **options: Any) -> FlockParallelEnv:
-    env = parallel_env(scenario, reward=reward, action_mode="range", max_range=MAX_RANGE, **options)
+def played(scenario: fe.FlockScenario, reward: str, **options: Any) -> fe.FlockParallelEnv:
+    env = fe.parallel_env(scenario, reward=reward, action_mode="range", max_range=MAX_RANGE, **options)
     env.reset_array(seed=6)
     return env
 
 
-def some_ranges(scenario: FlockScenario, rng: np.random.Generator) -> np.ndarray:
+def some_ranges(scenario: fe.FlockScenario, rng: np.random.Generator) -> np.ndarray:
     """Return one range per agent, shape (n, 1); some are 0."""
     ranges = rng.uniform(0, MAX_RANGE, (scenario.num_agents, 1))
     return np.where(rng.random(ranges.shape) < 0.2, 0.0, ranges)
@@ -89,7 +81,7 @@ def test_difference_against_copies_of_the_flock(flock: str, objective: str, dime
 @objectives
 def test_learned_predators_take_the_same_actions_in_copies(objective: str) -> None:
     scenario = small_flock(
-        num_agents=9, num_steps=24, capture_radius=3.0, predators=(Learned((0.0, 0.0), (8.0, 8.0)),)
+        num_agents=9, num_steps=24, capture_radius=3.0, predators=(fe.Learned((0.0, 0.0), (8.0, 8.0)),)
     )
     env = played(scenario, "difference", objective=objective, steps_per_action=6)
     rng = np.random.default_rng(2)
@@ -109,7 +101,7 @@ def test_learned_predators_take_the_same_actions_in_copies(objective: str) -> No
 # Neighborhood.
 
 
-def near(scenario: FlockScenario, state: dict[str, Any]) -> np.ndarray:
+def near(scenario: fe.FlockScenario, state: dict[str, Any]) -> np.ndarray:
     """Return whether agent j is a neighbor of agent i under the largest range, shape (n, n)."""
     pairs = neighbor_pairs(scenario, state["positions"], MAX_RANGE, velocities=state["velocities"])
     graph = np.eye(scenario.num_agents, dtype=bool)
@@ -117,7 +109,7 @@ def near(scenario: FlockScenario, state: dict[str, Any]) -> np.ndarray:
     return graph
 
 
-def assert_neighborhoods(scenario: FlockScenario, graph: Any, steps_per_action: int = 1) -> set[int]:
+def assert_neighborhoods(scenario: fe.FlockScenario, graph: Any, steps_per_action: int = 1) -> set[int]:
     """Play an episode twice, once step by step, and return the numbers of neighbors.
 
     The neighborhood uses the largest range, not the ranges that actions set.
@@ -145,9 +137,9 @@ def assert_neighborhoods(scenario: FlockScenario, graph: Any, steps_per_action: 
 def test_agents_on_the_edge_of_a_neighborhood() -> None:
     """An agent at exactly the largest range counts; an agent slightly farther away does not."""
     scenario = small_flock(
-        num_agents=2, num_steps=1, time_step=1.0, predators=(ConstantVelocity((0, 0), (0, 0)),)
+        num_agents=2, num_steps=1, time_step=1.0, predators=(fe.ConstantVelocity((0, 0), (0, 0)),)
     )
-    env = parallel_env(scenario, reward="neighborhood_distance_change", max_range=MAX_RANGE)
+    env = fe.parallel_env(scenario, reward="neighborhood_distance_change", max_range=MAX_RANGE)
     for gap, is_near in ((MAX_RANGE, True), (np.nextafter(MAX_RANGE, 99.0), False)):
         # The second agent approaches the predator, the first one moves away from it.
         start = {

@@ -9,15 +9,7 @@ from flock_states import state
 from gymnasium.error import ResetNeeded
 from option_table import DIMENSIONS, small_flock
 
-from flockesc_env import (
-    FlockEscapeEnv,
-    FlockPursuitEnv,
-    LineEscapeEnv,
-    LineScenario,
-    PurePursuit,
-    parallel_env,
-    simulate,
-)
+import flockesc_env as fe
 
 INFO_KEYS = {
     "mean_distance",
@@ -31,7 +23,7 @@ INFO_KEYS = {
 
 
 def test_line_terminates_when_steady_and_is_truncated_otherwise() -> None:
-    env = LineEscapeEnv(LineScenario(), action_mode="range")
+    env = fe.LineEscapeEnv(fe.LineScenario(), action_mode="range")
     env.reset(seed=0)
     flags = [(False, False)]
     while not any(flags[-1]):
@@ -41,7 +33,7 @@ def test_line_terminates_when_steady_and_is_truncated_otherwise() -> None:
     assert len(flags) < 100
     # The last step moved no agent: a steady state is never announced early.
     assert observation[2] == np.float32(0.1)
-    short = LineEscapeEnv(LineScenario(max_steps=2), action_mode="range")
+    short = fe.LineEscapeEnv(fe.LineScenario(max_steps=2), action_mode="range")
     short.reset(seed=0)
     assert short.step(np.array([0.1], np.float32))[2:4] == (False, False)
     assert short.step(np.array([0.1], np.float32))[2:4] == (False, True)
@@ -49,18 +41,18 @@ def test_line_terminates_when_steady_and_is_truncated_otherwise() -> None:
 
 def test_discrete_grid() -> None:
     grid = (0.0, 7.5, 30.0)
-    env = FlockEscapeEnv(small_flock(), action_mode="discrete", range_grid=grid)
+    env = fe.FlockEscapeEnv(small_flock(), action_mode="discrete", range_grid=grid)
     assert env.action_space == gymnasium.spaces.Discrete(3)
     env.reset(seed=0)
     assert [env.step(index)[-1]["interaction_range"] for index in range(3)] == list(grid)
-    default = FlockEscapeEnv(small_flock(), action_mode="discrete", min_range=10.0, max_range=50.0)
+    default = fe.FlockEscapeEnv(small_flock(), action_mode="discrete", min_range=10.0, max_range=50.0)
     default.reset(seed=0)
     assert [default.step(index)[-1]["interaction_range"] for index in (0, 1, 20)] == [10.0, 12.0, 50.0]
 
 
 @pytest.mark.parametrize("count_components", [False, True])
 def test_components_are_counted_on_request(count_components: bool) -> None:
-    env = FlockEscapeEnv(small_flock(), count_components=count_components)
+    env = fe.FlockEscapeEnv(small_flock(), count_components=count_components)
     _, info = env.reset(seed=0)
     assert info.get("num_components") == (5 if count_components else None)
     *_, info = env.step(env.action_space.high)  # every agent hears every other one
@@ -68,17 +60,17 @@ def test_components_are_counted_on_request(count_components: bool) -> None:
     assert set(info) == (INFO_KEYS | {"num_components"} if count_components else INFO_KEYS)
 
 
-PREDATORS = (PurePursuit((0.0, 0.0), (8.0, 8.0)), PurePursuit((30.0, 0.0), (0.0, 9.0)))
+PREDATORS = (fe.PurePursuit((0.0, 0.0), (8.0, 8.0)), fe.PurePursuit((30.0, 0.0), (0.0, 9.0)))
 
 
 @pytest.mark.parametrize("dimension", DIMENSIONS)
 def test_a_flock_equals_the_simulation(dimension: int) -> None:
     scenario = small_flock(dimension, predators=PREDATORS, capture_radius=4.0)
-    env = FlockEscapeEnv(scenario, action_mode="range", max_range=9.0)
+    env = fe.FlockEscapeEnv(scenario, action_mode="range", max_range=9.0)
     with pytest.raises(ResetNeeded):
         _ = env.flock.positions
     env.reset(seed=5)
-    run = simulate(scenario, 9.0, seed=5)
+    run = fe.simulate(scenario, 9.0, seed=5)
     speed = np.hypot(8.0, 8.0)  # for a predator that only turns
     for step in range(scenario.num_steps + 1):
         flock = env.flock
@@ -96,7 +88,7 @@ def test_a_flock_equals_the_simulation(dimension: int) -> None:
 
 def test_shapes_and_read_only_arrays() -> None:
     scenario = small_flock(3, predators=PREDATORS)
-    for env, rows in ((parallel_env(scenario), 5), (FlockPursuitEnv(small_flock(3)), 1)):
+    for env, rows in ((fe.parallel_env(scenario), 5), (fe.FlockPursuitEnv(small_flock(3)), 1)):
         env.reset(seed=0)
         now = state(env.flock)
         shapes = {name: value.shape for name, value in now.items() if isinstance(value, np.ndarray)}
@@ -114,7 +106,7 @@ def test_shapes_and_read_only_arrays() -> None:
 
 
 def test_a_line() -> None:
-    env = LineEscapeEnv(LineScenario(num_agents=5, max_steps=10))
+    env = fe.LineEscapeEnv(fe.LineScenario(num_agents=5, max_steps=10))
     with pytest.raises(ResetNeeded):
         _ = env.line
     start = [0.0, 0.25, 0.5, 0.75, 1.0]

@@ -10,50 +10,29 @@ import numpy as np
 import pytest
 from option_table import small_flock
 
-from flockesc_env import (
-    AgentVectorEnv,
-    EnvOptions,
-    FixedRange,
-    FlockEscapeEnv,
-    FlockescError,
-    FlockParallelEnv,
-    FlockPursuitEnv,
-    FlockVectorEnv,
-    LineEscapeEnv,
-    LineOptions,
-    LineScenario,
-    PurePursuit,
-    Pursue,
-    Topological,
-    env,
-    parallel_env,
-    raw_env,
-    record,
-    rollout,
-    simulate,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError, OptionError, ScenarioError
 from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 FLOCKS: dict[str, Callable[..., Any]] = {
-    "FlockEscapeEnv": FlockEscapeEnv,
-    "FlockPursuitEnv": FlockPursuitEnv,
-    "FlockParallelEnv": FlockParallelEnv,
-    "parallel_env": parallel_env,
-    "env": env,
-    "raw_env": raw_env,
-    "FlockVectorEnv": lambda scenario=None, **options: FlockVectorEnv(2, scenario, **options),
-    "AgentVectorEnv": lambda scenario=None, **options: AgentVectorEnv(None, scenario, **options),
+    "FlockEscapeEnv": fe.FlockEscapeEnv,
+    "FlockPursuitEnv": fe.FlockPursuitEnv,
+    "FlockParallelEnv": fe.FlockParallelEnv,
+    "parallel_env": fe.parallel_env,
+    "env": fe.env,
+    "raw_env": fe.raw_env,
+    "FlockVectorEnv": lambda scenario=None, **options: fe.FlockVectorEnv(2, scenario, **options),
+    "AgentVectorEnv": lambda scenario=None, **options: fe.AgentVectorEnv(None, scenario, **options),
     "FlockVecEnv": lambda scenario=None, **options: FlockVecEnv(2, scenario, **options),
     "AgentVecEnv": lambda scenario=None, **options: AgentVecEnv(2, scenario, **options),
-    "rollout": lambda scenario=None, **options: rollout(scenario, FixedRange(1.0), [0], **options),
-    "record": lambda scenario=None, **options: record(scenario, FixedRange(1.0), 0, **options),
+    "rollout": lambda scenario=None, **options: fe.rollout(scenario, fe.FixedRange(1.0), [0], **options),
+    "record": lambda scenario=None, **options: fe.record(scenario, fe.FixedRange(1.0), 0, **options),
 }
 LINES: dict[str, Callable[..., Any]] = {
-    "LineEscapeEnv": LineEscapeEnv,
-    "rollout of a line": lambda scenario="paper-line", **options: rollout(
-        scenario, FixedRange(0.1), [0], **options
+    "LineEscapeEnv": fe.LineEscapeEnv,
+    "rollout of a line": lambda scenario="paper-line", **options: fe.rollout(
+        scenario, fe.FixedRange(0.1), [0], **options
     ),
 }
 Refusal = tuple[Any, dict[str, Any], type[Exception], str, str]
@@ -65,12 +44,12 @@ REFUSED: list[Refusal] = [
     *EVERYWHERE,
     (None, {"num_agents": 3}, OptionError, "num_agents", r"pass scenario=FlockScenario\(num_agents=\.\.\.\)"),
     (small_flock(predators=()), {}, ScenarioError, "predators", "expected"),
-    (small_flock(neighbor_rule=Topological()), {}, OptionError, "max_range", "number of neighbors"),
+    (small_flock(neighbor_rule=fe.Topological()), {}, OptionError, "max_range", "number of neighbors"),
 ]
 OF_A_LINE: list[Refusal] = [
     *EVERYWHERE,
     (None, {"num_agents": 3}, OptionError, "num_agents", r"pass scenario=LineScenario\(num_agents=\.\.\.\)"),
-    (LineScenario(predator_position=None), {}, ScenarioError, "predator_position", "expected"),
+    (fe.LineScenario(predator_position=None), {}, ScenarioError, "predator_position", "expected"),
 ]
 
 
@@ -97,14 +76,14 @@ def test_individual_rewards_need_a_range_per_agent(interface: str) -> None:
 
 @pytest.mark.parametrize("interface", [name for name in FLOCKS if name != "FlockPursuitEnv"])
 def test_a_predator_policy_never_replaces_predators(interface: str) -> None:
-    scenario, policy = small_flock(predators=(PurePursuit(),)), {"predator_policy": Pursue()}
+    scenario, policy = small_flock(predators=(fe.PurePursuit(),)), {"predator_policy": fe.Pursue()}
     words = r"with_learned_predators\(\) makes one, got PurePursuit"
     assert_refused(FLOCKS[interface], (scenario, policy, ArgumentError, "predator_policy", words))
     FLOCKS[interface](scenario.with_learned_predators(), **policy)
 
 
 @pytest.mark.parametrize(
-    ("keywords", "options"), [(EnvOptionsDict, EnvOptions), (LineOptionsDict, LineOptions)]
+    ("keywords", "options"), [(EnvOptionsDict, fe.EnvOptions), (LineOptionsDict, fe.LineOptions)]
 )
 def test_keywords_are_the_fields_of_the_dataclass(keywords: type, options: type) -> None:
     assert get_type_hints(keywords) == get_type_hints(options)
@@ -112,7 +91,7 @@ def test_keywords_are_the_fields_of_the_dataclass(keywords: type, options: type)
     assert not keywords.__required_keys__
 
 
-FLOCK, LINE = small_flock(), LineScenario(num_agents=5, max_steps=10)
+FLOCK, LINE = small_flock(), fe.LineScenario(num_agents=5, max_steps=10)
 NAN = np.nan
 POSITIONS = np.zeros((5, 2))
 SPOILT = POSITIONS.copy()
@@ -124,7 +103,7 @@ def refusal(call: Callable[[], Any]) -> ArgumentError:
     with pytest.raises(ArgumentError) as caught:
         call()
     error = caught.value
-    assert isinstance(error, FlockescError)
+    assert isinstance(error, fe.FlockescError)
     assert isinstance(error, ValueError)
     assert str(error) == f"{error.field}: expected {error.expected}, got {error.given}"
     return error
@@ -148,20 +127,20 @@ SIMULATE: list[tuple[Any, dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("rho", "arguments", "field"), SIMULATE)
 def test_simulate(rho: Any, arguments: dict[str, Any], field: str) -> None:
-    assert refusal(lambda: simulate(FLOCK, rho, seed=0, **arguments)).field == field
+    assert refusal(lambda: fe.simulate(FLOCK, rho, seed=0, **arguments)).field == field
 
 
 def test_schedule_or_range_per_agent() -> None:
     """With as many agents as steps, the name of the argument decides which axis an array has."""
     scenario = small_flock(num_agents=6, num_steps=6)
     values = np.arange(6) * 10.0
-    own = simulate(scenario, values, seed=0)
-    scheduled = simulate(scenario, schedule=values[:, None], seed=0)
+    own = fe.simulate(scenario, values, seed=0)
+    scheduled = fe.simulate(scenario, schedule=values[:, None], seed=0)
     assert own.num_components[0] < 6  # the scheduled range starts at 0
     assert scheduled.num_components[0] == 6
     square = np.tile(values, (6, 1))
-    np.testing.assert_array_equal(simulate(scenario, schedule=square, seed=0).positions, own.positions)
+    np.testing.assert_array_equal(fe.simulate(scenario, schedule=square, seed=0).positions, own.positions)
     lonely = small_flock(num_agents=1, num_steps=1)
     np.testing.assert_array_equal(
-        simulate(lonely, [3.0], seed=0).positions, simulate(lonely, 3.0, seed=0).positions
+        fe.simulate(lonely, [3.0], seed=0).positions, fe.simulate(lonely, 3.0, seed=0).positions
     )

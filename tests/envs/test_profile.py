@@ -23,13 +23,7 @@ from observation_reference import (
 )
 from reference import Floats, FlockState
 
-from flockesc_env import (
-    ConstantVelocity,
-    EnvOptions,
-    FlockEscapeEnv,
-    FlockScenario,
-    ScenarioError,
-)
+import flockesc_env as fe
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View
 from flockesc_env.policies import BestCandidate
@@ -129,7 +123,7 @@ class ProfileReference(Reference):
         row |= {"closest_min_distance": now["closest_min_distance"], "closest_approach_time": time}
         # Predators steer after the agents have moved.
         straight = [
-            ConstantVelocity(p, v)
+            fe.ConstantVelocity(p, v)
             for p, v in zip(state.predator_positions, state.predator_velocities, strict=True)
         ]
         alone = replace(scenario, capture_radius=None, predators=straight)
@@ -180,7 +174,9 @@ class ProfileReference(Reference):
 @pytest.mark.parametrize("per_agent", [False, True])
 @settings(max_examples=40)
 @given(case=flocks())
-def test_entries(case: tuple[FlockScenario, EnvOptions, np.random.Generator], *, per_agent: bool) -> None:
+def test_entries(
+    case: tuple[fe.FlockScenario, fe.EnvOptions, np.random.Generator], *, per_agent: bool
+) -> None:
     scenario, options, rng = case
     options = options.replace(profile_ranges=RANGES, extra_entries=ENTRIES)
     flock = ProfileReference(scenario, options, random_start(scenario, rng))
@@ -200,9 +196,9 @@ def test_entries(case: tuple[FlockScenario, EnvOptions, np.random.Generator], *,
 )
 def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict[str, Any]) -> None:
     """After a step under rho_k, the heard velocity is candidate k of the observation before."""
-    scenario = FlockScenario(num_agents=70, **changes)
+    scenario = fe.FlockScenario(num_agents=70, **changes)
     ranges = (0.0, 3.0, 11.0, 40.0)
-    options = EnvOptions(action_mode="range", profile_ranges=ranges)
+    options = fe.EnvOptions(action_mode="range", profile_ranges=ranges)
     batch = FlockBatch(scenario, options, num_flocks=len(ranges), view=View.AGENT)
     batch.reset(range(len(ranges)), [7] * len(ranges))
     actions = np.repeat(np.array(ranges, np.float32), 70)[:, None]
@@ -224,13 +220,13 @@ def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict
     ("changes", "per_agent"), [({"frozen_graph": True}, True), ({"motion": Reynolds()}, False)]
 )
 def test_worlds_without_a_profile_are_refused(changes: dict[str, Any], *, per_agent: bool) -> None:
-    with pytest.raises(ScenarioError, match="profile_ranges: expected none with"):
-        FlockBatch(FlockScenario(**changes), EnvOptions(profile_ranges=RANGES), view=View.of(per_agent))
+    with pytest.raises(fe.ScenarioError, match="profile_ranges: expected none with"):
+        FlockBatch(fe.FlockScenario(**changes), fe.EnvOptions(profile_ranges=RANGES), view=View.of(per_agent))
 
 
 def test_a_cost_of_polarization_is_subtracted_from_the_entry() -> None:
     options: Any = {"profile_ranges": RANGES, "extra_entries": ENTRIES}
-    env = FlockEscapeEnv(FlockScenario(num_agents=30), predator_sensing_range=None, **options)
+    env = fe.FlockEscapeEnv(fe.FlockScenario(num_agents=30), predator_sensing_range=None, **options)
     spec = env.policy_spec
     rows = np.stack([env.reset(seed=seed)[0] for seed in range(20)])
     entries = [

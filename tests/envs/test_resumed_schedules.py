@@ -12,19 +12,7 @@ from option_table import small_flock
 from pettingzoo import AECEnv
 from stable_baselines3.common.vec_env import VecEnv
 
-from flockesc_env import (
-    AgentVectorEnv,
-    FlockEscapeEnv,
-    FlockPursuitEnv,
-    FlockVectorEnv,
-    LineEscapeEnv,
-    LineScenario,
-    Wandering,
-    env,
-    episode_seed,
-    parallel_env,
-    simulate,
-)
+import flockesc_env as fe
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 STEPS = 4
@@ -32,20 +20,20 @@ FLOCKS = 3
 SEED = 11
 SCENARIO = small_flock(
     num_steps=STEPS,
-    predators=(Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),),
+    predators=(fe.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),),
     angular_noise=0.5,
 )
 RHO = 25.0
 ACTION = np.array([-0.5], np.float32)  # exactly RHO of [0, 100]
 
 MAKERS: dict[str, Callable[[], Any]] = {
-    "gymnasium": lambda: FlockEscapeEnv(SCENARIO),
-    "line": lambda: LineEscapeEnv(LineScenario(num_agents=40, max_steps=STEPS)),
-    "pursuit": lambda: FlockPursuitEnv(SCENARIO),
-    "parallel": lambda: parallel_env(SCENARIO),
-    "aec": lambda: env(SCENARIO),
-    "vector": lambda: FlockVectorEnv(FLOCKS, SCENARIO),
-    "vector with a slot per agent": lambda: AgentVectorEnv(5 * FLOCKS, SCENARIO),
+    "gymnasium": lambda: fe.FlockEscapeEnv(SCENARIO),
+    "line": lambda: fe.LineEscapeEnv(fe.LineScenario(num_agents=40, max_steps=STEPS)),
+    "pursuit": lambda: fe.FlockPursuitEnv(SCENARIO),
+    "parallel": lambda: fe.parallel_env(SCENARIO),
+    "aec": lambda: fe.env(SCENARIO),
+    "vector": lambda: fe.FlockVectorEnv(FLOCKS, SCENARIO),
+    "vector with a slot per agent": lambda: fe.AgentVectorEnv(5 * FLOCKS, SCENARIO),
     "flock slots": lambda: FlockVecEnv(FLOCKS, SCENARIO),
     "agent slots": lambda: AgentVecEnv(FLOCKS, SCENARIO),
 }
@@ -76,7 +64,7 @@ def play(environment: Any, episodes: int, **reset: Any) -> list[list[Any]]:
         is_reset = episode == 0 or not hasattr(environment, "num_envs")
         seen.append([begin(environment, **(reset if episode == 0 else {}))] if is_reset else [])
         # SB3 resets in the last step of an episode, a vector environment in a separate step.
-        is_slow = isinstance(environment, FlockVectorEnv | AgentVectorEnv) and not is_reset
+        is_slow = isinstance(environment, fe.FlockVectorEnv | fe.AgentVectorEnv) and not is_reset
         seen[-1] += [go_on(environment) for _ in range(STEPS + is_slow)]
     return seen
 
@@ -105,6 +93,6 @@ def test_every_flock_has_its_own_episode_number(make: Any) -> None:
     for later in range(3):
         steps = [environment.step(np.tile(ACTION, (environment.num_envs, 1)))[-1] for _ in range(STEPS)]
         for flock, number in enumerate(numbers):
-            run = simulate(SCENARIO, RHO, seed=episode_seed(SEED + flock, number + later))
+            run = fe.simulate(SCENARIO, RHO, seed=fe.episode_seed(SEED + flock, number + later))
             seen = [infos[flock * rows]["mean_distance"] for infos in steps]
             assert seen == run.mean_distance[1:].tolist()

@@ -12,18 +12,7 @@ from gymnasium.vector import AutoresetMode
 from option_table import AGENT_REWARDS, FLOCK_REWARDS, UNLIKE, covering, label, small_flock
 from same import plain, same
 
-from flockesc_env import (
-    AgentVectorEnv,
-    FlockEscapeEnv,
-    FlockScenario,
-    FlockVectorEnv,
-    Learned,
-    PurePursuit,
-    Pursue,
-    Topological,
-    Uniform,
-    Voronoi,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError, ScenarioError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
@@ -31,12 +20,12 @@ HUNTED = small_flock(
     num_steps=7,
     capture_radius=6.0,
     predators=[
-        PurePursuit((0.0, 0.0), (20.0, 20.0), max_turn_rate=6.0),
-        PurePursuit((30.0, 30.0), (-9.0, 0.0)),
+        fe.PurePursuit((0.0, 0.0), (20.0, 20.0), max_turn_rate=6.0),
+        fe.PurePursuit((30.0, 30.0), (-9.0, 0.0)),
     ],
 )
 DRAWN = small_flock(
-    num_steps=16, randomization=[Uniform("predator_range", 5.0, 25.0)], neighbor_rule=Voronoi()
+    num_steps=16, randomization=[fe.Uniform("predator_range", 5.0, 25.0)], neighbor_rule=fe.Voronoi()
 )
 SCENARIOS = [small_flock(**UNLIKE), HUNTED, DRAWN, HUNTED]
 FLOCKS, AGENTS = len(SCENARIOS), 5
@@ -63,10 +52,10 @@ class Gymnasium:
     """A vector environment of Gymnasium. In mode ``DISABLED`` it is reset after the end of an episode."""
 
     def __init__(
-        self, per_agent: bool, mode: AutoresetMode, scenarios: list[FlockScenario], **options: Any
+        self, per_agent: bool, mode: AutoresetMode, scenarios: list[fe.FlockScenario], **options: Any
     ) -> None:
         count = len(scenarios) * (AGENTS if per_agent else 1)
-        kind = AgentVectorEnv if per_agent else FlockVectorEnv
+        kind = fe.AgentVectorEnv if per_agent else fe.FlockVectorEnv
         self.env = kind(count, scenarios, autoreset_mode=mode, **options)
         self.rows = count // len(scenarios)
 
@@ -118,26 +107,26 @@ def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dic
             same(env.step(actions[slots]), returned[slots])
 
 
-@pytest.mark.parametrize("make", [FlockVectorEnv, FlockVecEnv, AgentVecEnv])
+@pytest.mark.parametrize("make", [fe.FlockVectorEnv, FlockVecEnv, AgentVecEnv])
 @pytest.mark.parametrize(
     ("field", "other"),
     [
         ("num_agents", small_flock(num_agents=6)),
         ("dimension", small_flock(3)),
         ("initial_side", small_flock(initial_side=31.0)),
-        ("neighbor_rule", small_flock(neighbor_rule=Topological())),
-        ("predators", small_flock(predators=[Learned()])),
+        ("neighbor_rule", small_flock(neighbor_rule=fe.Topological())),
+        ("predators", small_flock(predators=[fe.Learned()])),
         ("predators", small_flock(predators=[])),
     ],
 )
-def test_scenarios_that_differ_too_much(make: Any, field: str, other: FlockScenario) -> None:
+def test_scenarios_that_differ_too_much(make: Any, field: str, other: fe.FlockScenario) -> None:
     with pytest.raises(ScenarioError) as raised:
         make(3, [SCENARIOS[0], HUNTED, other], max_range=4.0)
     assert raised.value.field == f"scenario[2].{field}"
 
 
 def test_snapshots_belong_to_scenarios() -> None:
-    envs, other = FlockVectorEnv(FLOCKS, SCENARIOS), FlockVectorEnv(FLOCKS, SCENARIOS[::-1])
+    envs, other = fe.FlockVectorEnv(FLOCKS, SCENARIOS), fe.FlockVectorEnv(FLOCKS, SCENARIOS[::-1])
     envs.reset(seed=3)
     other.reset(seed=8)
     actions = np.zeros((FLOCKS, 1), np.float32)
@@ -149,10 +138,10 @@ def test_snapshots_belong_to_scenarios() -> None:
             other.set_state(refused, flocks)
     assert other.get_state() == before
     other.set_state(one, [0, 2])  # both have the scenario HUNTED
-    single = FlockEscapeEnv(HUNTED)
+    single = fe.FlockEscapeEnv(HUNTED)
     single.set_state(one)
     assert other.get_state(0) == other.get_state(2) == single.get_state() == one
-    twin = FlockVectorEnv(FLOCKS, list(SCENARIOS), num_threads=2)
+    twin = fe.FlockVectorEnv(FLOCKS, list(SCENARIOS), num_threads=2)
     twin.set_state(state)
     copy = pickle.loads(pickle.dumps(envs))  # noqa: S301
     for _ in range(20):
@@ -161,10 +150,10 @@ def test_snapshots_belong_to_scenarios() -> None:
 
 
 def test_predator_policies() -> None:
-    scenarios = [small_flock(predators=[Learned(max_speed=speed)]) for speed in (12.0, 24.0)]
-    options = {"action_mode": "range", "predator_policy": Pursue(), "autoreset_mode": "SameStep"}
-    together = FlockVectorEnv(2, scenarios, **options)
-    alone = [FlockVectorEnv(1, scenario, **options) for scenario in scenarios]
+    scenarios = [small_flock(predators=[fe.Learned(max_speed=speed)]) for speed in (12.0, 24.0)]
+    options = {"action_mode": "range", "predator_policy": fe.Pursue(), "autoreset_mode": "SameStep"}
+    together = fe.FlockVectorEnv(2, scenarios, **options)
+    alone = [fe.FlockVectorEnv(1, scenario, **options) for scenario in scenarios]
     together.reset(seed=1)
     for seed, env in enumerate(alone, 1):
         env.reset(seed=seed)

@@ -26,43 +26,33 @@ from hypothesis.stateful import (
 )
 from option_table import UNLIKE, small_flock
 
-from flockesc_env import (
-    AgentVectorEnv,
-    FlockEscapeEnv,
-    FlockPursuitEnv,
-    FlockVectorEnv,
-    LineEscapeEnv,
-    LineScenario,
-    PurePursuit,
-    Wandering,
-    parallel_env,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, FlockescError
 from flockesc_env.render import RenderOptions
 
 RANDOM = {
     "predators": (
-        Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
-        PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
+        fe.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
+        fe.PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
     ),
     "capture_radius": 2.0,
     "num_steps": 8,
 }
 PICTURES = {"render_mode": "rgb_array", "render_options": RenderOptions(size=160)}
-LINE = LineScenario(num_agents=6, max_steps=8)
+LINE = fe.LineScenario(num_agents=6, max_steps=8)
 
 MAKERS: dict[str, Callable[[], Any]] = {
-    "flock": lambda: FlockEscapeEnv(small_flock(**RANDOM), steps_per_action=2, **PICTURES),
-    "unlike agents in space": lambda: FlockEscapeEnv(small_flock(3, **RANDOM, **UNLIKE)),
-    "frozen graph": lambda: FlockEscapeEnv(small_flock(num_steps=8, frozen_graph=True), reward="terminal"),
-    "pursuit": lambda: FlockPursuitEnv(small_flock(num_steps=8)),
-    "vector": lambda: FlockVectorEnv(3, small_flock(**RANDOM)),
-    "vector without autoreset": lambda: FlockVectorEnv(
+    "flock": lambda: fe.FlockEscapeEnv(small_flock(**RANDOM), steps_per_action=2, **PICTURES),
+    "unlike agents in space": lambda: fe.FlockEscapeEnv(small_flock(3, **RANDOM, **UNLIKE)),
+    "frozen graph": lambda: fe.FlockEscapeEnv(small_flock(num_steps=8, frozen_graph=True), reward="terminal"),
+    "pursuit": lambda: fe.FlockPursuitEnv(small_flock(num_steps=8)),
+    "vector": lambda: fe.FlockVectorEnv(3, small_flock(**RANDOM)),
+    "vector without autoreset": lambda: fe.FlockVectorEnv(
         2, small_flock(**RANDOM), autoreset_mode="Disabled", num_threads=2
     ),
-    "a slot per agent": lambda: AgentVectorEnv(10, small_flock(**RANDOM)),
-    "parallel": lambda: parallel_env(small_flock(**RANDOM), reward="individual_running_minimum"),
-    "line": lambda: LineEscapeEnv(LINE, **PICTURES),
+    "a slot per agent": lambda: fe.AgentVectorEnv(10, small_flock(**RANDOM)),
+    "parallel": lambda: fe.parallel_env(small_flock(**RANDOM), reward="individual_running_minimum"),
+    "line": lambda: fe.LineEscapeEnv(LINE, **PICTURES),
 }
 
 seeds = st.integers(0, 2**64 - 4) | st.none()
@@ -79,7 +69,7 @@ def action_of(env: Any, part: float) -> Any:
 def has_ended(env: Any, step: tuple[Any, ...]) -> bool:
     if hasattr(env, "possible_agents"):
         return not env.agents
-    if isinstance(env, FlockVectorEnv | AgentVectorEnv) and env.autoreset_mode.value != "Disabled":
+    if isinstance(env, fe.FlockVectorEnv | fe.AgentVectorEnv) and env.autoreset_mode.value != "Disabled":
         return False
     return bool(np.any(step[2]) or np.any(step[3]))
 
@@ -139,7 +129,7 @@ class Machine(RuleBasedStateMachine):
 
     @rule()
     def reset_to_a_bad_start(self) -> None:
-        name = "initial_state" if isinstance(self.env, LineEscapeEnv) else "initial_positions"
+        name = "initial_state" if isinstance(self.env, fe.LineEscapeEnv) else "initial_positions"
         with pytest.raises(ArgumentError):
             self.env.reset(seed=1, options={name: [np.nan]})
 

@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
 from option_table import ACTION_MODES, FLOCK_REWARDS, small_flock
 
-from flockesc_env import FlockEscapeEnv, FlockVectorEnv
+from flockesc_env import AgentVectorEnv, FlockEscapeEnv, FlockVectorEnv
 from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError
 
 NAME = "flockesc_env:flockesc/FlockEscape-v0"
@@ -242,3 +242,16 @@ def test_refused_resets_leave_no_trace(seed: Any, options: dict[str, Any], field
     actions = np.zeros((SLOTS, 1), np.float32)
     assert data_equivalence(env.step(actions), twin.step(actions), exact=True)
     assert data_equivalence(env.reset(), twin.reset(), exact=True)
+
+
+def test_a_mask_contains_whole_flocks() -> None:
+    num_agents = small_flock().num_agents
+    env = AgentVectorEnv(3 * num_agents, small_flock())
+    mask = np.arange(3 * num_agents) < num_agents
+    with pytest.raises(EpisodeError, match="reset_mask"):
+        env.reset(options={"reset_mask": mask})
+    env.reset(seed=0)
+    env.reset(seed=0, options={"reset_mask": mask})
+    mask[num_agents] = True
+    with pytest.raises(ArgumentError, match=r"options\['reset_mask'\]: expected equal entries"):
+        env.reset(options={"reset_mask": mask})

@@ -12,38 +12,29 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from option_table import DIMENSIONS
 
-from flockesc_env import (
-    ConstantVelocity,
-    FlockEscapeEnv,
-    FlockScenario,
-    Intercept,
-    PurePursuit,
-    Trajectory,
-    run_differences,
-    simulate,
-)
+import flockesc_env as fe
 from flockesc_env.scenario.predators import Target
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
 @st.composite
-def capturing_scenarios(draw: st.DrawFn) -> FlockScenario:
+def capturing_scenarios(draw: st.DrawFn) -> fe.FlockScenario:
     dimension = draw(st.sampled_from(DIMENSIONS))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
 
     def predator(kind: str) -> Any:
         position, velocity = rng.uniform(0, SIDE, dimension), rng.normal(0, 15, dimension)
         if kind == "straight":
-            return ConstantVelocity(position, velocity)
+            return fe.ConstantVelocity(position, velocity)
         if kind == "intercept":
-            return Intercept(position, velocity, max_turn_rate=3.0)
-        return PurePursuit(
+            return fe.Intercept(position, velocity, max_turn_rate=3.0)
+        return fe.PurePursuit(
             position, velocity, max_turn_rate=3.0, target=draw(st.sampled_from(get_args(Target)))
         )
 
     kinds = st.lists(st.sampled_from(["straight", "pursuit", "intercept"]), min_size=1, max_size=3)
-    return FlockScenario(
+    return fe.FlockScenario(
         num_agents=draw(st.integers(1, 80)),
         dimension=dimension,
         num_steps=12,
@@ -56,11 +47,11 @@ def capturing_scenarios(draw: st.DrawFn) -> FlockScenario:
 
 @settings(max_examples=80)
 @given(capturing_scenarios(), st.integers(0, 2**32 - 1), st.booleans())
-def test_captures_follow_the_numpy_model(scenario: FlockScenario, seed: int, per_agent: bool) -> None:
+def test_captures_follow_the_numpy_model(scenario: fe.FlockScenario, seed: int, per_agent: bool) -> None:
     rng = np.random.default_rng(seed)
     columns = scenario.num_agents if per_agent else 1
     schedule = rng.uniform(0, SIDE, (scenario.num_steps, columns))
-    run = simulate(scenario, schedule=schedule, seed=seed)
+    run = fe.simulate(scenario, schedule=schedule, seed=seed)
     state = reference.flock_start(scenario, run.positions[0].copy(), run.velocities[0].copy())
     names = np.arange(scenario.num_agents)
     close = {"rtol": 1e-11, "atol": 1e-8}
@@ -91,8 +82,8 @@ def test_captures_follow_the_numpy_model(scenario: FlockScenario, seed: int, per
     np.testing.assert_allclose(np.stack(found, axis=1), summaries, **close)
 
 
-def assert_equal(first: Trajectory, second: Trajectory) -> None:
-    assert run_differences(first, second) == []
+def assert_equal(first: fe.Trajectory, second: fe.Trajectory) -> None:
+    assert fe.run_differences(first, second) == []
 
 
 @dimensions
@@ -100,15 +91,15 @@ def assert_equal(first: Trajectory, second: Trajectory) -> None:
 def test_a_radius_without_captures_changes_no_bit(dimension: int, per_agent: bool) -> None:
     free = hunted(dimension, num_agents=200, capture_radius=None)
     rho = np.linspace(0, 15, 200) if per_agent else 7.0
-    assert_equal(simulate(free, rho, seed=2), simulate(free.replace(capture_radius=0.0), rho, seed=2))
+    assert_equal(fe.simulate(free, rho, seed=2), fe.simulate(free.replace(capture_radius=0.0), rho, seed=2))
 
 
 def test_a_capture_can_raise_the_mean_distance_but_not_its_running_minimum() -> None:
-    scenario = FlockScenario(
-        num_agents=2, num_steps=1, capture_radius=1.0, predators=(ConstantVelocity((0, 0), (0, 0)),)
+    scenario = fe.FlockScenario(
+        num_agents=2, num_steps=1, capture_radius=1.0, predators=(fe.ConstantVelocity((0, 0), (0, 0)),)
     )
     start = {"initial_positions": [[0.5, 0.0], [50.0, 0.0]], "initial_velocities": np.zeros((2, 2))}
-    env = FlockEscapeEnv(scenario)
+    env = fe.FlockEscapeEnv(scenario)
     _, before = env.reset(options=start)
     _, reward, terminated, truncated, after = env.step(env.action_space.sample())
     assert before["mean_distance"] == 25.25

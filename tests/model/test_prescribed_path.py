@@ -8,14 +8,7 @@ import numpy as np
 import pytest
 from option_table import DIMENSIONS, small_flock
 
-from flockesc_env import (
-    ArgumentError,
-    FlockEscapeEnv,
-    FlockScenario,
-    PrescribedPath,
-    PurePursuit,
-    simulate,
-)
+import flockesc_env as fe
 
 STEPS = 60
 INTERVALS = (None, 0.05, 0.013, 0.17, 1.0)
@@ -37,12 +30,12 @@ def flown(points: np.ndarray, interval: float, times: np.ndarray) -> np.ndarray:
     return inside + late * (points[-1] - points[-2]) / interval
 
 
-def flock(dimension: int, interval: float | None, **changes: Any) -> FlockScenario:
-    path = PrescribedPath(track(dimension), interval=interval)
+def flock(dimension: int, interval: float | None, **changes: Any) -> fe.FlockScenario:
+    path = fe.PrescribedPath(track(dimension), interval=interval)
     return small_flock(dimension, num_steps=STEPS, predators=(path,), capture_radius=3.0, **changes)
 
 
-def expected(scenario: FlockScenario) -> np.ndarray:
+def expected(scenario: fe.FlockScenario) -> np.ndarray:
     path = scenario.predators[0]
     times = scenario.time_step * np.arange(scenario.num_steps + 1)
     return flown(np.array(path.positions), path.interval or scenario.time_step, times)
@@ -51,7 +44,7 @@ def expected(scenario: FlockScenario) -> np.ndarray:
 @pytest.mark.parametrize("interval", [None, 0.013])
 def test_rounding_errors_do_not_accumulate(interval: float | None) -> None:
     scenario = flock(2, interval, time_step=0.007).replace(num_steps=100_000, num_agents=1)
-    final, place = simulate(scenario, 5.0, seed=1).predator_positions[-1, 0], expected(scenario)[-1]
+    final, place = fe.simulate(scenario, 5.0, seed=1).predator_positions[-1, 0], expected(scenario)[-1]
     np.testing.assert_allclose(final, place, rtol=1e-13, atol=0)
 
 
@@ -61,7 +54,7 @@ def test_an_environment_and_a_snapshot_in_the_middle_follow_the_path(
 ) -> None:
     scenario = flock(dimension, interval)
     positions = expected(scenario)
-    env, later = FlockEscapeEnv(scenario), FlockEscapeEnv(scenario)
+    env, later = fe.FlockEscapeEnv(scenario), fe.FlockEscapeEnv(scenario)
     env.reset(seed=1)
     for step in range(STEPS):
         state = env.unwrapped.flock
@@ -81,7 +74,7 @@ GOOD = ((0.0, 0.0), (1.0, 2.0))
 
 @pytest.mark.parametrize("name", ["predator_positions", "predator_velocities"])
 def test_a_start_that_contradicts_the_path_is_refused(name: str) -> None:
-    env = FlockEscapeEnv(small_flock(predators=(PurePursuit(), PrescribedPath(GOOD))))
-    with pytest.raises(ArgumentError, match=r"predators\[1\] has a prescribed path") as caught:
+    env = fe.FlockEscapeEnv(small_flock(predators=(fe.PurePursuit(), fe.PrescribedPath(GOOD))))
+    with pytest.raises(fe.ArgumentError, match=r"predators\[1\] has a prescribed path") as caught:
         env.reset(options={name: np.zeros((2, 2))})
     assert caught.value.field == name

@@ -11,13 +11,7 @@ import pytest
 from masked_cpu import each_level, run_masked
 from network_outcomes import SEEDS, cases, hashes, policy_of
 
-from flockesc_env import (
-    Architecture,
-    FlockScenario,
-    LineScenario,
-    NetworkPolicy,
-    rollout,
-)
+import flockesc_env as fe
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.policies.playing import rollout_networks
 
@@ -27,7 +21,7 @@ GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "network_outcomes.js
 class StepByStep:
     """A network that ``rollout`` does not play in the core, because it is not a ``NetworkPolicy``."""
 
-    def __init__(self, policy: NetworkPolicy) -> None:
+    def __init__(self, policy: fe.NetworkPolicy) -> None:
         self.policy, self.reset, self.act = policy, policy.reset, policy.act
 
 
@@ -35,23 +29,23 @@ PROFILE = {"profile_ranges": (0.0, 5.0, 20.0), "max_range": 20.0}
 HEADS: dict[str, Any] = {
     **cases(),
     "argmax": (
-        FlockScenario(num_agents=20, num_steps=40),
-        Architecture(("polarization", "mean_distance"), ranges=(0.0, 3.0, 7.3, 20.0)),
+        fe.FlockScenario(num_agents=20, num_steps=40),
+        fe.Architecture(("polarization", "mean_distance"), ranges=(0.0, 3.0, 7.3, 20.0)),
         {"max_range": 20.0},
     ),
     "argmax of agents": (
-        FlockScenario(num_agents=20, num_steps=40),
-        Architecture(("speed", "heard_velocity_left"), mirror=True, ranges=(0.0, 3.0, 20.0)),
+        fe.FlockScenario(num_agents=20, num_steps=40),
+        fe.Architecture(("speed", "heard_velocity_left"), mirror=True, ranges=(0.0, 3.0, 20.0)),
         {"max_range": 20.0, "per_agent": True, "action_mode": "discrete"},
     ),
     "candidates": (
-        FlockScenario(num_agents=20, num_steps=40),
-        Architecture(("time",), candidate_inputs=("range", "neighbor_count"), mirror=True),
+        fe.FlockScenario(num_agents=20, num_steps=40),
+        fe.Architecture(("time",), candidate_inputs=("range", "neighbor_count"), mirror=True),
         {**PROFILE, "per_agent": True},
     ),
     "candidates of a line": (
-        LineScenario(num_agents=10),
-        Architecture(("time",), candidate_inputs=("range", "escape_distance")),
+        fe.LineScenario(num_agents=10),
+        fe.Architecture(("time",), candidate_inputs=("range", "escape_distance")),
         {"profile_ranges": (0.0, 0.1, 0.3)},
     ),
 }
@@ -61,7 +55,7 @@ HEADS: dict[str, Any] = {
 def test_episodes_equal_those_of_act_to_the_bit(name: str) -> None:
     scenario, architecture, options = HEADS[name]
     policy = policy_of(architecture)
-    found, expected = (rollout(scenario, each, SEEDS, **options) for each in (policy, StepByStep(policy)))
+    found, expected = (fe.rollout(scenario, each, SEEDS, **options) for each in (policy, StepByStep(policy)))
     for field, values in vars(expected).items():
         tolerance = 1e-12 if field == "mean_return" else 0  # NumPy's mean over agents is not exact
         np.testing.assert_allclose(getattr(found, field), values, rtol=tolerance, atol=0, err_msg=field)
@@ -87,7 +81,7 @@ def test_outcomes_are_the_same_on_lower_x86_levels(level: int, has_avx2: bool, t
 
 def test_an_outcome_depends_only_on_the_seed_and_the_network() -> None:
     scenario, architecture, options = cases()["agents, mirror and memory"]
-    assert isinstance(scenario, FlockScenario)
+    assert isinstance(scenario, fe.FlockScenario)
     options = {name: value for name, value in options.items() if name != "per_agent"}
     numbers = np.random.default_rng(1).normal(size=(4, architecture.size)).astype(np.float32)
     order = [2, 0, 3, 1]
@@ -113,4 +107,4 @@ def test_an_outcome_depends_only_on_the_seed_and_the_network() -> None:
     assert (together["num_actions"] == -(-scenario.num_steps // options["steps_per_action"])).all()
 
 
-SMALL = FlockScenario(num_agents=4, num_steps=2)
+SMALL = fe.FlockScenario(num_agents=4, num_steps=2)

@@ -9,36 +9,26 @@ import pytest
 from captured_flocks import doomed, hunted
 from option_table import ACTION_MODES, small_flock
 
-from flockesc_env import (
-    ArgumentError,
-    FixedRange,
-    FlockEscapeEnv,
-    FlockScenario,
-    OptionError,
-    Pursue,
-    ScenarioError,
-    Wandering,
-    rollout,
-)
+import flockesc_env as fe
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.policies import Planner
 
 FLOCK = small_flock(num_agents=20, num_steps=30, predator_range=15.0)
 RANGES, FUTURES = [0.0, 3.0, 6.0, 9.0, 14.0], [0.0, 6.0, 20.0]
-NOISY = FLOCK.replace(angular_noise=1.0, predators=(Wandering(angular_diffusion=2.0),))
+NOISY = FLOCK.replace(angular_noise=1.0, predators=(fe.Wandering(angular_diffusion=2.0),))
 LEARNED = FLOCK.with_learned_predators()
-CASES: list[tuple[FlockScenario, dict[str, Any]]] = [
+CASES: list[tuple[fe.FlockScenario, dict[str, Any]]] = [
     (FLOCK, {}),
     (FLOCK, {"objective": "minimum"}),
     (NOISY, {"objective": "minimum"}),
-    (LEARNED, {"predator_policy": Pursue()}),
+    (LEARNED, {"predator_policy": fe.Pursue()}),
     (hunted(), {"objective": "survival"}),
     (doomed(), {"objective": "mean"}),
 ]
 SEEDS = [3, 4, 5]
 
 
-def value_of(env: FlockEscapeEnv, actions: list[Any]) -> float:
+def value_of(env: fe.FlockEscapeEnv, actions: list[Any]) -> float:
     """Apply actions, the last one to the end of the episode, and return the objective."""
     has_ended = False
     while not has_ended:
@@ -48,7 +38,7 @@ def value_of(env: FlockEscapeEnv, actions: list[Any]) -> float:
     return float(info[FLOCK_OBJECTIVES[env.options.objective].column])
 
 
-def best_value(env: FlockEscapeEnv, planner: Planner, holds: int) -> float:
+def best_value(env: fe.FlockEscapeEnv, planner: Planner, holds: int) -> float:
     """Return the largest objective over all branches, which are played one by one."""
     actions = env.policy_spec.actions
     start, values = env.get_state(), []
@@ -64,9 +54,9 @@ def best_value(env: FlockEscapeEnv, planner: Planner, holds: int) -> float:
 
 @pytest.mark.parametrize(("scenario", "arguments"), CASES)
 def test_every_choice_is_the_best_of_all_branches_and_is_kept(
-    scenario: FlockScenario, arguments: dict[str, Any]
+    scenario: fe.FlockScenario, arguments: dict[str, Any]
 ) -> None:
-    env = FlockEscapeEnv(scenario, steps_per_action=2, **arguments)
+    env = fe.FlockEscapeEnv(scenario, steps_per_action=2, **arguments)
     planner = Planner(scenario, ranges=RANGES, futures=FUTURES, steps=6, steps_per_action=2, **arguments)
     for seed in SEEDS:
         played = planner.play(seed)
@@ -99,7 +89,9 @@ def test_the_planner_is_never_worse_than_a_constant_range(mode: str, objective: 
     assert (planner.ranges.min(), planner.ranges.max()) == (0.0, 20.0)
     planned = np.array([planner.play(seed).objective for seed in range(10)])
     constant = [
-        getattr(rollout(FLOCK, FixedRange(rho), range(10), **options), FLOCK_OBJECTIVES[objective].column)
+        getattr(
+            fe.rollout(FLOCK, fe.FixedRange(rho), range(10), **options), FLOCK_OBJECTIVES[objective].column
+        )
         for rho in planner.futures
     ]
     assert (planned >= np.max(constant, axis=0)).all()
@@ -109,10 +101,10 @@ def test_the_planner_is_never_worse_than_a_constant_range(mode: str, objective: 
 @pytest.mark.parametrize(
     ("scenario", "arguments", "error", "field"),
     [
-        ("paper-line", {}, ScenarioError, "scenario"),
-        (FLOCK.replace(predators=()), {}, ScenarioError, "predators"),
-        (FLOCK, {"steps_per_action": 5}, ArgumentError, "steps"),
-        (FLOCK, {"reward": "difference"}, OptionError, "reward"),
+        ("paper-line", {}, fe.ScenarioError, "scenario"),
+        (FLOCK.replace(predators=()), {}, fe.ScenarioError, "predators"),
+        (FLOCK, {"steps_per_action": 5}, fe.ArgumentError, "steps"),
+        (FLOCK, {"reward": "difference"}, fe.OptionError, "reward"),
     ],
 )
 def test_wrong_arguments(scenario: Any, arguments: dict[str, Any], error: type, field: str) -> None:

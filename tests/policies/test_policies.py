@@ -11,14 +11,7 @@ from option_table import ACTION_MODES, DIMENSIONS, STEPS_PER_ACTION, small_flock
 from same import outcome
 from stable_baselines3.common.vec_env import VecMonitor
 
-from flockesc_env import (
-    ConstantVelocity,
-    FlockEscapeEnv,
-    parallel_env,
-    record,
-    rollout,
-    simulate,
-)
+import flockesc_env as fe
 from flockesc_env.policies import (
     FixedRange,
     RandomRange,
@@ -103,14 +96,14 @@ def options_for(name: str, mode: str) -> dict[str, Any]:
 def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_action: int) -> None:
     make = AGENT_POLICIES[name]
     options = {**options_for(name, mode), "steps_per_action": steps_per_action}
-    expected = outcome(rollout(SCENARIO, make(), SEEDS, per_agent=True, **options))
-    singles: list[Any] = [parallel_env(SCENARIO, **options)]
+    expected = outcome(fe.rollout(SCENARIO, make(), SEEDS, per_agent=True, **options))
+    singles: list[Any] = [fe.parallel_env(SCENARIO, **options)]
     slots: list[Any] = [AgentVecEnv(2, SCENARIO, **options)]
     if name in SHARED_POLICIES:
-        shared = rollout(SCENARIO, make(), SEEDS, **options)
+        shared = fe.rollout(SCENARIO, make(), SEEDS, **options)
         np.testing.assert_array_equal(outcome(shared), expected)
-        flock = FlockEscapeEnv(SCENARIO, **options)
-        singles += [flock, gymnasium.wrappers.RecordEpisodeStatistics(FlockEscapeEnv(SCENARIO, **options))]
+        flock = fe.FlockEscapeEnv(SCENARIO, **options)
+        singles += [flock, gymnasium.wrappers.RecordEpisodeStatistics(fe.FlockEscapeEnv(SCENARIO, **options))]
         slots += [FlockVecEnv(2, SCENARIO, **options), VecMonitor(FlockVecEnv(2, SCENARIO, **options))]
     for env in singles:
         for column, seed in enumerate(SEEDS):
@@ -126,9 +119,9 @@ def test_scheduled_range_is_simulate_with_that_schedule(mode: str, steps_per_act
     held = np.arange(T) // steps_per_action * steps_per_action
     options = {"action_mode": mode, "steps_per_action": steps_per_action, **EXACT}
     for schedule, per_agent in ((SCHEDULE, False), (SCHEDULE, True), (OWN_SCHEDULE, True)):
-        episodes = rollout(SCENARIO, ScheduledRange(schedule), SEEDS, per_agent=per_agent, **options)
+        episodes = fe.rollout(SCENARIO, ScheduledRange(schedule), SEEDS, per_agent=per_agent, **options)
         for column, seed in enumerate(SEEDS):
-            run = simulate(SCENARIO, schedule=schedule[held].reshape(T, -1), seed=seed)
+            run = fe.simulate(SCENARIO, schedule=schedule[held].reshape(T, -1), seed=seed)
             expected = [run.mean_distance.min(), run.min_distance.min(), run.num_components[-1]]
             assert outcome(episodes)[:, column].tolist() == expected
 
@@ -137,15 +130,15 @@ def test_scheduled_range_is_simulate_with_that_schedule(mode: str, steps_per_act
 @pytest.mark.parametrize("sensing", [None, 50.0])
 def test_stubborn_leaders(dimension: int, sensing: float | None) -> None:
     """The rule computed from positions and velocities gives the same ranges in each step."""
-    predators = (ConstantVelocity((-5.0, -5.0)),)
+    predators = (fe.ConstantVelocity((-5.0, -5.0)),)
     scenario = small_flock(dimension, num_agents=20, num_steps=8, initial_side=60.0, predators=predators)
-    env = parallel_env(scenario, action_mode="range", predator_sensing_range=sensing)
+    env = fe.parallel_env(scenario, action_mode="range", predator_sensing_range=sensing)
     act = bind(StubbornLeaders(min_cosine=0.6, interaction_range=14.0), env)
     observations, _ = env.reset(seed=0)
     schedule = np.zeros((scenario.num_steps, 20))
     seen = set()
     for t in range(scenario.num_steps):
-        run = simulate(scenario, schedule=schedule, seed=0)  # up to time t
+        run = fe.simulate(scenario, schedule=schedule, seed=0)  # up to time t
         away = run.positions[t] - run.predator_positions[t]
         distance = np.linalg.norm(away, axis=1)
         cosine = (run.velocities[t] * away).sum(axis=1) / distance / scenario.speed
@@ -159,7 +152,7 @@ def test_stubborn_leaders(dimension: int, sensing: float | None) -> None:
 
 @pytest.mark.parametrize("mode", ACTION_MODES)
 def test_random_range_covers_all_ranges_of_the_action_space(mode: str) -> None:
-    env = FlockEscapeEnv(SCENARIO, action_mode=mode, min_range=10.0, max_range=20.0)
+    env = fe.FlockEscapeEnv(SCENARIO, action_mode=mode, min_range=10.0, max_range=20.0)
     rows = np.zeros((4000, len(env.policy_spec.layout.names)), np.float32)
     policy = RandomRange(seed=0)
     actions = policy.act(rows, env.policy_spec)
@@ -179,8 +172,8 @@ def test_record_equals_the_episode_of_the_rollout(name: str, steps_per_action: i
     views = [True, False] if name in SHARED_POLICIES else [True]
     for per_agent in views:
         make = AGENT_POLICIES[name]
-        run = record(SCENARIO, make(), SEEDS[0], per_agent=per_agent, **options)
-        episodes = rollout(SCENARIO, make(), SEEDS[:1], per_agent=per_agent, **options)
+        run = fe.record(SCENARIO, make(), SEEDS[0], per_agent=per_agent, **options)
+        episodes = fe.rollout(SCENARIO, make(), SEEDS[:1], per_agent=per_agent, **options)
         expected = [run.mean_distance.min(), run.min_distance.min(), run.num_components[-1]]
         assert outcome(episodes)[:, 0].tolist() == expected
         assert run.seed == SEEDS[0]
@@ -189,7 +182,7 @@ def test_record_equals_the_episode_of_the_rollout(name: str, steps_per_action: i
         held = np.arange(T) // steps_per_action * steps_per_action
         np.testing.assert_array_equal(ranges, ranges[held])
         np.testing.assert_array_equal(
-            simulate(SCENARIO, schedule=ranges, seed=SEEDS[0]).positions, run.positions
+            fe.simulate(SCENARIO, schedule=ranges, seed=SEEDS[0]).positions, run.positions
         )
 
 
@@ -199,10 +192,10 @@ def test_policies_by_name_set_their_options() -> None:
         ("fixed:120", FixedRange(120.0), {"max_range": 120.0}),
         ("fixed:1.7e308", FixedRange(1.7e308), {"max_range": 1.7e308}),
     ):
-        named, same = rollout(SCENARIO, name, SEEDS), rollout(SCENARIO, policy, SEEDS, **options)
+        named, same = fe.rollout(SCENARIO, name, SEEDS), fe.rollout(SCENARIO, policy, SEEDS, **options)
         assert outcome(named).tolist() == outcome(same).tolist()
-        runs = record(SCENARIO, name, 3), record(SCENARIO, policy, 3, **options)
+        runs = fe.record(SCENARIO, name, 3), fe.record(SCENARIO, policy, 3, **options)
         np.testing.assert_array_equal(runs[0].positions, runs[1].positions)
-    ours = rollout(SCENARIO, "stubborn-leaders", SEEDS, predator_sensing_range=20.0)
-    same = rollout(SCENARIO, StubbornLeaders(), SEEDS, predator_sensing_range=20.0)
+    ours = fe.rollout(SCENARIO, "stubborn-leaders", SEEDS, predator_sensing_range=20.0)
+    same = fe.rollout(SCENARIO, StubbornLeaders(), SEEDS, predator_sensing_range=20.0)
     assert outcome(ours).tolist() == outcome(same).tolist()

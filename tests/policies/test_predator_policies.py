@@ -10,32 +10,18 @@ import pytest
 from flock_states import state
 from option_table import DIMENSIONS, small_flock
 
-from flockesc_env import (
-    ConstantVelocity,
-    FlockEscapeEnv,
-    FlockScenario,
-    FlockVectorEnv,
-    PurePursuit,
-    load_run,
-    parallel_env,
-    record,
-    replay_run,
-    rollout,
-    run_differences,
-    save_run,
-    simulate,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ActionError
 from flockesc_env.policies import FixedRange
 from flockesc_env.policies.predators import Pursue
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
-TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
+TWO = (fe.ConstantVelocity(), fe.PurePursuit((40.0, 20.0), (-3.0, 1.0)))
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
-def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> FlockScenario:
+def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> fe.FlockScenario:
     return small_flock(dimension, predators=TWO[:count], **changes)
 
 
@@ -60,13 +46,13 @@ def actions_of_flock(environment: Any) -> Any:
 def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
     """Every interface gives the same run as the parallel environment with explicit predator actions."""
     scenario = hunted(dimension).with_learned_predators()
-    by_hand = parallel_env(scenario)
+    by_hand = fe.parallel_env(scenario)
     observations, _ = by_hand.reset(seed=4)
-    single = FlockEscapeEnv(scenario, predator_policy=Pursue())
+    single = fe.FlockEscapeEnv(scenario, predator_policy=Pursue())
     single.reset(seed=4)
-    parallel = parallel_env(scenario, predator_policy=Pursue())
+    parallel = fe.parallel_env(scenario, predator_policy=Pursue())
     parallel.reset(seed=4)
-    vector = FlockVectorEnv(3, scenario, predator_policy=Pursue())
+    vector = fe.FlockVectorEnv(3, scenario, predator_policy=Pursue())
     vector.reset(seed=3)
     flocks, agents = (make(3, scenario, predator_policy=Pursue()) for make in (FlockVecEnv, AgentVecEnv))
     for slots in (flocks, agents):
@@ -88,7 +74,7 @@ def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
 
 def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
     bad = SimpleNamespace(act=lambda observations, spec: np.full((len(observations), 2), 2.0))
-    environment = FlockEscapeEnv(hunted().with_learned_predators(), predator_policy=bad)
+    environment = fe.FlockEscapeEnv(hunted().with_learned_predators(), predator_policy=bad)
     environment.reset(seed=0)
     before = state(environment.flock)
     with pytest.raises(ActionError) as caught:
@@ -102,16 +88,16 @@ def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
 def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: int, tmp_path: Any) -> None:
     scenario = hunted(dimension, 2).with_learned_predators()
     options = {"steps_per_action": steps_per_action}
-    run = record(scenario, FixedRange(9.0), 3, predator_policy=Spin(), **options)
-    played = rollout(scenario, FixedRange(9.0), [3], predator_policy=Spin(), **options)
+    run = fe.record(scenario, FixedRange(9.0), 3, predator_policy=Spin(), **options)
+    played = fe.rollout(scenario, FixedRange(9.0), [3], predator_policy=Spin(), **options)
     assert run.mean_distance.min() == played.min_mean_distance[0]
     assert run.min_distance.min() == played.min_min_distance[0]
     assert run.predator_actions.shape == (10, 2, dimension)
     assert run.predator_actions.any()
-    save_run(run, tmp_path / "run.npz")
-    loaded = load_run(tmp_path / "run.npz").trajectory
-    assert run_differences(loaded, replay_run(loaded)) == []
-    straight = simulate(run.scenario, 9.0, seed=3)
+    fe.save_run(run, tmp_path / "run.npz")
+    loaded = fe.load_run(tmp_path / "run.npz").trajectory
+    assert fe.run_differences(loaded, fe.replay_run(loaded)) == []
+    straight = fe.simulate(run.scenario, 9.0, seed=3)
     assert not np.array_equal(straight.predator_positions, run.predator_positions)
 
 
@@ -132,7 +118,7 @@ class Counting:
 def test_predator_policies_are_reset_in_every_episode(mode: str) -> None:
     policy = Counting()
     scenario = small_flock(num_steps=2).with_learned_predators()
-    env = FlockVectorEnv(3, scenario, predator_policy=policy, autoreset_mode=mode)
+    env = fe.FlockVectorEnv(3, scenario, predator_policy=policy, autoreset_mode=mode)
     env.reset(seed=0)
     for _ in range(7):
         env.step(np.zeros((3, 1), np.float32))

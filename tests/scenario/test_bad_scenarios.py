@@ -12,75 +12,61 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flockesc_env import (
-    AlignedHeadings,
-    Clusters,
-    ConstantVelocity,
-    FlockScenario,
-    GivenHeadings,
-    GivenPositions,
-    Herd,
-    LineScenario,
-    PrescribedPath,
-    PurePursuit,
-    Ring,
-    Segment,
-    Vicsek,
-    Voronoi,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ScenarioError
 
 PATH, POINTS = ((0.0, 0.0), (1.0, 2.0)), ((1.0, 2.0),) * 4
 IN_PLANE = {"dimension": 3, "initial_plane": True}
 CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
-    ({"motion": Vicsek(), "constant_speed": False}, "constant_speed"),
-    ({"neighbor_rule": Voronoi(), "dimension": 3}, "neighbor_rule"),
+    ({"motion": fe.Vicsek(), "constant_speed": False}, "constant_speed"),
+    ({"neighbor_rule": fe.Voronoi(), "dimension": 3}, "neighbor_rule"),
     ({"periodic_side": 100.0}, "periodic_side"),
-    ({"periodic_side": 100.0, "predators": (), "neighbor_rule": Voronoi()}, "periodic_side"),
+    ({"periodic_side": 100.0, "predators": (), "neighbor_rule": fe.Voronoi()}, "periodic_side"),
     ({"mass": (1.0, 2.0)}, "mass"),
     ({"speed": (1.0, 2.0, -1.0, 1.0, 1.0)}, "speed[2]"),
-    ({"predators": (PurePursuit(target="assigned"),) * 65}, "predators"),
-    ({"initial_positions": Ring(5.0, 10.1)}, "initial_positions.ring.width"),
-    ({"initial_positions": Clusters(10**7 + 1)}, "initial_positions.clusters.num_clusters"),
-    ({"initial_positions": GivenPositions(POINTS)}, "initial_positions.given_positions.points"),
+    ({"predators": (fe.PurePursuit(target="assigned"),) * 65}, "predators"),
+    ({"initial_positions": fe.Ring(5.0, 10.1)}, "initial_positions.ring.width"),
+    ({"initial_positions": fe.Clusters(10**7 + 1)}, "initial_positions.clusters.num_clusters"),
+    ({"initial_positions": fe.GivenPositions(POINTS)}, "initial_positions.given_positions.points"),
     (
-        {"initial_positions": GivenPositions((*POINTS, (1.0, 2.0, 3.0)))},
+        {"initial_positions": fe.GivenPositions((*POINTS, (1.0, 2.0, 3.0)))},
         "initial_positions.given_positions.points[4]",
     ),
     (
-        {"initial_positions": Segment(end=(1.0, 1.0, -1.0)), **IN_PLANE},
+        {"initial_positions": fe.Segment(end=(1.0, 1.0, -1.0)), **IN_PLANE},
         "initial_positions.segment.end[2]",
     ),
-    ({"initial_headings": AlignedHeadings((1e-200, 0.0))}, "initial_headings.aligned.direction"),
-    ({"initial_headings": AlignedHeadings((0.0, 1e300))}, "initial_headings.aligned.direction[1]"),
+    ({"initial_headings": fe.AlignedHeadings((1e-200, 0.0))}, "initial_headings.aligned.direction"),
+    ({"initial_headings": fe.AlignedHeadings((0.0, 1e300))}, "initial_headings.aligned.direction[1]"),
     (
-        {"initial_headings": AlignedHeadings((1.0, 0.0, 0.1)), **IN_PLANE},
+        {"initial_headings": fe.AlignedHeadings((1.0, 0.0, 0.1)), **IN_PLANE},
         "initial_headings.aligned.direction[2]",
     ),
     (
-        {"initial_headings": GivenHeadings((*POINTS, (0.0, 0.0)))},
+        {"initial_headings": fe.GivenHeadings((*POINTS, (0.0, 0.0)))},
         "initial_headings.given_headings.directions[4]",
     ),
 ]
 PREDATORS = [
-    (ConstantVelocity((1.0, 2.0, 3.0, 4.0)), "constant_velocity.position"),
-    (PurePursuit(target="centroid", confusion_rate=1.0), "pure_pursuit.confusion_rate"),
-    (PurePursuit(acceleration=1.0), "pure_pursuit.acceleration"),
-    (PurePursuit(max_speed=14.1), "pure_pursuit.max_speed"),
-    (Herd(partner=1), "herd.partner"),
-    (PrescribedPath(PATH[:1]), "prescribed_path.positions"),
-    (PrescribedPath(((0.0, 0.0), (1.0, 1e21))), "prescribed_path.positions[1][1]"),
-    (PrescribedPath(PATH, interval=0.0), "prescribed_path.interval"),
+    (fe.ConstantVelocity((1.0, 2.0, 3.0, 4.0)), "constant_velocity.position"),
+    (fe.PurePursuit(target="centroid", confusion_rate=1.0), "pure_pursuit.confusion_rate"),
+    (fe.PurePursuit(acceleration=1.0), "pure_pursuit.acceleration"),
+    (fe.PurePursuit(max_speed=14.1), "pure_pursuit.max_speed"),
+    (fe.Herd(partner=1), "herd.partner"),
+    (fe.PrescribedPath(PATH[:1]), "prescribed_path.positions"),
+    (fe.PrescribedPath(((0.0, 0.0), (1.0, 1e21))), "prescribed_path.positions[1][1]"),
+    (fe.PrescribedPath(PATH, interval=0.0), "prescribed_path.interval"),
 ]
 CONTRADICTIONS += [
-    ({"predators": (ConstantVelocity(), predator)}, f"predators[1].{field}") for predator, field in PREDATORS
+    ({"predators": (fe.ConstantVelocity(), predator)}, f"predators[1].{field}")
+    for predator, field in PREDATORS
 ]
 
 
 @pytest.mark.parametrize(("changes", "field"), CONTRADICTIONS)
 def test_contradictions(changes: dict[str, Any], field: str) -> None:
     with pytest.raises(ScenarioError) as caught:
-        FlockScenario(**{"num_agents": 5, **changes})
+        fe.FlockScenario(**{"num_agents": 5, **changes})
     assert caught.value.field == field
 
 
@@ -106,7 +92,7 @@ def test_contradictions(changes: dict[str, Any], field: str) -> None:
 )
 def test_documents(document: Any, field: str) -> None:
     with pytest.raises(ScenarioError) as caught:
-        FlockScenario.from_json(json.dumps(document))
+        fe.FlockScenario.from_json(json.dumps(document))
     assert caught.value.field == field
 
 
@@ -115,13 +101,13 @@ def test_documents(document: Any, field: str) -> None:
     [
         ({"num_agents": 3.5}, "num_agents: expected an integer, got 3.5"),
         ({"mass": (0.1, "heavy")}, "mass[1]: expected a number, got 'heavy'"),
-        ({"predators": PurePursuit()}, "predators: expected a tuple of predators, got PurePursuit"),
+        ({"predators": fe.PurePursuit()}, "predators: expected a tuple of predators, got PurePursuit"),
         ({"motion": {"reynolds": {"cohesion": 1}}}, "got 'cohesion' (did you mean cohesion_strength?)"),
     ],
 )
 def test_errors_name_type_and_value(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(ScenarioError, match=re.escape(message)):
-        FlockScenario(**changes)
+        fe.FlockScenario(**changes)
 
 
 HOSTILE = {
@@ -145,7 +131,7 @@ HOSTILE = {
 }
 
 
-@pytest.mark.parametrize("model", [FlockScenario, LineScenario])
+@pytest.mark.parametrize("model", [fe.FlockScenario, fe.LineScenario])
 @pytest.mark.parametrize("language", HOSTILE)
 def test_hostile_texts_have_short_errors(model: Any, language: str) -> None:
     """Deep, huge, repeated and foreign values."""
@@ -159,4 +145,4 @@ def test_hostile_texts_have_short_errors(model: Any, language: str) -> None:
 @pytest.mark.parametrize("field", ["num_agents", "num_steps", "sensing_delay"])
 def test_large_numbers_take_no_memory_before_they_are_used(field: str) -> None:
     """Loading a scenario allocates no flock; only environments and simulations do."""
-    assert getattr(FlockScenario.from_json(json.dumps({field: 10**7})), field) == 10**7
+    assert getattr(fe.FlockScenario.from_json(json.dumps({field: 10**7})), field) == 10**7

@@ -8,21 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flockesc_env import (
-    FlockEscapeEnv,
-    FlockScenario,
-    GivenHeadings,
-    GivenPositions,
-    RandomHeadings,
-    RecordError,
-    load_run,
-    read_initial_state,
-    replay_run,
-    run_differences,
-    save_run,
-    simulate,
-    sweep,
-)
+import flockesc_env as fe
 
 RNG = np.random.default_rng(0)
 
@@ -52,37 +38,37 @@ def write(path: Path, positions: Any, velocities: Any = None) -> Path:
 @pytest.mark.parametrize("suffix", [".csv", ".npy", ".npz"])
 def test_a_file_sets_the_start_bit_for_bit(tmp_path: Path, suffix: str, dimension: int) -> None:
     positions, velocities = state(dimension)
-    fields = read_initial_state(write(tmp_path / f"flock{suffix}", positions, velocities))
-    scenario = FlockScenario(num_steps=5, **fields)
-    run = simulate(scenario, 10.0, seed=1)
+    fields = fe.read_initial_state(write(tmp_path / f"flock{suffix}", positions, velocities))
+    scenario = fe.FlockScenario(num_steps=5, **fields)
+    run = fe.simulate(scenario, 10.0, seed=1)
     np.testing.assert_array_equal(run.positions[0], positions)
     headings = velocities / np.linalg.norm(velocities, axis=1, keepdims=True)
     np.testing.assert_allclose(run.velocities[0], 10.0 * headings, rtol=1e-15)
     assert not run.is_start_given
-    again = simulate(scenario, 10.0, initial_positions=positions, initial_velocities=run.velocities[0])
+    again = fe.simulate(scenario, 10.0, initial_positions=positions, initial_velocities=run.velocities[0])
     np.testing.assert_array_equal(run.positions, again.positions)
-    assert sweep(scenario, [10.0], [1]).min_mean_distance[0, 0] == run.mean_distance.min()
+    assert fe.sweep(scenario, [10.0], [1]).min_mean_distance[0, 0] == run.mean_distance.min()
 
-    fields = read_initial_state(write(tmp_path / f"positions{suffix}", positions))
+    fields = fe.read_initial_state(write(tmp_path / f"positions{suffix}", positions))
     assert "initial_headings" not in fields
-    assert FlockScenario(**fields).initial_headings == RandomHeadings()
+    assert fe.FlockScenario(**fields).initial_headings == fe.RandomHeadings()
 
 
 def test_given_starts_are_part_of_documents(tmp_path: Path) -> None:
     positions, velocities = state(2)
-    scenario = FlockScenario(
+    scenario = fe.FlockScenario(
         num_agents=7,
         num_steps=5,
-        initial_positions=GivenPositions(positions),  # type: ignore[arg-type]
-        initial_headings=GivenHeadings(velocities),  # type: ignore[arg-type]
+        initial_positions=fe.GivenPositions(positions),  # type: ignore[arg-type]
+        initial_headings=fe.GivenHeadings(velocities),  # type: ignore[arg-type]
     )
-    assert FlockScenario.from_json(scenario.to_json()) == scenario
-    assert FlockScenario.from_toml(scenario.to_toml()) == scenario
-    run = simulate(scenario, 10.0, seed=1)
-    save_run(run, tmp_path / "run.npz")
-    loaded = load_run(tmp_path / "run.npz").trajectory
-    assert not run_differences(loaded, replay_run(loaded))
-    env = FlockEscapeEnv(scenario=scenario)
+    assert fe.FlockScenario.from_json(scenario.to_json()) == scenario
+    assert fe.FlockScenario.from_toml(scenario.to_toml()) == scenario
+    run = fe.simulate(scenario, 10.0, seed=1)
+    fe.save_run(run, tmp_path / "run.npz")
+    loaded = fe.load_run(tmp_path / "run.npz").trajectory
+    assert not fe.run_differences(loaded, fe.replay_run(loaded))
+    env = fe.FlockEscapeEnv(scenario=scenario)
     for seed in (None, 3):
         _, info = env.reset(seed=seed)
         assert info["mean_distance"] == run.mean_distance[0]
@@ -91,15 +77,15 @@ def test_given_starts_are_part_of_documents(tmp_path: Path) -> None:
 def test_points_of_the_plane_lie_at_z_0_in_space() -> None:
     positions, velocities = state(2)
     for in_plane in (False, True):
-        scenario = FlockScenario(
+        scenario = fe.FlockScenario(
             num_agents=7,
             num_steps=1,
             dimension=3,
             initial_plane=in_plane,
-            initial_positions=GivenPositions(positions),  # type: ignore[arg-type]
-            initial_headings=GivenHeadings(velocities),  # type: ignore[arg-type]
+            initial_positions=fe.GivenPositions(positions),  # type: ignore[arg-type]
+            initial_headings=fe.GivenHeadings(velocities),  # type: ignore[arg-type]
         )
-        run = simulate(scenario, 10.0, seed=0)
+        run = fe.simulate(scenario, 10.0, seed=0)
         assert (run.positions[0, :, :2] == positions).all()
         assert not run.positions[0, :, 2].any()
         assert not run.velocities[0, :, 2].any()
@@ -131,7 +117,7 @@ def test_refused_files(tmp_path: Path, name: str, content: Any, where: str, expe
         np.savez(path, **content)
     else:
         np.save(path, content)
-    with pytest.raises(RecordError) as caught:
-        read_initial_state(path)
+    with pytest.raises(fe.RecordError) as caught:
+        fe.read_initial_state(path)
     assert caught.value.field == f"{path}{where}"
     assert expected in caught.value.expected

@@ -8,13 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from flockesc_env import (
-    FlockScenario,
-    GivenHeadings,
-    GivenPositions,
-    rollout,
-    simulate,
-)
+import flockesc_env as fe
 from flockesc_env.jobs import Cache, find_backend
 from studies.learned.dispersal import dispersal
 from studies.learned.fear import RULES, fear_figures, measure_fear
@@ -32,16 +26,16 @@ def test_flying_apart() -> None:
     flocks = HELD_OUT[:2]
     found = dispersal(flocks)
     np.testing.assert_array_equal(
-        found["witnesses"], rollout(None, "stubborn-witnesses", flocks).min_mean_distance
+        found["witnesses"], fe.rollout(None, "stubborn-witnesses", flocks).min_mean_distance
     )
     assert (found["witnesses"] != found["unseen"]).any()
     for flock, values in enumerate(zip(*(found[f"outward_{start}"] for start in (0, 1, 2)), strict=True)):
         assert values[0] > values[1] > values[2]
-        start = simulate(FlockScenario(num_steps=1), 0.0, seed=flocks[flock])
+        start = fe.simulate(fe.FlockScenario(num_steps=1), 0.0, seed=flocks[flock])
         (predator,) = start.scenario.predators
         distances = []
-        for step in range(FlockScenario().num_steps + 1):
-            time = step * FlockScenario().time_step
+        for step in range(fe.FlockScenario().num_steps + 1):
+            time = step * fe.FlockScenario().time_step
             place = np.array(predator.position) + time * np.array(predator.velocity)
             agents = []
             for position, velocity in zip(start.positions[0], start.velocities[0], strict=True):
@@ -58,14 +52,14 @@ def test_the_largest_turn_is_that_of_the_model(neighbors: int) -> None:
     angles = []
     for heading in np.radians(np.arange(90.0, 180.0, 0.1)):
         others = [(np.cos(heading), np.sin(heading))] * neighbors
-        flock = FlockScenario(
+        flock = fe.FlockScenario(
             num_agents=1 + neighbors,
             num_steps=1,
-            initial_positions=GivenPositions(((0.0, 0.0),) * (1 + neighbors)),
-            initial_headings=GivenHeadings(((1.0, 0.0), *others)),
+            initial_positions=fe.GivenPositions(((0.0, 0.0),) * (1 + neighbors)),
+            initial_headings=fe.GivenHeadings(((1.0, 0.0), *others)),
             predators=(),
         )
-        along, across = simulate(flock, 1.0, seed=0).velocities[-1][0]
+        along, across = fe.simulate(flock, 1.0, seed=0).velocities[-1][0]
         angles.append(np.degrees(np.arctan2(across, along)))
     assert max(angles) < largest_turn(neighbors) + 1e-9
     assert max(angles) == pytest.approx(largest_turn(neighbors), abs=0.02)
@@ -99,10 +93,12 @@ def test_policies_play_the_same_flocks_with_and_without_the_force(tmp_path: Path
     table = pl.read_parquet(file)
     assert table["policy"].unique(maintain_order=True).to_list() == [SETTING, *RULES]
     calm = table.filter(policy="head-away", strength=0.0)
-    expected = rollout(FlockScenario(repulsion_strength=0.0), "head-away", HELD_OUT[:3]).min_mean_distance
+    expected = fe.rollout(
+        fe.FlockScenario(repulsion_strength=0.0), "head-away", HELD_OUT[:3]
+    ).min_mean_distance
     np.testing.assert_array_equal(calm["objective"].to_numpy(), expected)
     fleeing = table.filter(policy="head-away", strength=10.0)
-    expected = rollout(None, "head-away", HELD_OUT[:3]).min_mean_distance
+    expected = fe.rollout(None, "head-away", HELD_OUT[:3]).min_mean_distance
     np.testing.assert_array_equal(fleeing["objective"].to_numpy(), expected)
     found = fear_figures(file)["head-away"]
     assert found["force"].mean == pytest.approx(found["fleeing"].mean - found["fearless"].mean)
@@ -117,7 +113,7 @@ def test_every_number_of_candidates_plays_the_same_flocks(
     file = measure_information(tmp_path, 2, Runner(Cache(tmp_path / "cache"), find_backend("serial")))
     table = pl.read_parquet(file)
     assert table.group_by("sensing", "candidates").len()["len"].to_list() == [2] * len(SENSING) * 3
-    fixed = rollout(None, "fixed:12", HELD_OUT[:2]).min_mean_distance
+    fixed = fe.rollout(None, "fixed:12", HELD_OUT[:2]).min_mean_distance
     assert table.filter(candidates=0)["objective"].to_list() == fixed.tolist() * len(SENSING)
     seen = table.filter(candidates=4, sensing="any distance")["objective"].to_numpy()
     assert (seen > fixed).all()

@@ -13,16 +13,7 @@ import polars as pl
 import pytest
 from small_runs import SMALL, small_run
 
-from flockesc_env import (
-    ArgumentError,
-    FlockEscapeEnv,
-    FlockScenario,
-    LineEscapeEnv,
-    episode_seed,
-    parallel_env,
-    rollout,
-    sweep,
-)
+import flockesc_env as fe
 from flockesc_env.policies import FixedRange
 from flockesc_env.policies.registry import NamedPolicy
 from training import seeds
@@ -53,7 +44,7 @@ def test_seed_ranges_are_disjoint_and_out_of_reach_of_drawn_seeds() -> None:
     for one, other in combinations(ranges, 2):
         assert one.stop <= other.start or other.stop <= one.start
     assert max(r.stop for r in ranges) <= 2**32
-    assert all(episode_seed(0, episode) >= 2**32 for episode in range(1, 1000))
+    assert all(fe.episode_seed(0, episode) >= 2**32 for episode in range(1, 1000))
 
 
 def test_training_seeds_stay_in_their_range() -> None:
@@ -78,7 +69,7 @@ def test_a_run_leaves_policy_curve_speed_and_record(run: Path) -> None:
 
 
 def test_a_run_is_not_overwritten(run: Path) -> None:
-    with pytest.raises(ArgumentError, match="run: expected"):
+    with pytest.raises(fe.ArgumentError, match="run: expected"):
         train(small_run(run))
 
 
@@ -93,9 +84,9 @@ def test_comparison_follows_from_its_records(run: Path, tmp_path: Path) -> None:
     )
     table = compare(args)
     held_out = range(2_000_000, 2_000_006)
-    best = sweep(SMALL, np.linspace(0, 20, 5), range(1_000_000, 1_000_005)).best_range("mean")
-    fixed = rollout(SMALL, FixedRange(best), held_out).min_mean_distance
-    three = rollout(SMALL, FixedRange(3), held_out).min_mean_distance
+    best = fe.sweep(SMALL, np.linspace(0, 20, 5), range(1_000_000, 1_000_005)).best_range("mean")
+    fixed = fe.rollout(SMALL, FixedRange(best), held_out).min_mean_distance
+    three = fe.rollout(SMALL, FixedRange(3), held_out).min_mean_distance
     rows = {row["policy"]: row for row in table.iter_rows(named=True)}
     assert table["policy"][0] == f"best fixed range ({best:g} m)"
     assert rows[table["policy"][0]]["objective"] == pytest.approx(fixed.mean(), abs=1e-12)
@@ -140,12 +131,12 @@ def test_presets_are_valid(name: str) -> None:
         assert len(seeds.training_seeds(0, 0, flocks * getattr(args, args.budget))) > 0
         if isinstance(args, SB3Args):
             options = {**args.env_options(), "reward": args.reward}
-            make: Any = parallel_env if setting.per_agent else FlockEscapeEnv
-            (LineEscapeEnv if setting.is_line else make)(args.model, **options)  # checks the options
+            make: Any = fe.parallel_env if setting.per_agent else fe.FlockEscapeEnv
+            (fe.LineEscapeEnv if setting.is_line else make)(args.model, **options)  # checks the options
             assert isinstance(args, PPOArgs) or not setting.per_agent
         if isinstance(args, PPOArgs):
             steps, rows = LINE_ACTIONS, seen.num_agents if setting.per_agent else 1
-            if isinstance(args.model, FlockScenario):
+            if isinstance(args.model, fe.FlockScenario):
                 steps = -(-(args.episode_steps or args.model.num_steps) // args.steps_per_action)
             assert steps * args.num_flocks * rows % args.batch_size == 0
 

@@ -11,19 +11,7 @@ import polars as pl
 import pytest
 from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file, sweep_flags
 
-from flockesc_env import (
-    AlignedHeadings,
-    FlockScenario,
-    Herd,
-    Intercept,
-    LineScenario,
-    PurePursuit,
-    Ring,
-    Vicsek,
-    load_policy,
-    simulate,
-    sweep,
-)
+import flockesc_env as fe
 from flockesc_env.cli.exits import Exit
 from flockesc_env.models.records import load_run, save_run
 from flockesc_env.policies.registry import built_in
@@ -33,14 +21,14 @@ def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tm
     path = tmp_path / "run.npz"
     flags = ["--interaction-range", 10, "--seed", 7, *SMALL_FLAGS]
     ran = Ran(capsys, "simulate", *flags, "--json", "--output", path)
-    run = simulate(SMALL, 10.0, seed=7)
+    run = fe.simulate(SMALL, 10.0, seed=7)
     document = ran.json()
     assert ran.code == Exit.DONE
     assert document["min_mean_distance"] == run.mean_distance.min()
     assert document["min_min_distance"] == run.min_distance.min()
     assert document["num_components"] == run.num_components[-1]
     assert document["polarization"] == run.polarization[-1]
-    assert FlockScenario.from_json(json.dumps(document["scenario"])) == SMALL
+    assert fe.FlockScenario.from_json(json.dumps(document["scenario"])) == SMALL
     np.testing.assert_array_equal(load_run(path).trajectory.positions, run.positions)
 
     for_people = Ran(capsys, "simulate", *flags).out
@@ -53,7 +41,7 @@ def test_a_policy_is_simulated(
     spec: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    policy = load_policy(policy_file(Path(spec))) if spec.endswith("npz") else built_in(spec)
+    policy = fe.load_policy(policy_file(Path(spec))) if spec.endswith("npz") else built_in(spec)
     path = tmp_path / "run.npz"
     document = Ran(
         capsys, "simulate", "--policy", spec, "--seed", 7, *SMALL_FLAGS, "--json", "--output", path
@@ -66,7 +54,7 @@ def test_a_policy_is_simulated(
     assert Ran(capsys, "replay", path).code == Exit.DONE
 
 
-CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
+CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
     "predators": (
         [
             'predators=[{"pure_pursuit": {"position": [90, 90]}}, {"intercept": {}}, {"herd": {}}]',
@@ -78,9 +66,9 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
         ],
         SMALL.replace(
             predators=(
-                PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid"),
-                Intercept(velocity=(3.0, 10.0)),
-                Herd(),
+                fe.PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid"),
+                fe.Intercept(velocity=(3.0, 10.0)),
+                fe.Herd(),
             )
         ),
     ),
@@ -91,11 +79,13 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
             "initial_headings=aligned",
             "motion=vicsek",
         ],
-        SMALL.replace(initial_positions=Ring(30.0), initial_headings=AlignedHeadings(), motion=Vicsek()),
+        SMALL.replace(
+            initial_positions=fe.Ring(30.0), initial_headings=fe.AlignedHeadings(), motion=fe.Vicsek()
+        ),
     ),
     "line": (
         ["predator_position=None", "escape_force=constant"],
-        LineScenario(num_agents=12, predator_position=None, escape_force="constant"),
+        fe.LineScenario(num_agents=12, predator_position=None, escape_force="constant"),
     ),
 }
 
@@ -103,7 +93,7 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
 @pytest.mark.parametrize("name", CHANGED)
 def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     changes, scenario = CHANGED[name]
-    is_line = isinstance(scenario, LineScenario)
+    is_line = isinstance(scenario, fe.LineScenario)
     own = ["--scenario", "paper-line", *SMALL_FLAGS[:2]] if is_line else SMALL_FLAGS
     flags = [word for change in changes for word in ("--set", change)]
     ran = Ran(capsys, "simulate", "--interaction-range", 0.3, "--seed", 1, *own, *flags, "--json")
@@ -116,17 +106,17 @@ def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture
 def test_a_scenario_comes_from_a_file_and_is_changed(
     suffix: str, encoding: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    path, pursuer = tmp_path / f"storm{suffix}", PurePursuit(velocity=(12.0, 0.0))
+    path, pursuer = tmp_path / f"storm{suffix}", fe.PurePursuit(velocity=(12.0, 0.0))
     scenario = SMALL.replace(num_agents=3, mass=(0.1, 1.0, 2.0), predators=(pursuer,))
     written = scenario.replace(num_steps=30)
     path.write_text(written.to_toml() if suffix == ".toml" else written.to_json(), encoding)
     flags = ["--scenario", path, "--set", "num_steps=9", "--seed", 1]
     document = Ran(capsys, "simulate", "--interaction-range", 3, *flags, "--json").json()
-    assert FlockScenario.from_json(json.dumps(document["scenario"])) == scenario
+    assert fe.FlockScenario.from_json(json.dumps(document["scenario"])) == scenario
 
 
 def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    result = sweep(SMALL, [0, 5.5, 100], range(3, 40))
+    result = fe.sweep(SMALL, [0, 5.5, 100], range(3, 40))
     path = tmp_path / "sweep.parquet"
     ran = Ran(capsys, *sweep_flags("--json", "--output", path, "--objective", "minimum"))
     document = ran.json()
@@ -153,7 +143,7 @@ def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pat
 def test_a_sweep_of_a_line_and_of_one_without_a_predator(capsys: pytest.CaptureFixture[str]) -> None:
     flags = ["sweep", "--scenario", "paper-line", "--set", "num_agents=9"]
     flags += ["--seeds", "0:5", "--interaction-ranges", "0.1", "0.5"]
-    line = sweep(LineScenario(num_agents=9), [0.1, 0.5], range(5))
+    line = fe.sweep(fe.LineScenario(num_agents=9), [0.1, 0.5], range(5))
     document = Ran(capsys, *flags, "--json").json()
     assert [row["mean"] for row in document["ranges"]] == line.values().mean(axis=1).tolist()
     alone = Ran(capsys, *flags, "--set", "predator_position=None", "--json").json()
@@ -164,7 +154,7 @@ def test_a_sweep_of_a_line_and_of_one_without_a_predator(capsys: pytest.CaptureF
 
 
 def test_replay_prints_whether_runs_match(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    run = simulate(SMALL, 10.0, seed=7)
+    run = fe.simulate(SMALL, 10.0, seed=7)
     same, other, broken = tmp_path / "same.npz", tmp_path / "other.npz", tmp_path / "broken.npz"
     save_run(run, same)
     velocities = run.velocities.copy()

@@ -15,21 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from option_table import DIMENSIONS, small_flock
 
-from flockesc_env import (
-    ConstantVelocity,
-    EpisodeError,
-    FlockEscapeEnv,
-    FlockParallelEnv,
-    FlockScenario,
-    FlockVectorEnv,
-    LineEscapeEnv,
-    LineScenario,
-    ScenarioError,
-    Trajectory,
-    parallel_env,
-    simulate,
-    simulate_line,
-)
+import flockesc_env as fe
 from flockesc_env.render import RenderOptions, draw
 from flockesc_env.render.camera import VIEW_ASPECT, Rect, camera
 from flockesc_env.render.colors import (
@@ -46,13 +32,13 @@ FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v0"
 LINE_ID = "flockesc_env:flockesc/LineEscape-v0"
 
 SINGLE = {
-    "flock": lambda **options: FlockEscapeEnv(small_flock(), **options),
-    "space": lambda **options: FlockEscapeEnv(small_flock(3), **options),
-    "line": lambda **options: LineEscapeEnv(LineScenario(num_agents=30), **options),
-    "parallel": lambda **options: parallel_env(small_flock(), **options),
+    "flock": lambda **options: fe.FlockEscapeEnv(small_flock(), **options),
+    "space": lambda **options: fe.FlockEscapeEnv(small_flock(3), **options),
+    "line": lambda **options: fe.LineEscapeEnv(fe.LineScenario(num_agents=30), **options),
+    "parallel": lambda **options: fe.parallel_env(small_flock(), **options),
 }
 BATCHED = {
-    "vector": lambda **options: FlockVectorEnv(3, small_flock(), **options),
+    "vector": lambda **options: fe.FlockVectorEnv(3, small_flock(), **options),
     "sb3 flocks": lambda **options: FlockVecEnv(3, small_flock(), **options),
     "sb3 agents": lambda **options: AgentVecEnv(3, small_flock(), **options),
 }
@@ -73,7 +59,7 @@ def reset(env: Any, seed: int = 0) -> None:
 
 
 def step(env: Any, value: float = -0.8) -> None:
-    if isinstance(env, FlockParallelEnv):
+    if isinstance(env, fe.FlockParallelEnv):
         env.step({agent: np.array([value], np.float32) for agent in env.agents})
     else:
         slots = (env.num_envs, 1) if hasattr(env, "num_envs") else (1,)
@@ -121,7 +107,7 @@ def test_environments_and_recorded_runs_look_the_same(interface: str) -> None:
     env = make(interface, action_mode="range", render_mode="rgb_array")
     env.reset(seed=3)
     ranges = {"flock": np.array([7.0]), "parallel": np.arange(5.0, 10.0), "line": np.array([0.1])}[interface]
-    run: Any = simulate_line if interface == "line" else simulate
+    run: Any = fe.simulate_line if interface == "line" else fe.simulate
     run = run(env.scenario, ranges if interface == "parallel" else ranges[0], seed=3)
     for made in range(min(run.steps if interface == "line" else run.scenario.num_steps, 20)):
         np.testing.assert_array_equal(env.render(), draw(run, made))
@@ -157,14 +143,14 @@ def test_the_window_shows_the_same_pixels_as_arrays(interface: str) -> None:
 
 @every
 def test_bad_modes_options_and_calls_are_refused(interface: str) -> None:
-    with pytest.raises(ScenarioError, match="render_mode: expected one of human, rgb_array or None"):
+    with pytest.raises(fe.ScenarioError, match="render_mode: expected one of human, rgb_array or None"):
         make(interface, render_mode="ansi")
-    with pytest.raises(ScenarioError, match="render_options"):
+    with pytest.raises(fe.ScenarioError, match="render_options"):
         make(interface, render_mode="rgb_array", render_options={"size": 512})
     if interface != "line":
-        with pytest.raises(ScenarioError, match="agents: expected indices below 5, got 5"):
+        with pytest.raises(fe.ScenarioError, match="agents: expected indices below 5, got 5"):
             make(interface, render_options=RenderOptions(agents=(0, 5)))
-    with pytest.raises(EpisodeError, match="render"):
+    with pytest.raises(fe.EpisodeError, match="render"):
         make(interface, render_mode="rgb_array").render()
 
 
@@ -198,17 +184,17 @@ def near(picture: np.ndarray, at: np.ndarray, color: Any, reach: int = 2) -> boo
     return bool((patch == np.array(color, np.uint8)).all(axis=-1).any())
 
 
-def still(positions: list[tuple[float, ...]], ranges: Any, **changes: Any) -> Trajectory:
+def still(positions: list[tuple[float, ...]], ranges: Any, **changes: Any) -> fe.Trajectory:
     """Return a run of one step from given positions in which agents hardly move."""
-    scenario = FlockScenario(
+    scenario = fe.FlockScenario(
         num_agents=len(positions), num_steps=1, time_step=1e-6, dimension=len(positions[0]), **changes
     )
     velocities = np.zeros((len(positions), len(positions[0])))
     velocities[:, 0] = 1.0
-    return simulate(scenario, ranges, initial_positions=positions, initial_velocities=velocities)
+    return fe.simulate(scenario, ranges, initial_positions=positions, initial_velocities=velocities)
 
 
-def place(run: Trajectory, point: Any) -> np.ndarray:
+def place(run: fe.Trajectory, point: Any) -> np.ndarray:
     *_, last = recorded_frames(run)
     pixels, _ = camera(last.view, VIEW)(np.array([point], float))
     return pixels[0]
@@ -218,7 +204,7 @@ def place(run: Trajectory, point: Any) -> np.ndarray:
 def test_predator_and_agents_are_where_the_camera_says(dimension: int) -> None:
     depth = (0.0,) * (dimension - 2)
     predator, agents = (30.0, 20.0, *depth), [(80.0, 60.0, *depth), (10.0, 95.0, *depth)]
-    run = still(agents, 0.0, predators=(ConstantVelocity(position=predator, velocity=(1.0, 0.0, *depth)),))
+    run = still(agents, 0.0, predators=(fe.ConstantVelocity(position=predator, velocity=(1.0, 0.0, *depth)),))
     picture = draw(run, 1)
     assert near(picture, place(run, predator), PREDATOR)
     assert not near(picture, place(run, (80.0, 20.0, *depth)), PREDATOR, reach=9)
@@ -234,8 +220,8 @@ def test_predator_and_agents_are_where_the_camera_says(dimension: int) -> None:
 
 @given(st.integers(2, 3), st.integers(0, 10_000), st.floats(1.0, 300.0))
 def test_the_view_holds_everything_and_never_shrinks(dimension: int, seed: int, rho: float) -> None:
-    scenario = FlockScenario(num_agents=12, num_steps=60, dimension=dimension)
-    run = simulate(scenario, rho, seed=seed)
+    scenario = fe.FlockScenario(num_agents=12, num_steps=60, dimension=dimension)
+    run = fe.simulate(scenario, rho, seed=seed)
     before = None
     for frame in recorded_frames(run):
         points = np.concatenate([frame.moment.positions, frame.moment.predator_positions])
@@ -263,7 +249,7 @@ def test_colors_are_those_of_components() -> None:
     assert not (draw(run, 0)[: int(VIEW.height)] == label_colors(5)[0]).all(axis=-1).any()  # all alone
 
 
-def changed(run: Trajectory, **options: Any) -> np.ndarray:
+def changed(run: fe.Trajectory, **options: Any) -> np.ndarray:
     pictures = [draw(run, 1, options=RenderOptions(**each)) for each in ({}, options)]
     different: np.ndarray = (pictures[0] != pictures[1]).any(axis=-1)[: int(VIEW.height)]
     return different
@@ -304,7 +290,7 @@ def test_pictures_can_be_drawn_after_pygame_quit() -> None:
     """Gymnasium's ``HumanRendering.close`` quits all of pygame."""
     import pygame
 
-    run = simulate(small_flock(), 1.0, seed=0)
+    run = fe.simulate(small_flock(), 1.0, seed=0)
     before = draw(run, 1, title="first")
     pygame.quit()
     np.testing.assert_array_equal(draw(run, 1, title="first"), before)
