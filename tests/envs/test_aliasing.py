@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from envs import ADAPTERS, FLOCK, adapters, draw, has_ended, plain, start, step
-from spoiling import spoil
+from envs import ADAPTERS, adapters, draw, has_ended, plain, start, step
+from same import spoil
 from stable_baselines3.common.vec_env import VecEnv
-
-import flockesc_env
 
 STEPS = 25
 """More steps than an episode has, so that environments with autoreset reset."""
@@ -69,29 +67,6 @@ def test_results_and_actions(make: Callable[[], Any]) -> None:
         if has_ended(twin, expected):
             np.testing.assert_equal(results := start(env), start(twin))
             spoil(results)
-
-
-@pytest.mark.parametrize(
-    ("make", "options"),
-    [
-        *[
-            (make, lambda: {"initial_positions": np.arange(10.0).reshape(5, 2)})
-            for make in (
-                lambda: flockesc_env.FlockEscapeEnv(FLOCK),
-                lambda: flockesc_env.FlockVectorEnv(2, FLOCK),
-                lambda: flockesc_env.FlockPursuitEnv(FLOCK),
-                lambda: flockesc_env.parallel_env(FLOCK),
-            )
-        ],
-        (ADAPTERS["line"].make, lambda: {"initial_state": np.linspace(0, 1, 30)}),
-    ],
-)
-def test_options_of_a_reset(make: Callable[[], Any], options: Callable[[], dict[str, Any]]) -> None:
-    env, twin, mine = make(), make(), options()
-    np.testing.assert_equal(env.reset(seed=3, options=mine), twin.reset(seed=3, options=options()))
-    spoil(mine)
-    actions = draw(twin, np.random.default_rng(0))
-    np.testing.assert_equal(env.step(actions), twin.step(actions))
 
 
 @pytest.mark.parametrize("name", [name for name in ADAPTERS if name.startswith("parallel")])

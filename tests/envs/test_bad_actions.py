@@ -13,37 +13,28 @@ from envs import REMEMBERING, Weave, adapters, draw, has_ended, play, start, ste
 from gymnasium.error import ResetNeeded
 from option_table import ACTION_MODES, small_flock
 
-from flockesc_env import (
-    AgentVectorEnv,
-    FlockEscapeEnv,
-    FlockVectorEnv,
-    LineEscapeEnv,
-    LineScenario,
-    env,
-    parallel_env,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ActionError, EpisodeError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
-FLOCK, LINE = small_flock(), LineScenario(num_agents=5, max_steps=10)
+FLOCK, LINE = small_flock(), fe.LineScenario(num_agents=5, max_steps=10)
 BOX, INDEX = np.array([0.5], np.float32), np.int64(3)
 
 SINGLE = {
-    "flock": lambda mode: FlockEscapeEnv(FLOCK, action_mode=mode),
-    "line": lambda mode: LineEscapeEnv(LINE, action_mode=mode),
-    "parallel": lambda mode: parallel_env(FLOCK, action_mode=mode),
+    "flock": lambda mode: fe.FlockEscapeEnv(FLOCK, action_mode=mode),
+    "line": lambda mode: fe.LineEscapeEnv(LINE, action_mode=mode),
+    "parallel": lambda mode: fe.parallel_env(FLOCK, action_mode=mode),
 }
 STACKED = {
     "flock slots": lambda mode: FlockVecEnv(3, FLOCK, action_mode=mode),
     "agent slots": lambda mode: AgentVecEnv(3, FLOCK, action_mode=mode),
-    "vector": lambda mode: FlockVectorEnv(3, FLOCK, action_mode=mode),
-    "vector with a slot per agent": lambda mode: AgentVectorEnv(15, FLOCK, action_mode=mode),
+    "vector": lambda mode: fe.FlockVectorEnv(3, FLOCK, action_mode=mode),
+    "vector with a slot per agent": lambda mode: fe.AgentVectorEnv(15, FLOCK, action_mode=mode),
 }
 
 # Actions that every space rejects, with any bounds.
 BAD_BOX = [np.array([bad]) for bad in (np.nan, np.inf, 1e9, -1.001, True, "0.5", 0.5 + 0j)]
 BAD_BOX += [np.zeros(2), np.zeros(0), np.float32(0.5), np.zeros((1, 1)), np.array([0.5], object), None]
-BAD_INDEX = [np.int64(-1), np.int64(21), 3.0, np.nan, np.True_, np.str_("3"), np.array([3]), 3 + 0j, None]
 BAD_ENTRIES = {
     "normalized": [np.nan, np.inf, -np.inf, 1.001, -1.001],
     "range": [np.nan, np.inf, -np.inf, 100.1, -0.1],
@@ -67,22 +58,6 @@ def refused_field(environment: Any, actions: Any) -> str:
     with pytest.raises(ActionError) as caught:
         environment.step(actions)
     return caught.value.field
-
-
-@pytest.mark.parametrize("interface", SINGLE)
-@modes
-def test_one_action(interface: str, mode: str) -> None:
-    """The other agents' good actions do not make the bad one pass, and the error says whose it was."""
-    environment, twin = twins(SINGLE[interface], mode)
-    agents = getattr(environment, "agents", None)
-
-    def actions(one: Any) -> Any:
-        return one if agents is None else {**dict.fromkeys(agents, good(mode)), "agent_3": one}
-
-    for bad in [*(BAD_INDEX if mode == "discrete" else BAD_BOX), {"action": 3}, [[0.5], [0.5, 0.5]]]:
-        field = refused_field(environment, actions(bad))
-        assert field == ("action" if agents is None else "action of 'agent_3'"), bad
-    np.testing.assert_equal(*(each.step(actions(good(mode))) for each in (environment, twin)))
 
 
 @modes
@@ -113,7 +88,7 @@ def test_a_stack_of_actions(interface: str, mode: str) -> None:
 @pytest.mark.parametrize("mode", ["normalized", "range"])
 def test_bounds_themselves_are_actions(mode: str) -> None:
     """Also where a bound has no exact float32 form, and the space's own samples lie beyond it."""
-    environment = FlockEscapeEnv(FLOCK, min_range=0.1, max_range=0.7, action_mode=mode)
+    environment = fe.FlockEscapeEnv(FLOCK, min_range=0.1, max_range=0.7, action_mode=mode)
     environment.reset(seed=0)
     for bound, expected in ((environment.action_space.low, 0.1), (environment.action_space.high, 0.7)):
         for action in (bound, bound.astype(np.float64), bound.tolist()):
@@ -137,15 +112,6 @@ def test_step_before_reset_and_after_the_end(make: Any) -> None:
                 with pytest.raises(EpisodeError, match=r"step\(\) called .*after the end"):
                     step(environment, actions)
             start(environment)
-
-
-def test_aec_names_the_agent() -> None:
-    environment = env(FLOCK)
-    environment.reset(seed=0)
-    still, bad = np.zeros(1, np.float32), np.full(1, np.nan, np.float32)
-    for action in (still, still, bad, still):
-        environment.step(action)
-    assert refused_field(environment, still) == "action of 'agent_2'"  # the last agent's moves the flock
 
 
 @pytest.mark.parametrize("interface", REMEMBERING)

@@ -8,23 +8,10 @@ import numpy as np
 import pytest
 from option_table import DIMENSIONS, small_flock
 
-from flockesc_env import (
-    EnvOptions,
-    FlockEscapeEnv,
-    FlockScenario,
-    FlockVectorEnv,
-    Inertial,
-    LineScenario,
-    Reynolds,
-    parallel_env,
-    rollout,
-    simulate,
-    sweep,
-)
+import flockesc_env as fe
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View
 from flockesc_env.policies import FixedRange, StubbornLeaders
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from flockesc_env.scenario.motion import Motion
 
 SEEDS = range(13)
@@ -41,25 +28,15 @@ def test_flock_sweep(dimension: int) -> None:
     scenario = small_flock(dimension, num_agents=40)
     names = ("min_mean_distance", "min_min_distance", "num_components")
     ranges = [0.0, 4.0, 9.0]
-    results = [columns(sweep(scenario, ranges, SEEDS, num_threads=count), *names) for count in THREADS]
+    results = [columns(fe.sweep(scenario, ranges, SEEDS, num_threads=count), *names) for count in THREADS]
     for result in results[1:]:
         np.testing.assert_equal(result, results[0])
     for row, rho in enumerate(ranges):
         for column in (0, 12):
-            alone = columns(sweep(scenario, [rho], [SEEDS[column]]), *names)
+            alone = columns(fe.sweep(scenario, [rho], [SEEDS[column]]), *names)
             np.testing.assert_equal(
                 alone, {name: values[row, column].reshape(1, 1) for name, values in results[0].items()}
             )
-
-
-def test_line_sweep() -> None:
-    names = ("escape_distance", "num_components", "converged")
-    results = [
-        columns(sweep(LineScenario(), [0.05, 0.1, 0.4], SEEDS, num_threads=count), *names)
-        for count in THREADS
-    ]
-    for result in results[1:]:
-        np.testing.assert_equal(result, results[0])
 
 
 @dimensions
@@ -70,7 +47,7 @@ def test_rollout(dimension: int, per_agent: bool) -> None:
     names = ("seeds", "min_mean_distance", "min_min_distance", "num_components", "mean_return")
     results = [
         columns(
-            rollout(
+            fe.rollout(
                 scenario,
                 policy,
                 SEEDS,
@@ -97,7 +74,7 @@ def observed(batch: FlockBatch, slot: int, steps: list[tuple[np.ndarray, np.ndar
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_place_in_the_batch(dimension: int, per_agent: bool, threads: int) -> None:
     scenario = small_flock(dimension, num_agents=30, angular_noise=0.5, sensing_noise=0.5, sensing_delay=2)
-    options = EnvOptions(action_mode="range")
+    options = fe.EnvOptions(action_mode="range")
     alone = FlockBatch(scenario, options, view=View.of(per_agent))
     crowd = FlockBatch(scenario, options, num_flocks=6, view=View.of(per_agent), num_threads=threads)
     rng = np.random.default_rng(0)
@@ -114,34 +91,36 @@ def test_place_in_the_batch(dimension: int, per_agent: bool, threads: int) -> No
         assert crowd.num_components()[slot] == alone.num_components()[0]
 
 
-def large_flock(dimension: int, **changes: Any) -> FlockScenario:
+def large_flock(dimension: int, **changes: Any) -> fe.FlockScenario:
     """Return a flock large enough to be split over threads, with 0.03 agents per m^D."""
     side = (5000 / 0.03) ** (1 / dimension)
-    return FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side, **changes)
+    return fe.FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side, **changes)
 
 
-def simulated(scenario: FlockScenario, num_threads: int | None) -> list[Any]:
+def simulated(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
     own = np.linspace(0.0, 20.0, 5000)
     names = ("positions", "velocities", "mean_distance", "min_distance", "num_components", "polarization")
-    return [columns(simulate(scenario, rho, seed=2, num_threads=num_threads), *names) for rho in (6.0, own)]
+    return [
+        columns(fe.simulate(scenario, rho, seed=2, num_threads=num_threads), *names) for rho in (6.0, own)
+    ]
 
 
-def flock_played(scenario: FlockScenario, num_threads: int | None) -> list[Any]:
-    env = FlockEscapeEnv(scenario, num_threads=num_threads)
+def flock_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
+    env = fe.FlockEscapeEnv(scenario, num_threads=num_threads)
     env.action_space.seed(0)
     return [env.reset(seed=2), *(env.step(env.action_space.sample()) for _ in range(8))]
 
 
-def agents_played(scenario: FlockScenario, num_threads: int | None) -> list[Any]:
-    env = parallel_env(scenario, num_threads=num_threads, reward="individual_distance")
+def agents_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
+    env = fe.parallel_env(scenario, num_threads=num_threads, reward="individual_distance")
     rng = np.random.default_rng(0)
     steps: list[Any] = [env.reset_array(seed=2)]
     return steps + [env.step_array(rng.uniform(-1, 1, (5000, 1)).astype(np.float32)) for _ in range(8)]
 
 
-def flocks_played(scenario: FlockScenario, num_threads: int | None) -> list[Any]:
+def flocks_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
     """Play two large flocks into their second episode; batch and flocks share the threads."""
-    env = FlockVectorEnv(2, scenario, num_threads=num_threads)
+    env = fe.FlockVectorEnv(2, scenario, num_threads=num_threads)
     env.action_space.seed(0)
     return [env.reset(seed=2), *(env.step(env.action_space.sample()) for _ in range(11))]
 
@@ -156,29 +135,13 @@ def test_threads_of_one_large_flock(played: Any, dimension: int) -> None:
 
 
 @dimensions
-@pytest.mark.parametrize("motion", [Inertial(), Reynolds()])
+@pytest.mark.parametrize("motion", [fe.Inertial(), fe.Reynolds()])
 def test_threads_of_one_large_flock_of_different_agents(motion: Motion, dimension: int) -> None:
     names = ("mass", "speed", "repulsion_strength", "alignment_strength")
     rng = np.random.default_rng(0)
-    traits = {name: rng.uniform(0.5, 2, 5000) * getattr(FlockScenario(), name) for name in names}
+    traits = {name: rng.uniform(0.5, 2, 5000) * getattr(fe.FlockScenario(), name) for name in names}
     noisy = {"angular_noise": 0.5, "sensing_noise": 0.5, "sensing_delay": 2}
     scenario = large_flock(dimension, motion=motion, **noisy, **traits)
     serial = simulated(scenario, 1)
     for threads in (2, 7):
         np.testing.assert_equal(simulated(scenario, threads), serial)
-
-
-@pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
-def test_threads_of_vector_environments(make: Any) -> None:
-    scenario = small_flock(num_agents=20)
-    played = []
-    for threads in THREADS:
-        env = make(4, scenario, num_threads=threads)
-        env.seed(0)
-        steps: list[Any] = [env.reset()]
-        rng = np.random.default_rng(0)
-        actions = rng.uniform(-1, 1, (15, env.num_envs, 1)).astype(np.float32)
-        steps += [env.step(action) for action in actions]
-        played.append(steps)
-    for steps in played[1:]:
-        np.testing.assert_equal(steps, played[0])

@@ -9,30 +9,17 @@ import pytest
 import reference
 from captured_flocks import SEEDS, doomed, hunted
 from gymnasium.utils.env_checker import data_equivalence
-from option_table import ACTION_MODES, DIMENSIONS, FLOCK_REWARDS, INDIVIDUAL_REWARDS, OBJECTIVES
+from option_table import DIMENSIONS, FLOCK_REWARDS, INDIVIDUAL_REWARDS, OBJECTIVES
 
-from flockesc_env import (
-    FlockEscapeEnv,
-    FlockScenario,
-    load_run,
-    parallel_env,
-    replay_run,
-    rollout,
-    run_differences,
-    save_run,
-    simulate,
-    sweep,
-)
-from flockesc_env.common.errors import ActionError
-from flockesc_env.policies import FixedRange, RandomRange
-from flockesc_env.policies.rollout import record
+import flockesc_env as fe
+from flockesc_env.policies import FixedRange
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
-def play_array(scenario: FlockScenario, seed: int, **options: Any) -> list[tuple[Any, ...]]:
+def play_array(scenario: fe.FlockScenario, seed: int, **options: Any) -> list[tuple[Any, ...]]:
     """Return the results of every `step_array` under a range of 3 m."""
-    env = parallel_env(scenario, action_mode="range", **options)
+    env = fe.parallel_env(scenario, action_mode="range", **options)
     env.reset_array(seed=seed)
     actions = np.full((scenario.num_agents, 1), 3.0)
     steps = []
@@ -42,9 +29,9 @@ def play_array(scenario: FlockScenario, seed: int, **options: Any) -> list[tuple
 
 
 @pytest.mark.parametrize("scenario", [hunted(2), hunted(2).with_learned_predators()])
-def test_infos_at_the_end_only(scenario: FlockScenario) -> None:
+def test_infos_at_the_end_only(scenario: fe.FlockScenario) -> None:
     """Agents that go on share a new empty dict; the infos of the others are the same as otherwise."""
-    full, sparse = (parallel_env(scenario, infos=infos) for infos in ("all", "end"))
+    full, sparse = (fe.parallel_env(scenario, infos=infos) for infos in ("all", "end"))
     full.reset(seed=SEEDS[0])
     sparse.reset(seed=SEEDS[0])
     num_full = 0
@@ -73,7 +60,7 @@ def test_infos_at_the_end_only(scenario: FlockScenario) -> None:
 def test_dicts_and_arrays_play_one_episode(dimension: int, objective: str, reward: str) -> None:
     scenario = hunted(dimension)
     options = {"objective": objective, "reward": reward, "steps_per_action": 2}
-    env = parallel_env(scenario, action_mode="range", **options)
+    env = fe.parallel_env(scenario, action_mode="range", **options)
     env.reset(seed=4)
     alive = np.ones(scenario.num_agents, bool)
     was_any_caught = False
@@ -98,25 +85,9 @@ def test_dicts_and_arrays_play_one_episode(dimension: int, objective: str, rewar
     assert was_any_caught
 
 
-@pytest.mark.parametrize("action_mode", ACTION_MODES)
-def test_only_surviving_agents_act(action_mode: str) -> None:
-    env = parallel_env(hunted(), action_mode=action_mode)
-    env.reset(seed=4)
-    while len(env.agents) == env.num_agents == len(env.possible_agents):
-        env.step({agent: env.action_space(agent).sample() for agent in env.agents})
-    gone = next(agent for agent in env.possible_agents if agent not in env.agents)
-    actions = {agent: env.action_space(agent).sample() for agent in env.agents}
-    with pytest.raises(ActionError, match=gone):
-        env.step({**actions, gone: env.action_space(gone).sample()})
-    missing = env.agents[-1]
-    with pytest.raises(ActionError, match=missing):
-        env.step({agent: action for agent, action in actions.items() if agent != missing})
-    env.step(actions)
-
-
 def test_arrays_ignore_actions_of_caught_agents() -> None:
     scenario = hunted()
-    first, second = parallel_env(scenario), parallel_env(scenario)
+    first, second = fe.parallel_env(scenario), fe.parallel_env(scenario)
     first.reset_array(seed=4)
     second.reset_array(seed=4)
     caught = np.zeros(9, bool)
@@ -129,23 +100,12 @@ def test_arrays_ignore_actions_of_caught_agents() -> None:
     assert caught.any()
 
 
-def test_individual_distances_end_at_zero() -> None:
-    """The distance of a caught agent is 0, so its changes sum to minus the initial distance."""
-    scenario = hunted()
-    run = simulate(scenario, 3.0, seed=4)
-    start = reference.predator_distances(run.positions[0], run.predator_positions[0])
-    end = reference.predator_distances(run.positions[-1], run.predator_positions[-1])
-    end[run.caught_at >= 0] = 0.0
-    paid = sum(step[1] for step in play_array(scenario, 4, reward="individual_distance_change"))
-    np.testing.assert_allclose(paid, end - start)
-
-
 def test_individual_running_minimum_is_0_for_caught_agents() -> None:
     """Also for the change until the capture, unless the minimum falls in the step of the capture."""
     late = 0
     for seed in SEEDS:
         scenario = hunted()
-        run = simulate(scenario, 3.0, seed=seed)
+        run = fe.simulate(scenario, 3.0, seed=seed)
         steps = range(1, scenario.num_steps + 1)
         falls = [t for t in steps if run.mean_distance[t] < run.mean_distance[:t].min()]
         own = np.stack(
@@ -174,9 +134,9 @@ def test_survival_rewards_the_fraction_surviving(reward: str, steps_per_action: 
     seen = set()
     for seed in SEEDS:
         scenario = doomed()
-        run = simulate(scenario, 3.0, seed=seed)
+        run = fe.simulate(scenario, 3.0, seed=seed)
         options: dict[str, Any] = {"reward": reward, "steps_per_action": steps_per_action}
-        env = FlockEscapeEnv(scenario, objective="survival", action_mode="range", **options)
+        env = fe.FlockEscapeEnv(scenario, objective="survival", action_mode="range", **options)
         env.reset(seed=seed)
         total, is_over, steps = 0.0, False, 0
         while not is_over:
@@ -200,14 +160,14 @@ def test_survival_rewards_the_fraction_surviving(reward: str, steps_per_action: 
 def test_sweeps_rollouts_and_records_agree(dimension: int, per_agent: bool, tmp_path: Any) -> None:
     scenario = doomed(dimension=dimension)
     ranges = np.array([2.0, 12.0])
-    result = sweep(scenario, ranges, SEEDS)
+    result = fe.sweep(scenario, ranges, SEEDS)
     for i, rho in enumerate(ranges):
-        runs = [simulate(scenario, rho, seed=seed) for seed in SEEDS]
+        runs = [fe.simulate(scenario, rho, seed=seed) for seed in SEEDS]
         survived = [run.fraction_surviving[-1] for run in runs]
         np.testing.assert_array_equal(result.fraction_surviving[i], survived)
         np.testing.assert_array_equal(result.min_mean_distance[i], [run.mean_distance.min() for run in runs])
         for batch_size in (1, 5, 64):
-            episodes = rollout(
+            episodes = fe.rollout(
                 scenario,
                 FixedRange(rho),
                 SEEDS,
@@ -221,16 +181,9 @@ def test_sweeps_rollouts_and_records_agree(dimension: int, per_agent: bool, tmp_
                 episodes.min_mean_distance, [run.mean_distance.min() for run in runs]
             )
         for run in runs:
-            save_run(run, tmp_path / "run.npz")
-            loaded = load_run(tmp_path / "run.npz").trajectory
-            assert run_differences(run, loaded) == []
-            assert run_differences(loaded, replay_run(loaded)) == []
+            fe.save_run(run, tmp_path / "run.npz")
+            loaded = fe.load_run(tmp_path / "run.npz").trajectory
+            assert fe.run_differences(run, loaded) == []
+            assert fe.run_differences(loaded, fe.replay_run(loaded)) == []
     assert result.best_range("survival") in ranges
     assert len({0.0, *result.fraction_surviving.ravel()}) > 1
-
-
-def test_a_recording_continues_after_the_last_agent_is_caught() -> None:
-    scenario = doomed(capture_radius=1e6)
-    run = record(scenario, RandomRange(seed=1), 0, per_agent=True)
-    assert run.interaction_ranges.shape == (scenario.num_steps, scenario.num_agents)
-    np.testing.assert_array_equal(run.caught_at, 1)

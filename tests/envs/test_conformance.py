@@ -115,7 +115,3 @@ def test_max_cycles(options: Options, dimension: int) -> None:
         env=lambda max_cycles: flockesc_env.env(scenario(max_cycles), **options),
     )
     max_cycles_test(module)
-
-
-def test_raw_env() -> None:
-    api_test(flockesc_env.raw_env(small_flock()), num_cycles=30)

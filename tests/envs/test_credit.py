@@ -11,17 +11,7 @@ import reference
 from flock_states import state
 from option_table import DIMENSIONS, OBJECTIVES, small_flock
 
-from flockesc_env import (
-    ConstantVelocity,
-    FlockParallelEnv,
-    FlockScenario,
-    Learned,
-    PurePursuit,
-    Wandering,
-    parallel_env,
-)
-from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import EnvOptions, View
+import flockesc_env as fe
 from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.scenario.neighbors import Topological
 
@@ -32,9 +22,9 @@ dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 objectives = pytest.mark.parametrize("objective", OBJECTIVES)
 
 HUNTERS = (
-    PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0, confusion_rate=2.0, sight=1e3),
-    Wandering((25.0, 0.0), (0.0, 15.0), angular_diffusion=2.0),
-    ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
+    fe.PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0, confusion_rate=2.0, sight=1e3),
+    fe.Wandering((25.0, 0.0), (0.0, 15.0), angular_diffusion=2.0),
+    fe.ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
 )
 FLOCKS: dict[str, dict[str, Any]] = {
     "paper": {},
@@ -49,13 +39,13 @@ DENSE: dict[str, Any] = {"num_agents": 12, "num_steps": 30, "initial_side": 18.0
 flocks = pytest.mark.parametrize("flock", FLOCKS)
 
 
-def played(scenario: FlockScenario, reward: str, **options: Any) -> FlockParallelEnv:
-    env = parallel_env(scenario, reward=reward, action_mode="range", max_range=MAX_RANGE, **options)
+def played(scenario: fe.FlockScenario, reward: str, **options: Any) -> fe.FlockParallelEnv:
+    env = fe.parallel_env(scenario, reward=reward, action_mode="range", max_range=MAX_RANGE, **options)
     env.reset_array(seed=6)
     return env
 
 
-def some_ranges(scenario: FlockScenario, rng: np.random.Generator) -> np.ndarray:
+def some_ranges(scenario: fe.FlockScenario, rng: np.random.Generator) -> np.ndarray:
     """Return one range per agent, shape (n, 1); some are 0."""
     ranges = rng.uniform(0, MAX_RANGE, (scenario.num_agents, 1))
     return np.where(rng.random(ranges.shape) < 0.2, 0.0, ranges)
@@ -88,39 +78,10 @@ def test_difference_against_copies_of_the_flock(flock: str, objective: str, dime
     assert alive.all() == ("capture" not in flock)
 
 
-@dimensions
-def test_difference_follows_the_equations(dimension: int) -> None:
-    """The NumPy model starts each step from the engine's state, so errors do not accumulate."""
-    scenario = small_flock(dimension, num_agents=8, num_steps=15, initial_side=15.0)
-    env = played(scenario, "difference", steps_per_action=5)
-    rng = np.random.default_rng(1)
-
-    def value(before: dict[str, Any], ranges: np.ndarray) -> float:
-        now = reference.flock_start(scenario, before["positions"], before["velocities"])
-        now.predator_positions = before["predator_positions"]
-        for _ in range(5):
-            now = reference.flock_step(scenario, now, ranges)
-        return reference.predator_distances(now.positions, now.predator_positions).mean()
-
-    paid = []
-    for _ in range(3):
-        ranges = some_ranges(scenario, rng)
-        before = state(env.flock)
-        together = value(before, ranges.ravel())
-        gains = [
-            together - value(before, np.where(np.arange(8) == agent, 0.0, ranges.ravel()))
-            for agent in range(8)
-        ]
-        rewards = env.step_array(ranges)[1]
-        np.testing.assert_allclose(rewards, gains, rtol=0, atol=1e-12)
-        paid.append(rewards)
-    assert np.abs(paid).max() > 1e-4
-
-
 @objectives
 def test_learned_predators_take_the_same_actions_in_copies(objective: str) -> None:
     scenario = small_flock(
-        num_agents=9, num_steps=24, capture_radius=3.0, predators=(Learned((0.0, 0.0), (8.0, 8.0)),)
+        num_agents=9, num_steps=24, capture_radius=3.0, predators=(fe.Learned((0.0, 0.0), (8.0, 8.0)),)
     )
     env = played(scenario, "difference", objective=objective, steps_per_action=6)
     rng = np.random.default_rng(2)
@@ -140,7 +101,7 @@ def test_learned_predators_take_the_same_actions_in_copies(objective: str) -> No
 # Neighborhood.
 
 
-def near(scenario: FlockScenario, state: dict[str, Any]) -> np.ndarray:
+def near(scenario: fe.FlockScenario, state: dict[str, Any]) -> np.ndarray:
     """Return whether agent j is a neighbor of agent i under the largest range, shape (n, n)."""
     pairs = neighbor_pairs(scenario, state["positions"], MAX_RANGE, velocities=state["velocities"])
     graph = np.eye(scenario.num_agents, dtype=bool)
@@ -148,7 +109,7 @@ def near(scenario: FlockScenario, state: dict[str, Any]) -> np.ndarray:
     return graph
 
 
-def assert_neighborhoods(scenario: FlockScenario, graph: Any, steps_per_action: int = 1) -> set[int]:
+def assert_neighborhoods(scenario: fe.FlockScenario, graph: Any, steps_per_action: int = 1) -> set[int]:
     """Play an episode twice, once step by step, and return the numbers of neighbors.
 
     The neighborhood uses the largest range, not the ranges that actions set.
@@ -173,24 +134,12 @@ def assert_neighborhoods(scenario: FlockScenario, graph: Any, steps_per_action: 
     return counts
 
 
-@dimensions
-@pytest.mark.parametrize("steps_per_action", [1, 4])
-def test_neighborhood(dimension: int, steps_per_action: int) -> None:
-    """All pairs in a flock of several groups in memory."""
-    scenario = small_flock(dimension, num_agents=150, num_steps=40, initial_side=50.0)
-    largest = np.full(150, MAX_RANGE)
-    counts = assert_neighborhoods(
-        scenario, lambda state: reference.directed_graph(state["positions"], largest), steps_per_action
-    )
-    assert len(counts) > 10
-
-
 def test_agents_on_the_edge_of_a_neighborhood() -> None:
     """An agent at exactly the largest range counts; an agent slightly farther away does not."""
     scenario = small_flock(
-        num_agents=2, num_steps=1, time_step=1.0, predators=(ConstantVelocity((0, 0), (0, 0)),)
+        num_agents=2, num_steps=1, time_step=1.0, predators=(fe.ConstantVelocity((0, 0), (0, 0)),)
     )
-    env = parallel_env(scenario, reward="neighborhood_distance_change", max_range=MAX_RANGE)
+    env = fe.parallel_env(scenario, reward="neighborhood_distance_change", max_range=MAX_RANGE)
     for gap, is_near in ((MAX_RANGE, True), (np.nextafter(MAX_RANGE, 99.0), False)):
         # The second agent approaches the predator, the first one moves away from it.
         start = {
@@ -220,27 +169,3 @@ def test_a_frozen_graph_is_the_neighborhood() -> None:
 
 
 # Both.
-
-
-@dimensions
-@objectives
-@pytest.mark.parametrize("reward", ["neighborhood_distance_change", "difference"])
-def test_place_in_the_batch_and_threads(reward: Any, objective: Any, dimension: int) -> None:
-    scenario = small_flock(dimension, num_agents=20, predators=HUNTERS, capture_radius=3.0, angular_noise=0.5)
-    options = EnvOptions(
-        action_mode="range", max_range=MAX_RANGE, reward=reward, objective=objective, steps_per_action=4
-    )
-    ranges = np.random.default_rng(0).uniform(0, MAX_RANGE, (3, 6, 20, 1))
-
-    def rewards(slots: list[int], num_threads: int | None) -> np.ndarray:
-        batch = FlockBatch(scenario, options, num_flocks=len(slots), view=View.AGENT, num_threads=num_threads)
-        batch.reset(range(len(slots)), [100 + slot for slot in slots])
-        paid = [batch.step(action[slots].reshape(-1, 1))[1] for action in ranges]
-        return np.array(paid).reshape(3, len(slots), 20)
-
-    together = rewards([0, 1, 2, 3, 4, 5], 1)
-    assert together.any() or objective == "survival"
-    for num_threads in (2, 5, None):
-        np.testing.assert_array_equal(rewards([5, 4, 3, 2, 1, 0], num_threads)[:, ::-1], together)
-    for slot in range(6):
-        np.testing.assert_array_equal(rewards([slot], 1)[:, 0], together[:, slot])

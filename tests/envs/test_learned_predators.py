@@ -90,35 +90,6 @@ def test_a_predator_at_rest_faces_the_nearest_agent(dimension: int) -> None:
     assert np.linalg.norm(velocity) == pytest.approx(1.0)
 
 
-@dimensions
-@pytest.mark.parametrize("is_resting", [False, True])
-def test_turning_shifting_and_renumbering_change_nothing(dimension: int, is_resting: bool) -> None:
-    rng = np.random.default_rng(dimension)
-    turn, _ = np.linalg.qr(rng.normal(size=(dimension, dimension)))
-    turn[:, 0] *= np.linalg.det(turn)
-    shift, order = rng.normal(0, 100, dimension), rng.permutation(12)
-    start = {
-        "initial_positions": rng.normal(0, 20, (12, dimension)),
-        "initial_velocities": rng.normal(0, 7, (12, dimension)),
-        "predator_positions": rng.normal(0, 20, (2, dimension)),
-        "predator_velocities": rng.normal(0, 7, (2, dimension)) * (not is_resting),
-    }
-    moved = {name: rows @ turn.T + shift * name.endswith("positions") for name, rows in start.items()}
-    moved |= {name: moved[name][order] for name in ("initial_positions", "initial_velocities")}
-    actions = rng.uniform(-1, 1, (8, 2, dimension))
-
-    def seen(given: dict[str, Any]) -> list[np.ndarray]:
-        batch = FlockBatch(hunted(dimension), EnvOptions(action_mode="range"))
-        batch.reset([0], [0], [batch.start(given)])
-        rows = [batch.observe_predators([0])]
-        for action in actions:
-            batch.step(np.array([[8.0]]), predator_actions=action)
-            rows.append(batch.observe_predators([0]))
-        return rows
-
-    np.testing.assert_allclose(seen(moved), seen(start), rtol=0, atol=2e-6)
-
-
 def sample(environment: Any) -> dict[str, Any]:
     return {agent: environment.action_space(agent).sample() for agent in environment.agents}
 
@@ -144,24 +115,3 @@ def test_predators_get_the_opposite_reward(reward: str, objective: str, steps_pe
         name = MINIMA[objective]
         change = start[name] - infos["agent_00"][name]
         assert total == pytest.approx(change, abs=1e-12)
-
-
-@dimensions
-def test_places_and_threads_do_not_matter(dimension: int) -> None:
-    scenario, options = hunted(dimension), EnvOptions(action_mode="range")
-    rng = np.random.default_rng(0)
-    actions = rng.uniform(-1, 1, (10, 5, 2, dimension))
-
-    def play(slots: list[int], threads: int) -> np.ndarray:
-        batch = FlockBatch(scenario, options, num_flocks=len(slots), num_threads=threads)
-        batch.reset(range(len(slots)), [50 + slot for slot in slots])
-        rows = [batch.observe_predators(range(len(slots)))]
-        for action in actions[:, slots]:
-            batch.step(np.full((len(slots), 1), 9.0), predator_actions=action.reshape(-1, dimension))
-            rows.append(batch.observe_predators(range(len(slots))))
-        return np.array(rows).reshape(11, len(slots), 2, -1)
-
-    together = play([0, 1, 2, 3, 4], 1)
-    np.testing.assert_array_equal(play([0, 1, 2, 3, 4], 3), together)
-    for slot in (0, 3, 4):
-        np.testing.assert_array_equal(play([slot], 1)[:, 0], together[:, slot])

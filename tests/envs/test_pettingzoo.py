@@ -65,45 +65,11 @@ def test_episode(options: Options, dimension: int) -> None:
     np.testing.assert_equal(play(parallel_env(small_flock(dimension), **options), 3), steps)
 
 
-@pytest.mark.parametrize(
-    ("count", "names"),
-    [(1, ["agent_0"]), (10, ["agent_0", "agent_9"]), (11, ["agent_00", "agent_10"]), (101, ["agent_000"])],
-)
-def test_names_are_padded_to_sort_like_numbers(count: int, names: list[str]) -> None:
-    agents = parallel_env(small_flock(num_agents=count)).possible_agents
-    assert agents == sorted(agents)
-    assert len(set(agents)) == count
-    assert set(names) <= set(agents)
-
-
 def test_unknown_reset_options_are_ignored_with_a_warning() -> None:
     environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
     with pytest.warns(UserWarning, match="unknown options 'nonsense'"):
         started = environment.reset(seed=4, options={"nonsense": 1})
     np.testing.assert_equal(started, twin.reset(seed=4))
-
-
-@pytest.mark.parametrize("dimension", DIMENSIONS)
-def test_state_holds_everything_that_moves(dimension: int) -> None:
-    environment = parallel_env(small_flock(dimension))
-    n = environment.scenario.num_agents
-    start = np.linspace(0, 20, n * dimension).reshape(n, dimension)
-    environment.reset(seed=0, options={"initial_positions": start})
-    state = environment.state()
-    assert environment.state_space.contains(state)
-    assert state[0] == 0
-    np.testing.assert_array_equal(state[3 : 3 + n * dimension], start.ravel().astype(np.float32))
-    np.testing.assert_array_equal(state[-2 * dimension :][:2], [-30, -30])
-    environment.step(sample(environment))
-    assert environment.state()[0] == 1
-    assert environment.state_space.contains(environment.state())
-
-
-def test_state_is_finite_beyond_float32() -> None:
-    environment = parallel_env(small_flock(speed=1e20, time_step=1e20))
-    environment.reset(seed=0)
-    environment.step(sample(environment))
-    assert np.abs(environment.state()).max() == np.finfo(np.float32).max
 
 
 @pytest.mark.parametrize("dimension", DIMENSIONS)
@@ -185,14 +151,3 @@ def test_arrays_equal_the_dicts(mode: str, reward: str, steps_per_action: int) -
     for call in (lambda: arrays.step_array(np.stack(list(actions.values()))), lambda: mixed.step(actions)):
         with pytest.raises(EpisodeError):
             call()
-
-
-def test_actions_of_any_real_type_are_taken() -> None:
-    """Actions of different agents may have different types; ``test_bad_actions`` covers other values."""
-    environment, twin = parallel_env(small_flock()), parallel_env(small_flock())
-    for each in (environment, twin):
-        each.reset(seed=0)
-    values = [np.array([0.5], np.float32), [0.5], np.array([1]), np.array([0.25]), np.ones((3, 1))[::2][0]]
-    actions = dict(zip(environment.agents, values, strict=True))
-    stacked = np.array([[0.5], [0.5], [1.0], [0.25], [1.0]])
-    np.testing.assert_equal(list(twin.step_array(stacked)), as_arrays(environment, environment.step(actions)))

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env as check_gymnasium
@@ -18,19 +15,15 @@ from stable_baselines3.common.env_checker import check_env as check_sb3
 import flockesc_env
 from flockesc_env import (
     ConstantVelocity,
-    FlockEscapeEnv,
     FlockPursuitEnv,
     FlockScenario,
     Learned,
     PurePursuit,
     parallel_env,
-    simulate,
 )
-from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, OptionError, ScenarioError
-from flockesc_env.policies import FixedRange, StubbornLeaders, bind
-from flockesc_env.policies.predators import FlyStraight, Pursue
+from flockesc_env.common.errors import ActionError
+from flockesc_env.policies import FixedRange, StubbornLeaders
 
-PURSUIT_ID = "flockesc_env:flockesc/FlockPursuit-v0"
 TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
 
 # PettingZoo's suites pass options={"options": 1}.
@@ -80,30 +73,6 @@ def test_pettingzoo(dimension: int, mode: str, count: int, steps_per_action: int
     api_test(flockesc_env.raw_env(learned(dimension, count), **options), num_cycles=30)
 
 
-@dimensions
-@counts
-def test_agents_and_predators(dimension: int, count: int) -> None:
-    environment = parallel_env(hunted(dimension, count).with_learned_predators())
-    predators = [f"predator_{index}" for index in range(count)]
-    assert environment.possible_agents == [*(f"agent_{i}" for i in range(5)), *predators]
-    for name in predators:
-        assert environment.action_space(name) == gymnasium.spaces.Box(-1, 1, (dimension,), np.float32)
-        assert environment.action_space(name) is environment.action_space(name)
-        assert environment.observation_space(name).shape == (10 + 5 * dimension,)
-    given = hunted(dimension, count).predators
-    for before, after in zip(given, environment.scenario.predators, strict=True):
-        assert after == Learned(before.position, before.velocity)
-    environment.reset(seed=0)
-    while environment.agents:
-        step = environment.step(sample(environment))
-        assert all(list(part) == environment.possible_agents for part in step)
-        for name, row in step[0].items():
-            assert environment.observation_space(name).contains(row)
-        assert set(step[4]["predator_0"]) == set(step[4]["agent_0"]) - {"interaction_range"}
-    assert all(step[3].values())
-    assert not any(step[2].values())
-
-
 def sample(environment: Any) -> dict[str, Any]:
     return {agent: environment.action_space(agent).sample() for agent in environment.agents}
 
@@ -124,20 +93,6 @@ def test_arrays_equal_the_dicts(count: int) -> None:
         np.testing.assert_array_equal(rewards, [paid[f"agent_{i}"] for i in range(5)])
 
 
-@pytest.mark.parametrize("bad", [np.array([np.nan, 0.0]), np.array([0.0, 1.001]), np.zeros(3), None])
-def test_bad_actions_change_nothing(bad: Any) -> None:
-    environment = parallel_env(hunted(2, 2).with_learned_predators())
-    environment.reset(seed=0)
-    actions = sample(environment)
-    twin = copy.deepcopy(environment)
-    with pytest.raises(ActionError) as caught:
-        environment.step({**actions, "predator_1": bad})
-    assert caught.value.field == "action of 'predator_1'"
-    with pytest.raises(ActionError):
-        environment.step({**actions, "agent_3": np.array([7.0])})
-    np.testing.assert_equal(environment.step(actions), twin.step(actions))
-
-
 def test_missing_and_unknown_predators() -> None:
     environment = parallel_env(hunted().with_learned_predators())
     environment.reset(seed=0)
@@ -155,35 +110,6 @@ def test_missing_and_unknown_predators() -> None:
         alone.step_array(np.zeros((5, 1), np.float32), np.zeros((1, 2)))
 
 
-@pytest.mark.parametrize(
-    ("make", "error", "field"),
-    [
-        (lambda: FlockPursuitEnv(hunted(2, 2)), ScenarioError, "predators"),
-        (lambda: FlockPursuitEnv(small_flock(predators=())), ScenarioError, "predators"),
-        (
-            lambda: FlockEscapeEnv(small_flock(), predator_policy=FlyStraight()),
-            ArgumentError,
-            "predator_policy",
-        ),
-        (
-            lambda: FlockPursuitEnv(predator_policy=FlyStraight()),
-            OptionError,
-            "predator_policy",
-        ),
-        (lambda: FlockPursuitEnv(reward="individual_distance"), OptionError, "reward"),
-        (
-            lambda: simulate(FlockPursuitEnv().scenario, 9.0, predator_actions=np.full((240, 1, 2), 1.5)),
-            ArgumentError,
-            "predator_actions[0]",
-        ),
-    ],
-)
-def test_refusals(make: Callable[[], Any], error: type[Exception], field: str) -> None:
-    with pytest.raises(error) as caught:
-        make()
-    assert caught.value.field == field  # type: ignore[attr-defined]
-
-
 @dimensions
 @pytest.mark.parametrize(
     "options", [{}, {"per_agent": True, "reward": "individual_distance", "steps_per_action": 3}]
@@ -192,18 +118,6 @@ def test_pursuit_suites(dimension: int, options: dict[str, Any]) -> None:
     scenario = hunted(dimension)
     check_gymnasium(FlockPursuitEnv(scenario, **options), skip_render_check=True)
     check_sb3(FlockPursuitEnv(scenario, **options))
-
-
-def test_pursuit_by_name() -> None:
-    environment = gymnasium.make(PURSUIT_ID)
-    check_gymnasium(environment.unwrapped, skip_render_check=True)
-    act = bind(Pursue(), environment)
-    observation, _ = environment.reset(seed=0)
-    for _ in range(240):
-        observation, _, _, truncated, _ = environment.step(act(observation))
-    assert truncated
-    with pytest.raises(EpisodeError):
-        environment.unwrapped.step(np.zeros(2))
 
 
 @dimensions
@@ -269,24 +183,3 @@ def test_predators_stay_while_agents_are_caught(dimension: int, radius: float) -
             assert environment.agents in ([], [*survivors, "predator_0", "predator_1"])
     if radius == 500.0:
         assert terminations["predator_1"]
-
-
-@dimensions
-@pytest.mark.parametrize("per_agent", [False, True])
-def test_pursuit_ends_with_the_last_agent(dimension: int, per_agent: bool) -> None:
-    alone = captured(dimension, predators=(Learned((10.0, 10.0), (5.0, 0.0)),))
-    for radius in (4.0, 500.0):
-        scenario = alone.replace(capture_radius=radius)
-        options = {"per_agent": per_agent, "objective": "survival", "reward": "running_minimum"}
-        check_gymnasium(FlockPursuitEnv(scenario, **options), skip_render_check=True)
-        environment = FlockPursuitEnv(scenario, **options)
-        environment.reset(seed=0)
-        total, is_over = 0.0, False
-        while not is_over:
-            _, reward, terminated, truncated, info = environment.step(np.ones(dimension))
-            total += reward
-            is_over = terminated or truncated
-        assert total == pytest.approx(1 - info["fraction_surviving"])
-        assert terminated is (info["fraction_surviving"] == 0)
-        assert terminated is (radius == 500.0)
-    assert info["fraction_surviving"] == 0

@@ -12,19 +12,7 @@ from option_table import small_flock
 from pettingzoo import AECEnv
 from stable_baselines3.common.vec_env import VecEnv
 
-from flockesc_env import (
-    AgentVectorEnv,
-    FlockEscapeEnv,
-    FlockPursuitEnv,
-    FlockVectorEnv,
-    LineEscapeEnv,
-    LineScenario,
-    Wandering,
-    env,
-    episode_seed,
-    parallel_env,
-    simulate,
-)
+import flockesc_env as fe
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 STEPS = 4
@@ -32,20 +20,20 @@ FLOCKS = 3
 SEED = 11
 SCENARIO = small_flock(
     num_steps=STEPS,
-    predators=(Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),),
+    predators=(fe.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),),
     angular_noise=0.5,
 )
 RHO = 25.0
 ACTION = np.array([-0.5], np.float32)  # exactly RHO of [0, 100]
 
 MAKERS: dict[str, Callable[[], Any]] = {
-    "gymnasium": lambda: FlockEscapeEnv(SCENARIO),
-    "line": lambda: LineEscapeEnv(LineScenario(num_agents=40, max_steps=STEPS)),
-    "pursuit": lambda: FlockPursuitEnv(SCENARIO),
-    "parallel": lambda: parallel_env(SCENARIO),
-    "aec": lambda: env(SCENARIO),
-    "vector": lambda: FlockVectorEnv(FLOCKS, SCENARIO),
-    "vector with a slot per agent": lambda: AgentVectorEnv(5 * FLOCKS, SCENARIO),
+    "gymnasium": lambda: fe.FlockEscapeEnv(SCENARIO),
+    "line": lambda: fe.LineEscapeEnv(fe.LineScenario(num_agents=40, max_steps=STEPS)),
+    "pursuit": lambda: fe.FlockPursuitEnv(SCENARIO),
+    "parallel": lambda: fe.parallel_env(SCENARIO),
+    "aec": lambda: fe.env(SCENARIO),
+    "vector": lambda: fe.FlockVectorEnv(FLOCKS, SCENARIO),
+    "vector with a slot per agent": lambda: fe.AgentVectorEnv(5 * FLOCKS, SCENARIO),
     "flock slots": lambda: FlockVecEnv(FLOCKS, SCENARIO),
     "agent slots": lambda: AgentVecEnv(FLOCKS, SCENARIO),
 }
@@ -76,7 +64,7 @@ def play(environment: Any, episodes: int, **reset: Any) -> list[list[Any]]:
         is_reset = episode == 0 or not hasattr(environment, "num_envs")
         seen.append([begin(environment, **(reset if episode == 0 else {}))] if is_reset else [])
         # SB3 resets in the last step of an episode, a vector environment in a separate step.
-        is_slow = isinstance(environment, FlockVectorEnv | AgentVectorEnv) and not is_reset
+        is_slow = isinstance(environment, fe.FlockVectorEnv | fe.AgentVectorEnv) and not is_reset
         seen[-1] += [go_on(environment) for _ in range(STEPS + is_slow)]
     return seen
 
@@ -93,21 +81,6 @@ def test_a_new_environment_resumes_a_schedule(interface: str, episode: int) -> N
     np.testing.assert_equal(resumed, undisturbed[episode:])
 
 
-@interfaces
-def test_without_a_seed_the_current_schedule_continues(interface: str) -> None:
-    environment, twin = MAKERS[interface](), MAKERS[interface]()
-    begin(environment, seed=SEED)
-    for episode, number in (
-        (4, {"episode": 4}),
-        (5, {}),
-        (2, {"episode": 2}),
-        (3, {"episode": None}),
-        (0, {"episode": 0}),
-    ):
-        first = begin(environment, options=number)
-        np.testing.assert_equal(first, begin(twin, seed=SEED, options={"episode": episode}))
-
-
 @pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
 def test_every_flock_has_its_own_episode_number(make: Any) -> None:
     """Flocks are in different episodes as soon as some of them lose all agents."""
@@ -120,27 +93,6 @@ def test_every_flock_has_its_own_episode_number(make: Any) -> None:
     for later in range(3):
         steps = [environment.step(np.tile(ACTION, (environment.num_envs, 1)))[-1] for _ in range(STEPS)]
         for flock, number in enumerate(numbers):
-            run = simulate(SCENARIO, RHO, seed=episode_seed(SEED + flock, number + later))
+            run = fe.simulate(SCENARIO, RHO, seed=fe.episode_seed(SEED + flock, number + later))
             seen = [infos[flock * rows]["mean_distance"] for infos in steps]
             assert seen == run.mean_distance[1:].tolist()
-
-
-def test_an_episode_number_can_come_with_given_states() -> None:
-    positions = np.arange(10.0).reshape(5, 2)
-    environment = FlockEscapeEnv(SCENARIO)
-    environment.reset(seed=SEED, options={"episode": 2, "initial_positions": positions})
-    infos = [environment.step(ACTION)[-1] for _ in range(STEPS)]
-    run = simulate(SCENARIO, RHO, seed=episode_seed(SEED, 2), initial_positions=positions)
-    assert [info["mean_distance"] for info in infos] == run.mean_distance[1:].tolist()
-    info = environment.reset()[-1]
-    assert info["mean_distance"] == simulate(SCENARIO, RHO, seed=episode_seed(SEED, 3)).mean_distance[0]
-
-
-def test_a_mask_keeps_other_slots() -> None:
-    environment = FlockVectorEnv(FLOCKS, SCENARIO)
-    before, _ = environment.reset(seed=SEED)
-    mask = np.array([False, True, False])
-    after, _ = environment.reset(options={"episode": np.int64(7), "reset_mask": mask})
-    np.testing.assert_array_equal(after[~mask], before[~mask])
-    expected, _ = FlockEscapeEnv(SCENARIO).reset(seed=episode_seed(SEED + 1, 7))
-    np.testing.assert_array_equal(after[1], expected)

@@ -12,17 +12,7 @@ from envs import has_ended, same_action, start, step
 from option_table import OBJECTIVES, STEPS_PER_ACTION, every_pair, small_flock
 from stable_baselines3.common.vec_env import VecEnv
 
-from flockesc_env import (
-    ConstantVelocity,
-    FlockEscapeEnv,
-    FlockScenario,
-    LineEscapeEnv,
-    LineScenario,
-    parallel_env,
-    rollout,
-    simulate,
-    simulate_line,
-)
+import flockesc_env as fe
 from flockesc_env.policies import FixedRange
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
@@ -36,7 +26,7 @@ Play = Callable[..., np.ndarray]
 def played(make: Callable[..., Any]) -> Play:
     """Return a function that plays an episode and returns its rewards, shape (actions, rows)."""
 
-    def play(scenario: FlockScenario, **options: Any) -> np.ndarray:
+    def play(scenario: fe.FlockScenario, **options: Any) -> np.ndarray:
         env = make(scenario, **options)
         start(env, SEED)
         rewards: list[Any] = []
@@ -52,16 +42,16 @@ def played(make: Callable[..., Any]) -> Play:
 
 
 def play_rollout(per_agent: bool) -> Play:
-    def play(scenario: FlockScenario, **options: Any) -> np.ndarray:
-        episodes = rollout(scenario, FixedRange(RHO), [SEED], per_agent=per_agent, **options)
+    def play(scenario: fe.FlockScenario, **options: Any) -> np.ndarray:
+        episodes = fe.rollout(scenario, FixedRange(RHO), [SEED], per_agent=per_agent, **options)
         return episodes.mean_return[None]
 
     return play
 
 
 INTERFACES: dict[str, Play] = {
-    "gymnasium": played(FlockEscapeEnv),
-    "parallel": played(parallel_env),
+    "gymnasium": played(fe.FlockEscapeEnv),
+    "parallel": played(fe.parallel_env),
     "flock slots": played(partial(FlockVecEnv, 1)),
     "agent slots": played(partial(AgentVecEnv, 1)),
     "flock rollout": play_rollout(per_agent=False),
@@ -80,8 +70,8 @@ def tolerance(interface: str) -> dict[str, float]:
     return SLOTS_ARE_FLOAT32 if "slots" in interface else {"rtol": 0, "atol": 1e-9}
 
 
-def distances(objective: str, scenario: FlockScenario = SCENARIO) -> np.ndarray:
-    run = simulate(scenario, RHO, seed=SEED)
+def distances(objective: str, scenario: fe.FlockScenario = SCENARIO) -> np.ndarray:
+    run = fe.simulate(scenario, RHO, seed=SEED)
     return run.mean_distance if objective == "mean" else run.min_distance
 
 
@@ -114,8 +104,8 @@ def test_distance_return_is_the_time_mean(interface: str, objective: str, steps_
     np.testing.assert_allclose(rewards.sum(axis=0), distances(objective)[1:].mean(), **tolerance(interface))
 
 
-def agent_distances(scenario: FlockScenario = SCENARIO) -> np.ndarray:
-    run = simulate(scenario, RHO, seed=SEED)
+def agent_distances(scenario: fe.FlockScenario = SCENARIO) -> np.ndarray:
+    run = fe.simulate(scenario, RHO, seed=SEED)
     offsets = run.positions[:, :, None] - run.predator_positions[:, None]
     return np.linalg.norm(offsets, axis=3).min(axis=2)
 
@@ -147,8 +137,8 @@ def test_individual_distance_change_sums_to_what_each_agent_gained(
 
 
 TWO_WAVES = (
-    ConstantVelocity((-20.0, 35.0), (150.0, 0.0)),
-    ConstantVelocity((180.0, 15.0), (-180.0, 0.0)),
+    fe.ConstantVelocity((-20.0, 35.0), (150.0, 0.0)),
+    fe.ConstantVelocity((180.0, 15.0), (-180.0, 0.0)),
 )
 """Two predators: the first passes by, and the second comes nearer later."""
 
@@ -194,17 +184,17 @@ def test_team_rewards_pay_every_agent_the_same(reward: str) -> None:
 def test_line_return_is_the_change_of_the_escape_distance(
     reward: str, escape_force: Any, steps_per_action: int
 ) -> None:
-    scenario = LineScenario(num_agents=30, escape_force=escape_force, max_steps=50)
-    env = LineEscapeEnv(scenario, reward=reward, steps_per_action=steps_per_action, action_mode="range")
+    scenario = fe.LineScenario(num_agents=30, escape_force=escape_force, max_steps=50)
+    env = fe.LineEscapeEnv(scenario, reward=reward, steps_per_action=steps_per_action, action_mode="range")
     env.reset(seed=SEED)
     rewards, has_ended = [], False
     while not has_ended:
         _, paid, terminated, truncated, info = env.step(np.array([0.25], np.float32))
         rewards.append(paid)
         has_ended = terminated or truncated
-    curve = simulate_line(scenario, 0.25, seed=SEED).escape_distance
+    curve = fe.simulate_line(scenario, 0.25, seed=SEED).escape_distance
     np.testing.assert_allclose(sum(rewards), curve[-1] - curve[0], rtol=0, atol=1e-12)
     assert info["escape_distance"] == curve[-1]
-    assert terminated == simulate_line(scenario, 0.25, seed=SEED).converged
+    assert terminated == fe.simulate_line(scenario, 0.25, seed=SEED).converged
     if reward == "terminal":
         assert set(rewards[:-1]) <= {0.0}

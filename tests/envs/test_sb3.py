@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 from captured_flocks import doomed
 from gymnasium import Wrapper
-from option_table import AGENT_OPTIONS, FLOCK_OPTIONS, label, small_flock
+from option_table import small_flock
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor, VecNormalize
 
 from flockesc_env import AgentVectorEnv, FlockEscapeEnv, FlockVectorEnv, parallel_env
@@ -25,48 +24,6 @@ def sample(env: VecEnv, rng: np.random.Generator) -> np.ndarray:
         return rng.integers(0, env.action_space.n, env.num_envs)
     low, high = env.action_space.low[0], env.action_space.high[0]
     return rng.uniform(low, high, (env.num_envs, 1)).astype(np.float32)
-
-
-def assert_episodes(env: VecEnv, steps_per_action: int) -> None:
-    """Play into the second episode and check all that SB3 relies on."""
-    rng = np.random.default_rng(0)
-    length = -(-env.get_attr("scenario")[0].num_steps // steps_per_action)
-    env.seed(0)
-    observations = [env.reset()]
-    assert len(env.reset_infos) == env.num_envs
-    seen_infos: list[dict[str, Any]] = []
-    for step in range(1, length + 3):
-        observation, rewards, dones, infos = env.step(sample(env, rng))
-        is_last = step % length == 0
-        assert observation.shape == (env.num_envs, *env.observation_space.shape)
-        assert observation.dtype == rewards.dtype == np.float32
-        assert rewards.shape == dones.shape == (env.num_envs,)
-        assert dones.dtype == np.bool
-        assert (dones == is_last).all()
-        assert type(infos) is list
-        assert len(infos) == env.num_envs
-        for info in infos:
-            assert info["TimeLimit.truncated"] is is_last
-            assert ("terminal_observation" in info) is is_last
-            if is_last:
-                assert env.observation_space.contains(info["terminal_observation"])
-        assert all(env.observation_space.contains(row) for row in observation)
-        observations.append(observation)
-        seen_infos += infos
-    assert len({id(info) for info in seen_infos}) == len(seen_infos)
-    assert not any(np.shares_memory(a, b) for a, b in pairwise(observations))
-
-
-@pytest.mark.parametrize("options", FLOCK_OPTIONS, ids=label)
-def test_flock_slots(options: dict[str, Any]) -> None:
-    assert_episodes(FlockVecEnv(FLOCKS, small_flock(), **options), options["steps_per_action"])
-
-
-@pytest.mark.parametrize("options", AGENT_OPTIONS, ids=label)
-def test_agent_slots(options: dict[str, Any]) -> None:
-    env = AgentVecEnv(FLOCKS, small_flock(3), **options)
-    assert env.num_envs == FLOCKS * 5
-    assert_episodes(env, options["steps_per_action"])
 
 
 @pytest.mark.parametrize(
@@ -158,13 +115,6 @@ def test_seeds_are_used_once(make: type[VecEnv]) -> None:
 
 
 @ENVS
-def test_seed_none_draws_new_seeds(make: type[VecEnv]) -> None:
-    env = make(1, small_flock())
-    drawn = {env.seed()[0] for _ in range(5)}
-    assert len(drawn) == 5
-
-
-@ENVS
 def test_options_are_used_once(make: type[VecEnv]) -> None:
     scenario = small_flock()
     start = np.arange(10.0).reshape(5, 2)
@@ -230,16 +180,3 @@ def test_attributes_and_methods(make: type[VecEnv]) -> None:
     assert env.env_is_wrapped(Wrapper, indices=[1]) == [False]
     env.close()
     env.close()
-
-
-@ENVS
-def test_wrappers_of_sb3_work(make: type[VecEnv]) -> None:
-    env = VecNormalize(VecMonitor(make(FLOCKS, small_flock())))
-    env.seed(0)
-    env.reset()
-    rng = np.random.default_rng(0)
-    episodes = []
-    for _ in range(10):
-        _, _, _, infos = env.step(sample(env, rng))
-        episodes += [info["episode"] for info in infos if "episode" in info]
-    assert [episode["l"] for episode in episodes] == [10] * env.num_envs

@@ -8,29 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from envs import ADAPTERS, adapters, same_action, start, step
-from gymnasium.utils import seeding
+from envs import adapters, same_action, start, step
 from option_table import DIMENSIONS, small_flock
 from pettingzoo import AECEnv
 from same import plain
 from stable_baselines3.common.vec_env import VecEnv
 
-from flockesc_env import (
-    FlockEscapeEnv,
-    FlockScenario,
-    FlockVectorEnv,
-    LineEscapeEnv,
-    LineScenario,
-    PurePursuit,
-    Wandering,
-    env,
-    episode_seed,
-    parallel_env,
-    rollout,
-    simulate,
-    simulate_line,
-    sweep,
-)
+import flockesc_env as fe
+from flockesc_env import env
 from flockesc_env.policies import FixedRange
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
@@ -58,16 +43,16 @@ def info_of(environment: Any, returned: Any) -> dict[str, Any]:
 
 
 INTERFACES: dict[str, Callable[..., Any]] = {
-    "gymnasium": FlockEscapeEnv,
-    "parallel": parallel_env,
+    "gymnasium": fe.FlockEscapeEnv,
+    "parallel": fe.parallel_env,
     "aec": env,
     "flock slots": partial(FlockVecEnv, 1),
     "agent slots": partial(AgentVecEnv, 1),
 }
 
 RANDOM = (
-    Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
-    PurePursuit((90.0, 90.0), (0.0, 9.0), confusion_rate=2.0, sight=1e3),
+    fe.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
+    fe.PurePursuit((90.0, 90.0), (0.0, 9.0), confusion_rate=2.0, sight=1e3),
 )
 
 
@@ -79,7 +64,7 @@ def test_environments_play_the_simulated_flock(
     interface: str, changes: dict[str, Any], seed: int, dimension: int
 ) -> None:
     scenario = small_flock(dimension, **changes)
-    run = simulate(scenario, RHO, seed=seed)
+    run = fe.simulate(scenario, RHO, seed=seed)
     environment = INTERFACES[interface](scenario, count_components=True)
     infos = [info_of(environment, start(environment, seed))]
     infos += [
@@ -98,65 +83,29 @@ def test_environments_play_the_simulated_flock(
 @dimensions
 def test_sweep_and_rollout_play_the_simulated_flock(seed: int, dimension: int) -> None:
     scenario = small_flock(dimension)
-    run = simulate(scenario, RHO, seed=seed)
+    run = fe.simulate(scenario, RHO, seed=seed)
     expected = (run.mean_distance.min(), run.min_distance.min(), run.num_components[-1])
-    swept = sweep(scenario, [RHO], [seed])
+    swept = fe.sweep(scenario, [RHO], [seed])
     assert (swept.min_mean_distance, swept.min_min_distance, swept.num_components) == expected
     for per_agent in (False, True):
-        episodes = rollout(scenario, FixedRange(RHO), [seed], per_agent=per_agent)
+        episodes = fe.rollout(scenario, FixedRange(RHO), [seed], per_agent=per_agent)
         assert (episodes.min_mean_distance, episodes.min_min_distance, episodes.num_components) == expected
         assert episodes.seeds.tolist() == [seed]
-
-
-@seeds
-def test_lines_are_the_same_everywhere(seed: int) -> None:
-    scenario = LineScenario(num_agents=20)
-    run = simulate_line(scenario, 0.25, seed=seed)
-    swept = sweep(scenario, [0.25], [seed])
-    assert swept.escape_distance == run.escape_distance[-1]
-    assert swept.num_components == run.num_components[-1]
-    assert swept.converged == run.converged
-    environment = LineEscapeEnv(scenario, action_mode="range")
-    assert environment.reset(seed=seed)[1]["escape_distance"] == run.escape_distance[0]
-    for distance in run.escape_distance[1:]:
-        info = environment.step(np.array([0.25], np.float32))[-1]
-        assert info["escape_distance"] == distance
-
-
-@dimensions
-def test_agents_start_in_their_region(dimension: int) -> None:
-    scenario = FlockScenario(dimension=dimension, num_agents=2000, num_steps=1, initial_side=50.0)
-    run = simulate(scenario, 0.0, seed=1)
-    assert 0 <= run.positions[0].min() < 1
-    assert 49 < run.positions[0].max() <= 50
-    np.testing.assert_allclose(run.positions[0].mean(axis=0), 25, atol=3 * 50 / np.sqrt(12 * 2000))
-    np.testing.assert_allclose(run.velocities[0].mean(axis=0), 0, atol=3 * 10 / np.sqrt(dimension * 2000))
 
 
 def test_given_positions_leave_the_drawn_headings() -> None:
     """Positions and headings come from separate streams."""
     scenario = small_flock()
-    drawn = simulate(scenario, RHO, seed=3)
-    given = simulate(scenario, RHO, seed=3, initial_positions=np.zeros((5, 2)))
+    drawn = fe.simulate(scenario, RHO, seed=3)
+    given = fe.simulate(scenario, RHO, seed=3, initial_positions=np.zeros((5, 2)))
     np.testing.assert_array_equal(given.velocities[0], drawn.velocities[0])
     assert (given.seed, given.is_start_given) == (3, True)
-    both = simulate(
+    both = fe.simulate(
         scenario, RHO, initial_positions=drawn.positions[0], initial_velocities=drawn.velocities[0]
     )
     np.testing.assert_array_equal(both.positions, drawn.positions)
     assert both.is_start_given
     assert not drawn.is_start_given
-
-
-@dimensions
-def test_random_predators_leave_the_drawn_flock(dimension: int) -> None:
-    plain, random = small_flock(dimension), small_flock(dimension, predators=RANDOM)
-    first, second, other = simulate(plain, RHO, seed=3), simulate(random, RHO, seed=3), simulate(random, RHO)
-    np.testing.assert_array_equal(first.positions[0], second.positions[0])
-    np.testing.assert_array_equal(first.velocities[0], second.velocities[0])
-    again = simulate(random, RHO, seed=3)
-    np.testing.assert_array_equal(again.predator_positions, second.predator_positions)
-    assert (other.predator_positions[2:] != second.predator_positions[2:]).any()
 
 
 @adapters(lambda adapter: adapter.has_states)
@@ -168,59 +117,31 @@ def test_unseeded_resets_differ(make: Callable[[], Any]) -> None:
 @seeds
 def test_every_episode_can_be_played_alone(seed: int) -> None:
     """The k-th reset without a seed plays ``episode_seed(seed, k)``, in every interface."""
-    scenario, line = small_flock(), LineScenario(num_agents=5)
-    env, parallel, slots = FlockEscapeEnv(scenario), parallel_env(scenario), FlockVecEnv(1, scenario)
-    vector, agents, lines = FlockVectorEnv(1, scenario), AgentVecEnv(1, scenario), LineEscapeEnv(line)
+    scenario, line = small_flock(), fe.LineScenario(num_agents=5)
+    env, parallel, slots = fe.FlockEscapeEnv(scenario), fe.parallel_env(scenario), FlockVecEnv(1, scenario)
+    vector, agents, lines = fe.FlockVectorEnv(1, scenario), AgentVecEnv(1, scenario), fe.LineEscapeEnv(line)
     slots.seed(seed)
     agents.seed(seed)
     for episode in range(4):
         given = seed if episode == 0 else None
-        drawn = episode_seed(seed, episode)
-        distance = simulate(scenario, RHO, seed=drawn).mean_distance[0]
+        drawn = fe.episode_seed(seed, episode)
+        distance = fe.simulate(scenario, RHO, seed=drawn).mean_distance[0]
         assert env.reset(seed=given)[1]["mean_distance"] == distance
         assert parallel.reset(seed=given)[1]["agent_0"]["mean_distance"] == distance
         assert vector.reset(seed=given)[1]["mean_distance"].tolist() == [distance]
         for each in (slots, agents):
             each.reset()
             assert each.reset_infos[0]["mean_distance"] == distance
-        distance = simulate_line(line, 0.1, seed=drawn).escape_distance[0]
+        distance = fe.simulate_line(line, 0.1, seed=drawn).escape_distance[0]
         assert lines.reset(seed=given)[1]["escape_distance"] == distance
 
 
 def test_schedule_of_seeds() -> None:
     """``episode_seed`` is pure, never repeats, returns at least 2^32, and must never change."""
-    assert [episode_seed(seed, 0) for seed in SEEDS] == SEEDS
-    assert episode_seed(np.int64(7), np.uint8(0)) == 7
-    assert [episode_seed(7, episode) for episode in (1, 2)] == [856522681599956647, 9029727068422764021]
-    drawn = {episode_seed(seed, episode) for seed in range(50) for episode in range(1, 50)}
+    assert [fe.episode_seed(seed, 0) for seed in SEEDS] == SEEDS
+    assert fe.episode_seed(np.int64(7), np.uint8(0)) == 7
+    assert [fe.episode_seed(7, episode) for episode in (1, 2)] == [856522681599956647, 9029727068422764021]
+    drawn = {fe.episode_seed(seed, episode) for seed in range(50) for episode in range(1, 50)}
     assert len(drawn) == 50 * 49
     assert min(drawn) >= 2**32
     assert max(drawn) < 2**63
-
-
-@pytest.mark.parametrize("name", ["gymnasium", "line", "vector"])
-def test_np_random_follows_gymnasium(name: str) -> None:
-    environment = ADAPTERS[name].make()
-    environment.reset()
-    environment.reset(seed=12)
-    expected, seed = seeding.np_random(12)
-    assert environment.np_random_seed == seed
-    assert environment.np_random.bit_generator.state == expected.bit_generator.state
-    environment.reset()
-    assert environment.np_random.random() == expected.random()
-
-
-def test_small_seeds_are_never_drawn() -> None:
-    """Held-out flocks have small seeds, so they cannot appear in training."""
-    slots = FlockVecEnv(1, small_flock())
-    drawn = [simulate(small_flock(), RHO).seed for _ in range(50)] + [slots.seed()[0] for _ in range(50)]
-    assert min(drawn) >= 2**32
-
-
-def test_unseeded_runs_report_their_seed() -> None:
-    scenario, line = small_flock(), LineScenario(num_agents=5)
-    first, second = simulate(scenario, RHO), simulate(scenario, RHO)
-    assert first.seed != second.seed
-    np.testing.assert_array_equal(simulate(scenario, RHO, seed=first.seed).positions, first.positions)
-    drawn = simulate_line(line, 0.1)
-    np.testing.assert_array_equal(simulate_line(line, 0.1, seed=drawn.seed).states, drawn.states)

@@ -6,26 +6,13 @@ import pickle
 from functools import partial
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 from option_table import AGENT_REWARDS, FLOCK_REWARDS, UNLIKE, covering, label, small_flock
 from same import plain, same
 
-from flockesc_env import (
-    AgentVectorEnv,
-    FlockEscapeEnv,
-    FlockScenario,
-    FlockVectorEnv,
-    Learned,
-    PurePursuit,
-    Pursue,
-    Topological,
-    Uniform,
-    Voronoi,
-    parallel_env,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError, ScenarioError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
@@ -33,12 +20,12 @@ HUNTED = small_flock(
     num_steps=7,
     capture_radius=6.0,
     predators=[
-        PurePursuit((0.0, 0.0), (20.0, 20.0), max_turn_rate=6.0),
-        PurePursuit((30.0, 30.0), (-9.0, 0.0)),
+        fe.PurePursuit((0.0, 0.0), (20.0, 20.0), max_turn_rate=6.0),
+        fe.PurePursuit((30.0, 30.0), (-9.0, 0.0)),
     ],
 )
 DRAWN = small_flock(
-    num_steps=16, randomization=[Uniform("predator_range", 5.0, 25.0)], neighbor_rule=Voronoi()
+    num_steps=16, randomization=[fe.Uniform("predator_range", 5.0, 25.0)], neighbor_rule=fe.Voronoi()
 )
 SCENARIOS = [small_flock(**UNLIKE), HUNTED, DRAWN, HUNTED]
 FLOCKS, AGENTS = len(SCENARIOS), 5
@@ -65,10 +52,10 @@ class Gymnasium:
     """A vector environment of Gymnasium. In mode ``DISABLED`` it is reset after the end of an episode."""
 
     def __init__(
-        self, per_agent: bool, mode: AutoresetMode, scenarios: list[FlockScenario], **options: Any
+        self, per_agent: bool, mode: AutoresetMode, scenarios: list[fe.FlockScenario], **options: Any
     ) -> None:
         count = len(scenarios) * (AGENTS if per_agent else 1)
-        kind = AgentVectorEnv if per_agent else FlockVectorEnv
+        kind = fe.AgentVectorEnv if per_agent else fe.FlockVectorEnv
         self.env = kind(count, scenarios, autoreset_mode=mode, **options)
         self.rows = count // len(scenarios)
 
@@ -120,66 +107,26 @@ def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dic
             same(env.step(actions[slots]), returned[slots])
 
 
-def test_attributes() -> None:
-    envs = FlockVectorEnv(FLOCKS, SCENARIOS)
-    assert envs.scenarios == SCENARIOS
-    assert envs.scenario == SCENARIOS[0]
-    assert envs.policy_spec.num_steps == 16
-    assert FlockVectorEnv(2, HUNTED).scenarios == [HUNTED, HUNTED]
-
-
-def test_make_vec_takes_a_list_for_a_slot_per_agent() -> None:
-    name = "flockesc_env:flockesc/FlockAgents-v0"
-    envs = gymnasium.make_vec(name, num_envs=FLOCKS * AGENTS, scenario=SCENARIOS)
-    assert envs.unwrapped.scenarios == SCENARIOS
-    assert AgentVectorEnv(scenario=SCENARIOS).num_envs == FLOCKS * AGENTS
-    with pytest.raises(ScenarioError, match="scenario: expected a list of 3"):
-        gymnasium.make_vec(name, num_envs=3 * AGENTS, scenario=SCENARIOS)
-
-
-@pytest.mark.parametrize("make", [FlockVectorEnv, FlockVecEnv, AgentVecEnv])
+@pytest.mark.parametrize("make", [fe.FlockVectorEnv, FlockVecEnv, AgentVecEnv])
 @pytest.mark.parametrize(
     ("field", "other"),
     [
         ("num_agents", small_flock(num_agents=6)),
         ("dimension", small_flock(3)),
         ("initial_side", small_flock(initial_side=31.0)),
-        ("neighbor_rule", small_flock(neighbor_rule=Topological())),
-        ("predators", small_flock(predators=[Learned()])),
+        ("neighbor_rule", small_flock(neighbor_rule=fe.Topological())),
+        ("predators", small_flock(predators=[fe.Learned()])),
         ("predators", small_flock(predators=[])),
     ],
 )
-def test_scenarios_that_differ_too_much(make: Any, field: str, other: FlockScenario) -> None:
+def test_scenarios_that_differ_too_much(make: Any, field: str, other: fe.FlockScenario) -> None:
     with pytest.raises(ScenarioError) as raised:
         make(3, [SCENARIOS[0], HUNTED, other], max_range=4.0)
     assert raised.value.field == f"scenario[2].{field}"
 
 
-@pytest.mark.parametrize(
-    ("field", "scenario"),
-    [
-        ("scenario", []),
-        ("scenario", [small_flock()]),
-        ("scenario", [small_flock()] * 4),
-        ("scenario[1]", ["pursuit", "prsuit", "pursuit"]),
-        ("scenario[2]", ["pursuit", "pursuit", "paper-line"]),
-        ("scenario[0]", [3, 4, 5]),
-    ],
-)
-def test_bad_lists(field: str, scenario: Any) -> None:
-    with pytest.raises(ScenarioError) as raised:
-        FlockVectorEnv(3, scenario)
-    assert raised.value.field == field
-
-
-def test_one_flock_has_one_scenario() -> None:
-    for make in (FlockEscapeEnv, parallel_env):
-        with pytest.raises(ScenarioError, match="scenario"):
-            make(SCENARIOS)  # type: ignore[operator]
-
-
 def test_snapshots_belong_to_scenarios() -> None:
-    envs, other = FlockVectorEnv(FLOCKS, SCENARIOS), FlockVectorEnv(FLOCKS, SCENARIOS[::-1])
+    envs, other = fe.FlockVectorEnv(FLOCKS, SCENARIOS), fe.FlockVectorEnv(FLOCKS, SCENARIOS[::-1])
     envs.reset(seed=3)
     other.reset(seed=8)
     actions = np.zeros((FLOCKS, 1), np.float32)
@@ -191,10 +138,10 @@ def test_snapshots_belong_to_scenarios() -> None:
             other.set_state(refused, flocks)
     assert other.get_state() == before
     other.set_state(one, [0, 2])  # both have the scenario HUNTED
-    single = FlockEscapeEnv(HUNTED)
+    single = fe.FlockEscapeEnv(HUNTED)
     single.set_state(one)
     assert other.get_state(0) == other.get_state(2) == single.get_state() == one
-    twin = FlockVectorEnv(FLOCKS, list(SCENARIOS), num_threads=2)
+    twin = fe.FlockVectorEnv(FLOCKS, list(SCENARIOS), num_threads=2)
     twin.set_state(state)
     copy = pickle.loads(pickle.dumps(envs))  # noqa: S301
     for _ in range(20):
@@ -202,30 +149,11 @@ def test_snapshots_belong_to_scenarios() -> None:
         assert plain(twin.step(actions)) == plain(copy.step(actions)) == expected
 
 
-def test_initial_states_fit_the_scenario() -> None:
-    envs = FlockVectorEnv(FLOCKS, SCENARIOS)
-    envs.reset(seed=0)
-    start = {"predator_positions": np.arange(4.0).reshape(2, 2)}
-    hunted = np.array([False, True, False, True])
-    envs.reset(options={**start, "reset_mask": hunted})
-    for flock in (1, 3):
-        np.testing.assert_array_equal(envs.flocks[flock].predator_positions, start["predator_positions"])
-    before = envs.get_state()
-    for mask in (~hunted, np.ones(FLOCKS, bool), hunted | np.eye(FLOCKS, dtype=bool)[2]):
-        with pytest.raises(ArgumentError, match="predator_positions"):
-            envs.reset(options={**start, "reset_mask": mask})
-    assert envs.get_state() == before
-    vec = FlockVecEnv(FLOCKS, SCENARIOS)
-    vec.set_options([{}, start, {}, start])
-    vec.reset()
-    np.testing.assert_array_equal(vec.flocks[3].predator_positions, start["predator_positions"])
-
-
 def test_predator_policies() -> None:
-    scenarios = [small_flock(predators=[Learned(max_speed=speed)]) for speed in (12.0, 24.0)]
-    options = {"action_mode": "range", "predator_policy": Pursue(), "autoreset_mode": "SameStep"}
-    together = FlockVectorEnv(2, scenarios, **options)
-    alone = [FlockVectorEnv(1, scenario, **options) for scenario in scenarios]
+    scenarios = [small_flock(predators=[fe.Learned(max_speed=speed)]) for speed in (12.0, 24.0)]
+    options = {"action_mode": "range", "predator_policy": fe.Pursue(), "autoreset_mode": "SameStep"}
+    together = fe.FlockVectorEnv(2, scenarios, **options)
+    alone = [fe.FlockVectorEnv(1, scenario, **options) for scenario in scenarios]
     together.reset(seed=1)
     for seed, env in enumerate(alone, 1):
         env.reset(seed=seed)

@@ -19,10 +19,8 @@ import numpy as np
 import pytest
 from backends import SQUARE, calls, contents, note_calls, square, sweep_jobs
 
-from flockesc_env.common.errors import ArgumentError
 from flockesc_env.jobs import Cache, Job, JobError, cache, find_backend, run, run_jobs
 
-SUPPORT = Path(__file__).parents[1] / "support"
 NUMBERS = [(number,) for number in range(12)]
 needs_submitit = pytest.mark.skipif(
     not find_spec("submitit"), reason="submitit is not installed (extra slurm)"
@@ -243,19 +241,6 @@ def test_longest_jobs_run_first_and_equal_jobs_once(tmp_path: Path, noted: Path)
         assert found[1]["square"] is not found[3]["square"]
     assert order == [2, 1, 3]
     assert calls(noted) == 3
-
-
-@pytest.mark.parametrize("spec", ["", "serial:2", "processes:0", "ray2", "slurm:partition"])
-def test_unknown_back_ends_are_refused(spec: str) -> None:
-    with pytest.raises(ArgumentError, match="backend: expected one of serial, processes"):
-        find_backend(spec)
-
-
-def test_what_no_other_process_can_run_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ArgumentError, match="function"):
-        run_jobs(lambda number: {}, [(1,)], cache=tmp_path)
-    with pytest.raises(ArgumentError, match="arguments"):
-        run_jobs(square, [(object(),)], cache=tmp_path)
 
 
 def test_the_example_of_the_page_runs(tmp_path: Path) -> None:

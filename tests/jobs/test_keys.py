@@ -7,19 +7,15 @@ import dataclasses
 import enum
 import itertools
 import struct
-import subprocess
-import sys
-from functools import reduce
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 import key_twins
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flockesc_env import ArgumentError, FlockScenario, LineScenario
+from flockesc_env import FlockScenario, LineScenario
 from flockesc_env.jobs import Job
 
 
@@ -107,61 +103,3 @@ def test_a_key_does_not_depend_on_the_object(value: Any) -> None:
 def test_function_and_engine_are_part_of_the_key() -> None:
     keys = {Job(name, (1,), engine=engine).key for name in ("m:f", "m:g") for engine in ("one", "two")}
     assert len(keys) == 4
-
-
-class Text(str):
-    """A string with an attribute that the key would miss."""
-
-
-@dataclasses.dataclass
-class Listed(list[int]):
-    """Has entries beside its fields."""
-
-    content: int = 0
-
-
-def local_class() -> Any:
-    @dataclasses.dataclass
-    class Local:
-        content: int = 0
-
-    return Local()
-
-
-@pytest.mark.parametrize(
-    "value",
-    [
-        object(),
-        {1, 2},
-        np.zeros(2),
-        np.longdouble(1),
-        Text("1"),
-        Listed(),
-        Box,
-        len,
-        local_class(),
-        reduce(lambda value, _: [value], range(100_000), []),
-        {"a": {"b": object()}},
-    ],
-    ids=lambda value: type(value).__name__,
-)
-def test_other_types_are_refused(value: Any) -> None:
-    with pytest.raises(ArgumentError, match="arguments: expected"):
-        key(value)
-
-
-def test_a_script_counts_as_the_module_of_its_name(tmp_path: Path) -> None:
-    """Two scripts with classes of the same name share no result; a script that is imported does."""
-    source = (
-        "import dataclasses\nfrom flockesc_env.jobs import Job\n"
-        "@dataclasses.dataclass\nclass Box:\n    content: int\n"
-        "print(Job('m:f', (Box(1),), engine='').key)\n"
-    )
-    keys = []
-    for words in (["one.py"], ["two.py"], ["-c", "import one"]):
-        for name in ("one.py", "two.py"):
-            (tmp_path / name).write_text(source)
-        command = [sys.executable, *words]
-        ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)  # noqa: S603
-        keys.append(ran.stdout)
-    assert keys[0] == keys[2] != keys[1]

@@ -12,40 +12,29 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from option_table import DIMENSIONS
 
-from flockesc_env import (
-    ConstantVelocity,
-    FlockEscapeEnv,
-    FlockScenario,
-    Intercept,
-    PurePursuit,
-    Trajectory,
-    parallel_env,
-    run_differences,
-    simulate,
-)
-from flockesc_env.common.errors import EpisodeError
+import flockesc_env as fe
 from flockesc_env.scenario.predators import Target
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
 @st.composite
-def capturing_scenarios(draw: st.DrawFn) -> FlockScenario:
+def capturing_scenarios(draw: st.DrawFn) -> fe.FlockScenario:
     dimension = draw(st.sampled_from(DIMENSIONS))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
 
     def predator(kind: str) -> Any:
         position, velocity = rng.uniform(0, SIDE, dimension), rng.normal(0, 15, dimension)
         if kind == "straight":
-            return ConstantVelocity(position, velocity)
+            return fe.ConstantVelocity(position, velocity)
         if kind == "intercept":
-            return Intercept(position, velocity, max_turn_rate=3.0)
-        return PurePursuit(
+            return fe.Intercept(position, velocity, max_turn_rate=3.0)
+        return fe.PurePursuit(
             position, velocity, max_turn_rate=3.0, target=draw(st.sampled_from(get_args(Target)))
         )
 
     kinds = st.lists(st.sampled_from(["straight", "pursuit", "intercept"]), min_size=1, max_size=3)
-    return FlockScenario(
+    return fe.FlockScenario(
         num_agents=draw(st.integers(1, 80)),
         dimension=dimension,
         num_steps=12,
@@ -56,13 +45,13 @@ def capturing_scenarios(draw: st.DrawFn) -> FlockScenario:
     )
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(capturing_scenarios(), st.integers(0, 2**32 - 1), st.booleans())
-def test_captures_follow_the_numpy_model(scenario: FlockScenario, seed: int, per_agent: bool) -> None:
+def test_captures_follow_the_numpy_model(scenario: fe.FlockScenario, seed: int, per_agent: bool) -> None:
     rng = np.random.default_rng(seed)
     columns = scenario.num_agents if per_agent else 1
     schedule = rng.uniform(0, SIDE, (scenario.num_steps, columns))
-    run = simulate(scenario, schedule=schedule, seed=seed)
+    run = fe.simulate(scenario, schedule=schedule, seed=seed)
     state = reference.flock_start(scenario, run.positions[0].copy(), run.velocities[0].copy())
     names = np.arange(scenario.num_agents)
     close = {"rtol": 1e-11, "atol": 1e-8}
@@ -93,28 +82,8 @@ def test_captures_follow_the_numpy_model(scenario: FlockScenario, seed: int, per
     np.testing.assert_allclose(np.stack(found, axis=1), summaries, **close)
 
 
-def assert_equal(first: Trajectory, second: Trajectory) -> None:
-    assert run_differences(first, second) == []
-
-
-@dimensions
-def test_many_agents_leave_and_none_returns(dimension: int) -> None:
-    """A flock of several groups in memory shrinks to one group."""
-    scenario = hunted(dimension, num_agents=500, num_steps=60, initial_side=40.0)
-    for seed in range(4):
-        run = simulate(scenario, 8.0, seed=seed)
-        assert (np.diff(run.fraction_surviving) <= 0).all()
-        assert run.fraction_surviving[0] == 1 > run.fraction_surviving[-1]
-        counts = [np.sum((run.caught_at < 0) | (run.caught_at > t)) for t in range(61)]
-        np.testing.assert_array_equal(run.fraction_surviving, np.array(counts) / 500)
-        for agent in np.flatnonzero(run.caught_at >= 0):
-            at = run.caught_at[agent]
-            assert (run.positions[at:, agent] == run.positions[at, agent]).all()
-            assert not run.velocities[at:, agent].any()
-            gaps = np.linalg.norm(run.positions[at, agent] - run.predator_positions[at], axis=1)
-            assert gaps.min() <= scenario.capture_radius
-        alive = run.min_distance[1:] > scenario.capture_radius
-        assert (alive | (run.fraction_surviving[1:] == 0)).all()
+def assert_equal(first: fe.Trajectory, second: fe.Trajectory) -> None:
+    assert fe.run_differences(first, second) == []
 
 
 @dimensions
@@ -122,38 +91,15 @@ def test_many_agents_leave_and_none_returns(dimension: int) -> None:
 def test_a_radius_without_captures_changes_no_bit(dimension: int, per_agent: bool) -> None:
     free = hunted(dimension, num_agents=200, capture_radius=None)
     rho = np.linspace(0, 15, 200) if per_agent else 7.0
-    assert_equal(simulate(free, rho, seed=2), simulate(free.replace(capture_radius=0.0), rho, seed=2))
-
-
-def test_all_agents_are_caught_in_the_first_step() -> None:
-    scenario = hunted(capture_radius=1e6)
-    run = simulate(scenario, 5.0, seed=0)
-    np.testing.assert_array_equal(run.caught_at, 1)
-    np.testing.assert_array_equal(run.fraction_surviving, [1.0] + [0.0] * scenario.num_steps)
-    env = FlockEscapeEnv(scenario, objective="survival")
-    env.reset(seed=0)
-    _, reward, terminated, truncated, info = env.step(env.action_space.sample())
-    assert (reward, terminated, truncated, info["fraction_surviving"]) == (-1.0, True, False, 0.0)
-    assert info["mean_distance"] == info["min_distance"] == info["min_mean_distance"] == 0.0
-    with pytest.raises(EpisodeError):
-        env.step(env.action_space.sample())
-    agents = parallel_env(scenario)
-    agents.reset(seed=0)
-    observations, _, terminations, truncations, _ = agents.step(
-        {agent: agents.action_space(agent).sample() for agent in agents.agents}
-    )
-    assert agents.agents == []
-    assert all(terminations.values())
-    assert not any(truncations.values())
-    assert not any(row.any() for row in observations.values())
+    assert_equal(fe.simulate(free, rho, seed=2), fe.simulate(free.replace(capture_radius=0.0), rho, seed=2))
 
 
 def test_a_capture_can_raise_the_mean_distance_but_not_its_running_minimum() -> None:
-    scenario = FlockScenario(
-        num_agents=2, num_steps=1, capture_radius=1.0, predators=(ConstantVelocity((0, 0), (0, 0)),)
+    scenario = fe.FlockScenario(
+        num_agents=2, num_steps=1, capture_radius=1.0, predators=(fe.ConstantVelocity((0, 0), (0, 0)),)
     )
     start = {"initial_positions": [[0.5, 0.0], [50.0, 0.0]], "initial_velocities": np.zeros((2, 2))}
-    env = FlockEscapeEnv(scenario)
+    env = fe.FlockEscapeEnv(scenario)
     _, before = env.reset(options=start)
     _, reward, terminated, truncated, after = env.step(env.action_space.sample())
     assert before["mean_distance"] == 25.25

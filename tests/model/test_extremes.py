@@ -9,65 +9,47 @@ import numpy as np
 import pytest
 from option_table import DIMENSIONS, every_pair, small_flock
 
-from flockesc_env import (
-    ConstantVelocity,
-    Encircle,
-    FlockEscapeEnv,
-    FlockScenario,
-    Herd,
-    Inertial,
-    Intercept,
-    Learned,
-    PurePursuit,
-    Reynolds,
-    Topological,
-    Trajectory,
-    Vicsek,
-    Voronoi,
-    Wandering,
-    _core,
-    simulate,
-)
+import flockesc_env as fe
 
 N, STEPS, RHO = 9, 6, 7.3
 
 RULES: dict[str, dict[str, Any]] = {
     "metric": {},
-    "topological": {"neighbor_rule": Topological()},
-    "voronoi": {"neighbor_rule": Voronoi()},
+    "topological": {"neighbor_rule": fe.Topological()},
+    "voronoi": {"neighbor_rule": fe.Voronoi()},
     "field of view": {"blind_angle": 2.0},
     "mutual": {"mutual": True},
     "frozen": {"frozen_graph": True},
     "different agents with delay": {
         "sensing_delay": 2,
         **{
-            name: tuple(np.linspace(0.5, 2.0, N) * getattr(FlockScenario(), name))
+            name: tuple(np.linspace(0.5, 2.0, N) * getattr(fe.FlockScenario(), name))
             for name in ("mass", "speed", "repulsion_strength", "alignment_strength")
         },
     },
 }
-MOTIONS = (Inertial(), Vicsek(), Reynolds(1.3, 0.7, 4.1))
+MOTIONS = (fe.Inertial(), fe.Vicsek(), fe.Reynolds(1.3, 0.7, 4.1))
 # By names that say what is their own; none of them draws, or prefers a side.
 PREDATORS: dict[str, tuple[Any, ...]] = {
-    "straight": (ConstantVelocity((-3.0, -5.0), (11.0, 7.0)),),
-    "nearest": (PurePursuit((-3.0, -5.0), (11.0, 7.0)),),
-    "centroid": (PurePursuit((-3.0, -5.0), (11.0, 7.0), target="centroid"),),
-    "isolated": (PurePursuit((-3.0, -5.0), (11.0, 7.0), target="most_isolated"),),
-    "assigned": tuple(PurePursuit((x, -5.0), (1.0, 9.0), target="assigned") for x in (-4.0, 21.0)),
-    "intercept": (Intercept((-3.0, -5.0), (11.0, 7.0)),),
-    "encircle": tuple(Encircle((x, y), (1.0, 9.0)) for x, y in ((-31.0, -5.0), (40.0, 3.0), (7.0, 50.0))),
-    "herd": (ConstantVelocity((-3.0, -5.0), (11.0, 7.0)), Herd((30.0, 41.0), (-2.0, -9.0), partner=0)),
-    "coasting": (Learned((-3.0, -5.0), (11.0, 7.0)),),
+    "straight": (fe.ConstantVelocity((-3.0, -5.0), (11.0, 7.0)),),
+    "nearest": (fe.PurePursuit((-3.0, -5.0), (11.0, 7.0)),),
+    "centroid": (fe.PurePursuit((-3.0, -5.0), (11.0, 7.0), target="centroid"),),
+    "isolated": (fe.PurePursuit((-3.0, -5.0), (11.0, 7.0), target="most_isolated"),),
+    "assigned": tuple(fe.PurePursuit((x, -5.0), (1.0, 9.0), target="assigned") for x in (-4.0, 21.0)),
+    "intercept": (fe.Intercept((-3.0, -5.0), (11.0, 7.0)),),
+    "encircle": tuple(fe.Encircle((x, y), (1.0, 9.0)) for x, y in ((-31.0, -5.0), (40.0, 3.0), (7.0, 50.0))),
+    "herd": (fe.ConstantVelocity((-3.0, -5.0), (11.0, 7.0)), fe.Herd((30.0, 41.0), (-2.0, -9.0), partner=0)),
+    "coasting": (fe.Learned((-3.0, -5.0), (11.0, 7.0)),),
 }
 DRAWING = (
-    Wandering((0.0, 9.0), (5.0, 5.0), angular_diffusion=1.0),
-    PurePursuit((9.0, 0.0), confusion_rate=3.0),
+    fe.Wandering((0.0, 9.0), (5.0, 5.0), angular_diffusion=1.0),
+    fe.PurePursuit((9.0, 0.0), confusion_rate=3.0),
 )
 
 settings = every_pair(rule=RULES, predator=PREDATORS, dimension=DIMENSIONS)
 
 
-def scenarios(dimension: int, rule: str, predator: str) -> list[FlockScenario]:
+def scenarios(dimension: int, rule: str, predator: str) -> list[fe.FlockScenario]:
     """Return a flock under every law of motion; none where the rule is for the plane alone."""
     if rule == "voronoi" and dimension == 3:
         return []
@@ -87,8 +69,10 @@ def start(dimension: int) -> tuple[np.ndarray, np.ndarray]:
     return rng.uniform(0, 20, (N, dimension)), rng.normal(0, 10, (N, dimension))
 
 
-def run(scenario: FlockScenario, positions: np.ndarray, velocities: np.ndarray, rho: Any = RHO) -> Trajectory:
-    return simulate(scenario, rho, seed=1, initial_positions=positions, initial_velocities=velocities)
+def run(
+    scenario: fe.FlockScenario, positions: np.ndarray, velocities: np.ndarray, rho: Any = RHO
+) -> fe.Trajectory:
+    return fe.simulate(scenario, rho, seed=1, initial_positions=positions, initial_velocities=velocities)
 
 
 def isometries(dimension: int) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -105,7 +89,7 @@ def isometries(dimension: int) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def test_every_motion_is_here() -> None:
-    assert {motion.kind for motion in MOTIONS} == set(_core.kinds()["motions"])
+    assert {motion.kind for motion in MOTIONS} == set(fe._core.kinds()["motions"])
 
 
 @settings
@@ -149,11 +133,11 @@ def test_names_do_not_matter_to_the_last_bit(rule: str, predator: str, dimension
 def test_when_it_is_looked_at_does_not_matter(dimension: int, motion: Any) -> None:
     """A longer record begins as a shorter one, and one action of many steps is as many actions."""
     scenario = small_flock(dimension, num_steps=40, motion=motion, angular_noise=0.5, predators=DRAWING)
-    long, short = (simulate(scenario.replace(num_steps=steps), RHO, seed=3) for steps in (40, 15))
+    long, short = (fe.simulate(scenario.replace(num_steps=steps), RHO, seed=3) for steps in (40, 15))
     for name in ("positions", "velocities", "predator_positions", "mean_distance", "polarization"):
         np.testing.assert_array_equal(getattr(long, name)[:16], getattr(short, name), err_msg=name)
     for steps_per_action in (1, 3, 40, 1000):
-        env = FlockEscapeEnv(
+        env = fe.FlockEscapeEnv(
             scenario, action_mode="discrete", range_grid=(RHO,), steps_per_action=steps_per_action
         )
         info, has_ended, seen = env.reset(seed=3)[1], False, [0]

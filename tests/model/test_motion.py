@@ -1,4 +1,4 @@
-"""Laws of motion: exact results, limits, and the distributions of noise."""
+"""Laws of motion: the Vicsek model of 1995, limits, and the distributions of noise."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from option_table import DIMENSIONS, UNLIKE, small_flock
+from option_table import DIMENSIONS, small_flock
 from scipy import stats
 
-from flockesc_env import FlockEscapeEnv, FlockScenario, Reynolds, Trajectory, Vicsek, parallel_env, simulate
+from flockesc_env import FlockScenario, Trajectory, Vicsek, simulate
 
 EVERYWHERE = 1e9  # m; every agent hears every other one
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
@@ -37,47 +37,6 @@ def assert_distributed(sample: np.ndarray, low: float, high: float) -> None:
     assert low - 1e-6 <= sample.min()
     assert sample.max() <= high + 1e-6
     assert stats.kstest(sample, stats.uniform(low, high - low).cdf).pvalue > 0.01
-
-
-@dimensions
-@pytest.mark.parametrize("motion", [{}, {"motion": Vicsek()}])
-def test_equal_agents_are_the_shared_numbers(dimension: int, motion: dict[str, Any]) -> None:
-    shared = small_flock(dimension, num_agents=100, **motion)
-    names = ("mass", "speed", "repulsion_strength", "alignment_strength")
-    each = shared.replace(**{name: np.full(100, getattr(shared, name)) for name in names})
-    assert_same_run(simulate(each, 8.0, seed=1), simulate(shared, 8.0, seed=1))
-
-
-@dimensions
-def test_agents_start_with_their_own_speed(dimension: int) -> None:
-    scenario = small_flock(dimension, speed=UNLIKE["speed"])
-    run, same = (simulate(each, 5.0, seed=1) for each in (scenario, small_flock(dimension)))
-    np.testing.assert_allclose(np.linalg.norm(run.velocities[0], axis=1), scenario.speed, rtol=1e-15)
-    np.testing.assert_allclose(headings(run.velocities[0]), headings(same.velocities[0]), rtol=1e-14)
-
-
-@dimensions
-def test_stubborn_leaders_fly_straight(dimension: int) -> None:
-    """Agents without alignment and repulsion move uniformly; the others follow them."""
-    strengths = np.arange(40) % 2.0
-    scenario = small_flock(
-        dimension, num_agents=40, alignment_strength=strengths, repulsion_strength=10 * strengths
-    )
-    run = simulate(scenario, 15.0, seed=3)
-    leaders = strengths == 0
-    times = scenario.time_step * np.arange(scenario.num_steps + 1)
-    straight = run.positions[0] + times[:, None, None] * run.velocities[0]
-    np.testing.assert_allclose(run.positions[:, leaders], straight[:, leaders], atol=1e-12)
-    assert (np.abs(run.positions[-1] - straight[-1]).max(axis=1)[~leaders] > 0.1).all()
-
-
-@dimensions
-def test_without_repulsion_the_predator_has_no_effect(dimension: int) -> None:
-    scenario = small_flock(dimension, num_agents=70, repulsion_strength=0.0)
-    run, free = (simulate(each, 8.0, seed=1) for each in (scenario, scenario.replace(predators=())))
-    np.testing.assert_array_equal(run.positions, free.positions)
-    np.testing.assert_array_equal(run.velocities, free.velocities)
-    assert np.isfinite(run.mean_distance).all()
 
 
 @dimensions
@@ -162,85 +121,61 @@ def test_noise_depends_on_the_seed_and_moves_no_other_draw(dimension: int, noise
     assert (other.positions[0] != run.positions[0]).all()
 
 
-@dimensions
-@pytest.mark.parametrize("motion", [{}, {"motion": Vicsek()}])
-def test_a_delay_as_long_as_the_episode_repeats_the_first_force(
-    dimension: int, motion: dict[str, Any]
-) -> None:
-    """Vicsek's agents keep the heading of the first step; inertial agents feel one constant force."""
-    scenario = small_flock(dimension, num_agents=70, predators=(), sensing_delay=10, **motion)
-    run = simulate(scenario, 8.0, seed=4)
-    force = headings(simulate(scenario.replace(motion=Vicsek()), 8.0, seed=4).velocities[1])
-    if motion:
-        np.testing.assert_allclose(run.velocities[1:], np.tile(10.0 * force, (10, 1, 1)), atol=1e-9)
-    else:
-        gain = scenario.time_step / 0.1 * 10.0
-        pushed = 10.0 * headings(run.velocities[:-1] + gain * force)
-        np.testing.assert_allclose(run.velocities[1:], pushed, atol=1e-9)
+N, SIDE, STEP = 40, 3.1, 0.03  # the smallest system of Fig. 2(a), with the radius as unit of length
+FLOCKS, STEPS, TRANSIENT = 60, 200, 100
 
 
-@dimensions
-def test_boids_without_weights_equal_inertial_agents(dimension: int) -> None:
-    paper = small_flock(dimension, num_agents=100)
-    boids = paper.replace(motion=Reynolds(0.0, 0.0, 10.0))
-    assert_same_run(simulate(boids, 8.0, seed=1), simulate(paper, 8.0, seed=1))
+def order_of_1995(eta: float, rng: np.random.Generator) -> np.ndarray:
+    """Return the order parameter v_a of many flocks, shape (FLOCKS, STEPS + 1): Eqs. (1) and (2)."""
+    places = rng.uniform(0, SIDE, (2, FLOCKS, N))
+    angles = rng.uniform(0, 2 * np.pi, (FLOCKS, N))
+    order = [np.abs(np.exp(1j * angles).mean(axis=1))]
+    for _ in range(STEPS):
+        x, y = np.abs(places[..., None] - places[..., None, :])
+        is_near = np.minimum(x, SIDE - x) ** 2 + np.minimum(y, SIDE - y) ** 2 <= 1
+        heading = np.stack([np.cos(angles), np.sin(angles)])
+        cosines, sines = (is_near.astype(float) @ heading[..., None])[..., 0]
+        places = (places + STEP * heading) % SIDE
+        angles = np.arctan2(sines, cosines) + rng.uniform(-eta / 2, eta / 2, (FLOCKS, N))
+        order.append(np.abs(np.exp(1j * angles).mean(axis=1)))
+    return np.stack(order, axis=1)
 
 
-@dimensions
-def test_two_boids_keep_apart(dimension: int) -> None:
-    """Cohesion and separation of two agents at rest point along the line between them."""
-    law = Reynolds(separation_strength=3.0, cohesion_strength=1.0, separation_range=5.0)
-    scenario = small_flock(dimension, num_agents=2, num_steps=1, predators=(), motion=law)
-    for distance, expected in [(4.9, -2.0), (5.0, -2.0), (5.1, 1.0), (9.0, 0.0)]:
-        positions = np.zeros((2, dimension))
-        positions[1, 1] = distance
-        run = simulate(
-            scenario.replace(constant_speed=False),
-            8.0,
-            initial_positions=positions,
-            initial_velocities=np.zeros((2, dimension)),
-        )
-        pushed = scenario.time_step / 0.1 * expected * 10.0
-        np.testing.assert_allclose(run.velocities[1, :, 1], [pushed, -pushed], atol=1e-12)
-        assert (np.delete(run.velocities[1], 1, axis=1) == 0).all()
-
-
-def test_boids_attract_each_other_across_the_border() -> None:
-    law = Reynolds(separation_strength=0.0)
-    scenario = small_flock(num_agents=2, num_steps=1, predators=(), motion=law, periodic_side=20.0)
-    run = simulate(
-        scenario.replace(constant_speed=False),
-        8.0,
-        initial_positions=[[1.0, 5.0], [19.0, 5.0]],
-        initial_velocities=np.zeros((2, 2)),
+def order_here(eta: float) -> np.ndarray:
+    scenario = FlockScenario(
+        num_agents=N,
+        num_steps=STEPS,
+        time_step=1.0,
+        speed=STEP,
+        initial_side=SIDE,
+        periodic_side=SIDE,
+        predators=(),
+        motion=Vicsek(),
+        angular_noise=eta,
     )
-    np.testing.assert_allclose(run.velocities[1], [[-5.0, 0.0], [5.0, 0.0]], atol=1e-12)
+    return np.stack([simulate(scenario, 1.0, seed=seed).polarization for seed in range(FLOCKS)])
 
 
-@dimensions
-def test_cohesion_shrinks_a_flock_and_separation_expands_it(dimension: int) -> None:
-    scenario = FlockScenario(num_agents=60, dimension=dimension, initial_side=30.0, predators=())
-
-    def spread(motion: Reynolds) -> float:
-        end = simulate(scenario.replace(motion=motion), 15.0, seed=2).positions[-1]
-        return float(np.sqrt(((end - end.mean(axis=0)) ** 2).sum(axis=1).mean()))
-
-    apart, plain, together = (spread(Reynolds(s, c, 15.0)) for s, c in [(1.0, 0.0), (0.0, 0.0), (0.0, 1.0)])
-    assert together < plain < apart
+def mean_and_error(order: np.ndarray) -> tuple[float, float]:
+    """Return the mean over flocks of the mean over time, and its standard error; flocks are independent."""
+    each = order.mean(axis=1)
+    return float(each.mean()), float(each.std(ddof=1) / np.sqrt(len(each)))
 
 
-@dimensions
-def test_observations_of_agents_with_different_speeds(dimension: int) -> None:
-    """The speeds of all agents are scaled by the largest v0_i."""
-    scenario = small_flock(dimension, **UNLIKE)
-    env = FlockEscapeEnv(scenario)
-    agents = parallel_env(scenario)
-    observation, _ = env.reset(seed=1)
-    rows, _ = agents.reset(seed=1)
-    speed = observation[env.policy_spec.layout.index("speed")]
-    assert speed == pytest.approx(np.mean(scenario.speed) / (np.mean(scenario.speed) + 10.0))
-    for _ in range(scenario.num_steps):
-        assert env.observation_space.contains(observation)
-        assert all(agents.observation_space(name).contains(row) for name, row in rows.items())
-        observation, *_ = env.step(np.array([0.0], np.float32))
-        rows, *_ = agents.step({name: np.array([0.0], np.float32) for name in agents.agents})
+@pytest.mark.parametrize("eta", [0.5, 2.5, 4.0, 6.0])
+def test_order_parameter(eta: float) -> None:
+    here, there = order_here(eta), order_of_1995(eta, np.random.default_rng(1995))
+    for times in (slice(1, 6), slice(TRANSIENT, None)):
+        mean, error = mean_and_error(here[:, times])
+        expected, its_error = mean_and_error(there[:, times])
+        assert abs(mean - expected) <= 3 * np.hypot(error, its_error)
+
+
+def test_from_order_to_disorder() -> None:
+    """Without noise all headings agree; under the largest noise they are independent and <v_a^2> is 1 / n."""
+    curve = [mean_and_error(order_here(eta)[:, TRANSIENT:])[0] for eta in (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)]
+    assert (np.diff(curve) < 0).all()
+    assert curve[0] > 0.999
+    squares = order_here(2 * np.pi)[:, 1:] ** 2
+    mean, error = mean_and_error(squares)
+    assert abs(mean - 1 / N) <= 3 * error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -60,15 +59,6 @@ def test_hindsight_oracle_chooses_per_seed() -> None:
     np.testing.assert_array_equal(result.hindsight_oracle("minimum"), [-1.0, 0.0, -3.0])
 
 
-def test_no_range_is_best_without_a_predator() -> None:
-    for scenario in (small_flock(predators=()), LineScenario(num_agents=5, predator_position=None)):
-        result = sweep(scenario, [0.1, 1.0], [0, 1])
-        assert np.isinf(result.values()).all()
-        with pytest.raises(ArgumentError) as caught:
-            result.best_range()
-        assert caught.value.field == "scenario"
-
-
 def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
     values = np.random.default_rng(0).normal(70.0, 8.0, (400, 60))
     result = result_of(values)
@@ -77,14 +67,6 @@ def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
         np.testing.assert_allclose(mean, values.mean(axis=1))
         assert ((low < mean) & (mean < high)).all()
         assert fewest < ((low <= 70) & (high >= 70)).mean() < most
-
-
-def test_intervals_are_reproducible_and_per_objective(flocks: FlockSweepResult) -> None:
-    np.testing.assert_equal(flocks.mean_with_interval(), flocks.mean_with_interval("mean"))
-    mean, low, high = flocks.mean_with_interval("minimum")
-    np.testing.assert_allclose(mean, flocks.min_min_distance.mean(axis=1))
-    assert (low <= mean).all()
-    assert (mean <= high).all()
 
 
 def test_table_has_a_row_per_run(flocks: FlockSweepResult, lines: LineSweepResult) -> None:
@@ -122,38 +104,6 @@ def test_parquet_round_trip(flocks: FlockSweepResult, lines: LineSweepResult, tm
             assert pl.read_parquet(path).equals(result.table())
             document = pl.read_parquet_metadata(path)["scenario"]
             assert type(result.scenario).from_json(document) == result.scenario
-
-
-@pytest.mark.parametrize("scenario", [small_flock(), LineScenario(num_agents=5)], ids=["flock", "line"])
-def test_progress_rises_to_the_total(scenario: FlockScenario | LineScenario) -> None:
-    """Also in a very short sweep, so that a progress bar reaches its end."""
-    for _ in range(50):
-        calls: list[tuple[int, int]] = []
-        sweep(scenario, [0.1, 0.2], range(3), progress=lambda *call, calls=calls: calls.append(call))
-        assert calls
-        assert all(total == 6 for _, total in calls)
-        done = [done for done, _ in calls]
-        assert done == sorted(done)
-        assert done[-1] == 6
-
-
-def test_progress_reaches_the_total_although_the_callback_is_slow() -> None:
-    """The sweep ends while the callback is still running."""
-    calls: list[tuple[int, int]] = []
-
-    def slow(done: int, total: int) -> None:
-        calls.append((done, total))
-        time.sleep(0.5)
-
-    sweep(FlockScenario(), [10.0], range(12), progress=slow)
-    assert calls[-1] == (12, 12)
-
-
-@pytest.mark.parametrize("progress", [True, False, None])
-def test_progress_may_be_a_flag(progress: bool | None, capfd: pytest.CaptureFixture[str]) -> None:
-    result = sweep(small_flock(num_agents=20), RANGES, SEEDS, progress=progress)
-    assert result.best_range() in RANGES
-    assert ("12/12" in capfd.readouterr().err) == bool(progress)
 
 
 def test_a_plot_shows_the_means_and_the_best_range(flocks: FlockSweepResult, lines: LineSweepResult) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flockesc_env import LineScenario, LineTrajectory, simulate_line
@@ -192,3 +192,16 @@ def test_two_agents_under_the_constant_force_in_closed_form() -> None:
     np.testing.assert_array_equal(run.states[1:], np.repeat(expected[1:, np.newaxis], 2, axis=1))
     assert run.converged
     assert run.steps == steps
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 60), st.sampled_from([0.0, 0.0213, 0.0871, 0.31, 2.0]))
+def test_a_line_without_a_predator_never_expands_or_reunites(seed: int, n: int, rho: float) -> None:
+    """Lemma 1: m(t) never falls. Averages stay within the convex hull."""
+    trajectory = simulate_line(LineScenario(num_agents=n, predator_position=None), rho, seed=seed)
+    assert trajectory.converged
+    assert (np.diff(trajectory.num_components) >= 0).all()
+    hull = np.stack([trajectory.states.min(axis=1), -trajectory.states.max(axis=1)])
+    assert (np.diff(hull, axis=1) >= -1e-15).all()
+    order = np.argsort(trajectory.states[0])  # agents never overtake each other
+    assert (np.diff(trajectory.states[:, order], axis=1) >= -1e-15).all()

@@ -9,13 +9,7 @@ import numpy as np
 import pytest
 from option_table import small_flock
 
-from flockesc_env import (
-    ConstantVelocity,
-    EnvOptions,
-    FlockScenario,
-    parallel_env,
-    simulate,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View
@@ -29,9 +23,9 @@ from flockesc_env.policies import (
 
 
 def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
-    predators = (ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
+    predators = (fe.ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
-    env = parallel_env(scenario, action_mode="range", predator_sensing_range=20.0)
+    env = fe.parallel_env(scenario, action_mode="range", predator_sensing_range=20.0)
     act = bind(StubbornWitnesses(patience=0.25, first_range=30.0, interaction_range=14.0), env)
     for seed in (0, 1):  # the second episode starts with empty memory
         observations, _ = env.reset(seed=seed)
@@ -39,7 +33,7 @@ def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
         has_seen = np.zeros(20, bool)
         forgot = False
         for t in range(scenario.num_steps):
-            run = simulate(scenario, schedule=schedule, seed=seed)  # up to time t
+            run = fe.simulate(scenario, schedule=schedule, seed=seed)  # up to time t
             distance = np.linalg.norm(run.positions[t] - run.predator_positions[t], axis=1)
             forgot |= bool((has_seen & (distance > 20.0)).any())
             has_seen |= distance <= 20.0
@@ -53,7 +47,7 @@ def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
 
 def test_stubborn_witnesses_listen_farther_and_farther_unless_they_are_alone() -> None:
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0)
-    env = parallel_env(scenario, action_mode="range", predator_sensing_range=0.0, max_range=20.0)
+    env = fe.parallel_env(scenario, action_mode="range", predator_sensing_range=0.0, max_range=20.0)
     policy = StubbornWitnesses(
         0.25, 30.0 / 2, 12.0, growth=16.0, min_neighbors=3.0, crowding=2.0, agreement=4.0
     )
@@ -64,7 +58,7 @@ def test_stubborn_witnesses_listen_farther_and_farther_unless_they_are_alone() -
     for t in range(scenario.num_steps):
         later = np.full(20, 15.0)
         if t > 4:
-            run = simulate(scenario, schedule=schedule, seed=0)
+            run = fe.simulate(scenario, schedule=schedule, seed=0)
             offsets = run.positions[t - 1][:, None] - run.positions[t - 1]
             hears = np.linalg.norm(offsets, axis=2) <= schedule[t - 1][:, None]
             heard = (hears @ run.velocities[t - 1]) / hears.sum(axis=1)[:, None]
@@ -80,11 +74,11 @@ def test_stubborn_witnesses_listen_farther_and_farther_unless_they_are_alone() -
 
 
 def test_spread_out_follows_its_definition() -> None:
-    predators = (ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
+    predators = (fe.ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
     candidates = np.array([0.0, 10.0, 20.0, 40.0])
     options: Any = {"profile_ranges": candidates, "predator_sensing_range": 20.0, "steps_per_action": 2}
-    env = parallel_env(scenario, action_mode="range", **options)
+    env = fe.parallel_env(scenario, action_mode="range", **options)
     act = bind(SpreadOut(spread_time=0.5, gain=0.3, interaction_range=12.0), env)
     for seed in (0, 1):
         observations, _ = env.reset(seed=seed)
@@ -92,7 +86,7 @@ def test_spread_out_follows_its_definition() -> None:
         has_seen = np.zeros(20, bool)
         turned_at, count_then = np.zeros(20), np.zeros(20)
         for t in range(0, scenario.num_steps, 2):
-            run = simulate(scenario, schedule=schedule, seed=seed)  # up to time t
+            run = fe.simulate(scenario, schedule=schedule, seed=seed)  # up to time t
             r, v = run.positions[t], run.velocities[t] / scenario.speed
             has_seen |= np.linalg.norm(r - run.predator_positions[t], axis=1) <= 20.0
             hears = np.linalg.norm(r[:, None] - r, axis=2) <= candidates[:, None, None]
@@ -115,7 +109,7 @@ def test_spread_out_follows_its_definition() -> None:
 
 
 def test_a_memory_refuses_rows_added_within_an_episode() -> None:
-    env = parallel_env(small_flock(num_agents=4))
+    env = fe.parallel_env(small_flock(num_agents=4))
     observations, _ = env.reset(seed=0)
     policy, rows = StubbornWitnesses(), np.stack(list(observations.values()))
     policy.act(rows, env.policy_spec)
@@ -128,8 +122,8 @@ def test_a_memory_refuses_rows_added_within_an_episode() -> None:
 
 def shower(policy: Any, num_agents: int, entry: str) -> Callable[..., list[float]]:
     """Return a function that shows agents some entries and returns the ranges that the policy sets."""
-    options = EnvOptions(extra_entries=(entry,), max_range=150.0)  # type: ignore[arg-type]
-    scenario = FlockScenario(num_agents=num_agents, initial_side=100.0)
+    options = fe.EnvOptions(extra_entries=(entry,), max_range=150.0)  # type: ignore[arg-type]
+    scenario = fe.FlockScenario(num_agents=num_agents, initial_side=100.0)
     spec = FlockBatch(scenario, options, view=View.AGENT).policy_spec
     rows = np.zeros((num_agents, len(spec.layout.names)), np.float32)
 

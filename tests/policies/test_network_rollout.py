@@ -3,25 +3,15 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from masked_cpu import each_level, run_masked
-from network_outcomes import ARCHITECTURES, SEEDS, cases, hashes, policy_of
+from network_outcomes import SEEDS, cases, hashes, policy_of
 
-from flockesc_env import (
-    Architecture,
-    FlockScenario,
-    LineScenario,
-    NetworkPolicy,
-    PolicySpec,
-    rollout,
-)
-from flockesc_env.common.errors import ArgumentError
+import flockesc_env as fe
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.policies.playing import rollout_networks
 
@@ -31,7 +21,7 @@ GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "network_outcomes.js
 class StepByStep:
     """A network that ``rollout`` does not play in the core, because it is not a ``NetworkPolicy``."""
 
-    def __init__(self, policy: NetworkPolicy) -> None:
+    def __init__(self, policy: fe.NetworkPolicy) -> None:
         self.policy, self.reset, self.act = policy, policy.reset, policy.act
 
 
@@ -39,23 +29,23 @@ PROFILE = {"profile_ranges": (0.0, 5.0, 20.0), "max_range": 20.0}
 HEADS: dict[str, Any] = {
     **cases(),
     "argmax": (
-        FlockScenario(num_agents=20, num_steps=40),
-        Architecture(("polarization", "mean_distance"), ranges=(0.0, 3.0, 7.3, 20.0)),
+        fe.FlockScenario(num_agents=20, num_steps=40),
+        fe.Architecture(("polarization", "mean_distance"), ranges=(0.0, 3.0, 7.3, 20.0)),
         {"max_range": 20.0},
     ),
     "argmax of agents": (
-        FlockScenario(num_agents=20, num_steps=40),
-        Architecture(("speed", "heard_velocity_left"), mirror=True, ranges=(0.0, 3.0, 20.0)),
+        fe.FlockScenario(num_agents=20, num_steps=40),
+        fe.Architecture(("speed", "heard_velocity_left"), mirror=True, ranges=(0.0, 3.0, 20.0)),
         {"max_range": 20.0, "per_agent": True, "action_mode": "discrete"},
     ),
     "candidates": (
-        FlockScenario(num_agents=20, num_steps=40),
-        Architecture(("time",), candidate_inputs=("range", "neighbor_count"), mirror=True),
+        fe.FlockScenario(num_agents=20, num_steps=40),
+        fe.Architecture(("time",), candidate_inputs=("range", "neighbor_count"), mirror=True),
         {**PROFILE, "per_agent": True},
     ),
     "candidates of a line": (
-        LineScenario(num_agents=10),
-        Architecture(("time",), candidate_inputs=("range", "escape_distance")),
+        fe.LineScenario(num_agents=10),
+        fe.Architecture(("time",), candidate_inputs=("range", "escape_distance")),
         {"profile_ranges": (0.0, 0.1, 0.3)},
     ),
 }
@@ -65,7 +55,7 @@ HEADS: dict[str, Any] = {
 def test_episodes_equal_those_of_act_to_the_bit(name: str) -> None:
     scenario, architecture, options = HEADS[name]
     policy = policy_of(architecture)
-    found, expected = (rollout(scenario, each, SEEDS, **options) for each in (policy, StepByStep(policy)))
+    found, expected = (fe.rollout(scenario, each, SEEDS, **options) for each in (policy, StepByStep(policy)))
     for field, values in vars(expected).items():
         tolerance = 1e-12 if field == "mean_return" else 0  # NumPy's mean over agents is not exact
         np.testing.assert_allclose(getattr(found, field), values, rtol=tolerance, atol=0, err_msg=field)
@@ -91,7 +81,7 @@ def test_outcomes_are_the_same_on_lower_x86_levels(level: int, has_avx2: bool, t
 
 def test_an_outcome_depends_only_on_the_seed_and_the_network() -> None:
     scenario, architecture, options = cases()["agents, mirror and memory"]
-    assert isinstance(scenario, FlockScenario)
+    assert isinstance(scenario, fe.FlockScenario)
     options = {name: value for name, value in options.items() if name != "per_agent"}
     numbers = np.random.default_rng(1).normal(size=(4, architecture.size)).astype(np.float32)
     order = [2, 0, 3, 1]
@@ -117,77 +107,4 @@ def test_an_outcome_depends_only_on_the_seed_and_the_network() -> None:
     assert (together["num_actions"] == -(-scenario.num_steps // options["steps_per_action"])).all()
 
 
-def test_progress_is_reported() -> None:
-    calls: list[tuple[int, int]] = []
-    scenario, architecture, options = cases()["flock"]
-    rollout(scenario, policy_of(architecture), range(5), progress=lambda *call: calls.append(call), **options)
-    assert calls[-1] == (5, 5)
-    assert calls == sorted(calls)
-
-
-SMALL = FlockScenario(num_agents=4, num_steps=2)
-ONE = Architecture(("time",), ())
-
-
-@pytest.mark.parametrize(
-    ("architecture", "parameters", "options", "message"),
-    [
-        (ONE, np.zeros((1, 3)), {}, "parameters: expected 2 numbers per network, got 3"),
-        (ONE, np.zeros((2, 2)), {}, "parameters: expected one network, or one for each of 3 seeds, got 2"),
-        (ONE, [[0, 0], [0, np.nan], [0, 0]], {}, r"parameters\[1, 1\]: expected a finite number, got NaN"),
-        (ONE, np.zeros((1, 2)), {"action_mode": "range"}, "action_mode: expected 'normalized', got 'range'"),
-        (ONE, np.zeros((1, 2)), {"action_mode": "discrete"}, "action_mode: expected 'normalized', got 'disc"),
-        (Architecture(("time",), (2**62,)), np.zeros((1, 2)), {}, r"hidden\[0\]: expected an integer from 1"),
-    ],
-)
-def test_bad_networks_raise_errors(
-    architecture: Architecture, parameters: Any, options: dict[str, Any], message: str
-) -> None:
-    numbers = np.array(parameters, np.float32)
-    env_options = EnvOptions(**options)
-    with pytest.raises(ArgumentError, match=message):
-        rollout_networks(architecture, numbers, [0, 1, 2], SMALL, env_options, per_agent=False, num_threads=1)
-
-
-def test_a_subclass_that_overrides_act_is_played_step_by_step() -> None:
-    class LargestRange(NetworkPolicy):
-        def act(self, observations: Any, spec: PolicySpec) -> Any:
-            return np.ones((len(observations), 1), np.float32)
-
-    scenario, architecture, options = cases()["flock"]
-    assert isinstance(scenario, FlockScenario)
-    policy = policy_of(architecture)
-    overridden = rollout(scenario, LargestRange(architecture, policy.parameters), SEEDS, **options)
-    network = rollout(scenario, policy, SEEDS, **options)
-    assert (overridden.num_components <= network.num_components).all()
-    assert (overridden.min_mean_distance != network.min_mean_distance).any()
-
-
-CTRL_C = """
-import os, signal, threading
-from flockesc_env import Architecture, FlockScenario, LineScenario, NetworkPolicy, rollout
-
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job ignores SIGINT
-policy = NetworkPolicy(Architecture(("time",), ()), [0.0, -0.9])
-endless = FlockScenario(num_steps=10**9, num_agents=20)
-for threads in (1, 2):
-    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
-    try:
-        rollout(endless, policy, range(100), num_threads=threads)
-    except KeyboardInterrupt:
-        print("interrupted", flush=True)
-print(rollout(endless.replace(num_steps=5), policy, range(3)).seeds.tolist(), flush=True)
-"""
-
-
-def test_ctrl_c_stops_a_rollout() -> None:
-    child = subprocess.run(  # noqa: S603
-        [sys.executable, "-c", CTRL_C], capture_output=True, text=True, timeout=60, check=True
-    )
-    assert child.stdout.splitlines() == ["interrupted"] * 2 + ["[0, 1, 2]"]
-
-
-def test_all_golden_cases_differ() -> None:
-    assert len(set(GOLDEN.values())) == len(GOLDEN) == len(cases())
-    assert {architecture.squash for _, architecture, _ in cases().values()} == {"clip", "tanh"}
-    assert set(ARCHITECTURES) <= {name for case in cases() for name in ARCHITECTURES if name in case}
+SMALL = fe.FlockScenario(num_agents=4, num_steps=2)

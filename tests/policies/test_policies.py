@@ -7,31 +7,13 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from option_table import ACTION_MODES, DIMENSIONS, STEPS_PER_ACTION, small_flock
 from same import outcome
 from stable_baselines3.common.vec_env import VecMonitor
 
-from flockesc_env import (
-    ConstantVelocity,
-    EnvOptions,
-    FlockEscapeEnv,
-    LineEscapeEnv,
-    LineOptions,
-    LineScenario,
-    NamedPolicy,
-    parallel_env,
-    record,
-    rollout,
-    simulate,
-    sweep,
-)
-from flockesc_env.common.errors import ArgumentError
-from flockesc_env.episodes.spaces import RangeActions
+import flockesc_env as fe
 from flockesc_env.policies import (
     FixedRange,
-    ListenWhileFleeing,
     RandomRange,
     SB3Policy,
     ScheduledRange,
@@ -114,14 +96,14 @@ def options_for(name: str, mode: str) -> dict[str, Any]:
 def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_action: int) -> None:
     make = AGENT_POLICIES[name]
     options = {**options_for(name, mode), "steps_per_action": steps_per_action}
-    expected = outcome(rollout(SCENARIO, make(), SEEDS, per_agent=True, **options))
-    singles: list[Any] = [parallel_env(SCENARIO, **options)]
+    expected = outcome(fe.rollout(SCENARIO, make(), SEEDS, per_agent=True, **options))
+    singles: list[Any] = [fe.parallel_env(SCENARIO, **options)]
     slots: list[Any] = [AgentVecEnv(2, SCENARIO, **options)]
     if name in SHARED_POLICIES:
-        shared = rollout(SCENARIO, make(), SEEDS, **options)
+        shared = fe.rollout(SCENARIO, make(), SEEDS, **options)
         np.testing.assert_array_equal(outcome(shared), expected)
-        flock = FlockEscapeEnv(SCENARIO, **options)
-        singles += [flock, gymnasium.wrappers.RecordEpisodeStatistics(FlockEscapeEnv(SCENARIO, **options))]
+        flock = fe.FlockEscapeEnv(SCENARIO, **options)
+        singles += [flock, gymnasium.wrappers.RecordEpisodeStatistics(fe.FlockEscapeEnv(SCENARIO, **options))]
         slots += [FlockVecEnv(2, SCENARIO, **options), VecMonitor(FlockVecEnv(2, SCENARIO, **options))]
     for env in singles:
         for column, seed in enumerate(SEEDS):
@@ -137,9 +119,9 @@ def test_scheduled_range_is_simulate_with_that_schedule(mode: str, steps_per_act
     held = np.arange(T) // steps_per_action * steps_per_action
     options = {"action_mode": mode, "steps_per_action": steps_per_action, **EXACT}
     for schedule, per_agent in ((SCHEDULE, False), (SCHEDULE, True), (OWN_SCHEDULE, True)):
-        episodes = rollout(SCENARIO, ScheduledRange(schedule), SEEDS, per_agent=per_agent, **options)
+        episodes = fe.rollout(SCENARIO, ScheduledRange(schedule), SEEDS, per_agent=per_agent, **options)
         for column, seed in enumerate(SEEDS):
-            run = simulate(SCENARIO, schedule=schedule[held].reshape(T, -1), seed=seed)
+            run = fe.simulate(SCENARIO, schedule=schedule[held].reshape(T, -1), seed=seed)
             expected = [run.mean_distance.min(), run.min_distance.min(), run.num_components[-1]]
             assert outcome(episodes)[:, column].tolist() == expected
 
@@ -148,15 +130,15 @@ def test_scheduled_range_is_simulate_with_that_schedule(mode: str, steps_per_act
 @pytest.mark.parametrize("sensing", [None, 50.0])
 def test_stubborn_leaders(dimension: int, sensing: float | None) -> None:
     """The rule computed from positions and velocities gives the same ranges in each step."""
-    predators = (ConstantVelocity((-5.0, -5.0)),)
+    predators = (fe.ConstantVelocity((-5.0, -5.0)),)
     scenario = small_flock(dimension, num_agents=20, num_steps=8, initial_side=60.0, predators=predators)
-    env = parallel_env(scenario, action_mode="range", predator_sensing_range=sensing)
+    env = fe.parallel_env(scenario, action_mode="range", predator_sensing_range=sensing)
     act = bind(StubbornLeaders(min_cosine=0.6, interaction_range=14.0), env)
     observations, _ = env.reset(seed=0)
     schedule = np.zeros((scenario.num_steps, 20))
     seen = set()
     for t in range(scenario.num_steps):
-        run = simulate(scenario, schedule=schedule, seed=0)  # up to time t
+        run = fe.simulate(scenario, schedule=schedule, seed=0)  # up to time t
         away = run.positions[t] - run.predator_positions[t]
         distance = np.linalg.norm(away, axis=1)
         cosine = (run.velocities[t] * away).sum(axis=1) / distance / scenario.speed
@@ -168,41 +150,9 @@ def test_stubborn_leaders(dimension: int, sensing: float | None) -> None:
     assert seen == {0.0, 14.0}
 
 
-@pytest.mark.parametrize("dimension", DIMENSIONS)
-def test_listen_while_fleeing(dimension: int) -> None:
-    """The rule computed from positions and velocities gives the same range in each step."""
-    predators = (ConstantVelocity((-5.0, -5.0)),)
-    scenario = small_flock(dimension, num_agents=20, num_steps=8, initial_side=60.0, predators=predators)
-    env = FlockEscapeEnv(scenario, action_mode="range", predator_sensing_range=None)
-    act = bind(ListenWhileFleeing(min_cosine=0.02, interaction_range=14.0), env)
-    seen = set()
-    for seed in range(4):
-        observation, _ = env.reset(seed=seed)
-        schedule = np.zeros((scenario.num_steps, 1))
-        for t in range(scenario.num_steps):
-            run = simulate(scenario, schedule=schedule, seed=seed)  # up to time t
-            away = run.positions[t] - run.predator_positions[t]
-            cosines = (run.velocities[t] * away).sum(axis=1) / np.linalg.norm(away, axis=1) / scenario.speed
-            schedule[t] = 14.0 if cosines.mean() > 0.02 else 0.0
-            observation, *_, info = env.step(act(observation))
-            assert info["interaction_range"] == schedule[t]
-        seen |= set(schedule[:, 0])
-    assert seen == {0.0, 14.0}
-
-
-def test_own_schedule_needs_all_agents_at_once() -> None:
-    env = parallel_env(SCENARIO)
-    observations, _ = env.reset(seed=0)
-    policy = ScheduledRange(OWN_SCHEDULE)
-    assert set(bind(policy, env)(observations)) == set(env.agents)
-    with pytest.raises(ArgumentError) as caught:
-        policy.act(observations["agent_0"][np.newaxis], env.policy_spec)
-    assert caught.value.field == "schedule"
-
-
 @pytest.mark.parametrize("mode", ACTION_MODES)
 def test_random_range_covers_all_ranges_of_the_action_space(mode: str) -> None:
-    env = FlockEscapeEnv(SCENARIO, action_mode=mode, min_range=10.0, max_range=20.0)
+    env = fe.FlockEscapeEnv(SCENARIO, action_mode=mode, min_range=10.0, max_range=20.0)
     rows = np.zeros((4000, len(env.policy_spec.layout.names)), np.float32)
     policy = RandomRange(seed=0)
     actions = policy.act(rows, env.policy_spec)
@@ -215,57 +165,6 @@ def test_random_range_covers_all_ranges_of_the_action_space(mode: str) -> None:
     np.testing.assert_array_equal(RandomRange(seed=0).act(rows, env.policy_spec), actions)
 
 
-@pytest.mark.parametrize("max_range", [77.0, 150.0])
-def test_a_fixed_range_reaches_the_core_without_a_loss(max_range: float) -> None:
-    seeds = range(100)
-    grid = sweep("paper-flock", [12.0], seeds=seeds)
-    played = rollout("paper-flock", FixedRange(12.0), seeds, max_range=max_range)
-    np.testing.assert_array_equal(played.min_mean_distance, grid.min_mean_distance[0])
-
-
-bounds = st.tuples(st.floats(0, 50), st.floats(0.5, 500)).map(lambda drawn: (drawn[0], sum(drawn)))
-
-
-@given(bounds, st.lists(st.floats(0, 1), min_size=1, max_size=20), st.sampled_from(["normalized", "range"]))
-def test_action_maps_are_inverse(bounds: tuple[float, float], parts: list[float], mode: Any) -> None:
-    low, high = bounds
-    actions = RangeActions(EnvOptions(action_mode=mode, min_range=low, max_range=high))
-    ranges = np.clip(low + np.array(parts) * (high - low), low, high)
-    there = actions.from_ranges(ranges)
-    assert all(actions.space().contains(action) for action in there.astype(np.float32))
-    back = actions.to_ranges(there, len(there))
-    np.testing.assert_allclose(back, ranges, rtol=0, atol=0 if mode == "range" else 2 * np.spacing(high))
-    assert (back >= low).all()
-    assert (back <= high).all()
-
-
-@given(bounds)
-def test_indices_and_grid_are_inverse(bounds: tuple[float, float]) -> None:
-    low, high = bounds
-    actions = RangeActions(LineOptions(action_mode="discrete", min_range=low, max_range=high))
-    indices = np.arange(21)
-    ranges = actions.to_ranges(indices, len(indices))
-    np.testing.assert_allclose(ranges, np.linspace(low, high, 21))
-    np.testing.assert_array_equal(actions.from_ranges(ranges), indices)
-    inside = np.clip(ranges + 0.3 * (high - low) / 20, low, high)
-    np.testing.assert_array_equal(actions.from_ranges(inside), indices)  # the nearest grid entry
-
-
-@pytest.mark.parametrize("mode", ACTION_MODES)
-def test_line(mode: str) -> None:
-    env = LineEscapeEnv(LineScenario(num_agents=10), action_mode=mode)
-    act = bind(FixedRange(0.25), env)
-    observation, _ = env.reset(seed=0)
-    *_, info = env.step(act(observation))
-    assert info["interaction_range"] == 0.25
-
-
-def test_rollout_reports_progress() -> None:
-    calls: list[tuple[int, int]] = []
-    rollout(SCENARIO, FixedRange(1.0), range(10), batch_size=4, progress=lambda *call: calls.append(call))
-    assert calls == [(4, 10), (8, 10), (10, 10)]
-
-
 @pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
 @pytest.mark.parametrize("name", AGENT_POLICIES)
 def test_record_equals_the_episode_of_the_rollout(name: str, steps_per_action: int) -> None:
@@ -273,8 +172,8 @@ def test_record_equals_the_episode_of_the_rollout(name: str, steps_per_action: i
     views = [True, False] if name in SHARED_POLICIES else [True]
     for per_agent in views:
         make = AGENT_POLICIES[name]
-        run = record(SCENARIO, make(), SEEDS[0], per_agent=per_agent, **options)
-        episodes = rollout(SCENARIO, make(), SEEDS[:1], per_agent=per_agent, **options)
+        run = fe.record(SCENARIO, make(), SEEDS[0], per_agent=per_agent, **options)
+        episodes = fe.rollout(SCENARIO, make(), SEEDS[:1], per_agent=per_agent, **options)
         expected = [run.mean_distance.min(), run.min_distance.min(), run.num_components[-1]]
         assert outcome(episodes)[:, 0].tolist() == expected
         assert run.seed == SEEDS[0]
@@ -283,18 +182,8 @@ def test_record_equals_the_episode_of_the_rollout(name: str, steps_per_action: i
         held = np.arange(T) // steps_per_action * steps_per_action
         np.testing.assert_array_equal(ranges, ranges[held])
         np.testing.assert_array_equal(
-            simulate(SCENARIO, schedule=ranges, seed=SEEDS[0]).positions, run.positions
+            fe.simulate(SCENARIO, schedule=ranges, seed=SEEDS[0]).positions, run.positions
         )
-
-
-@pytest.mark.parametrize("mode", ["sync", "async", "vector_entry_point"])
-def test_bind_to_a_gymnasium_vector_environment(mode: str) -> None:
-    name = "flockesc_env:flockesc/FlockEscape-v0"
-    env = gymnasium.make_vec(name, 2, mode, scenario=SCENARIO, action_mode="range")
-    observations, _ = env.reset(seed=0)
-    *_, info = env.step(bind(FixedRange(7.0), env)(observations))
-    env.close()
-    assert info["interaction_range"].tolist() == [7.0, 7.0]
 
 
 def test_policies_by_name_set_their_options() -> None:
@@ -303,24 +192,10 @@ def test_policies_by_name_set_their_options() -> None:
         ("fixed:120", FixedRange(120.0), {"max_range": 120.0}),
         ("fixed:1.7e308", FixedRange(1.7e308), {"max_range": 1.7e308}),
     ):
-        named, same = rollout(SCENARIO, name, SEEDS), rollout(SCENARIO, policy, SEEDS, **options)
+        named, same = fe.rollout(SCENARIO, name, SEEDS), fe.rollout(SCENARIO, policy, SEEDS, **options)
         assert outcome(named).tolist() == outcome(same).tolist()
-        runs = record(SCENARIO, name, 3), record(SCENARIO, policy, 3, **options)
+        runs = fe.record(SCENARIO, name, 3), fe.record(SCENARIO, policy, 3, **options)
         np.testing.assert_array_equal(runs[0].positions, runs[1].positions)
-    ours = rollout(SCENARIO, "stubborn-leaders", SEEDS, predator_sensing_range=20.0)
-    same = rollout(SCENARIO, StubbornLeaders(), SEEDS, predator_sensing_range=20.0)
+    ours = fe.rollout(SCENARIO, "stubborn-leaders", SEEDS, predator_sensing_range=20.0)
+    same = fe.rollout(SCENARIO, StubbornLeaders(), SEEDS, predator_sensing_range=20.0)
     assert outcome(ours).tolist() == outcome(same).tolist()
-
-
-def test_rollout_without_a_scenario_uses_the_policys() -> None:
-    entry = NamedPolicy("mine", FixedRange(5.0), scenario=SCENARIO)
-    assert outcome(rollout(None, entry, SEEDS)).tolist() == outcome(rollout(SCENARIO, entry, SEEDS)).tolist()
-    paper = rollout(None, FixedRange(5.0), [1])
-    assert outcome(paper).tolist() == outcome(rollout("paper-flock", FixedRange(5.0), [1])).tolist()
-
-
-def test_a_rule_for_agents_says_that_it_needs_them() -> None:
-    with pytest.raises(ArgumentError, match="per_agent: expected True, because"):
-        rollout(SCENARIO, StubbornLeaders(), SEEDS, per_agent=False)
-    with pytest.raises(ArgumentError, match="per_agent: expected False, because"):
-        rollout(SCENARIO, ListenWhileFleeing(), SEEDS, per_agent=True)

@@ -9,36 +9,19 @@ import numpy as np
 import pytest
 from flock_states import state
 from option_table import DIMENSIONS, small_flock
-from stable_baselines3 import PPO
 
-from flockesc_env import (
-    ConstantVelocity,
-    FlockEscapeEnv,
-    FlockPursuitEnv,
-    FlockScenario,
-    FlockVectorEnv,
-    Learned,
-    PurePursuit,
-    load_run,
-    parallel_env,
-    record,
-    replay_run,
-    rollout,
-    run_differences,
-    save_run,
-    simulate,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ActionError
-from flockesc_env.policies import FixedRange, SB3Policy
-from flockesc_env.policies.predators import FlyStraight, Pursue
+from flockesc_env.policies import FixedRange
+from flockesc_env.policies.predators import Pursue
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
-TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
+TWO = (fe.ConstantVelocity(), fe.PurePursuit((40.0, 20.0), (-3.0, 1.0)))
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
-def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> FlockScenario:
+def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> fe.FlockScenario:
     return small_flock(dimension, predators=TWO[:count], **changes)
 
 
@@ -63,13 +46,13 @@ def actions_of_flock(environment: Any) -> Any:
 def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
     """Every interface gives the same run as the parallel environment with explicit predator actions."""
     scenario = hunted(dimension).with_learned_predators()
-    by_hand = parallel_env(scenario)
+    by_hand = fe.parallel_env(scenario)
     observations, _ = by_hand.reset(seed=4)
-    single = FlockEscapeEnv(scenario, predator_policy=Pursue())
+    single = fe.FlockEscapeEnv(scenario, predator_policy=Pursue())
     single.reset(seed=4)
-    parallel = parallel_env(scenario, predator_policy=Pursue())
+    parallel = fe.parallel_env(scenario, predator_policy=Pursue())
     parallel.reset(seed=4)
-    vector = FlockVectorEnv(3, scenario, predator_policy=Pursue())
+    vector = fe.FlockVectorEnv(3, scenario, predator_policy=Pursue())
     vector.reset(seed=3)
     flocks, agents = (make(3, scenario, predator_policy=Pursue()) for make in (FlockVecEnv, AgentVecEnv))
     for slots in (flocks, agents):
@@ -91,7 +74,7 @@ def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
 
 def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
     bad = SimpleNamespace(act=lambda observations, spec: np.full((len(observations), 2), 2.0))
-    environment = FlockEscapeEnv(hunted().with_learned_predators(), predator_policy=bad)
+    environment = fe.FlockEscapeEnv(hunted().with_learned_predators(), predator_policy=bad)
     environment.reset(seed=0)
     before = state(environment.flock)
     with pytest.raises(ActionError) as caught:
@@ -105,47 +88,17 @@ def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
 def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: int, tmp_path: Any) -> None:
     scenario = hunted(dimension, 2).with_learned_predators()
     options = {"steps_per_action": steps_per_action}
-    run = record(scenario, FixedRange(9.0), 3, predator_policy=Spin(), **options)
-    played = rollout(scenario, FixedRange(9.0), [3], predator_policy=Spin(), **options)
+    run = fe.record(scenario, FixedRange(9.0), 3, predator_policy=Spin(), **options)
+    played = fe.rollout(scenario, FixedRange(9.0), [3], predator_policy=Spin(), **options)
     assert run.mean_distance.min() == played.min_mean_distance[0]
     assert run.min_distance.min() == played.min_min_distance[0]
     assert run.predator_actions.shape == (10, 2, dimension)
     assert run.predator_actions.any()
-    save_run(run, tmp_path / "run.npz")
-    loaded = load_run(tmp_path / "run.npz").trajectory
-    assert run_differences(loaded, replay_run(loaded)) == []
-    straight = simulate(run.scenario, 9.0, seed=3)
+    fe.save_run(run, tmp_path / "run.npz")
+    loaded = fe.load_run(tmp_path / "run.npz").trajectory
+    assert fe.run_differences(loaded, fe.replay_run(loaded)) == []
+    straight = fe.simulate(run.scenario, 9.0, seed=3)
     assert not np.array_equal(straight.predator_positions, run.predator_positions)
-
-
-def test_pursue_comes_closer_than_fly_straight() -> None:
-    """Closer to the nearest agent, or on average to all agents, depending on its target."""
-    scenario = FlockScenario().with_learned_predators()
-    nearest, centroid, nobody = (
-        rollout(scenario, FixedRange(0.0), range(10), predator_policy=policy)
-        for policy in (Pursue(), Pursue("centroid"), FlyStraight())
-    )
-    assert nearest.min_min_distance.mean() < nobody.min_min_distance.mean() / 2
-    assert centroid.min_mean_distance.mean() < nobody.min_mean_distance.mean()
-
-
-def test_sb3_trains_a_predator_and_a_flock_against_it() -> None:
-    hunter = PPO("MlpPolicy", FlockPursuitEnv(hunted()), n_steps=32, batch_size=32, device="cpu").learn(64)
-    scenario = hunted().with_learned_predators()
-    flock = FlockVecEnv(4, scenario, predator_policy=SB3Policy(hunter))
-    PPO("MlpPolicy", flock, n_steps=8, batch_size=32, device="cpu").learn(32)
-    outcome = rollout(scenario, FixedRange(10.0), [0, 1], predator_policy=SB3Policy(hunter), batch_size=2)
-    assert np.isfinite(outcome.min_mean_distance).all()
-
-
-def test_a_run_without_survivors_is_replayed(tmp_path: Any) -> None:
-    hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
-    scenario = small_flock(num_agents=12, predators=hunters, capture_radius=500.0)
-    run = record(scenario, FixedRange(9.0), 3, predator_policy=Spin(), per_agent=True)
-    save_run(run, tmp_path / "run.npz")
-    loaded = load_run(tmp_path / "run.npz").trajectory
-    assert run_differences(loaded, replay_run(loaded)) == []
-    assert run.fraction_surviving[-1] == 0
 
 
 class Counting:
@@ -165,7 +118,7 @@ class Counting:
 def test_predator_policies_are_reset_in_every_episode(mode: str) -> None:
     policy = Counting()
     scenario = small_flock(num_steps=2).with_learned_predators()
-    env = FlockVectorEnv(3, scenario, predator_policy=policy, autoreset_mode=mode)
+    env = fe.FlockVectorEnv(3, scenario, predator_policy=policy, autoreset_mode=mode)
     env.reset(seed=0)
     for _ in range(7):
         env.step(np.zeros((3, 1), np.float32))

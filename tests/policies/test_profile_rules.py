@@ -10,9 +10,8 @@ import pytest
 from numpy.typing import NDArray
 from option_table import small_flock
 
-from flockesc_env import ConstantVelocity, Trajectory, parallel_env, rollout, simulate
-from flockesc_env.common.errors import ArgumentError
-from flockesc_env.policies import BestCandidate, BestNextHeading, Policy, StepAside, bind
+from flockesc_env import ConstantVelocity, Trajectory, parallel_env, simulate
+from flockesc_env.policies import BestNextHeading, Policy, StepAside, bind
 
 CANDIDATES = np.array([0.0, 8.0, 16.0, 32.0])
 FAST, SLOW = np.array([10.0, 12.0]), np.array([5.0, 6.0])  # v0 is 10 m/s
@@ -83,19 +82,3 @@ def test_agents_step_aside_to_the_heading_with_the_largest_closest_approach(pred
         threatened += must_turn.sum()
         np.testing.assert_allclose(ranges[must_turn], expected[must_turn], atol=1e-5)
     assert (threatened > 0) == (predator is FAST)
-
-
-def test_without_a_weight_agents_keep_their_distance() -> None:
-    flock = small_flock(num_agents=20, num_steps=8, initial_side=60.0)
-    found, expected = (
-        rollout(flock, rule, range(3), **OPTIONS).min_min_distance
-        for rule in (StepAside(weight=0.0), BestCandidate("closest_approach"))
-    )
-    np.testing.assert_array_equal(found, expected)
-
-
-@pytest.mark.parametrize("rule", [BestNextHeading(), StepAside(), BestCandidate("escape_cosine")])
-def test_rules_for_a_profile_need_one(rule: Policy) -> None:
-    options: Any = {**OPTIONS, "profile_ranges": None}
-    with pytest.raises(ArgumentError, match="profile_ranges: expected candidate ranges, got none"):
-        rollout(small_flock(), rule, [0], **options)

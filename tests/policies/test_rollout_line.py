@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flockesc_env import LineEscapeEnv, LineScenario, rollout, sweep
-from flockesc_env.common.errors import ArgumentError, OptionError, ScenarioError
-from flockesc_env.policies import FixedRange, FlyStraight, Policy, StubbornLeaders, bind
+from flockesc_env import LineEscapeEnv, LineScenario, rollout
+from flockesc_env.policies import FixedRange, Policy, bind
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 
 SCENARIO = LineScenario(num_agents=12, max_steps=40)
@@ -54,25 +53,6 @@ def test_it_equals_the_environment_line_by_line(make: Any, steps_per_action: int
     assert len({*found.steps.tolist()}) > 1  # lines end at different times
 
 
-@pytest.mark.parametrize("escape_force", ["constant", "linear", "linear_as_printed"])
-def test_fixed_ranges_equal_the_sweep(escape_force: Any) -> None:
-    scenario = LineScenario(num_agents=30, escape_force=escape_force, max_steps=60)
-    ranges = [0.0, 0.0625, 0.25, 1.0]  # exact in float32
-    expected = sweep(scenario, ranges, range(20))
-    for row, rho in enumerate(ranges):
-        found = rollout(scenario, FixedRange(rho), range(20))
-        np.testing.assert_array_equal(found.escape_distance, expected.escape_distance[row])
-        np.testing.assert_array_equal(found.num_components, expected.num_components[row])
-        np.testing.assert_array_equal(found.converged, expected.converged[row])
-
-
-def test_unsteady_lines_end_with_the_last_step() -> None:
-    scenario = SCENARIO.replace(max_steps=2)
-    found = rollout(scenario, FixedRange(0.5), range(5), steps_per_action=3)
-    assert not found.converged.any()
-    assert (found.steps == 2).all()
-
-
 def test_an_ended_line_keeps_its_row_and_is_not_stepped() -> None:
     rows: list[np.ndarray] = []
 
@@ -87,31 +67,3 @@ def test_an_ended_line_keeps_its_row_and_is_not_stepped() -> None:
         last = [row[line] for row in rows[steps:]]
         assert all((row == last[0]).all() for row in last)
         assert len({row[line, 0] for row in rows[: steps + 1]}) == min(steps + 1, len(rows))
-
-
-@pytest.mark.parametrize(
-    ("changes", "error", "message"),
-    [
-        ({"seeds": []}, ArgumentError, "seeds: expected at least one seed, got none"),
-        ({"scenario": "nowhere"}, ScenarioError, "scenario: expected"),
-        ({"per_agent": True}, ArgumentError, "per_agent: expected None for a line, got True"),
-        ({"predator_policy": FlyStraight()}, ArgumentError, "predator_policy: expected None for a line"),
-        ({"scenario": LineScenario(predator_position=None)}, ScenarioError, "predator_position: expected"),
-        ({"max_range": 0.0}, OptionError, "max_range: expected"),
-        ({"reward": "individual_distance"}, OptionError, "reward: expected one of change, terminal"),
-        ({"policy": FixedRange(2.0)}, ArgumentError, "interaction_range: expected a number from 0"),
-        ({"policy": StubbornLeaders()}, ArgumentError, "per_agent: expected True"),
-    ],
-)
-def test_bad_input_is_named(changes: dict[str, Any], error: type[Exception], message: str) -> None:
-    asked: list[int] = []
-
-    class Asked:
-        def act(self, observations: np.ndarray, spec: Any) -> np.ndarray:
-            asked.append(len(observations))
-            return fixed().act(observations, spec)
-
-    fields = {"policy": Asked(), "seeds": SEEDS, "scenario": SCENARIO, **changes}
-    with pytest.raises(error, match=message):
-        rollout(fields.pop("scenario"), fields.pop("policy"), fields.pop("seeds"), **fields)
-    assert not asked

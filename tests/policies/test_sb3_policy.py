@@ -14,19 +14,9 @@ from sb3_contrib import TQC, RecurrentPPO
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 
-from flockesc_env import (
-    FlockVectorEnv,
-    Learned,
-    LineScenario,
-    NamedPolicy,
-    load_policy,
-    record,
-    rollout,
-    save_policy,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.policies import (
-    FixedRange,
     SB3Policy,
     ScheduledRange,
     bind,
@@ -57,18 +47,18 @@ def mood(steps: int) -> np.ndarray:
 def test_the_state_of_a_recurrent_model_is_kept_and_starts_with_every_episode() -> None:
     policy = SB3Policy(Mood())
     for seeds in ([1, 2, 3], [4]):  # different rows than before
-        assert outcome(rollout(SCENARIO, policy, seeds)).tolist() == (
-            outcome(rollout(SCENARIO, ScheduledRange(mood(T)), seeds)).tolist()
+        assert outcome(fe.rollout(SCENARIO, policy, seeds)).tolist() == (
+            outcome(fe.rollout(SCENARIO, ScheduledRange(mood(T)), seeds)).tolist()
         )
-    assert record(SCENARIO, policy, 1).interaction_ranges[:, 0].tolist() == mood(T).tolist()
-    line = LineScenario(num_agents=8, max_steps=5)
-    runs = [rollout(line, each, [1, 2]) for each in (policy, ScheduledRange(mood(5) / 100))]
+    assert fe.record(SCENARIO, policy, 1).interaction_ranges[:, 0].tolist() == mood(T).tolist()
+    line = fe.LineScenario(num_agents=8, max_steps=5)
+    runs = [fe.rollout(line, each, [1, 2]) for each in (policy, ScheduledRange(mood(5) / 100))]
     assert runs[0].escape_distance.tolist() == runs[1].escape_distance.tolist()
 
 
 def test_the_state_of_a_row_starts_with_its_episode() -> None:
     """One flock of a vector environment is reset during the episode of the other."""
-    env = FlockVectorEnv(2, SCENARIO)
+    env = fe.FlockVectorEnv(2, SCENARIO)
     act = bind(SB3Policy(Mood()), env)
     observations, _ = env.reset(seed=0)
     ranges = []
@@ -93,7 +83,7 @@ def test_a_recurrent_model_of_sb3_plays_like_its_own_loop() -> None:
         expected[:, step] = np.reshape([info["interaction_range"] for info in infos], (2, N))
     policy = SB3Policy(model)
     for seed, ranges in zip(SEEDS, expected, strict=True):
-        run = record(SCENARIO, policy, seed, per_agent=True)
+        run = fe.record(SCENARIO, policy, seed, per_agent=True)
         np.testing.assert_allclose(run.interaction_ranges, ranges, rtol=0, atol=1e-4)
 
 
@@ -108,60 +98,10 @@ def test_a_recurrent_model_of_sb3_plays_like_its_own_loop() -> None:
 )
 def test_a_model_of_another_environment_is_refused(options: dict[str, Any], field: str) -> None:
     policy = SB3Policy(PPO("MlpPolicy", FlockVecEnv(1, SCENARIO), n_steps=8, batch_size=8, device="cpu"))
-    assert len(rollout(SCENARIO, policy, [1]).seeds) == 1
+    assert len(fe.rollout(SCENARIO, policy, [1]).seeds) == 1
     with pytest.raises(ArgumentError) as caught:
-        rollout(SCENARIO, policy, [1], **options)
+        fe.rollout(SCENARIO, policy, [1], **options)
     assert caught.value.field == field
-
-
-@pytest.mark.parametrize(
-    ("trained", "other"),
-    [
-        ({"action_mode": "discrete", "range_grid": [0.0, 5.0]}, {"range_grid": [0.0, 9.0]}),
-        ({"profile_ranges": [0.0, 5.0]}, {"profile_ranges": [0.0, 9.0]}),
-    ],
-)
-def test_a_model_of_other_ranges_is_refused_while_it_holds_its_environment(
-    trained: dict[str, Any], other: dict[str, Any], tmp_path: Path
-) -> None:
-    env = FlockVecEnv(1, SCENARIO, **trained)
-    model = PPO("MlpPolicy", env, n_steps=8, batch_size=8, device="cpu")
-    rollout(SCENARIO, SB3Policy(model), [1], **trained)
-    with pytest.raises(ArgumentError, match=next(iter(other))):
-        rollout(SCENARIO, SB3Policy(model), [1], **{**trained, **other})
-    model.save(tmp_path / "model")
-    loaded = PPO.load(tmp_path / "model", device="cpu")
-    rollout(SCENARIO, SB3Policy(loaded), [1], **{**trained, **other})
-
-
-class Moody(Mood):
-    """A recurrent model of a predator that accelerates to the left, more with each action of an episode."""
-
-    def predict(self, *args: Any, **kwargs: Any) -> tuple[np.ndarray, Any]:
-        actions, state = super().predict(*args, **kwargs)
-        return np.concatenate([0 * actions, actions], axis=1), state
-
-
-def test_predator_policies_with_memory_start_again_with_every_episode() -> None:
-    scenario = SCENARIO.replace(predators=(Learned(), Learned()))
-    run = record(scenario, FixedRange(9.0), 3, predator_policy=SB3Policy(Moody()))
-    np.testing.assert_array_equal(run.predator_actions[:, 1, 1], mood(T) / 50 - 1)
-    batches = [
-        rollout(scenario, FixedRange(9.0), range(4), batch_size=size, predator_policy=SB3Policy(Moody()))
-        for size in (3, 1)
-    ]
-    np.testing.assert_array_equal(outcome(batches[0]), outcome(batches[1]))
-    envs = [FlockVecEnv(2, scenario, predator_policy=SB3Policy(Moody())) for _ in range(2)]
-    for env in envs:  # the second episodes; one environment was reset during the episodes of others
-        env.seed(5)
-        env.reset()
-    for _ in range(4):
-        envs[0].step(np.zeros((2, 1), np.float32))
-    for env in envs:
-        env.seed(7)
-        env.reset()
-    twins = [[env.step(np.zeros((2, 1), np.float32))[0] for _ in range(T + 3)] for env in envs]
-    np.testing.assert_array_equal(twins[0], twins[1])
 
 
 @pytest.mark.parametrize("algorithm", [PPO, TQC])
@@ -174,8 +114,10 @@ def test_a_model_becomes_a_network_that_can_be_saved(algorithm: Any, tmp_path: P
     actions = SB3Policy(model).act(rows, env.policy_spec)
     assert np.ptp(actions) > 0
     np.testing.assert_allclose(network.act(rows, env.policy_spec), actions, rtol=0, atol=1e-5)
-    save_policy(NamedPolicy("mine", network, True, {"max_range": 40.0}, SCENARIO), tmp_path / "mine.npz")
-    assert load_policy(tmp_path / "mine.npz").policy.parameters.tolist() == network.parameters.tolist()
+    fe.save_policy(
+        fe.NamedPolicy("mine", network, True, {"max_range": 40.0}, SCENARIO), tmp_path / "mine.npz"
+    )
+    assert fe.load_policy(tmp_path / "mine.npz").policy.parameters.tolist() == network.parameters.tolist()
 
 
 def test_models_that_are_no_network_of_the_package_are_refused() -> None:

@@ -24,14 +24,6 @@ ROOMS = (
 LAYERS = [*(f"flockesc_env.{room}" for room in ROOMS), "flockesc_env", "training", "studies", "benchmarks"]
 """From the lowest up: a module imports its own layer and lower ones, so no room imports the root."""
 
-ONLY_IN = {
-    "stable_baselines3": {"flockesc_env.sb3"},
-    "torchrl": {"flockesc_env.torchrl", "flockesc_env.benchmarl"},
-    "benchmarl": {"flockesc_env.benchmarl"},
-    "pygame": {"flockesc_env.render.canvas", "flockesc_env.render.window"},
-}
-"""Modules of the package that may import a library."""
-
 
 def imported(path: Path) -> set[str]:
     """Return the full names of all imports of a module, also inside functions."""
@@ -83,12 +75,6 @@ def test_the_check_sees_a_planted_import() -> None:
     scenario = "flockesc_env.scenario.flock"
     planted = {**IMPORTS, scenario: {"flockesc_env.envs.gymnasium", "flockesc_env.FlockEscapeEnv"}}
     assert sorted(upward(planted)) == [(scenario, "flockesc_env"), (scenario, "flockesc_env.envs.gymnasium")]
-
-
-@pytest.mark.parametrize("library", ONLY_IN)
-def test_only_some_modules_import_a_framework(library: str) -> None:
-    users = {module for module in IMPORTS if any(f"{n}.".startswith(f"{library}.") for n in IMPORTS[module])}
-    assert {module for module in users if module.startswith("flockesc_env")} <= ONLY_IN[library]
 
 
 @pytest.mark.parametrize(

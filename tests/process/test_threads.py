@@ -15,17 +15,7 @@ import pytest
 from envs import adapters, play, start
 from option_table import small_flock
 
-from flockesc_env import (
-    EpisodeError,
-    FlockEscapeEnv,
-    FlockScenario,
-    FlockVectorEnv,
-    LineEscapeEnv,
-    LineScenario,
-    rollout,
-    simulate,
-    sweep,
-)
+import flockesc_env as fe
 from flockesc_env.policies import FixedRange
 
 THREADS = 8
@@ -68,17 +58,17 @@ def test_eight_threads_give_serial_results(make: Callable[[], Any]) -> None:
 
 def test_eight_threads_share_one_pool() -> None:
     """Large flocks, batches and sweeps share the same two threads of the core."""
-    large = FlockScenario(num_agents=5000, initial_side=400.0, num_steps=6)
+    large = fe.FlockScenario(num_agents=5000, initial_side=400.0, num_steps=6)
     small = small_flock()
 
     def work(index: int) -> Any:
         if index % 4 == 0:
-            return simulate(large, 10.0, seed=index, num_threads=2).positions
+            return fe.simulate(large, 10.0, seed=index, num_threads=2).positions
         if index % 4 == 1:
-            return sweep(small, [1.0, 9.0], range(index, index + 30), num_threads=2).min_mean_distance
+            return fe.sweep(small, [1.0, 9.0], range(index, index + 30), num_threads=2).min_mean_distance
         if index % 4 == 2:
-            return rollout(small, FixedRange(9.0), range(index, 40), num_threads=2).mean_return
-        return played(FlockEscapeEnv(large, num_threads=2), index, 5)
+            return fe.rollout(small, FixedRange(9.0), range(index, 40), num_threads=2).mean_return
+        return played(fe.FlockEscapeEnv(large, num_threads=2), index, 5)
 
     for there, here in zip(at_once(work), map(work, range(THREADS)), strict=True):
         np.testing.assert_equal(there, here)
@@ -91,7 +81,7 @@ def test_pools_of_many_sizes_do_not_stay() -> None:
     sizes = range(2, 22)
     before = num_threads()
     for size in sizes:
-        FlockVectorEnv(2, small_flock(), num_threads=size).reset(seed=0)
+        fe.FlockVectorEnv(2, small_flock(), num_threads=size).reset(seed=0)
     deadline = time.monotonic() + 30
     while num_threads() - before > sum(sizes[-4:]) and time.monotonic() < deadline:
         time.sleep(0.01)
@@ -99,17 +89,17 @@ def test_pools_of_many_sizes_do_not_stay() -> None:
 
 
 ONE = np.array([10.0], np.float32)
-ENDLESS = LineScenario(escape_force="linear_as_printed", max_steps=10**6)
+ENDLESS = fe.LineScenario(escape_force="linear_as_printed", max_steps=10**6)
 SHARED: dict[str, tuple[Callable[[], Any], np.ndarray]] = {
     "flock": (
-        lambda: FlockEscapeEnv(FlockScenario(num_agents=600, initial_side=140.0), action_mode="range"),
+        lambda: fe.FlockEscapeEnv(fe.FlockScenario(num_agents=600, initial_side=140.0), action_mode="range"),
         ONE,
     ),
     "batch": (
-        lambda: FlockVectorEnv(12, FlockScenario(num_agents=100), num_threads=2, action_mode="range"),
+        lambda: fe.FlockVectorEnv(12, fe.FlockScenario(num_agents=100), num_threads=2, action_mode="range"),
         np.full((12, 1), 10.0, np.float32),
     ),
-    "line": (lambda: LineEscapeEnv(ENDLESS, action_mode="range", max_range=10.0), ONE),
+    "line": (lambda: fe.LineEscapeEnv(ENDLESS, action_mode="range", max_range=10.0), ONE),
 }
 
 
@@ -121,14 +111,14 @@ def test_threads_sharing_an_environment_take_turns_or_are_refused(name: str) -> 
     shared.reset(seed=5, options=options)
     alone.reset(seed=5, options=options)
 
-    refusals: list[EpisodeError] = []
+    refusals: list[fe.EpisodeError] = []
 
     def step(index: int) -> list[bytes]:
         stepped = []
         for _ in range(12):
             try:
                 stepped.append(shared.step(action)[0].tobytes())
-            except EpisodeError as error:
+            except fe.EpisodeError as error:
                 refusals.append(error)
         return stepped
 
@@ -144,11 +134,11 @@ def test_threads_sharing_an_environment_take_turns_or_are_refused(name: str) -> 
 def test_reading_during_a_long_step_is_refused(name: str) -> None:
     env: Any
     if name == "flock":
-        flock = FlockScenario(num_agents=300, num_steps=20_000)
-        env = FlockEscapeEnv(flock, action_mode="range", steps_per_action=20_000)
+        flock = fe.FlockScenario(num_agents=300, num_steps=20_000)
+        env = fe.FlockEscapeEnv(flock, action_mode="range", steps_per_action=20_000)
         env.reset(seed=0)
     else:
-        env = LineEscapeEnv(ENDLESS, action_mode="range", max_range=10.0, steps_per_action=10**6)
+        env = fe.LineEscapeEnv(ENDLESS, action_mode="range", max_range=10.0, steps_per_action=10**6)
         env.reset(seed=0, options={"initial_state": CYCLE})
     stepping = threading.Thread(target=env.step, args=(np.array([10.0], np.float32),))
     stepping.start()
@@ -156,7 +146,7 @@ def test_reading_during_a_long_step_is_refused(name: str) -> None:
     while stepping.is_alive():
         try:
             env.get_state()
-        except EpisodeError as error:
+        except fe.EpisodeError as error:
             refusals.append(error)
     stepping.join()
     assert refusals

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flockesc_env import ArgumentError, ConstantVelocity, FlockScenario, Intercept, approach, preset
+from flockesc_env import ConstantVelocity, FlockScenario, Intercept, approach, preset
 from studies.paper.plan import OFFSETS, aimed
 
 DIRECTIONS = [(1.0, 1.0), (0.0, -3.0), (-2.0, 0.5)]
@@ -73,24 +73,3 @@ def test_paths_in_space(aim: Any, direction: tuple[float, ...]) -> None:
     assert (position - target) @ heading == pytest.approx(-60.0)
     offset = {"edge": 50.0 * np.abs(left).sum(), 17.0: 17.0}.get(aim, 0.0)
     assert position - target + 60.0 * heading == pytest.approx(offset * left)
-
-
-def test_an_aim_with_three_coordinates_is_in_space() -> None:
-    assert approach((50.0, 50.0, 50.0)) == approach(dimension=3)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "field"),
-    [
-        ({"aim": "middle"}, "aim"),
-        ({"direction": (0.0, 0.0)}, "direction"),
-        ({"dimension": 4}, "dimension"),
-        ({"aim": (1.0, 2.0, 3.0), "dimension": 2}, "aim"),
-        ({"direction": (1.0, 1.0), "dimension": 3}, "direction"),
-        ({"aim": "edge", "direction": (0.0, 0.0, 1.0), "dimension": 3}, "direction"),
-    ],
-)
-def test_bad_arguments(arguments: dict[str, Any], field: str) -> None:
-    with pytest.raises(ArgumentError) as caught:
-        approach(**arguments)
-    assert caught.value.field == field

@@ -12,17 +12,10 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from argument_parts import PARTS, SLOTS
+from argument_table import PARTS, SLOTS
 from option_table import small_flock
 
-from flockesc_env import (
-    EnvOptions,
-    FlockEscapeEnv,
-    FlockScenario,
-    LineOptions,
-    LineScenario,
-    _core,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import FlockescError
 from flockesc_env.episodes.options import View
 
@@ -37,19 +30,19 @@ def known_to(check: Callable[[str], Any], document: Any) -> set[str]:
 
 
 def check_options(document: str) -> None:
-    actions = FlockEscapeEnv(small_flock()).policy_spec.actions.core
-    _core.FlockBatch([small_flock().to_json()], [0], document, actions, 1, False, 0)
+    actions = fe.FlockEscapeEnv(small_flock()).policy_spec.actions.core
+    fe._core.FlockBatch([small_flock().to_json()], [0], document, actions, 1, False, 0)
 
 
 def check_line_options(document: str) -> None:
-    _core.LineEpisode(LineScenario().to_json(), document, 0)
+    fe._core.LineEpisode(fe.LineScenario().to_json(), document, 0)
 
 
 DOCUMENTS: dict[str, tuple[Callable[[str], Any], str]] = {
-    "flock": (_core.check_flock_scenario, FlockScenario().to_json()),
-    "line": (_core.check_line_scenario, LineScenario().to_json()),
-    "options": (check_options, EnvOptions().to_core(View.FLOCK)),
-    "options of lines": (check_line_options, LineOptions().to_core()),
+    "flock": (fe._core.check_flock_scenario, fe.FlockScenario().to_json()),
+    "line": (fe._core.check_line_scenario, fe.LineScenario().to_json()),
+    "options": (check_options, fe.EnvOptions().to_core(View.FLOCK)),
+    "options of lines": (check_line_options, fe.LineOptions().to_core()),
 }
 documents = pytest.mark.parametrize(("check", "text"), DOCUMENTS.values(), ids=DOCUMENTS)
 
@@ -70,4 +63,4 @@ def test_fields_of_parts(slot: str, part: Any) -> None:
     assert kind == part.kind
     known = set(fields)
     fields[UNKNOWN] = 1
-    assert known_to(_core.check_flock_scenario, document) == known
+    assert known_to(fe._core.check_flock_scenario, document) == known

@@ -11,16 +11,13 @@ from pathlib import Path
 
 import polars as pl
 import pytest
-from cli_runs import FLOCKESC, SMALL, SMALL_FLAGS, TIMEOUT, Ran, run_process, sweep_flags
+from cli_runs import FLOCKESC, SMALL_FLAGS, TIMEOUT, run_process
 
 from flockesc_env import (
     FlockScenario,
-    FlockSweepResult,
-    simulate,
     sweep,
 )
 from flockesc_env.cli.exits import Exit
-from flockesc_env.models.records import save_run
 
 SWEEP = ["sweep", "--seeds", "0:2", *SMALL_FLAGS]
 
@@ -83,35 +80,6 @@ def _counts(shown: bytes) -> list[bytes]:
     return [word.partition(b"/")[0] for word in shown.split() if b"/20000000" in word]
 
 
-def test_ctrl_c_before_anything_is_finished(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupt(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("flockesc_env.cli.sweep.sweep", interrupt)
-    ran = Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.csv"))
-    assert (ran.code, ran.out) == (Exit.INTERRUPTED, "")
-    assert "interrupted after 0 of 37 seeds" in ran.err
-    assert not list(tmp_path.iterdir())
-    monkeypatch.setattr("flockesc_env.cli.simulate.simulate", interrupt)
-    ran = Ran(capsys, "simulate", "--interaction-range", 1)
-    assert (ran.code, ran.out, ran.err) == (Exit.INTERRUPTED, "", "flockesc: interrupted\n")
-
-
-def test_ctrl_c_during_the_intervals_keeps_the_table(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    means = [row["mean"] for row in Ran(capsys, *sweep_flags("--json")).json()["ranges"]]
-    monkeypatch.setattr(FlockSweepResult, "mean_with_interval", interrupt)
-    ran = Ran(capsys, *sweep_flags("--json"))
-    assert (ran.code, ran.json()["interrupted"]) == (Exit.INTERRUPTED, True)
-    assert [(row["mean"], row["low"]) for row in ran.json()["ranges"]] == [(mean, None) for mean in means]
-
-
 @pytest.mark.parametrize("argv", [["--help"], SWEEP])
 def test_a_reader_that_goes_away(argv: list[str]) -> None:
     reading, writing = os.pipe()
@@ -141,13 +109,3 @@ def test_closed_streams(argv: list[str], closed: str) -> None:
     ran = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)  # noqa: S603
     assert (ran.returncode, ran.stderr) == (Exit.DONE, "")
     assert bool(ran.stdout) == (">&-" not in closed.replace("2>&-", ""))
-
-
-def test_a_terminal_without_unicode(tmp_path: Path) -> None:
-    environment = {**os.environ, "PYTHONIOENCODING": "ascii:strict"}
-    ran = run_process("--help", capture_output=True, env=environment)
-    assert (ran.returncode, ran.stderr) == (Exit.DONE, "")
-    path = tmp_path / "f\u00f6n.npz"
-    save_run(simulate(SMALL, 10.0, seed=7), path)
-    ran = run_process("replay", path, capture_output=True, env=environment)
-    assert (ran.returncode, ran.stdout) == (Exit.DONE, f"{tmp_path}/f?n.npz: matches\n")

@@ -7,37 +7,35 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flockesc_env import (
-    FlockEscapeEnv,
-    FlockScenario,
-    Inertial,
-    PurePursuit,
-    Reynolds,
-    Vicsek,
-    Wandering,
-)
+import flockesc_env as fe
 
 STEPS = 10**6
 
 
-def hunters(dimension: int) -> tuple[Wandering | PurePursuit, ...]:
+def hunters(dimension: int) -> tuple[fe.Wandering | fe.PurePursuit, ...]:
     above = (0.0,) * (dimension - 2)
     return (
-        Wandering((0.0, 9.0, *above), (5.0, 5.0, *above), angular_diffusion=1.0),
-        PurePursuit((9.0, 0.0, *above), (6.0, 6.0, *above), confusion_rate=3.0),
-        PurePursuit((9.0, 9.0, *above), (1.0, 6.0, *above), max_speed=30.0, acceleration=0.01),
+        fe.Wandering((0.0, 9.0, *above), (5.0, 5.0, *above), angular_diffusion=1.0),
+        fe.PurePursuit((9.0, 0.0, *above), (6.0, 6.0, *above), confusion_rate=3.0),
+        fe.PurePursuit((9.0, 9.0, *above), (1.0, 6.0, *above), max_speed=30.0, acceleration=0.01),
     )
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize(
     ("motion", "constant_speed"),
-    [(Inertial(), True), (Inertial(), False), (Vicsek(), True), (Reynolds(), True), (Reynolds(), False)],
+    [
+        (fe.Inertial(), True),
+        (fe.Inertial(), False),
+        (fe.Vicsek(), True),
+        (fe.Reynolds(), True),
+        (fe.Reynolds(), False),
+    ],
     ids=lambda value: getattr(value, "kind", value),
 )
 def test_a_million_steps(motion: Any, constant_speed: bool, dimension: int) -> None:
     """All numbers stay finite, observations stay in their space, speeds are constant, minima never rise."""
-    scenario = FlockScenario(
+    scenario = fe.FlockScenario(
         num_agents=5,
         dimension=dimension,
         num_steps=STEPS,
@@ -47,7 +45,7 @@ def test_a_million_steps(motion: Any, constant_speed: bool, dimension: int) -> N
         angular_noise=0.1,
         predators=hunters(dimension),
     )
-    env = FlockEscapeEnv(scenario, action_mode="range", steps_per_action=5000)
+    env = fe.FlockEscapeEnv(scenario, action_mode="range", steps_per_action=5000)
     env.reset(seed=1)
     least, has_ended = np.inf, False
     while not has_ended:

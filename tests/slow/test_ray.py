@@ -125,12 +125,6 @@ def test_workers_take_one_thread(cluster: Any, tmp_path: Path) -> None:
     assert (int(found["engine"]), int(found["blas"])) == (1, 1)
 
 
-def test_results_larger_than_the_object_store(cluster: Any, tmp_path: Path) -> None:
-    """Together 200 MB, in stores of 78 MB per node."""
-    run(jobs_of("large", 100), Cache(tmp_path), find_backend("ray"))
-    assert sum(map(len, contents(tmp_path).values())) > 180_000_000
-
-
 SCRIPT = """
 import sys
 from functools import partial

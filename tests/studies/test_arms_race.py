@@ -12,7 +12,7 @@ from option_table import small_flock
 
 from flockesc_env import rollout
 from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import Observations, PredatorPolicySpec
 from flockesc_env.jobs import Cache, find_backend
 from flockesc_env.policies import find_policy
@@ -71,23 +71,6 @@ def test_lead_pursuit_aims_at_the_meeting_point() -> None:
         np.testing.assert_allclose(action[0], np.array(aim) / np.hypot(*aim), atol=1e-6)
 
 
-def test_lead_pursuit_at_the_centroid_of_a_resting_flock_is_finite() -> None:
-    observation, spec = predator_view()
-    np.testing.assert_array_equal(LeadPursuit(SCENARIO, 1.0).act(observation, spec), [[0.0, 0.0]])
-
-
-def test_lead_pursuit_without_lead_pursues_the_centroid() -> None:
-    expected = played("fixed:10", Pursue("centroid"))
-    np.testing.assert_allclose(played("fixed:10", LeadPursuit(SCENARIO, 0.0)), expected, rtol=1e-5)
-    assert np.abs(played("fixed:10", LeadPursuit(SCENARIO, 1.0)) - expected).max() > 0.01
-
-
-def test_parameters_of_0_leave_lead_pursuit_unchanged() -> None:
-    pursuit = LeadPursuit(SCENARIO, 1.0)
-    network = played("fixed:10", NetworkPredator(np.zeros(SIZE), pursuit))
-    np.testing.assert_array_equal(network, played("fixed:10", pursuit))
-
-
 def test_a_predator_treats_left_and_right_alike() -> None:
     spec, rng = PredatorPolicySpec.of(SCENARIO), np.random.default_rng(0)
     observations = rng.uniform(-0.5, 0.5, (20, len(spec.layout.names))).astype(np.float32)
@@ -101,19 +84,6 @@ def test_a_predator_treats_left_and_right_alike() -> None:
     expected = predator.act(observations, spec) * [1, -1]
     np.testing.assert_array_equal(predator.act(reflected, spec), expected)
     assert np.unique(expected).size > 20
-
-
-def test_the_search_finds_the_maximum_of_a_parabola() -> None:
-    target = np.array([0.3, -0.2, 0.1])
-
-    def value(vectors: FloatArray, flocks: range) -> FloatArray:
-        heights = -((vectors - target) ** 2).sum(axis=1)
-        return np.repeat(heights[:, None], len(flocks), axis=1)
-
-    budget = Budget(population=8, generations=40, check_every=10, tuning_flocks=2)
-    found = evolve.evolve(value, 3, 0.3, budget, seed=0)
-    np.testing.assert_allclose(found["parameters"], target, atol=1e-3)
-    assert found["episodes"] == budget.episodes
 
 
 @pytest.mark.parametrize("flock", ["fixed:10", "learned"])
@@ -149,14 +119,6 @@ def test_training_begins_with_the_stored_policy_and_never_ends_below_it() -> Non
     assert result["curve"].max() == after
 
 
-def test_a_large_network_or_a_rule_is_not_trained() -> None:
-    large = LEARNED_RESULTS / "shared" / "policies" / "imitation-0.npz"
-    with pytest.raises(ValueError, match="expected at most 500 parameters"):
-        train_flock(Flock(str(large)), Predator("centroid"), BUDGET, 100)
-    with pytest.raises(TypeError, match="expected a network, got StubbornLeaders"):
-        train_flock(Flock("stubborn-leaders"), Predator("centroid"), BUDGET, 100)
-
-
 def made_up(objective: dict[tuple[str, str], list[float]]) -> RaceResults:
     """Return results with a given J_mean of every flock policy against every predator."""
     values = {pair: np.array(row) for pair, row in objective.items()}
@@ -184,13 +146,6 @@ def test_losses_are_to_the_worst_predator_and_equal_policies_count_once() -> Non
     assert results.loss_to_worst("a").mean == (3 + 5) / 2
     assert results.excess_loss("a", "b").mean == ((3 - 1) + (5 - 2)) / 2
     assert results.distinct == ("a", "b")
-
-
-def test_changes_are_grouped_by_their_intervals() -> None:
-    found = {"up": Estimate(2, 1, 3), "down": Estimate(-1, -2, -0.5), "none": Estimate(0.1, -1, 1)}
-    changes = page.grouped(list(found), found.__getitem__)
-    assert (changes.larger, changes.smaller, changes.neither) == (("up",), ("down",), ("none",))
-    assert (changes.least[0], changes.most[0]) == ("down", "up")
 
 
 def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None:

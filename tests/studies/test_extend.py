@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import re
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +11,12 @@ import polars as pl
 import pytest
 from small_runs import small_run
 
-from flockesc_env import ArgumentError
 from training.__main__ import TRAINING
 from training.arguments import ExtendArgs
 from training.config import Args
 from training.extend import extend
-from training.outputs import CHECKPOINT, save_checkpoint
-from training.record import CONFIG_FILE, CURVE_FILE, POLICY_FILE, RunRecord
+from training.outputs import save_checkpoint
+from training.record import CURVE_FILE, POLICY_FILE, RunRecord
 from training.train import train
 
 SHORT, LONG = 4, 7  # neither is a multiple of the rounds between two points of the learning curve
@@ -99,33 +96,3 @@ def test_an_interrupted_extension_continues(
             extend(again)
     assert not (tmp_path / "again" / "run" / POLICY_FILE).exists()
     assert extend(again).read_bytes() == expected
-
-
-def edit(run: Path, name: str, value: Any) -> None:
-    document = json.loads((run / CONFIG_FILE).read_text())
-    document[name] |= value
-    (run / CONFIG_FILE).write_text(json.dumps(document))
-
-
-@pytest.mark.parametrize(
-    ("spoil", "total", "field", "words"),
-    [
-        (lambda run: (run / CONFIG_FILE).unlink(), LONG, "run", "the folder of a run"),
-        (lambda run: (run / POLICY_FILE).unlink(), LONG, "run", "a finished run"),
-        (lambda run: (run / CHECKPOINT).unlink(), LONG, "run", CHECKPOINT),
-        (lambda run: edit(run, "versions", {"numpy": "0"}), LONG, "run", "installed versions of numpy"),
-        (lambda run: edit(run, "args", {"restarts": 2}), LONG, "run", "without restarts"),
-        (lambda run: edit(run, "args", {"scenario": "pursuit"}), LONG, "run", "pursuit has not changed"),
-        (lambda _: None, SHORT, "total", "more than the 4 generations"),
-    ],
-)
-def test_runs_that_cannot_be_continued_are_refused(
-    tmp_path: Path, finished: Path, spoil: Any, total: int, field: str, words: str
-) -> None:
-    run = tmp_path / "run"
-    shutil.copytree(finished, run)
-    spoil(run)
-    with pytest.raises(ArgumentError, match=words) as caught:
-        extend(ExtendArgs(run=run, total=total))
-    assert caught.value.field == field
-    assert [folder.name for folder in tmp_path.iterdir()] == ["run"]

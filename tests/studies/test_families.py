@@ -1,21 +1,24 @@
-"""Policies of a generation play as each of them does alone; a search can start from a stored policy."""
+"""Policies of a generation play as each does alone; a search starts from a policy and restarts."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import polars as pl
 import pytest
+from cmaes import CMA
+from numpy.typing import NDArray
 from option_table import small_flock
 from small_runs import small_run
 
 from flockesc_env import Architecture, load_policy
 from flockesc_env.policies import BestCandidate, WinStayLoseShift
-from training.config import SearchArgs
-from training.evaluation import objective, policy_spec
+from training import search
+from training.config import SearchArgs, Setting
+from training.evaluation import objective
 from training.families import Family, Networks, Rules, family_of
 from training.outputs import CURVE_FLOCKS
 from training.record import CURVE_FILE
@@ -101,27 +104,6 @@ def test_a_search_starts_from_a_rule(hidden: tuple[int, ...], tmp_path: Path) ->
     np.testing.assert_array_equal(family.play(args, np.zeros((1, family.size)), SEEDS)[0][0], rule)
 
 
-def test_a_search_starts_from_a_rule_with_a_cost(tmp_path: Path) -> None:
-    seen = {"inputs": (), "candidate_inputs": ("polarization", "heading_escape"), "hidden": ()}
-    args = search_args(tmp_path / "run", start="wait-for-escape", per_agent=False, **PROFILE, **seen)
-    found = family_of(args).policy(np.zeros(3)).parameters
-    np.testing.assert_array_equal(found, np.array([-0.6, 1.0, 0.0], np.float32))
-    with pytest.raises(ValueError, match="got BestCandidate"):
-        family_of(replace(args, candidate_inputs=("heading_escape",)))
-
-
-def test_a_network_with_hidden_layers_starts_as_a_linear_one(tmp_path: Path) -> None:
-    linear = train(search_args(tmp_path / "linear", hidden=(), memory=0))
-    family = family_of(search_args(tmp_path / "run", start=str(linear), hidden=(5, 2), memory=0))
-    policies = [load_policy(linear).policy, family.policy(np.zeros(family.size))]
-    spec = policy_spec(search_args(tmp_path / "run"))
-    rows = np.random.default_rng(0).uniform(-0.2, 0.2, (50, len(spec.layout.names))).astype(np.float32)
-    expected, found = (policy.act(rows, spec) for policy in policies)
-    # Two hidden layers compress an output x to tanh(tanh(x / 10)) / (1 / 10).
-    np.testing.assert_allclose(found, 10 * np.tanh(np.tanh(expected / 10)), atol=1e-6)
-    assert np.ptp(expected) > 0.01
-
-
 def test_a_search_of_a_rule_begins_with_parameters_chosen_by_hand(tmp_path: Path) -> None:
     own = {"extra_entries": ("closest_approach",), "steps_per_action": 1, "max_range": 100.0}
     args = search_args(tmp_path / "run", rule="win-stay-lose-shift", step_size=1e-12, **own)
@@ -131,19 +113,27 @@ def test_a_search_of_a_rule_begins_with_parameters_chosen_by_hand(tmp_path: Path
     assert pl.read_parquet(args.run / CURVE_FILE)["episodes"][0] == 0
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"hidden": (4,)}, "start: expected a network with the run's Architecture"),
-        ({"rule": "spread-out"}, "start: expected no policy with a rule"),
-        ({"rule": "mine", "start": ""}, "rule: expected one of stubborn-witnesses, .* got 'mine'"),
-        ({"start": "keep-distance"}, "start: expected a network with the run's .* got BestCandidate"),
-    ],
-)
-def test_a_start_that_does_not_fit_is_refused(
-    changes: dict[str, Any], message: str, stored: Path, tmp_path: Path
+def test_a_restart_draws_from_the_first_distribution_on_new_flocks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    args = search_args(tmp_path / "run", **{"start": str(stored), **changes})
-    with pytest.raises(ValueError, match=message):
-        train(args)
-    assert not args.run.exists()
+    drawn: list[tuple[NDArray[np.float64], list[int]]] = []
+
+    class Recorded(Networks):
+        def play(
+            self, setting: Setting, vectors: NDArray[np.float64], seeds: Sequence[int]
+        ) -> tuple[NDArray[np.float64], int]:
+            drawn.append((vectors, list(seeds)))
+            return super().play(setting, vectors, seeds)
+
+    args = small_run(tmp_path / "run", "search", generations=6, restarts=2, final_flocks=8)
+    assert isinstance(args, SearchArgs)
+    family = family_of(args)
+    assert isinstance(family, Networks)
+    monkeypatch.setattr(search, "family_of", lambda _: Recorded(family.architecture))
+    train(args)
+    fresh = CMA(np.zeros(family.size), args.step_size, population_size=args.population, seed=args.seed)
+    fresh.reseed_rng(int(np.random.SeedSequence([args.seed, 3]).generate_state(1)[0]))
+    np.testing.assert_array_equal(drawn[3][0], [fresh.ask() for _ in range(args.population)])
+    assert [len(flocks) for _, flocks in drawn] == [2, 3, 5] * 2
+    flocks = [flock for _, flocks in drawn for flock in flocks]
+    assert len(set(flocks)) == len(flocks)

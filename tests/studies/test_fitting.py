@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
+import yaml
 
-from flockesc_env import ArgumentError, FlockScenario, LineScenario, NamedPolicy, load_policy, preset
+from flockesc_env import ArgumentError, FlockScenario, LineScenario, NamedPolicy, load_policy
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.policies import NAMES, FixedRange, RandomRange, ScheduledRange, StubbornLeaders, built_in
 from studies.learned.fitting import FREE, check_fits, is_checkable
 from studies.learned.held_out import rule_options, rules_of
-from studies.learned.watching import watch
+from studies.learned.questions import QUESTIONS
 from training.config import Setting
 from training.presets import presets
 
-RESULTS = Path("results/learned")
-
 LOCAL = Setting(predator_visible=False)
 VISIBLE = Setting()
-DERIVED = Setting(extra_entries=("escape_direction",))
 PROFILE = Setting(profile_ranges=(0.0, 5.0, 10.0))
 SHARED = Setting(per_agent=False)
 LINE = Setting(scenario="paper-line", max_range=1.0)
@@ -33,31 +31,6 @@ RHO = FixedRange(0.1)
 
 def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> NamedPolicy:
     return NamedPolicy("", RHO, per_agent, options, scenario)
-
-
-@pytest.mark.parametrize(
-    ("entry", "setting"),
-    [
-        (named(), LOCAL),
-        (named(predator_sensing_range=5.0), LOCAL),
-        (named(max_range=1.0, steps_per_action=7, reward="terminal", count_components=True), LOCAL),
-        (named(action_mode="discrete", min_range=1.0, max_range=2.0, range_grid=(1.0, 2.0)), LOCAL),
-        (named(extra_entries=("closest_approach",)), LOCAL),
-        (named(objective="mean"), LOCAL),
-        (named(predator_sensing_range=None), VISIBLE),
-        (named(predator_sensing_range=1000.0), VISIBLE),
-        (named(scenario=preset("pursuit")), VISIBLE),
-        (named(extra_entries=["escape_direction", "closest_approach"]), DERIVED),
-        (named(extra_entries=()), DERIVED),
-        (named(profile_ranges=[0, 5, 10]), PROFILE),
-        (named(profile_ranges=(5.0,)), PROFILE),
-        (named(per_agent=False, predator_sensing_range=None), SHARED),
-        (named(per_agent=False, max_range=0.5), LINE),
-        (named(per_agent=False, profile_ranges=(0.1,)), LINE_PROFILE),
-    ],
-)
-def test_policies_that_see_no_more_than_the_setting_shows_fit(entry: NamedPolicy, setting: Setting) -> None:
-    check_fits(entry, setting)
 
 
 @pytest.mark.parametrize(
@@ -146,6 +119,33 @@ def test_built_in_rules_fit_the_settings_that_show_what_they_need(name: str) -> 
         check_fits(dataclasses.replace(entry, options=options), setting)
 
 
+TASKS = Path(__file__).parents[2] / "flockesc_env" / "benchmarl"
+
+
+def test_the_tasks_have_the_options_of_the_settings_with_one_range_per_agent() -> None:
+    found = {}
+    for file in TASKS.glob("*.yaml"):
+        task = yaml.safe_load(file.read_text())
+        assert task.pop("reward") == "individual_running_minimum"
+        found[file.stem] = {"objective": "mean", **task}
+    settings = {name: presets()[name].setting for name in QUESTIONS}
+    expected = {
+        name.replace("-", "_"): {"scenario": setting.scenario, **setting.env_options()}
+        for name, setting in settings.items()
+        if setting.per_agent and not setting.is_line
+    }
+    as_lists = {
+        name: {key: list(value) if isinstance(value, tuple) else value for key, value in options.items()}
+        for name, options in expected.items()
+    }
+    assert found == as_lists
+    members = re.findall(r"^    ([A-Z_]+) = None$", (TASKS / "__init__.py").read_text(), re.MULTILINE)
+    assert {member.lower() for member in members} == found.keys()
+
+
+RESULTS = Path("results/learned")
+
+
 @pytest.mark.parametrize("name", [name for name in presets() if name != "demo"])
 def test_every_trained_policy_fits_its_setting(name: str) -> None:
     files = sorted((RESULTS / name / "policies").glob("*.npz"))
@@ -165,42 +165,3 @@ def test_only_classes_of_the_package_are_checkable() -> None:
     assert is_checkable(ScheduledRange([1.0]))
     assert is_checkable(RandomRange(0))
     assert not is_checkable(Own())
-
-
-def test_the_closest_approach_follows_from_entries_that_every_agent_has() -> None:
-    """With one predator, so it shows an agent no more than the predator's entries do."""
-    scenario = FlockScenario(num_agents=40, num_steps=30)
-    options: dict[str, Any] = {"predator_sensing_range": None, "extra_entries": ("closest_approach",)}
-    options |= {"profile_ranges": (5.0, 30.0)}
-    layout, seen, _ = watch(NamedPolicy("", StubbornLeaders(), True, options, scenario), range(3))
-    rows = seen.reshape(-1, seen.shape[-1]).astype(float)
-
-    def vector(prefix: str) -> np.ndarray:
-        found: np.ndarray = rows[:, [layout.index(f"{prefix}_ahead"), layout.index(f"{prefix}_left")]]
-        return found
-
-    def speed(prefix: str) -> np.ndarray:
-        scaled = vector(prefix)  # in units of v0
-        velocities: np.ndarray = scaled / (1 - np.linalg.norm(scaled, axis=1, keepdims=True))
-        return velocities
-
-    distance = rows[:, [layout.index("predator_distance")]]
-    offset = distance / (1 - distance) * vector("predator_direction")
-    predator = speed("predator_velocity") + np.array([1.0, 0.0])
-
-    def approach(heading: np.ndarray) -> np.ndarray:
-        relative = predator - heading
-        time = -np.sum(offset * relative, axis=1) / np.sum(relative**2, axis=1)
-        least = np.linalg.norm(offset + np.maximum(time, 0)[:, None] * relative, axis=1)
-        scaled: np.ndarray = least / (least + 1)
-        return scaled
-
-    for entry, heard in (
-        ("closest_approach", None),
-        ("heard_closest_approach", "heard_velocity"),
-        ("profile_0_closest_approach", "profile_0_velocity"),
-        ("profile_1_closest_approach", "profile_1_velocity"),
-    ):
-        heading = np.array([[1.0, 0.0]]) if heard is None else speed(heard)
-        heading = heading / np.linalg.norm(heading, axis=1, keepdims=True)
-        np.testing.assert_allclose(rows[:, layout.index(entry)], approach(heading), atol=2e-4, err_msg=entry)

@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 from small_runs import SMALL, small_run
 
-from flockesc_env import ArgumentError, FlockEscapeEnv
+from flockesc_env import FlockEscapeEnv
 from training.branches import Branches
 from training.config import ImitationArgs
 from training.evaluation import policy_spec
 from training.imitation import fit
 from training.policies import named_policy
-from training.train import train
 
 
 def imitation_args(folder: Path, **changes: Any) -> ImitationArgs:
@@ -97,19 +96,3 @@ def test_the_network_sets_the_better_candidate(
         tmp_path, hidden=hidden, epochs=100, learning_rate=0.03, weight_decay=0.01, **changes
     )
     assert _agreement(args, names, ranges) > 0.9
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"per_agent": True}, "per_agent: expected one range for a flock"),
-        ({"profile_ranges": ()}, "profile_ranges: expected candidate ranges, got none"),
-        ({"rounds": 0}, "rounds: expected at least 1, got 0"),
-        ({"ranges": (0.0, 5.0)}, "ranges: expected candidates, or candidate_inputs of a profile, got both"),
-    ],
-)
-def test_other_settings_are_refused(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
-    args = imitation_args(tmp_path, **changes)
-    with pytest.raises(ArgumentError, match=message):
-        train(args)
-    assert not args.run.exists()

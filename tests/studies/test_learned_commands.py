@@ -4,53 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock, call
 
 import pytest
 from cli_runs import Ran
 
 from flockesc_env.cli.exits import Exit
 from studies.__main__ import STUDIES
-from studies.learned.study import StudyArgs
-
-COMMANDS = [
-    (
-        "study.study",
-        ["learned", "shared", "--learners", "search", "tqc", "--held-out-flocks", "7", "--backend", "serial"],
-        call(StudyArgs("shared", learners=("search", "tqc"), held_out_flocks=7, backend="serial")),
-    ),
-    ("coverage.measure_coverage", ["learned-coverage", "--results", "a"], call(Path("a"))),
-    (
-        "study.study_references",
-        ["learned-references", "shared", "--held-out-flocks", "7", "--backend", "serial"],
-        call(StudyArgs("shared", held_out_flocks=7, backend="serial")),
-    ),
-    (
-        "study.study_explanations",
-        ["learned-explain", "shared", "--backend", "serial"],
-        call(StudyArgs("shared", backend="serial")),
-    ),
-    (
-        "submit.submit",
-        ["learned-submit", "line", "my:policy", "it", "--page", "b.md", "--dry-run"],
-        call("line", "my:policy", "it", Path("results/learned"), Path("b.md"), replace=False, dry_run=True),
-    ),
-]
-
-
-@pytest.mark.parametrize(("function", "words", "expected"), COMMANDS)
-def test_commands_take_the_arguments_of_their_functions(
-    function: str,
-    words: list[str],
-    expected: Any,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    called = Mock(return_value="done")
-    monkeypatch.setattr(f"studies.learned.{function}", called)
-    ran = Ran(capsys, *words, run=STUDIES.main)
-    assert ran.code == Exit.DONE, ran.err
-    assert called.mock_calls == [expected]
 
 
 @pytest.mark.parametrize(

@@ -9,14 +9,11 @@ import numpy as np
 import pytest
 from option_table import small_flock
 
-from flockesc_env import FlockScenario, parallel_env, record
-from flockesc_env.policies import FixedRange
+from flockesc_env import FlockScenario, record
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy
 from studies.learned import listening
-from studies.learned.explain import Blinded
 from studies.learned.listening import SILENT, draw_listening, measure_listening
-from studies.learned.watching import Watching, watch
 from training.seeds import HELD_OUT
 
 SCENARIO = small_flock(num_agents=8, num_steps=18, predator_range=45.0)
@@ -121,27 +118,3 @@ def test_the_figure_is_drawn(entry: NamedPolicy, tmp_path: Path, monkeypatch: py
     np.testing.assert_allclose(kept["times"], np.arange(6) * STEPS * SCENARIO.time_step)
     draw_listening(tmp_path / "listening.npz").savefig(tmp_path / "listening.png")
     assert (tmp_path / "listening.png").stat().st_size > 5_000
-
-
-def test_measuring_changes_nothing() -> None:
-    entry = listener(per_agent=True)
-    layout, seen, ranges = watch(entry, HELD_OUT[:3])
-    assert seen.shape == (SCENARIO.num_steps // STEPS, 3 * SCENARIO.num_agents, len(layout.names))
-    np.testing.assert_allclose(seen[:, 0, layout.index("time")], np.arange(6) / 6)
-    for flock, run in enumerate(played(entry)[:3]):
-        rows = slice(flock * SCENARIO.num_agents, (flock + 1) * SCENARIO.num_agents)
-        np.testing.assert_allclose(ranges[:, rows], run.interaction_ranges[::STEPS], rtol=0, atol=1e-4)
-
-
-def test_hidden_entries_are_constant() -> None:
-    entry = listener(per_agent=True)
-    layout, seen, _ = watch(entry, HELD_OUT[:1])
-    shown = {layout.index("predator_distance"): 0.25, layout.index("speed"): 0.5}
-    blind = Watching(FixedRange(1.0))
-    blinded = Blinded(blind, shown)  # type: ignore[arg-type]
-    before = seen[1].copy()
-    blinded.act(seen[1], parallel_env(SCENARIO).policy_spec)
-    np.testing.assert_array_equal(seen[1], before)
-    for column, name in enumerate(layout.names):
-        expected = {"predator_distance": 0.25, "speed": 0.5}.get(name, before[:, column])
-        np.testing.assert_array_equal(blind.seen[0][:, column], np.float32(expected))

@@ -8,23 +8,17 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from study_folders import write_study
 from tiny_studies import TINY, write_preset
 
-from flockesc_env import built_in, load_policy, rollout, simulate, sweep
-from flockesc_env.common.stats import Estimate
+from flockesc_env import built_in, load_policy, rollout, sweep
 from flockesc_env.jobs import find_backend
 from studies.learned import losses, retrained
-from studies.learned.cells import LOSSES_FILE, Cell, cells_of, lost, outcomes, read_cells, write_cells
+from studies.learned.cells import LOSSES_FILE, read_cells
 from studies.learned.held_out import FLOCK_GRID
-from studies.learned.loss_tables import loss_tables
 from studies.learned.losses import measure_losses
-from studies.learned.results import BEST_FIXED, load_studies, load_study
-from studies.learned.retrained import chosen_pairs
-from studies.learned.starts import POLARIZATIONS, starts
+from studies.learned.results import load_study
 from studies.learned.study import StudyArgs, study
-from studies.learned.summary import BEST_THERE, LEARNED, summarize
-from studies.learned.tables import transfer_tables
+from studies.learned.summary import BEST_THERE, LEARNED
 from studies.learned.transfer import refusal, worlds
 from training.seeds import HELD_OUT, TUNING
 
@@ -45,82 +39,6 @@ def table(gains: dict[str, np.ndarray]) -> pl.DataFrame:
         for name, objective in ((LEARNED, np.full(len(values), 50.0)), (BEST_THERE, 50.0 - values))
     ]
     return pl.concat(parts)
-
-
-NOISE = np.linspace(-1, 1, 30)
-CELLS = [
-    *cells_of("world", "shared", table({"pursuit": 3 + NOISE, "intercept": NOISE, "clusters": NOISE - 2})),
-    *cells_of("world", "per-agent-local", table({"clusters": NOISE - 5, "topological": NOISE - 0.5})),
-    Cell("world", "per-agent-local", "pursuit", 0, None, None, "profile_ranges"),
-]
-
-
-def test_losses_come_first_the_largest_first() -> None:
-    assert [(cell.setting, cell.world) for cell in lost(CELLS)] == [
-        ("per-agent-local", "clusters"),
-        ("shared", "clusters"),
-        ("per-agent-local", "topological"),
-    ]
-    assert {name: dict(counts) for name, counts in outcomes(CELLS).items()} == {
-        "shared": {"win": 1, "tie": 1, "loss": 1},
-        "per-agent-local": {"loss": 2, "refused": 1},
-    }
-
-
-def test_cells_are_read_as_written(tmp_path: Path) -> None:
-    write_cells(CELLS, tmp_path / "cells.parquet")
-    assert read_cells(tmp_path / "cells.parquet") == CELLS
-    assert read_cells(tmp_path / "nothing.parquet") == []
-
-
-def test_tables_of_losses(tmp_path: Path) -> None:
-    fixed = np.arange(30.0)
-    for setting, policy in (("shared", "search"), ("per-agent-local", "rule")):
-        about = {policy: {"kind": "search", "arguments": {"max_range": 5.0}}}
-        write_study(
-            tmp_path, setting, {BEST_FIXED: fixed}, {policy: fixed[None]}, about=about, explained=policy
-        )
-    summaries = summarize(load_studies(tmp_path))
-    (transfers,) = transfer_tables(CELLS, summaries)
-    assert transfers.columns == ["shared `search`", "per-agent-local `rule`"]
-    assert dict(transfers.rows)["pursuit (30 flocks)"] == ["+3.0 \u00b1 0.2", "no profile"]
-    assert dict(transfers.rows)["intercept (30 flocks)"] == ["+0.0 \u00b1 0.2", "-"]
-
-    ends = [
-        Cell(kind, "", "here", 30, 8.0, Estimate(1.0, 0.5, 1.5)) for kind in ("over the longest", "over none")
-    ]
-    start = Cell("start", "shared", "here", 30, 8.0, Estimate(-9.0, -9.5, -8.5))
-    trained = Cell("trained there", "per-agent-local", "clusters", 30, 8.0, Estimate(0.1, -0.1, 0.3))
-    found = loss_tables([*CELLS, start, *ends, trained], summaries)
-    assert found is not None
-    assert [title for title, _ in found.every.rows] == [
-        "shared in here",
-        "per-agent-local in clusters",
-        "shared in clusters",
-        "per-agent-local in topological",
-    ]
-    assert found.every.rows[-1][1] == ["-0.5 \u00b1 0.2", "8 neighbors", "5 m"]
-    assert found.starts.rows == [("here", ["-9.0 \u00b1 0.5", "8 m", "+1.0 \u00b1 0.5", "+1.0 \u00b1 0.5"])]
-    assert (found.num_interior, found.num_starts, found.cells, found.out_of_reach) == (1, 1, 6, 4)
-    assert found.retrained.rows == [
-        ("per-agent-local in clusters", [found.every.rows[1][1][0], "+0.1 \u00b1 0.2", "disappears"])
-    ]
-    assert found.untried == ["shared in here", "shared in clusters", "per-agent-local in topological"]
-    assert found.counts.rows[0] == ("per-agent-local", ["2", "0", "0", "1"])
-    assert loss_tables([], summaries) is None
-
-
-@pytest.mark.parametrize("polarization", POLARIZATIONS)
-def test_a_start_has_the_polarization_of_its_name(polarization: float) -> None:
-    found = {name: world for name, world in starts().items() if f"polarization {polarization:g}," in name}
-    assert len(found) == 2
-    for name, world in found.items():
-        velocities = simulate(world.replace(num_agents=3_000, num_steps=1), 0.0, seed=0).velocities[0]
-        heading = velocities.mean(axis=0) / world.speed
-        assert np.hypot(*heading) == pytest.approx(polarization, abs=0.03)
-        along_path = heading @ [1.0, 1.0] / np.sqrt(2)  # the predator flies along the diagonal
-        expected = 0.0 if name.endswith("across") else -polarization
-        assert along_path == pytest.approx(expected, abs=0.03)
 
 
 def test_a_policy_that_cannot_run_is_named_with_the_option() -> None:
@@ -184,12 +102,3 @@ def test_a_policy_that_was_trained_there_is_replayed_from_its_file(measured: Pat
     np.testing.assert_array_equal(alone.min_mean_distance, played.min_mean_distance)
     kinds = [cell.kind for cell in read_cells(measured / LOSSES_FILE)]
     assert kinds == ["start", "over the longest", "over none", "world", "world", "trained there"]
-
-
-def test_training_stops_when_the_time_is_spent(tmp_path: Path) -> None:
-    fixed = np.arange(4.0)
-    write_study(tmp_path, "shared", {BEST_FIXED: fixed}, {"search": fixed[None]})  # 2 minutes a run
-    pairs = [("shared", world) for world in ("topological", "n = 10,000", "reynolds", "clusters", "herded")]
-    studies = {"shared": load_study(tmp_path / "shared")}
-    assert chosen_pairs(pairs, studies, worlds(), 5.0) == [("shared", "clusters"), ("shared", "herded")]
-    assert chosen_pairs(pairs, studies, worlds(), 0.0) == []

@@ -1,4 +1,4 @@
-"""What the page says about how policies work: agents that fly apart, and one agent's choices."""
+"""What the pages say about how policies work: flying apart, flocks without fear, the value of candidates."""
 
 from __future__ import annotations
 
@@ -8,24 +8,15 @@ import numpy as np
 import polars as pl
 import pytest
 
-from flockesc_env import (
-    FlockScenario,
-    GivenHeadings,
-    GivenPositions,
-    Trajectory,
-    built_in,
-    record,
-    rollout,
-    simulate,
-    sweep,
-)
-from studies.learned import video
-from studies.learned.best_ranges import COMPARED, best_ranges
+import flockesc_env as fe
+from flockesc_env.jobs import Cache, find_backend
 from studies.learned.dispersal import dispersal
+from studies.learned.fear import RULES, fear_figures, measure_fear
+from studies.learned.information import SENSING, draw_information, measure_information, objective
 from studies.learned.named import Named, largest_turn
-from studies.learned.one_agent import AGENT_FILE, BLIND_SETTING, CANDIDATES, draw_agent, measure_agent
 from studies.learned.results import load_study
 from studies.learned.summary import summarize
+from studies.measurements import Runner
 from training.seeds import HELD_OUT
 
 COMMITTED = Path(__file__).parents[2] / "results" / "learned"
@@ -35,16 +26,16 @@ def test_flying_apart() -> None:
     flocks = HELD_OUT[:2]
     found = dispersal(flocks)
     np.testing.assert_array_equal(
-        found["witnesses"], rollout(None, "stubborn-witnesses", flocks).min_mean_distance
+        found["witnesses"], fe.rollout(None, "stubborn-witnesses", flocks).min_mean_distance
     )
     assert (found["witnesses"] != found["unseen"]).any()
     for flock, values in enumerate(zip(*(found[f"outward_{start}"] for start in (0, 1, 2)), strict=True)):
         assert values[0] > values[1] > values[2]
-        start = simulate(FlockScenario(num_steps=1), 0.0, seed=flocks[flock])
+        start = fe.simulate(fe.FlockScenario(num_steps=1), 0.0, seed=flocks[flock])
         (predator,) = start.scenario.predators
         distances = []
-        for step in range(FlockScenario().num_steps + 1):
-            time = step * FlockScenario().time_step
+        for step in range(fe.FlockScenario().num_steps + 1):
+            time = step * fe.FlockScenario().time_step
             place = np.array(predator.position) + time * np.array(predator.velocity)
             agents = []
             for position, velocity in zip(start.positions[0], start.velocities[0], strict=True):
@@ -61,14 +52,14 @@ def test_the_largest_turn_is_that_of_the_model(neighbors: int) -> None:
     angles = []
     for heading in np.radians(np.arange(90.0, 180.0, 0.1)):
         others = [(np.cos(heading), np.sin(heading))] * neighbors
-        flock = FlockScenario(
+        flock = fe.FlockScenario(
             num_agents=1 + neighbors,
             num_steps=1,
-            initial_positions=GivenPositions(((0.0, 0.0),) * (1 + neighbors)),
-            initial_headings=GivenHeadings(((1.0, 0.0), *others)),
+            initial_positions=fe.GivenPositions(((0.0, 0.0),) * (1 + neighbors)),
+            initial_headings=fe.GivenHeadings(((1.0, 0.0), *others)),
             predators=(),
         )
-        along, across = simulate(flock, 1.0, seed=0).velocities[-1][0]
+        along, across = fe.simulate(flock, 1.0, seed=0).velocities[-1][0]
         angles.append(np.degrees(np.arctan2(across, along)))
     assert max(angles) < largest_turn(neighbors) + 1e-9
     assert max(angles) == pytest.approx(largest_turn(neighbors), abs=0.02)
@@ -93,50 +84,40 @@ def test_named_numbers_are_those_of_the_tables() -> None:
     assert not named.has("shared")
 
 
-def test_best_ranges_are_those_of_the_studies() -> None:
-    found = best_ranges(COMMITTED.parent, load_study(COMMITTED / "shared"))
-    assert found is not None
-    assert [choice.best for choice in found.choices] == [11.0, 12.0, 12.0, 13.5]
-    assert [choice.step for choice in found.choices] == [1.0, 2.0, 2.0, 1.5]
-    some = HELD_OUT[:3]
-    table = pl.read_parquet(COMMITTED.parent / "demo" / "grid_search.parquet").filter(
-        pl.col("seed").is_in(some)
-    )
-    measured = sweep(FlockScenario(), COMPARED, some).values("mean")
-    for rho, row in zip(COMPARED, measured, strict=True):
-        assert table.filter(interaction_range=rho).sort("seed")["min_mean_distance"].to_list() == row.tolist()
+SETTING = "per-agent-visible"
 
 
-def test_one_agent_is_followed(tmp_path: Path) -> None:
-    (tmp_path / BLIND_SETTING).symlink_to(COMMITTED / BLIND_SETTING)
-    measure_agent(tmp_path)
-    with np.load(tmp_path / AGENT_FILE) as file:
-        kept = {name: file[name] for name in file.files}
-    chosen, heard = kept["informed_chosen"], kept["informed_heard"]
-    assert kept["informed_own"][0] == kept["blind_own"][0] > 120
-    np.testing.assert_allclose(heard[:, 0], kept["informed_own"], atol=0.1)  # range 0: its own heading
-    places = np.abs(chosen[:, np.newaxis] - np.array(CANDIDATES)).argmin(axis=1)
-    np.testing.assert_array_equal(heard[np.arange(len(heard)), places], np.nanmin(heard, axis=1))
-    rule = built_in("turn-away")
-    options = {**rule.options, "profile_ranges": CANDIDATES, "max_range": 40.0}
-    run = record(None, rule.policy, HELD_OUT[0], per_agent=True, **options)
-    assert (run.interaction_ranges == chosen[:, np.newaxis]).all(axis=0).sum() >= 1
-    draw_agent(tmp_path / AGENT_FILE).savefig(tmp_path / "agent.png")
-    assert (tmp_path / "agent.png").stat().st_size > 5_000
+def test_policies_play_the_same_flocks_with_and_without_the_force(tmp_path: Path) -> None:
+    (tmp_path / SETTING).symlink_to(COMMITTED / SETTING)
+    file = measure_fear(tmp_path, 3, Runner(Cache(tmp_path / "cache"), find_backend("serial")))
+    table = pl.read_parquet(file)
+    assert table["policy"].unique(maintain_order=True).to_list() == [SETTING, *RULES]
+    calm = table.filter(policy="head-away", strength=0.0)
+    expected = fe.rollout(
+        fe.FlockScenario(repulsion_strength=0.0), "head-away", HELD_OUT[:3]
+    ).min_mean_distance
+    np.testing.assert_array_equal(calm["objective"].to_numpy(), expected)
+    fleeing = table.filter(policy="head-away", strength=10.0)
+    expected = fe.rollout(None, "head-away", HELD_OUT[:3]).min_mean_distance
+    np.testing.assert_array_equal(fleeing["objective"].to_numpy(), expected)
+    found = fear_figures(file)["head-away"]
+    assert found["force"].mean == pytest.approx(found["fleeing"].mean - found["fearless"].mean)
+    gain = (fleeing["objective"] - fleeing["fixed"]).mean()
+    assert found["gain_fleeing"].mean == pytest.approx(gain)
 
 
-def test_the_video_shows_the_best_policies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shown: list[str] = []
-
-    def write(runs: list[tuple[str, Trajectory]], path: Path, **_: object) -> None:
-        shown.extend(f"{name} {run.mean_distance.min():.1f}" for name, run in runs)
-
-    monkeypatch.setattr(video, "write_video", write)
-    for name in video.SHOWN:
-        (tmp_path / name).symlink_to(COMMITTED / name)
-    video.record_video(tmp_path)
-    fixed = rollout(None, "fixed:12", HELD_OUT[:1]).min_mean_distance[0]
-    assert shown[0] == f"best fixed range, 12 m {fixed:.1f}"
-    study = load_study(COMMITTED / "per-agent-visible-profile")
-    last = study.values(study.best_learner)[study.best_seed, 0]
-    assert shown[-1] == f"always seen, profile {last:.1f}"
+def test_every_number_of_candidates_plays_the_same_flocks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("studies.learned.information._COUNTS", (0, 1, 4))
+    file = measure_information(tmp_path, 2, Runner(Cache(tmp_path / "cache"), find_backend("serial")))
+    table = pl.read_parquet(file)
+    assert table.group_by("sensing", "candidates").len()["len"].to_list() == [2] * len(SENSING) * 3
+    fixed = fe.rollout(None, "fixed:12", HELD_OUT[:2]).min_mean_distance
+    assert table.filter(candidates=0)["objective"].to_list() == fixed.tolist() * len(SENSING)
+    seen = table.filter(candidates=4, sensing="any distance")["objective"].to_numpy()
+    assert (seen > fixed).all()
+    assert seen.tolist() == objective("any distance", 4, HELD_OUT[:2])["objective"].tolist()
+    (axes,) = draw_information(file).axes
+    lines = {tuple(line.get_ydata()) for line in axes.lines}
+    assert len(lines) == len(SENSING)

@@ -1,4 +1,4 @@
-"""The reproduction of the paper: measurements against the models, verdicts, caching and the page."""
+"""The reproduction of the paper: measurements against the models, verdicts, mechanism and the page."""
 
 from __future__ import annotations
 
@@ -10,25 +10,29 @@ from pathlib import Path
 import numpy as np
 import pytest
 import reference
-from backends import interrupted_after
 from cli_runs import Ran
+from study_folders import skip_bootstraps
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
 from flockesc_env.cli.exits import Exit
-from flockesc_env.common.stats import Estimate
-from flockesc_env.jobs import Cache, Job, find_backend, run
-from flockesc_env.jobs.sweeps import OUTCOMES
+from flockesc_env.jobs import Arrays
 from studies.__main__ import STUDIES
-from studies.paper import command, jobs
-from studies.paper.claims import Verdict, is_clear, judge
+from studies.paper import anatomy, command, jobs
+from studies.paper.claims import Claim, Verdict, judge
 from studies.paper.equations import EQUATIONS
-from studies.paper.figures import measure_and_draw
-from studies.paper.flock_claims import dominates
 from studies.paper.line_claims import clusters
+from studies.paper.mechanism_claims import mechanism_claims
 from studies.paper.page import PaperResults, html_page, markdown_page
-from studies.paper.plan import Trials, aimed, measurements
-from studies.paper.realizations import flock_seed, line_seed
-from studies.paper.reproduction import PAPER
+from studies.paper.plan import (
+    CONTROL_GRID,
+    LINE_GRID,
+    NO_FORCE,
+    STRENGTHS,
+    WORLDS,
+    Trials,
+    captures,
+    control,
+)
 from studies.study import RESULTS_FILE
 
 ROOT = Path(__file__).parents[2]
@@ -53,17 +57,6 @@ def test_verdicts_follow_one_rule(share: float, in_expectation: bool, expected: 
     judgment = judge(is_so, in_expectation=in_expectation)
     assert judgment.verdict is expected
     assert judgment.share.low <= share <= judgment.share.high
-
-
-def test_a_sample_is_too_small_if_an_interval_includes_the_bound() -> None:
-    few, many = np.arange(100) < 95, np.arange(100_000) < 96_000
-    assert not judge(few, in_expectation=True).is_clear
-    assert judge(many, in_expectation=True).is_clear
-    assert judge(few, in_expectation=False).is_clear  # the share decides nothing then
-    assert not judge(many, in_expectation=True, mean_is_clear=False).is_clear
-    assert is_clear(Estimate(11, 9, 12), 7.5, 12.5)
-    assert is_clear(Estimate(14, 13, 15), 7.5, 12.5)
-    assert not is_clear(Estimate(11, 9, 14), 7.5, 12.5)
 
 
 def test_equations_name_functions_and_tests_that_exist() -> None:
@@ -112,75 +105,11 @@ def test_consensus_is_what_a_slow_reference_finds(force: str | None) -> None:
             assert cell["converged"]
 
 
-def test_an_aimed_predator_misses_the_center_by_its_offset() -> None:
-    for offset in (0.0, 30.0, 80.0):
-        (predator,) = aimed(offset).predators
-        position, velocity = np.array(predator.position), np.array(predator.velocity)
-        away = np.array([50.0, 50.0]) - position
-        missed = (velocity[0] * away[1] - velocity[1] * away[0]) / np.linalg.norm(velocity)
-        assert abs(missed) == pytest.approx(offset)
-        assert velocity @ away / np.linalg.norm(velocity) == pytest.approx(80 * np.sqrt(2))  # the paper's
-
-
-def test_every_measurement_has_the_requested_number_of_trials() -> None:
-    for measurement in measurements(Trials()).values():
-        seeds = [seed for job in measurement.jobs() for seed in job.arguments[2]]
-        assert seeds == list(range(measurement.num_seeds))
-        assert measurement.num_seeds >= 1000
-
-
-def test_a_job_is_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    job = Job(OUTCOMES, (SMALL, (0.0, 10.0), range(2, 5)))
-    [first] = run([job], Cache(tmp_path), find_backend("serial"))
-    monkeypatch.setattr(Job, "run", lambda _: pytest.fail("computed again"))
-    [again] = run([job], Cache(tmp_path), find_backend("serial"))
-    assert first.keys() == again.keys()
-    for name, values in first.items():
-        np.testing.assert_array_equal(again[name], values)
-    others = [
-        Job(jobs.CURVES, (SMALL, (0.0, 10.0), range(2, 5))),
-        Job(OUTCOMES, (SMALL.replace(mass=0.2), (0.0, 10.0), range(2, 5))),
-        Job(OUTCOMES, (SMALL, (0.0, 10.5), range(2, 5))),
-        Job(OUTCOMES, (SMALL, (0.0, 10.0), range(2, 6))),
-        Job(OUTCOMES, (LineScenario(), (0.0, 10.0), range(2, 5))),
-    ]
-    assert len({job.key, *(other.key for other in others)}) == 1 + len(others)
-
-
-def test_curves_above_both_others_dominate() -> None:
-    distance = np.array([[[1.0, 2.0]], [[1.0, 2.5]], [[0.5, 2.7]]])
-    assert dominates(distance).tolist() == [[True, False]]
-    assert dominates(distance, 0.2).tolist() == [[True, True]]
-
-
-def test_shown_realizations_follow_their_rules() -> None:
-    ranges = (0.0, 0.1, 0.2, 0.3, 1.0)
-    free = jobs.consensus(LineScenario(predator_position=None), ranges, range(60))
-    seed = line_seed(free)
-    worst = {}
-    for other in range(60):
-        found = [clusters(free["final"][i, other], rho) for i, rho in ((1, 0.1), (2, 0.2))]
-        if [len(f) for f in found] == [4, 2]:
-            printed = (np.array([0.14, 0.40, 0.67, 0.88]), np.array([0.35, 0.69]))
-            worst[other] = max(np.abs(f - p).max() for f, p in zip(found, printed, strict=True))
-    assert seed == min(worst, key=worst.__getitem__)
-
-    curves = {"num_components": np.full((3, 4, 2), 12), "mean_distance": np.zeros((3, 4, 2))}
-    values = np.zeros((101, 4))
-    values[[30, 11, 10, 9], range(4)] = 1.0
-    assert flock_seed(curves, {"min_mean_distance": values}) == 2
-    curves["num_components"][1, 2, -1] = 11
-    assert flock_seed(curves, {"min_mean_distance": values}) == 1
-    curves["mean_distance"][0, 1, 0] = 1e-9
-    assert flock_seed(curves, {"min_mean_distance": values}) == 3
-    curves["num_components"][:] = 3
-    assert flock_seed(curves, {"min_mean_distance": values}) == 2
-
-
 def test_the_paper_is_reproduced(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A small run from the command line gives the same numbers in JSON, on the pages and on stdout."""
+    skip_bootstraps(monkeypatch)
     monkeypatch.setattr("training.figure_style.DPI", 40)
     output, page = tmp_path / "paper", tmp_path / "docs.md"
     flags = ["--flocks", 4, "--lines", 40, "--output", output, "--page", page, "--json"]
@@ -221,38 +150,6 @@ def test_the_paper_is_reproduced(
     assert sorted((output / "cache").iterdir()) == jobs_before
 
 
-def test_one_figure_measures_only_what_it_shows(tmp_path: Path) -> None:
-    trials = Trials(flocks=4, lines=40)
-    (file,) = measure_and_draw(tmp_path, ["4"], trials, find_backend("serial"))
-    assert file.read_bytes().startswith(b"\x89PNG")
-    assert len(list((tmp_path / "cache").iterdir())) == len(measurements(trials)["free line"].jobs())
-
-
-@pytest.mark.parametrize(
-    ("flags", "field"),
-    [
-        (["--flocks", 3], "flocks"),
-        (["--lines", 39], "lines"),
-        (["--page", "nowhere/page.md"], "page"),
-        (["--page", "page.txt"], "page"),
-        (["--figures", "11"], "figures"),
-    ],
-)
-def test_bad_input_of_the_command_is_named(
-    flags: list[object], field: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    ran = Ran(capsys, "paper", *flags, "--output", tmp_path / "paper", run=STUDIES.main)
-    assert ran.code == Exit.REFUSED
-    assert f"error: {field}" in ran.err
-    assert not (tmp_path / "paper").exists()
-
-
-def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt, match="2 of 51 jobs are finished"):
-        PAPER.run(Trials(flocks=4, lines=40), tmp_path, tmp_path / "paper.md", interrupted_after(2))
-    assert len(list((tmp_path / "cache").glob("*.npz"))) == 2
-
-
 def test_the_committed_page_follows_from_the_committed_results() -> None:
     results = PaperResults.load(COMMITTED)
     page = ROOT / "docs" / "paper.md"
@@ -265,3 +162,98 @@ def test_the_committed_page_follows_from_the_committed_results() -> None:
     assert f"95 % interval {best.low:g} to {best.high:g} m" in readme
     for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text()):
         assert (page.parent / picture).is_file()
+
+
+CALM = FlockScenario(num_agents=40, repulsion_strength=0.0)
+SEEDS = range(3)
+
+
+def test_squared_distance_is_that_of_the_center_plus_squared_spread() -> None:
+    scenario = CALM.replace(repulsion_strength=10.0)
+    found = anatomy.anatomy(scenario, (0.0, 20.0), SEEDS)
+    for i, rho in enumerate((0.0, 20.0)):
+        for seed in SEEDS:
+            run = simulate(scenario, rho, seed=seed)
+            distances = np.linalg.norm(run.positions - run.predator_positions, axis=2)
+            step = distances.mean(axis=1).argmin()
+            assert found["mean_distance"][i, seed] == pytest.approx(distances[step].mean())
+            assert found["time"][i, seed] == run.times[step]
+            squares = found["center"][i, seed] ** 2 + found["dispersion"][i, seed] ** 2
+            assert squares == pytest.approx((distances[step] ** 2).mean())
+            headings = run.velocities[step] / np.linalg.norm(run.velocities[step], axis=1)[:, np.newaxis]
+            assert found["patch"][i, seed] == pytest.approx(40 * (headings.mean(axis=0) ** 2).sum())
+            outward = [run.positions[0, :, k] - run.positions[0, :, k].mean() for k in (0, 1)]
+            moved = [run.positions[step, :, k] - run.positions[0, :, k] for k in (0, 1)]
+            product = sum((a * b).sum() for a, b in zip(outward, moved, strict=True))
+            norms = [np.sqrt(sum((part**2).sum() for part in parts)) for parts in (outward, moved)]
+            assert found["outwardness"][i, seed] == pytest.approx(product / np.prod(norms))
+
+
+def test_flights_of_agents_that_hear_nobody_are_the_run() -> None:
+    found = anatomy.anatomy(CALM, (0.0, 8.0), SEEDS)
+    np.testing.assert_allclose(found["straightness"][0], 1.0)
+    for name in ("straightened", "stopped_1", "stopped_2"):
+        np.testing.assert_allclose(found[name][0], found["mean_distance"][0], atol=1e-9)
+        assert (np.abs(found[name][1] - found["mean_distance"][1]) > 0.01).any()
+    np.testing.assert_allclose(found["exchanged"][0], found["aligned"][0], atol=1e-9)  # nobody turns
+    assert (found["straightness"][1] < 1).all()
+
+
+def test_the_parts_of_a_gain_add_up_to_it() -> None:
+    columns = anatomy.with_parts(anatomy.anatomy(CALM, (0.0, 8.0, 30.0), SEEDS))
+    parts = columns["agreement"] + columns["turning"] + columns["sorting"]
+    np.testing.assert_allclose(parts, columns["mean_distance"] - columns["mean_distance"][0], atol=1e-9)
+    np.testing.assert_allclose(parts, columns["gain"], atol=1e-9)
+    table = anatomy.anatomy_table({name: columns[name] for name in anatomy.anatomy(CALM, (0.0,), range(1))})
+    assert table["sorting"][1].mean == pytest.approx(columns["sorting"][1].mean())
+
+
+def made_up(without: dict[float, float], fleeing: dict[float, float]) -> dict[str, Arrays]:
+    """Return results of 40 flocks and lines: the objective by range is 0 but for the given ranges."""
+    noise = np.random.default_rng(0).normal(scale=0.01, size=40)
+
+    def values(peaks: dict[float, float], grid: tuple[float, ...]) -> Arrays:
+        rows = np.array([peaks.get(rho, 0.0) for rho in grid])[:, np.newaxis] + noise
+        names = ("min_mean_distance", "min_min_distance", "fraction_surviving", "escape_distance")
+        return dict.fromkeys(names, rows)
+
+    found = {}
+    for world in WORLDS:
+        for strength in STRENGTHS:
+            peaks = without if strength == NO_FORCE else fleeing
+            for name in (control, captures):
+                found[name(world, strength)] = values(peaks, CONTROL_GRID)
+    line = [{rho / 100: value for rho, value in peaks.items()} for peaks in (without, fleeing)]
+    found["fearless line"], found["grid linear"] = (values(peaks, LINE_GRID) for peaks in line)
+    return found
+
+
+def verdicts(rows: list[Claim]) -> dict[str, set[Verdict]]:
+    """Return the verdicts of all objectives and worlds, by the claim's first word."""
+    found: dict[str, set[Verdict]] = {}
+    for row in rows:
+        found.setdefault(row.claim.split()[0], set()).add(row.judgment.verdict)
+    return found
+
+
+def test_the_explanation_holds_where_the_force_makes_the_optimum() -> None:
+    rows = mechanism_claims(made_up({}, {10.0: 2.0, 100.0: 1.0}))
+    assert all(row.judgment.verdict is Verdict.HOLDS for row in rows)
+
+
+def test_the_explanation_fails_where_the_optimum_needs_no_force() -> None:
+    same = {10.0: 2.0, 100.0: 1.0}
+    assert all(row.judgment.verdict is Verdict.FAILS for row in mechanism_claims(made_up(same, same)))
+
+
+def test_warning_and_masking_are_judged_apart() -> None:
+    """The force adds most at 0 and 100 m: neither. Less at 100 m: masking only."""
+
+    def by_claim(fleeing: dict[float, float]) -> dict[str, set[Verdict]]:
+        return verdicts(mechanism_claims(made_up({10.0: 1.0}, fleeing)))
+
+    neither = by_claim({0.0: 1.5, 10.0: 2.0, 100.0: 2.5})
+    assert neither["Some"] == neither["Too"] == {Verdict.FAILS}
+    masking = by_claim({0.0: 1.5, 10.0: 2.0})
+    assert masking["Some"] == {Verdict.FAILS}
+    assert masking["Too"] == {Verdict.HOLDS}

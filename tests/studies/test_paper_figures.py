@@ -5,14 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flockesc_env import (
-    FlockScenario,
-    FlockSweepResult,
-    LineScenario,
-    LineSweepResult,
-    rollout,
-    sweep,
-)
+import flockesc_env as fe
 
 FLOCK_SEEDS = 250
 STUBBORN_SEEDS = 200
@@ -50,22 +43,22 @@ def assert_close_to_mean_of(values: np.ndarray, figure: float, states: int, half
 
 
 @pytest.fixture(scope="module")
-def flocks() -> FlockSweepResult:
-    result = sweep(FlockScenario(), list(FIGURES), range(FLOCK_SEEDS))
-    assert isinstance(result, FlockSweepResult)
+def flocks() -> fe.FlockSweepResult:
+    result = fe.sweep(fe.FlockScenario(), list(FIGURES), range(FLOCK_SEEDS))
+    assert isinstance(result, fe.FlockSweepResult)
     return result
 
 
 @pytest.fixture(scope="module", params=["linear", "linear_as_printed"])
-def lines(request: pytest.FixtureRequest) -> LineSweepResult:
-    scenario = LineScenario(escape_force=request.param)
-    result = sweep(scenario, LINE_GRID, range(LINE_BATCHES * LINE_BATCH))
-    assert isinstance(result, LineSweepResult)
+def lines(request: pytest.FixtureRequest) -> fe.LineSweepResult:
+    scenario = fe.LineScenario(escape_force=request.param)
+    result = fe.sweep(scenario, LINE_GRID, range(LINE_BATCHES * LINE_BATCH))
+    assert isinstance(result, fe.LineSweepResult)
     return result
 
 
 @pytest.mark.parametrize("rho", FIGURES)
-def test_flock_table(flocks: FlockSweepResult, rho: float) -> None:
+def test_flock_table(flocks: fe.FlockSweepResult, rho: float) -> None:
     row = list(FIGURES).index(rho)
     mean, mean_error, minimum, minimum_error, components, half_digit = FIGURES[rho]
     assert_close(flocks.min_mean_distance[row], mean, mean_error)
@@ -73,7 +66,7 @@ def test_flock_table(flocks: FlockSweepResult, rho: float) -> None:
     assert_close_to_mean_of(flocks.num_components[row], components, FIGURE_STATES, half_digit)
 
 
-def test_best_fixed_range_of_the_mean_distance_is_in_the_interior(flocks: FlockSweepResult) -> None:
+def test_best_fixed_range_of_the_mean_distance_is_in_the_interior(flocks: fe.FlockSweepResult) -> None:
     assert 5 <= flocks.best_range("mean") <= 20
     # No fixed range is best for every flock: a policy can gain up to the oracle's lead.
     best = flocks.values("mean").mean(axis=1).max()
@@ -83,16 +76,16 @@ def test_best_fixed_range_of_the_mean_distance_is_in_the_interior(flocks: FlockS
 
 def test_the_literal_law_falls_apart() -> None:
     """Without constant speed almost all agents separate: about 296 components instead of 12."""
-    result = sweep(FlockScenario(constant_speed=False), [10.0], range(50))
+    result = fe.sweep(fe.FlockScenario(constant_speed=False), [10.0], range(50))
     assert_close_to_mean_of(result.num_components[0], 296, FIGURE_STATES, 0.5)
 
 
-def batch_optima(result: LineSweepResult) -> np.ndarray:
+def batch_optima(result: fe.LineSweepResult) -> np.ndarray:
     batches = result.escape_distance.reshape(len(LINE_GRID), LINE_BATCHES, LINE_BATCH)
     return result.interaction_ranges[batches.mean(axis=2).argmax(axis=0)]
 
 
-def test_line(lines: LineSweepResult) -> None:
+def test_line(lines: fe.LineSweepResult) -> None:
     optima = batch_optima(lines)
     at = int(np.flatnonzero(LINE_GRID == 0.1)[0])
     distance, components = lines.escape_distance[at], lines.num_components[at]
@@ -114,12 +107,12 @@ def test_line(lines: LineSweepResult) -> None:
 
 def test_second_peak_of_the_line() -> None:
     """The paper's coarse grid hides a local maximum that is nearly as good as 0.1."""
-    result = sweep(LineScenario(), [0.1, 0.54, 0.66, 0.78], range(LINE_BATCHES * LINE_BATCH))
+    result = fe.sweep(fe.LineScenario(), [0.1, 0.54, 0.66, 0.78], range(LINE_BATCHES * LINE_BATCH))
     first, left, second, right = result.escape_distance.mean(axis=1)
     assert first > second > max(left, right)
     assert_close_to_mean_of(result.escape_distance[2], 0.289, LINE_FIGURE_STATES, 0.0005)
 
 
 def test_stubborn_leaders() -> None:
-    episodes = rollout("paper-flock", "stubborn-leaders", range(STUBBORN_SEEDS))
+    episodes = fe.rollout("paper-flock", "stubborn-leaders", range(STUBBORN_SEEDS))
     assert_close(episodes.min_mean_distance, 88.1, 0.5)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from math import inf, log, sqrt
 
 import numpy as np
-import pytest
 from option_table import small_flock
 
-from flockesc_env import EnvOptions, FlockEscapeEnv, FlockScenario, rollout
+from flockesc_env import FlockEscapeEnv
 from studies.related.bandit import RangeBandit, across_episodes, ucb_scores
-from studies.related.within_episode import IN_TURNS, control, orders
+from studies.related.within_episode import control, orders
 
 SCENARIO = small_flock(num_agents=6, num_steps=24)
 RANGES = (0.0, 10.0, 40.0)
@@ -24,11 +23,6 @@ def test_scores_of_a_small_case() -> None:
     np.testing.assert_allclose(ucb_scores(arms, rewards, 3, 0.5), [expected], rtol=1e-15)
 
 
-def test_an_entry_without_a_pull_does_not_count() -> None:
-    with_gap = ucb_scores(np.array([[-1, 0, 1]]), np.array([[9.0, 1.0, 2.0]]), 2, 1.0)
-    np.testing.assert_array_equal(with_gap, ucb_scores(np.array([[0, 1]]), np.array([[1.0, 2.0]]), 2, 1.0))
-
-
 def test_ucb1_across_episodes_pulls_what_a_hand_computed_run_pulls() -> None:
     # Rewards 0.9 and 0.5, c = 1. Both arms once. Then 0.9 + sqrt(2 ln 2) > 0.5 + sqrt(2 ln 2): arm 0.
     # t = 3: 0.9 + sqrt(2 ln 3 / 2) = 1.948 < 0.5 + sqrt(2 ln 3) = 1.982: arm 1.
@@ -38,11 +32,6 @@ def test_ucb1_across_episodes_pulls_what_a_hand_computed_run_pulls() -> None:
     # t = 7: 0.9 + sqrt(2 ln 7 / 5) = 1.782 < 0.5 + sqrt(2 ln 7 / 2) = 1.895: arm 1.
     values = np.repeat([[0.9], [0.5]], 8, axis=1)
     assert across_episodes(values, 1.0).tolist() == [0, 1, 0, 1, 0, 0, 0, 1]
-
-
-def test_without_exploration_the_best_arm_of_the_first_round_is_kept() -> None:
-    values = np.repeat([[0.2], [0.7], [0.4]], 6, axis=1)
-    assert across_episodes(values, 0.0).tolist() == [0, 1, 2, 1, 1, 1]
 
 
 def observed_run(bandit: RangeBandit, values: list[list[float]], entry: str) -> list[list[float]]:
@@ -77,27 +66,6 @@ def test_a_reset_row_begins_again_and_leaves_the_others() -> None:
     assert after == [[10, 0], [10, 10]]
 
 
-@pytest.mark.parametrize("batch_size", [1, 3])
-def test_a_bandit_with_one_arm_is_a_fixed_range(batch_size: int) -> None:
-    bandit = rollout(SCENARIO, RangeBandit([10.0], 1.0), [1, 2, 3], batch_size=batch_size)
-    fixed = rollout(SCENARIO, "fixed:10", [1, 2, 3])
-    np.testing.assert_array_equal(bandit.min_mean_distance, fixed.min_mean_distance)
-
-
-def test_results_do_not_depend_on_the_batch() -> None:
-    results = [
-        rollout(FlockScenario(num_agents=20), RangeBandit(RANGES, 0.003), range(4), batch_size=size)
-        for size in (1, 4)
-    ]
-    np.testing.assert_array_equal(*(episodes.min_mean_distance for episodes in results))
-    assert EnvOptions.max_range >= max(RANGES)
-
-
-def test_a_huge_exploration_constant_pulls_the_arms_in_turns() -> None:
-    values = np.random.default_rng(0).normal(size=(3, 30))
-    assert across_episodes(values, IN_TURNS).tolist() == [0, 1, 2] * 10
-
-
 def test_the_control_tries_every_order_of_three_arms_and_every_start_of_more() -> None:
     tried = orders(RANGES)
     assert tried[0] == RANGES
@@ -113,10 +81,3 @@ def test_the_control_is_paired() -> None:
     found = control((8.0, 12.0), bandit=flocks + 3, turns=flocks + 1, fixed=flocks)
     differences = (found.turns, found.bandit, found.over_turns)
     assert [(each.low, each.mean, each.high) for each in differences] == [(1,) * 3, (3,) * 3, (2,) * 3]
-
-
-def test_arms_in_turns_begin_with_the_first_arm_of_their_order() -> None:
-    for order in orders(RANGES):
-        values = [[value] for value in (0.0, 0.5, 0.1, 0.9, 0.2, 0.3)]
-        ranges = observed_run(RangeBandit(order, IN_TURNS), values, "mean_distance")
-        assert np.ravel(ranges).tolist() == [*order, *order]

@@ -7,19 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import polars as pl
 import pytest
 from scipy.optimize import minimize_scalar
-from study_folders import write_study
 
 from flockesc_env import ArgumentError, FixedRange, FlockScenario, PurePursuit, rollout, simulate
-from flockesc_env.common.errors import RecordError
-from flockesc_env.jobs import Cache, find_backend
 from flockesc_env.policies import find_policy
 from flockesc_env.scenario.approach import approach
 from studies.learned import references
-from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, INFORMED_GREEDY, KNOWLEDGE, PLANNER
-from studies.learned.page import details_page
+from studies.learned.names import FREE_HEADINGS
 from studies.learned.references import (
     clairvoyant,
     free_headings,
@@ -27,11 +22,8 @@ from studies.learned.references import (
     is_bounded,
     planner,
     reference_jobs,
-    write_references,
 )
-from studies.learned.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
-from studies.learned.summary import summarize
-from studies.measurements import Runner
+from studies.learned.results import Study, load_studies
 from training.config import Setting
 from training.presets import presets
 from training.seeds import HELD_OUT, TUNING
@@ -98,18 +90,6 @@ def test_the_informed_greedy_rule_stays_below_the_bound_and_above_eight_candidat
     assert reached.mean() > setting.spec.values(rollout(setting.model, rule, flocks)).mean()
 
 
-def test_settings_with_a_profile_borrow_references(tmp_path: Path) -> None:
-    fixed = 70 + np.random.default_rng(0).normal(size=6)
-    for name in ("shared", "shared-profile"):
-        write_study(tmp_path, name, {BEST_FIXED: fixed, ORACLE: fixed}, {"search": fixed[None] + 1})
-    columns = {"reference": [PLANNER] * 4, "seed": HELD_OUT[:4], "objective": fixed[:4] + 3}
-    pl.DataFrame(columns).write_parquet(tmp_path / "shared" / "references.parquet")
-    plain, profiled = summarize(load_studies(tmp_path))
-    assert profiled.study.references is None
-    assert profiled.references == plain.references
-    assert profiled.ceilings() == f"{PLANNER} +3.0"
-
-
 def test_free_headings_need_straight_predators_and_a_constant_speed() -> None:
     for change in ({"constant_speed": False}, {"capture_radius": 1.0}, {"predators": ()}):
         assert not is_bounded(SMALL.replace(**change))
@@ -152,53 +132,6 @@ def test_the_planner_is_no_worse_than_constant_ranges(small: Setting) -> None:
         assert (reached >= constant.min_mean_distance).all()
 
 
-def test_settings_have_the_references_that_make_sense() -> None:
-    found = {name: [*reference_jobs(preset.setting, HELD_OUT)] for name, preset in presets().items()}
-    simulated, bounded = [PLANNER, CLAIRVOYANT], [INFORMED_GREEDY, FREE_HEADINGS]
-    assert found["shared"] == found["shared-minimum"] == simulated
-    for name in ("visible", "visible-minimum", "local", "local-minimum"):
-        assert found[f"per-agent-{name}"] == bounded
-    assert found["steering-predator"] == [INFORMED_GREEDY]
-    assert found["line"] == found["shared-profile"] == []
-    assert {*simulated, *bounded} == set(KNOWLEDGE)
-
-
-def test_references_reach_the_page(small: Setting, tmp_path: Path) -> None:
-    fixed = 20 + np.random.default_rng(0).normal(size=6)
-    results, runner = tmp_path / "results", Runner(Cache(tmp_path / "cache"), find_backend("serial"))
-    folder = write_study(results, "tiny", {BEST_FIXED: fixed, ORACLE: fixed}, {"search": fixed[None] + 1})
-    setting = dataclasses.replace(small, per_agent=True)
-    path = write_references(setting, HELD_OUT[:4], runner, folder)
-    assert path is not None
-    assert path == folder / "references.parquet"
-    bounds = free_headings(setting, HELD_OUT[:4])["objective"]
-    study = load_study(folder)
-    values, same = study.reference(FREE_HEADINGS)
-    np.testing.assert_array_equal(values, bounds)
-    np.testing.assert_array_equal(same, fixed[:4])
-    (summary,) = summarize([study])
-    reference = summary.references[FREE_HEADINGS]
-    assert reference.num_flocks == 4
-    assert reference.difference.mean == pytest.approx((bounds - fixed[:4]).mean())
-    text = details_page([summary], results, tmp_path / "details.md")
-    cells = [f"*{FREE_HEADINGS}* (4 flocks)", "reference", "-", summary.show(reference.objective), "-"]
-    assert f"| {' | '.join([*cells, summary.show(reference.difference, '+')])} |" in text
-    assert summary.ceilings().endswith(f", {FREE_HEADINGS} {reference.difference.mean:+.1f}")
-
-    for change, named in (
-        (lambda t: pl.concat([t, t[-1:]]), "once"),
-        (lambda t: t.with_columns(pl.col("seed") + 3), "held-out"),
-        (lambda t: t.with_columns(objective=pl.lit(float("nan"))), "finite"),
-        (lambda t: t[:1], "at least 2"),
-        (lambda t: t.drop("reference"), "columns"),
-    ):
-        whole = pl.read_parquet(path)
-        change(whole).write_parquet(path)
-        with pytest.raises(RecordError, match=named):
-            load_study(folder)
-        whole.write_parquet(path)
-
-
 @pytest.mark.parametrize("study", load_studies(COMMITTED), ids=lambda study: study.setting)
 def test_committed_references_are_those_of_the_setting_and_bound_its_policies(study: Study) -> None:
     jobs = reference_jobs(presets()[study.setting].setting, HELD_OUT[: study.held_out_flocks])
@@ -207,12 +140,3 @@ def test_committed_references_are_those_of_the_setting_and_bound_its_policies(st
         reached, _ = study.reference(name)
         for policy in study.policies if name == FREE_HEADINGS else ():
             assert (study.values(policy) <= reached).all(), policy
-
-
-def test_settings_without_references_write_no_file(tmp_path: Path) -> None:
-    line = presets()["line"].setting
-    assert (
-        write_references(line, HELD_OUT[:4], Runner(Cache(tmp_path), find_backend("serial")), tmp_path)
-        is None
-    )
-    assert not list(tmp_path.iterdir())

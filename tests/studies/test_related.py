@@ -9,20 +9,17 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pytest
-from committed_pages import check_race, skip_bootstraps, without_intervals
+from study_folders import check_race, skip_bootstraps, without_intervals
 
 from flockesc_env import FlockScenario
 from flockesc_env.jobs import Cache, find_backend
 from studies.learned.results import BEST_FIXED, load_study
 from studies.measurements import Runner
-from studies.paper.page import PaperResults
 from studies.related import within_episode
-from studies.related.attack_speed import NEIGHBORS, SPEEDS, attack_jobs, attack_results, falls, scenario
+from studies.related.attack_speed import NEIGHBORS, SPEEDS, attack_results
 from studies.related.page import BANDIT_FILE, RelatedResults
 from studies.related.page import markdown_page as related_page
 from studies.related.within_episode import BANDIT, IN_TURNS, BanditNumbers, candidates
-from studies.robustness.page import RobustnessResults
-from studies.study import RESULTS_FILE
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results"
@@ -57,24 +54,6 @@ def test_the_best_k_is_chosen_on_tuning_flocks_and_measured_on_held_out_ones() -
     assert fastest.curve[NEIGHBORS.index(3)].mean == pytest.approx(at[3] - at[1])
     assert results.falls["J_mean"] == 1
     assert results.longer["J_mean"] == pytest.approx((0.25,) * len(SPEEDS))
-
-
-def test_falls_counts_strictly_smaller_actions() -> None:
-    rising, falling = np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([[1.0, 1.0], [0.0, 0.0]])
-    assert [falls(rising, falling), falls(falling, rising), falls(rising, rising)] == [1, 0, 0]
-
-
-def test_all_speeds_run_on_the_same_flocks_with_the_scaled_predator() -> None:
-    jobs = attack_jobs(100)
-    for purpose in ("tuning", "held out"):
-        seeds = {
-            speed: [s for job in jobs[f"{purpose} {speed}"] for s in job.arguments[2]] for speed in SPEEDS
-        }
-        assert len({tuple(one) for one in seeds.values()}) == 1
-    assert len(seeds[1.0]) == 100
-    (paper,), (fast,) = FlockScenario().predators, scenario(4.0).predators
-    assert (fast.position, fast.velocity) == (paper.position, (40.0, 40.0))
-    assert scenario(1.0, longer=2).num_steps == 2 * scenario(1.0).num_steps
 
 
 def test_the_bandit_is_tuned_on_tuning_flocks_and_paired_on_held_out_ones(
@@ -131,16 +110,6 @@ def test_the_committed_page_of_the_arms_race_follows_from_its_results(
         return without_intervals("\n".join(line for line in text.splitlines() if line.startswith("|")))
 
     check_race(tables)
-
-
-def test_committed_results_survive_a_round_trip() -> None:
-    for results, name in (
-        (PaperResults, "paper"),
-        (RobustnessResults, "robustness"),
-        (RelatedResults, "related"),
-    ):
-        document = (COMMITTED / name / RESULTS_FILE).read_text()
-        assert results.from_json(document).to_json() == document
 
 
 def test_the_committed_bandit_reproduces_its_rows() -> None:

@@ -7,32 +7,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from backends import interrupted_after
 from cli_runs import Ran
-from option_table import small_flock
 
 from flockesc_env import (
     PRESETS,
     ArgumentError,
-    ConstantVelocity,
     FlockScenario,
-    Intercept,
-    PurePursuit,
-    Uniform,
-    Wandering,
-    approach,
-    preset,
     sweep,
 )
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.stats import Estimate
-from flockesc_env.jobs import find_backend
 from studies.__main__ import STUDIES
 from studies.robustness.findings import Finding, Outcome, outcome
-from studies.robustness.page import Answer, RobustnessResults, answers, markdown_page
-from studies.robustness.plan import METERS, NEIGHBORS, attacked_presets, grid_of, measurements
-from studies.robustness.questions import question_of
-from studies.robustness.survey import ROBUSTNESS, SurveyOptions
+from studies.robustness.page import RobustnessResults, answers, markdown_page
+from studies.robustness.plan import attacked_presets
 from studies.study import RESULTS_FILE
 
 ROOT = Path(__file__).parents[2]
@@ -52,33 +40,6 @@ def test_every_flock_preset_without_learned_predators_is_surveyed() -> None:
             attacked_presets([name])
     with pytest.raises(ArgumentError, match="presets"):
         attacked_presets([])
-
-
-def test_a_scenario_file_is_surveyed_under_its_name(tmp_path: Path) -> None:
-    file = tmp_path / "mine.toml"
-    file.write_text(small_flock(num_agents=9, num_steps=12).to_toml())
-    options = SurveyOptions(2, ["head-on", str(file)])
-    results = ROBUSTNESS.run(options, tmp_path, tmp_path / "page.md", find_backend("serial"))
-    assert [(row.name, row.description == "a scenario file") for row in results.presets] == [
-        ("head-on", False),
-        (str(file), True),
-    ]
-    file.write_text(FlockScenario(predators=()).to_toml())
-    with pytest.raises(ArgumentError, match="presets"):
-        attacked_presets([str(file)])
-
-
-def test_both_halves_are_run_under_every_action() -> None:
-    for measurement in measurements(attacked_presets(), 500).values():
-        assert [seed for job in measurement.jobs() for seed in job.arguments[2]] == list(range(1000))
-        assert measurement.ranges == grid_of(measurement.scenario).actions  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("grid", [METERS, NEIGHBORS])
-def test_grids_rise_from_a_range_of_0(grid: object) -> None:
-    actions = np.array(grid.actions)  # type: ignore[attr-defined]
-    assert actions[0] == 0
-    assert (np.diff(actions) > 0).all()
 
 
 def results_of(values: np.ndarray) -> dict[str, np.ndarray]:
@@ -130,40 +91,6 @@ def test_findings_follow_one_rule(over_zero: float, over_longest: float, expecte
     assert found.finding is expected
 
 
-@pytest.mark.parametrize(
-    ("scenario", "question"),
-    [
-        (FlockScenario(), "the paper's own setting"),
-        (preset("edge-attack"), "an attack on the edge"),
-        (FlockScenario(predators=(ConstantVelocity(*approach(24.9)),)), "other flocks and predators"),
-        (FlockScenario(predators=(ConstantVelocity(*approach(-25.1)),)), "an attack on the edge"),
-        (FlockScenario(predators=(ConstantVelocity(velocity=(0.0, 0.0)),)), "other flocks and predators"),
-        (FlockScenario(predators=(PurePursuit(*approach("edge")),)), "a predator that steers"),
-        (FlockScenario(predators=(ConstantVelocity(), Intercept())), "several predators on their own"),
-        (FlockScenario(predators=(Wandering(),)), "other flocks and predators"),
-        (FlockScenario(randomization=(Uniform("mass", 0.1, 0.2),)), "parameters drawn for every episode"),
-        (preset("space"), "other flocks and predators"),
-        (preset("encircled"), "predators that cooperate"),
-        (preset("assigned-pair"), "predators that cooperate"),
-        (preset("capture"), "predators that catch agents"),
-        (preset("topological"), "other neighbor rules"),
-        (preset("field-of-view"), "other neighbor rules"),
-        (preset("delayed-hearing"), "other laws of motion, noise, delay, unlike agents"),
-        (preset("stubborn-leaders"), "other laws of motion, noise, delay, unlike agents"),
-        (preset("fearless"), "controls: a frozen graph, no flight"),
-    ],
-)
-def test_every_preset_answers_one_question(scenario: FlockScenario, question: str) -> None:
-    assert question_of(scenario) == question
-
-
-def test_answers_follow_the_rule() -> None:
-    both = Answer("?", ["a"], [("b", Finding.LIKE_ZERO)])
-    assert str(both) == "in 1 of 2: a; not shown for b (no gain over 0)"
-    assert str(Answer("?", ["a", "b"], [])) == "yes: a, b"
-    assert str(Answer("?", [], [("b", Finding.LIKE_BOTH)])) == "not shown: b (no gain over either end)"
-
-
 def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "robustness"
     flags = (
@@ -212,31 +139,6 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert (output / RESULTS_FILE).read_text() == text
 
 
-def test_an_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
-    options = SurveyOptions(2, ["paper-flock", "pursuit"])
-    with pytest.raises(KeyboardInterrupt, match="1 of 2 jobs are finished"):
-        ROBUSTNESS.run(options, tmp_path, tmp_path / "page.md", interrupted_after(1))
-    assert len(list((tmp_path / "cache").glob("*.npz"))) == 1
-    assert not (tmp_path / RESULTS_FILE).exists()
-
-
-@pytest.mark.parametrize(
-    ("flags", "named"),
-    [
-        (("--num-flocks", "1"), "num_flocks"),
-        (("--presets", "paper-line"), "presets"),
-        (("--page", "page.html"), "page"),
-    ],
-)
-def test_refusals(
-    flags: tuple[str, ...], named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    ran = Ran(capsys, "robustness", "--output", str(tmp_path / "robustness"), *flags, run=STUDIES.main)
-    assert ran.code == Exit.REFUSED
-    assert named in ran.err
-    assert not (tmp_path / "robustness").exists()
-
-
 def test_the_committed_page_follows_from_the_committed_results() -> None:
     results = RobustnessResults.load(COMMITTED)
     page = ROOT / "docs" / "robustness.md"
@@ -244,11 +146,3 @@ def test_the_committed_page_follows_from_the_committed_results() -> None:
     assert results.num_flocks >= 500
     assert {row.name for row in results.presets} == set(attacked_presets())
     assert (COMMITTED / "robustness.png").is_file()
-
-
-@pytest.mark.parametrize("name", ["paper", "results", "robustness"])
-def test_cells_of_generated_tables_are_short(name: str) -> None:
-    lines = (ROOT / "docs" / f"{name}.md").read_text().splitlines()
-    cells = [cell for line in lines if line.startswith("|") for cell in line.split("|")]
-    assert len(cells) > 100
-    assert max(map(len, cells)) <= 200

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,18 +12,15 @@ import polars as pl
 import pytest
 from tiny_studies import TINY, Spy, write_preset
 
-from flockesc_env import built_in, load_policy, rollout, sweep
+from flockesc_env import load_policy, rollout, sweep
 from studies.learned import explain
 from studies.learned.held_out import FLOCK_GRID
 from studies.learned.names import FREE_HEADINGS
-from studies.learned.page import DETAILS, LEARNED
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_study
-from studies.learned.study import StudyArgs, study, study_explanations
+from studies.learned.study import StudyArgs, study
 from studies.learned.submit import submit
 from training import seeds
-from training.evaluation import objective
 from training.outputs import save_checkpoint
-from training.presets import presets
 from training.record import RunRecord
 from training.search import SearchRounds
 from training.seeds import HELD_OUT, TRAINING, TUNING
@@ -135,28 +130,6 @@ def test_hiding_entries_that_a_policy_does_not_see_changes_nothing(found: Study)
         assert (objectives == plain).all() == (name in unseen), name
 
 
-def test_the_page_shows_the_study(found: Study, folder: Path) -> None:
-    page = folder / "page" / "results.md"
-    LEARNED.write(folder / "results", page)
-    text = page.with_name(DETAILS).read_text()
-    for words in ("eight agents", "search", "an open-loop schedule", f"{values(found, ORACLE).mean():.2f}"):
-        assert words in text
-    pictures = ("learning_curves", "gains", "performance_profiles")
-    for name in pictures:
-        assert (folder / "results" / "figures" / f"{name}.png").stat().st_size > 5_000
-        assert f"{name}.png" in text
-
-
-def test_explanations_alone_are_those_of_the_study(found: Study, folder: Path, tmp_path: Path) -> None:
-    shutil.copytree(folder / "results", tmp_path / "results")
-    (tmp_path / "results" / "tiny" / "ablation.parquet").unlink()
-    study_explanations(study_args(folder, output=tmp_path / "results"))
-    assert contents(tmp_path / "results" / "tiny") == {
-        str(tmp_path / "results" / Path(file).relative_to(folder / "results")): data
-        for file, data in contents(folder / "results" / "tiny").items()
-    }
-
-
 def contents(folder: Path) -> dict[str, bytes]:
     return {str(file): file.read_bytes() for file in sorted(folder.rglob("*")) if file.is_file()}
 
@@ -219,73 +192,3 @@ def test_submissions_of_others_are_kept(found: Study, folder: Path, tmp_path: Pa
 
     study(dataclasses.replace(args, held_out_flocks=10))  # flocks different from those of the submissions
     assert load_study(results / "tiny").policies == found.policies
-
-
-def test_a_study_of_some_learners(found: Study, folder: Path, tmp_path: Path, spy: Spy) -> None:
-    spy.forget()
-    study(study_args(folder, output=tmp_path, learners=("schedule",)))
-    alone = load_study(tmp_path / "tiny")
-    assert spy.trained == []
-    assert alone.trained == list(alone.learners) == ["schedule"]
-    assert (alone.explained, alone.explained_seed) == ("schedule", 0)
-    assert alone.command == "python -m studies learned tiny --learners schedule"
-    np.testing.assert_array_equal(alone.values("schedule"), found.values("schedule"))
-
-
-def test_the_record_holds_the_settings_of_learners(found: Study, folder: Path) -> None:
-    document = json.loads((folder / "results" / "tiny" / "study.json").read_text())
-    assert list(document["learners"]) == ["search", "schedule"]
-    arguments = document["learners"]["search"]["arguments"]
-    assert (arguments["generations"], arguments["memory"]) == (4, 1)
-    assert not {"run", "seed", "progress"} & arguments.keys()
-    assert document["learners"]["schedule"]["note"] == "an open-loop schedule"
-    assert found.runs["episodes"].to_list() == [4 * 10, 4 * 10, 4 * 4]  # networks times flocks
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"setting": "nowhere"}, "setting: expected one of tiny, got 'nowhere'"),
-        ({"learners": ("ppo",)}, "learners: expected any of search, schedule, unreported, got 'ppo'"),
-        ({"held_out_flocks": 0}, "flocks: expected an integer from 1 to"),
-        ({"tuning_flocks": 1_000_001}, "flocks: expected an integer from 1 to"),
-    ],
-)
-def test_bad_arguments_are_refused_before_anything_is_written(
-    changes: dict[str, Any], message: str, folder: Path, tmp_path: Path
-) -> None:
-    with pytest.raises(ValueError, match=message):
-        study(study_args(tmp_path, **changes))
-    assert not list(tmp_path.iterdir())
-
-
-def test_the_rule_of_thumb_uses_the_settings_observations(folder: Path) -> None:
-    setting = presets()["tiny"].setting
-    for visible, name in ((True, "stubborn-leaders"), (False, "stubborn-leaders-local")):
-        entry = built_in(name)
-        played = objective(
-            dataclasses.replace(setting, predator_visible=visible, max_range=100.0, steps_per_action=1),
-            entry.policy,
-            HELD_OUT[:5],
-        )
-        alone = rollout(TINY, entry.policy, HELD_OUT[:5], per_agent=True, **entry.options)
-        np.testing.assert_array_equal(played, alone.min_mean_distance)
-
-
-def test_finished_runs_with_other_arguments_are_refused(found: Study, folder: Path, tmp_path: Path) -> None:
-    shutil.copytree(folder / "runs", tmp_path / "runs")
-    record = tmp_path / "runs" / "tiny" / "search-1" / "config.json"
-    document = json.loads(record.read_text())
-    document["args"]["generations"] = 5
-    record.write_text(json.dumps(document))
-    with pytest.raises(ValueError, match=r"runs: expected the preset's arguments in .*search-1, got others"):
-        study(study_args(tmp_path))
-    assert not (tmp_path / "results").exists()
-
-
-def test_rules_run_on_the_tuning_flocks_of_learning_curves(found: Study) -> None:
-    assert found.rules is not None
-    assert found.rules["rule"].unique().to_list() == ["stubborn-leaders"]
-    assert found.rules["seed"].to_list() == list(TUNING[:200])
-    told = rollout(TINY, built_in("stubborn-leaders"), TUNING[:200])
-    assert found.rules["objective"].to_numpy() == pytest.approx(told.min_mean_distance)

@@ -83,19 +83,3 @@ def test_a_study_continues(tmp_path: Path, spy: Spy) -> None:
     assert sorted(file.name for file in (tmp_path / "runs").iterdir()) == [
         f"tiny-search-{number}" for number in range(3)
     ]
-
-
-def test_a_preset_whose_trial_was_killed_is_tried_again(
-    tmp_path: Path, spy: Spy, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def die(*_: Any) -> None:
-        raise RuntimeError("killed")
-
-    with monkeypatch.context() as patch:
-        patch.setattr("training.train.save_checkpoint", die)
-        with pytest.raises(RuntimeError, match="killed"):
-            tune(tune_args(tmp_path))
-    study = tune(tune_args(tmp_path))
-    first, second = sorted(completed(study), key=lambda trial: trial.user_attrs["job"])
-    assert first.params.items() <= _as_trial(train_presets()["tiny-search"]).items()
-    assert second.params != first.params

@@ -1,8 +1,8 @@
-"""Kinds of arguments: for each a good value, bad values, equivalent forms and extreme values."""
+"""Kinds of arguments: for each a good value, bad values and equivalent forms."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -11,10 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-NAN = float("nan")
-NOT_FINITE: dict[str, Any] = {"nan": NAN, "inf": np.inf, "minus inf": -np.inf}
-
-EXTREME = (1.7e308, 1e155, -1e155, -1.7e308, 5e-324, -5e-324, 1e-160, -0.0, 0.0)
+NOT_FINITE: dict[str, Any] = {"nan": float("nan"), "inf": np.inf, "minus inf": -np.inf}
 
 DEEP: list[Any] = []
 for _ in range(5000):
@@ -58,6 +55,10 @@ class Kind:
 
     good: Any
     is_optional: bool = False
+    near: Collection[Any] = field(default=(), kw_only=True)
+    """Rejected values that resemble this kind."""
+    alike: Mapping[str, Any] = field(default_factory=dict, kw_only=True)
+    """Equivalent forms of the good value."""
     accepts: Collection[str] = field(default=(), kw_only=True)
     """Labels of the foreign values that this kind accepts."""
 
@@ -65,220 +66,111 @@ class Kind:
         """Return rejected values by label."""
         accepted = [*self.accepts, "none"] if self.is_optional else self.accepts
         foreign = {label: value for label, value in FOREIGN.items() if label not in accepted}
-        return foreign | {f"own {i}: {str(value)[:20]}": value for i, value in enumerate(self.own_bad())}
-
-    def own_bad(self) -> Iterable[Any]:
-        """Return rejected values that resemble this kind."""
-        return ()
-
-    def alike(self) -> dict[str, Any]:
-        """Return equivalent forms of the good value."""
-        return {}
-
-    def extreme(self) -> Iterable[Any]:
-        """Return extreme values, accepted or rejected."""
-        return ()
-
-
-@dataclass(frozen=True)
-class Number(Kind):
-    """A real number from ``low`` (exclusive if ``is_above``) to ``high``."""
-
-    low: float = -np.inf
-    high: float = np.inf
-    is_above: bool = False
-
-    def own_bad(self) -> Iterable[Any]:
-        yield [self.good]
-        yield np.array([self.good])
-        if np.isfinite(self.low):
-            yield from (self.low - 1e-9 * max(1, abs(self.low)), -1e300)
-        if self.is_above:
-            yield self.low
-        if np.isfinite(self.high):
-            yield from (self.high * (1 + 1e-9), 1e300)
-
-    def alike(self) -> dict[str, Any]:
-        return _forms_of_a_number(np.float64(self.good))
-
-    def extreme(self) -> Iterable[Any]:
-        yield from EXTREME
-
-
-@dataclass(frozen=True)
-class Integer(Kind):
-    """An integer from ``low`` to ``high``."""
-
-    low: int = 0
-    high: int = 2**63 - 1
-
-    def own_bad(self) -> Iterable[Any]:
-        yield from (self.low - 1, self.high + 1, 0.5, 2.0, np.float64(1), [1], np.array([1]), np.int64(-1))
-
-    def extreme(self) -> Iterable[Any]:
-        yield from (2**62, 2**40)
-
-    def alike(self) -> dict[str, Any]:
-        good = self.good
-        return {"int16": np.int16(good), "uint64": np.uint64(good), "0-d": np.array(good, ">i4")}
-
-
-Count = partial(Integer, low=1)
-Index = partial(Integer)
-Seed = partial(Integer, high=2**64 - 1)
-
-
-@dataclass(frozen=True)
-class Seeds(Kind):
-    """A sequence of seeds."""
-
-    def own_bad(self) -> Iterable[Any]:
-        seeds = list(self.good)
-        yield from ([], iter(()), 5, seeds[0], [*seeds, -1], [*seeds, True], [*seeds, None], [seeds])
-        yield from (np.array(seeds, float), [2**64], "01", np.array(3))
-
-    def alike(self) -> dict[str, Any]:
-        forms = (
-            np.array,
-            tuple,
-            lambda seeds: np.array(seeds, ">u8"),
-            lambda seeds: np.repeat(seeds, 2)[::2],
-        )
-        return {f"form {i}": form(self.good) for i, form in enumerate(forms)}
-
-
-@dataclass(frozen=True)
-class Floats(Kind):
-    """An array of finite numbers of at least ``low``."""
-
-    low: float = -np.inf
-    is_any_length: bool = False
-    is_scalar_fine: bool = False
-    has_extremes: bool = True
-
-    def own_bad(self) -> Iterable[Any]:
-        good = np.asarray(self.good, np.float64)
-        yield from (good.astype(str), good.astype(object), good.astype(complex), good.astype(bool))
-        yield from (good[..., np.newaxis], good[:0])
-        if not self.is_any_length:
-            yield from (good[:-1], np.concatenate([good, good]), np.concatenate([good, good[:1]]))
-        if not self.is_scalar_fine:
-            yield from (5, 0.5, np.array(1.0))
-        entries = list(NOT_FINITE.values()) + ([self.low - 1e-9] if np.isfinite(self.low) else [])
-        for entry in entries:
-            spoilt = good.copy()
-            spoilt.flat[-1] = entry
-            yield spoilt
-
-    def alike(self) -> dict[str, Any]:
-        return forms_of_an_array(np.asarray(self.good, np.float64))
-
-    def extreme(self) -> Iterable[Any]:
-        shape = np.shape(self.good)
-        for value in EXTREME if self.has_extremes else ():
-            yield np.full(shape, value)
-            yield np.where(np.arange(np.prod(shape)).reshape(shape) % 2, value, 1.0)
-
-
-@dataclass(frozen=True)
-class Bools(Kind):
-    """A vector of True and False."""
-
-    def own_bad(self) -> Iterable[Any]:
-        yield from (self.good.astype(int), self.good[:0], self.good[:, np.newaxis], self.good.astype(str))
-
-    def alike(self) -> dict[str, Any]:
-        return {"list": self.good.tolist(), "strided": np.repeat(self.good, 2)[::2]}
-
-
-@dataclass(frozen=True)
-class Flag(Kind):
-    """True or False."""
-
-    accepts: Collection[str] = field(default=("bool", "numpy bool"), kw_only=True)
-
-    def own_bad(self) -> Iterable[Any]:
-        yield from (0, 1, 1.0, "True", [True], np.array([True]))
-
-    def alike(self) -> dict[str, Any]:
-        return {"numpy": np.bool(self.good)}
-
-
-@dataclass(frozen=True)
-class Choice(Kind):
-    """One of several words."""
-
-    def own_bad(self) -> Iterable[Any]:
-        yield from ("", self.good + " ", self.good.upper(), [self.good], np.array([self.good] * 2), 0)
-
-    def alike(self) -> dict[str, Any]:
-        return {"numpy": np.str_(self.good)}
-
-
-TEXTS = ("text", "digit", "surrogate")
-
-
-@dataclass(frozen=True)
-class Text(Kind):
-    """Any text."""
-
-    accepts: Collection[str] = field(default=TEXTS, kw_only=True)
-
-    def own_bad(self) -> Iterable[Any]:
-        yield from (0, [self.good])
-
-
-@dataclass(frozen=True)
-class File(Text):
-    """The path of a file that is written or read."""
-
-    def own_bad(self) -> Iterable[Any]:
-        yield from (0, [self.good], "a\0b" + Path(self.good).suffix)
-
-    def alike(self) -> dict[str, Any]:
-        return {"path": Path(self.good), "absolute": str(Path(self.good).absolute())}
-
-
-@dataclass(frozen=True)
-class Part(Kind):
-    """An object of the package, and objects that resemble it."""
-
-    confusing: tuple[Any, ...] = ()
-
-    def own_bad(self) -> Iterable[Any]:
-        yield from (0, type(self.good), [self.good], *self.confusing)
-
-
-@dataclass(frozen=True)
-class State(Kind):
-    """The bytes of ``get_state``."""
-
-    def own_bad(self) -> Iterable[Any]:
-        yield from (b"", self.good[:-1], self.good + b"0", self.good[:-1] + bytes([self.good[-1] ^ 1]))
-
-    def alike(self) -> dict[str, Any]:
-        return {"bytearray": bytearray(self.good), "memoryview": memoryview(self.good)}
-
-
-@dataclass(frozen=True)
-class Indices(Kind):
-    """An index below ``size``, or several."""
-
-    size: int = 1
-
-    def own_bad(self) -> Iterable[Any]:
-        yield from (-1, self.size, 2**64, 1.0, [0, self.size], [[0]], np.array(0.0))
-        yield np.zeros(self.size, np.bool)
-
-    def alike(self) -> dict[str, Any]:
-        return {"list": [self.good], "array": np.array([self.good]), "numpy": np.int64(self.good)}
-
-
-@dataclass(frozen=True)
-class Call(Kind):
-    """A callable."""
-
-    accepts: Collection[str] = field(default=("function", "class"), kw_only=True)
+        return foreign | {f"own {i}: {str(value)[:20]}": value for i, value in enumerate(self.near)}
+
+
+def number(
+    good: float,
+    is_optional: bool = False,
+    *,
+    low: float = -np.inf,
+    high: float = np.inf,
+    is_above: bool = False,
+) -> Kind:
+    """Return a real number from ``low`` (exclusive if ``is_above``) to ``high``."""
+    near: list[Any] = [[good], np.array([good])]
+    if np.isfinite(low):
+        near += [low - 1e-9 * max(1, abs(low)), -1e300] + [low] * is_above
+    if np.isfinite(high):
+        near += [high * (1 + 1e-9), 1e300]
+    alike = {"numpy": np.float64(good), "0-d": np.array(good, float), "big-endian": np.array(good, ">f8")}
+    if good == float(np.float32(good)):
+        alike["float32"] = np.float32(good)
+    if good == int(good):
+        alike |= {"int": int(good), "int64": np.int64(good)}
+    return Kind(good, is_optional, near=near, alike=alike)
+
+
+def integer(good: int, is_optional: bool = False, *, low: int = 0, high: int = 2**63 - 1) -> Kind:
+    near = [low - 1, high + 1, 0.5, 2.0, np.float64(1), [1], np.array([1]), np.int64(-1)]
+    alike = {"int16": np.int16(good), "uint64": np.uint64(good), "0-d": np.array(good, ">i4")}
+    return Kind(good, is_optional, near=near, alike=alike)
+
+
+count = partial(integer, low=1)
+seed_number = partial(integer, high=2**64 - 1)
+
+
+def seeds(good: list[int]) -> Kind:
+    near = [[], iter(()), 5, good[0], [*good, -1], [*good, True], [*good, None], [good]]
+    near += [np.array(good, float), [2**64], "01", np.array(3)]
+    forms = (np.array(good), tuple(good), np.array(good, ">u8"), np.repeat(good, 2)[::2])
+    return Kind(good, near=near, alike={f"form {i}": form for i, form in enumerate(forms)})
+
+
+def floats(
+    good: Any,
+    is_optional: bool = False,
+    *,
+    low: float = -np.inf,
+    is_any_length: bool = False,
+    is_scalar_fine: bool = False,
+) -> Kind:
+    """Return an array of finite numbers of at least ``low``."""
+    array = np.asarray(good, np.float64)
+    near = [
+        *(array.astype(other) for other in (str, object, complex, bool)),
+        array[..., np.newaxis],
+        array[:0],
+    ]
+    if not is_any_length:
+        near += [array[:-1], np.concatenate([array, array]), np.concatenate([array, array[:1]])]
+    if not is_scalar_fine:
+        near += [5, 0.5, np.array(1.0)]
+    for entry in [*NOT_FINITE.values(), *([low - 1e-9] if np.isfinite(low) else [])]:
+        spoilt = array.copy()
+        spoilt.flat[-1] = entry
+        near.append(spoilt)
+    return Kind(good, is_optional, near=near, alike=forms_of_an_array(array))
+
+
+def flag(good: bool) -> Kind:
+    near = [0, 1, 1.0, "True", [True], np.array([True])]
+    return Kind(good, near=near, alike={"numpy": np.bool(good)}, accepts=("bool", "numpy bool"))
+
+
+def choice(good: str, is_optional: bool = False) -> Kind:
+    near = ["", f"{good} ", good.upper(), [good], np.array([good] * 2), 0]
+    return Kind(good, is_optional, near=near, alike={"numpy": np.str_(good)})
+
+
+def text(good: str) -> Kind:
+    return Kind(good, near=[0, [good]], accepts=("text", "digit", "surrogate"))
+
+
+def file(good: str) -> Kind:
+    near = [0, [good], f"a\0b{Path(good).suffix}"]
+    return Kind(good, near=near, alike={"path": Path(good)}, accepts=("text", "digit", "surrogate"))
+
+
+def part(
+    good: Any, is_optional: bool = False, *, accepts: Collection[str] = (), confusing: tuple[Any, ...] = ()
+) -> Kind:
+    """Return an object of the package, and objects that resemble it."""
+    return Kind(good, is_optional, near=[0, type(good), [good], *confusing], accepts=accepts)
+
+
+def state(good: bytes) -> Kind:
+    near = [b"", good[:-1], good + b"0", good[:-1] + bytes([good[-1] ^ 1])]
+    return Kind(good, near=near, alike={"bytearray": bytearray(good), "memoryview": memoryview(good)})
+
+
+def indices(good: int, size: int) -> Kind:
+    """Return an optional index below ``size``, or several."""
+    near = [-1, size, 2**64, 1.0, [0, size], [[0]], np.array(0.0), np.zeros(size, np.bool)]
+    return Kind(
+        good, True, near=near, alike={"list": [good], "array": np.array([good]), "numpy": np.int64(good)}
+    )
 
 
 def forms_of_an_array(good: NDArray[np.float64]) -> dict[str, Any]:
@@ -293,25 +185,13 @@ def forms_of_an_array(good: NDArray[np.float64]) -> dict[str, Any]:
         "float32": good.astype(np.float32),
         "longdouble": good.astype(np.longdouble),
         "big-endian": good.astype(">f8"),
-        "big-endian float32": good.astype(">f4"),
         "Fortran": np.asfortranarray(good),
         "strided": wide[::2, ..., ::3] if good.ndim > 1 else np.repeat(good, 3)[::3],
         "backwards": good[::-1].copy()[::-1],
         "read-only": frozen,
         "not aligned": shifted,
         "memoryview": memoryview(good),
-        "list of numpy": [list(row) if good.ndim > 1 else row for row in good],
     }
     if (good == good.astype(np.int64)).all():
-        forms |= {"integers": good.astype(np.int64), "int list": good.astype(int).tolist()}
-        forms |= {"small integers": good.astype(np.int16), "big-endian integers": good.astype(">i4")}
-    return forms
-
-
-def _forms_of_a_number(good: np.float64) -> dict[str, Any]:
-    forms = {"numpy": good, "0-d": np.array(good), "big-endian": np.array(good, ">f8")}
-    if good == np.float32(good):
-        forms["float32"] = np.float32(good)
-    if good == int(good):
-        forms |= {"int": int(good), "int64": np.int64(good)}
+        forms |= {"int list": good.astype(int).tolist(), "big-endian integers": good.astype(">i4")}
     return forms

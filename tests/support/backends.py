@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,9 +14,7 @@ import numpy as np
 import flockesc_env
 from flockesc_env import FlockScenario
 from flockesc_env.common.checks import as_threads
-from flockesc_env.jobs import Arrays, Backend, Cache, Job
-from flockesc_env.jobs.job import Outcomes
-from flockesc_env.jobs.serial import serial
+from flockesc_env.jobs import Arrays, Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 
 if TYPE_CHECKING:  # every worker process imports this file, and pytest takes half of that time
@@ -39,18 +36,6 @@ def note_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     support, package = Path(__file__).parent, Path(flockesc_env.__file__).parents[1]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(support), str(package)]))
     return folder
-
-
-def interrupted_after(count: int) -> Backend:
-    """Return the back end ``serial`` with Ctrl-C after some jobs."""
-
-    def backend(jobs: Sequence[Job], cache: Cache) -> Outcomes:
-        outcomes = serial(jobs, cache)
-        for _ in range(count):
-            yield next(outcomes)
-        raise KeyboardInterrupt
-
-    return backend
 
 
 def note_call(number: int) -> int:

@@ -7,28 +7,12 @@ from typing import Any, NamedTuple
 from hypothesis import strategies as st
 from option_table import small_flock
 
-from flockesc_env import (
-    ConstantVelocity,
-    Encircle,
-    FlockScenario,
-    Herd,
-    Inertial,
-    Intercept,
-    Learned,
-    PrescribedPath,
-    PurePursuit,
-    Reynolds,
-    Topological,
-    Vicsek,
-    Voronoi,
-    Wandering,
-)
+import flockesc_env as fe
 
 SMALLEST, LARGEST = 1e-20, 1e20
 
 DIVIDING = ("time_step", "mass", "speed", "initial_side")
 COMPUTED = ("repulsion_strength", "alignment_strength", "sensing_noise")
-COMPARED = ("predator_range", "capture_radius")
 
 Numbers = st.SearchStrategy[float]
 
@@ -52,25 +36,27 @@ def predators(draw: st.DrawFn, numbers: Bounds) -> tuple[Any, ...]:
     steering = start | {"max_turn_rate": draw(computed)}
     path = (start["position"], start["velocity"])
     kinds = [
-        ConstantVelocity(**start),
-        Wandering(**start, angular_diffusion=draw(computed)),
-        PrescribedPath(path, interval=draw(st.none() | numbers.dividing)),
-        Learned(**start, max_acceleration=draw(computed), max_speed=draw(numbers.dividing)),
-        PurePursuit(**steering, confusion_rate=draw(computed), sight=draw(numbers.compared)),
-        PurePursuit(**steering, target=draw(st.sampled_from(["centroid", "most_isolated", "assigned"]))),
-        Intercept(**steering, navigation_constant=draw(computed)),
-        Encircle(**steering, radius=draw(computed), closing_speed=draw(computed)),
+        fe.ConstantVelocity(**start),
+        fe.Wandering(**start, angular_diffusion=draw(computed)),
+        fe.PrescribedPath(path, interval=draw(st.none() | numbers.dividing)),
+        fe.Learned(**start, max_acceleration=draw(computed), max_speed=draw(numbers.dividing)),
+        fe.PurePursuit(**steering, confusion_rate=draw(computed), sight=draw(numbers.compared)),
+        fe.PurePursuit(**steering, target=draw(st.sampled_from(["centroid", "most_isolated", "assigned"]))),
+        fe.Intercept(**steering, navigation_constant=draw(computed)),
+        fe.Encircle(**steering, radius=draw(computed), closing_speed=draw(computed)),
     ]
     chosen = tuple(draw(st.lists(st.sampled_from(kinds), min_size=1, max_size=3)))
-    return (*chosen, Herd(**steering, distance=draw(computed), partner=0)) if draw(st.booleans()) else chosen
+    return (
+        (*chosen, fe.Herd(**steering, distance=draw(computed), partner=0)) if draw(st.booleans()) else chosen
+    )
 
 
 @st.composite
-def flocks(draw: st.DrawFn, numbers: Bounds) -> FlockScenario:
-    motions = st.builds(Reynolds, numbers.computed, numbers.computed, numbers.compared)
-    motion = draw(st.sampled_from([Inertial(), Vicsek()]) | motions)
+def flocks(draw: st.DrawFn, numbers: Bounds) -> fe.FlockScenario:
+    motions = st.builds(fe.Reynolds, numbers.computed, numbers.computed, numbers.compared)
+    motion = draw(st.sampled_from([fe.Inertial(), fe.Vicsek()]) | motions)
     dimension = draw(st.sampled_from([2, 3]))
-    rule = draw(st.sampled_from([Topological(), Voronoi()])) if dimension == 2 else Topological()
+    rule = draw(st.sampled_from([fe.Topological(), fe.Voronoi()])) if dimension == 2 else fe.Topological()
     return small_flock(
         dimension,
         num_agents=draw(st.integers(1, 9)),
@@ -80,7 +66,7 @@ def flocks(draw: st.DrawFn, numbers: Bounds) -> FlockScenario:
         predator_range=draw(numbers.compared),
         capture_radius=draw(numbers.compared | st.none()),
         motion=motion,
-        constant_speed=motion == Vicsek() or draw(st.booleans()),
+        constant_speed=motion == fe.Vicsek() or draw(st.booleans()),
         angular_noise=draw(st.sampled_from([0.0, 1.0])),
         sensing_delay=draw(st.sampled_from([0, 2])),
         blind_angle=draw(st.sampled_from([0.0, 2.0])),

@@ -16,21 +16,7 @@ import gymnasium
 import numpy as np
 from option_table import UNLIKE, small_flock
 
-from flockesc_env import (
-    PRESETS,
-    ConstantVelocity,
-    FlockEscapeEnv,
-    FlockParallelEnv,
-    FlockScenario,
-    FlockVectorEnv,
-    LineEscapeEnv,
-    LineScenario,
-    PrescribedPath,
-    PurePursuit,
-    Wandering,
-    parallel_env,
-    simulate,
-)
+import flockesc_env as fe
 from flockesc_env.policies.predators import Pursue
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "golden_episodes.json"
@@ -39,8 +25,8 @@ TEAM = ("paper-flock", "capture", "randomized", "noisy-hearing", "topological", 
 
 CHASED = {
     "predators": (
-        Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
-        PurePursuit((30.0, 0.0), (0.0, 9.0)),
+        fe.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
+        fe.PurePursuit((30.0, 0.0), (0.0, 9.0)),
     ),
     "capture_radius": 1.0,
 }
@@ -59,7 +45,7 @@ def ranges(t: int, count: int) -> np.ndarray:
 def versioned_ids() -> set[str]:
     """Return the ids of all environments; each ends with its version."""
     registered = {name for name in gymnasium.registry if name.startswith("flockesc/")}
-    return registered | {FlockParallelEnv.metadata["name"]}
+    return registered | {fe.FlockParallelEnv.metadata["name"]}
 
 
 def registered(name: str) -> Case:
@@ -80,9 +66,9 @@ def registered(name: str) -> Case:
     return play
 
 
-def flock(scenario: FlockScenario, **options: Any) -> Case:
+def flock(scenario: fe.FlockScenario, **options: Any) -> Case:
     def play(num_threads: int, seed: int) -> Iterator[Any]:
-        env = FlockEscapeEnv(scenario, action_mode="range", num_threads=num_threads, **options)
+        env = fe.FlockEscapeEnv(scenario, action_mode="range", num_threads=num_threads, **options)
         yield env.reset(seed=seed)
         for t in range(2 * scenario.num_steps):
             step = env.step(ranges(t, 1)[0])
@@ -94,9 +80,9 @@ def flock(scenario: FlockScenario, **options: Any) -> Case:
     return play
 
 
-def team(scenario: FlockScenario, **options: Any) -> Case:
+def team(scenario: fe.FlockScenario, **options: Any) -> Case:
     def play(num_threads: int, seed: int) -> Iterator[Any]:
-        env = parallel_env(scenario, action_mode="range", num_threads=num_threads, **options)
+        env = fe.parallel_env(scenario, action_mode="range", num_threads=num_threads, **options)
         learned = env.predator_policy_spec.count
         yield env.reset_array(seed=seed)
         for t in range(scenario.num_steps):
@@ -107,9 +93,9 @@ def team(scenario: FlockScenario, **options: Any) -> Case:
     return play
 
 
-def vector(scenario: FlockScenario, mode: str) -> Case:
+def vector(scenario: fe.FlockScenario, mode: str) -> Case:
     def play(num_threads: int, seed: int) -> Iterator[Any]:
-        env = FlockVectorEnv(
+        env = fe.FlockVectorEnv(
             5, scenario, autoreset_mode=mode, num_threads=num_threads, action_mode="range", max_range=61.0
         )
         yield env.reset(seed=seed)
@@ -119,9 +105,9 @@ def vector(scenario: FlockScenario, mode: str) -> Case:
     return play
 
 
-def line(scenario: LineScenario) -> Case:
+def line(scenario: fe.LineScenario) -> Case:
     def play(num_threads: int, seed: int) -> Iterator[Any]:
-        env = LineEscapeEnv(scenario, action_mode="range")
+        env = fe.LineEscapeEnv(scenario, action_mode="range")
         yield env.reset(seed=seed)
         for t in range(scenario.max_steps):
             step = env.step(ranges(t, 1)[0] / 256)
@@ -132,9 +118,9 @@ def line(scenario: LineScenario) -> Case:
     return play
 
 
-def run(scenario: FlockScenario, rho: float) -> Case:
+def run(scenario: fe.FlockScenario, rho: float) -> Case:
     def play(num_threads: int, seed: int) -> Iterator[Any]:
-        trajectory = simulate(scenario, rho, seed=seed, num_threads=num_threads)
+        trajectory = fe.simulate(scenario, rho, seed=seed, num_threads=num_threads)
         yield [trajectory.positions, trajectory.velocities, trajectory.num_components]
 
     return play
@@ -143,9 +129,9 @@ def run(scenario: FlockScenario, rho: float) -> Case:
 def cases() -> dict[str, Case]:
     """Return every case by name."""
     found: dict[str, Case] = {name: registered(name) for name in sorted(versioned_ids()) if "/" in name}
-    found[FlockParallelEnv.metadata["name"]] = team(FlockScenario())
-    for name, (_, scenario) in PRESETS.items():
-        if isinstance(scenario, LineScenario):
+    found[fe.FlockParallelEnv.metadata["name"]] = team(fe.FlockScenario())
+    for name, (_, scenario) in fe.PRESETS.items():
+        if isinstance(scenario, fe.LineScenario):
             found[name] = line(scenario)
         else:
             found[name] = flock(scenario, count_components=True, max_range=100.0)
@@ -166,14 +152,14 @@ def cases() -> dict[str, Case]:
                     num_agents=6000,
                     num_steps=12,
                     initial_side=500.0,
-                    predators=(ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),),
+                    predators=(fe.ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),),
                 )
             ),
             f"a prescribed path, {dimension}D": flock(
-                small_flock(dimension, num_steps=40, predators=(PrescribedPath(ZIGZAG, interval=0.3),))
+                small_flock(dimension, num_steps=40, predators=(fe.PrescribedPath(ZIGZAG, interval=0.3),))
             ),
             f"a torus, {dimension}D": run(
-                FlockScenario(dimension=dimension, num_steps=40, predators=(), periodic_side=60.0), 9.0
+                fe.FlockScenario(dimension=dimension, num_steps=40, predators=(), periodic_side=60.0), 9.0
             ),
         }
     for mode in ("NextStep", "SameStep"):

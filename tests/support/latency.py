@@ -14,20 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from flockesc_env import (
-    FlockEscapeEnv,
-    FlockScenario,
-    FlockVectorEnv,
-    LineEscapeEnv,
-    LineScenario,
-    Topological,
-    Voronoi,
-    parallel_env,
-    rollout,
-    simulate,
-    simulate_line,
-    sweep,
-)
+import flockesc_env as fe
 from flockesc_env.models import graph
 from flockesc_env.policies import FixedRange
 
@@ -37,12 +24,12 @@ DELAY = 0.15
 """Seconds from the beginning of a call to the signal."""
 CYCLE = [0.36, 0.68] * 50
 
-small = FlockScenario(num_steps=FOREVER)
-crowd = FlockScenario(num_agents=100_000, initial_side=1826.0, num_steps=FOREVER)
-huge = FlockScenario(num_agents=1_000_000, initial_side=5774.0, num_steps=10)
-dense = FlockScenario(num_agents=10_000, initial_side=100.0, blind_angle=1.0, num_steps=100)
-line = LineScenario(escape_force="linear_as_printed", max_steps=FOREVER)
-profiled = FlockScenario(num_agents=20_000, initial_side=816.0)
+small = fe.FlockScenario(num_steps=FOREVER)
+crowd = fe.FlockScenario(num_agents=100_000, initial_side=1826.0, num_steps=FOREVER)
+huge = fe.FlockScenario(num_agents=1_000_000, initial_side=5774.0, num_steps=10)
+dense = fe.FlockScenario(num_agents=10_000, initial_side=100.0, blind_angle=1.0, num_steps=100)
+line = fe.LineScenario(escape_force="linear_as_printed", max_steps=FOREVER)
+profiled = fe.FlockScenario(num_agents=20_000, initial_side=816.0)
 candidates = {"max_range": 300.0, "profile_ranges": tuple(np.linspace(5.0, 300.0, 64).tolist())}
 points = np.random.default_rng(0).uniform(0.0, 1.0, (60_000, 2))
 
@@ -58,67 +45,67 @@ def step(env: Any, actions: Any, **options: Any) -> Call:
     return call
 
 
-def gymnasium_step(scenario: FlockScenario, rho: float = 10.0, **options: Any) -> Call:
-    return step(FlockEscapeEnv(scenario, action_mode="range", **options), np.array([rho], np.float32))
+def gymnasium_step(scenario: fe.FlockScenario, rho: float = 10.0, **options: Any) -> Call:
+    return step(fe.FlockEscapeEnv(scenario, action_mode="range", **options), np.array([rho], np.float32))
 
 
 def vector_step() -> Call:
-    env = FlockVectorEnv(64, small, action_mode="range", steps_per_action=10_000, copy=False)
+    env = fe.FlockVectorEnv(64, small, action_mode="range", steps_per_action=10_000, copy=False)
     return step(env, np.full((64, 1), 10.0, np.float32))
 
 
 def parallel_step() -> Call:
-    flock = FlockScenario(num_agents=5000, initial_side=400.0)
-    env = parallel_env(flock, action_mode="range", reward="difference")
+    flock = fe.FlockScenario(num_agents=5000, initial_side=400.0)
+    env = fe.parallel_env(flock, action_mode="range", reward="difference")
     return step(env, dict.fromkeys(env.possible_agents, np.array([10.0], np.float32)))
 
 
 def observation() -> Call:
     """Agents search for their 1,000 nearest ones under eight candidate ranges."""
-    scenario = FlockScenario(num_agents=3000, initial_side=300.0, neighbor_rule=Topological())
-    env = parallel_env(scenario, max_range=1008, profile_ranges=tuple(range(1000, 1008)))
+    scenario = fe.FlockScenario(num_agents=3000, initial_side=300.0, neighbor_rule=fe.Topological())
+    env = fe.parallel_env(scenario, max_range=1008, profile_ranges=tuple(range(1000, 1008)))
     env.reset(seed=0)
     state = env.get_state()
     return lambda: env.set_state(state)
 
 
 def line_step() -> Call:
-    env = LineEscapeEnv(line, action_mode="range", max_range=10.0, steps_per_action=FOREVER)
+    env = fe.LineEscapeEnv(line, action_mode="range", max_range=10.0, steps_per_action=FOREVER)
     return step(env, np.array([10.0], np.float32), options={"initial_state": CYCLE})
 
 
 CALLS: dict[str, Callable[[], Call]] = {
-    "simulate": lambda: lambda: simulate(FlockScenario(num_agents=2000, num_steps=50_000), 1.0, seed=0),
-    "simulate, a step takes long": lambda: lambda: simulate(dense, 50.0, seed=0),
-    "simulate_line": lambda: lambda: simulate_line(line, 10.0, initial_state=CYCLE),
-    "sweep": lambda: lambda: sweep(small, [1.0], range(9)),
-    "sweep, lines": lambda: lambda: sweep(line.replace(num_agents=2), [1.0], [2, 3]),
-    "rollout": lambda: lambda: rollout(crowd, FixedRange(10.0), range(64)),
+    "simulate": lambda: lambda: fe.simulate(fe.FlockScenario(num_agents=2000, num_steps=50_000), 1.0, seed=0),
+    "simulate, a step takes long": lambda: lambda: fe.simulate(dense, 50.0, seed=0),
+    "simulate_line": lambda: lambda: fe.simulate_line(line, 10.0, initial_state=CYCLE),
+    "sweep": lambda: lambda: fe.sweep(small, [1.0], range(9)),
+    "sweep, lines": lambda: lambda: fe.sweep(line.replace(num_agents=2), [1.0], [2, 3]),
+    "rollout": lambda: lambda: fe.rollout(crowd, FixedRange(10.0), range(64)),
     "step, 10,000 steps per action": lambda: gymnasium_step(
         crowd.replace(num_agents=5000), steps_per_action=10_000
     ),
     "step, 10 slow steps per action": lambda: gymnasium_step(dense, 50.0, steps_per_action=10),
     "step, 99 steps of Voronoi neighbors": lambda: gymnasium_step(
-        crowd.replace(neighbor_rule=Voronoi(), num_agents=30_000), steps_per_action=99
+        crowd.replace(neighbor_rule=fe.Voronoi(), num_agents=30_000), steps_per_action=99
     ),
     "step of a vector environment": vector_step,
     "step with difference rewards": parallel_step,
     "step of a line": line_step,
     "step, 64 candidate ranges": lambda: gymnasium_step(profiled, **candidates),
     "reset of 20,000 agents, 64 candidate ranges": lambda: (
-        lambda: FlockEscapeEnv(profiled, **candidates).reset(seed=0)
+        lambda: fe.FlockEscapeEnv(profiled, **candidates).reset(seed=0)
     ),
     "observation, topological candidates": observation,
-    "reset of 1,000,000 agents": lambda: lambda: FlockEscapeEnv(huge).reset(seed=0),
+    "reset of 1,000,000 agents": lambda: lambda: fe.FlockEscapeEnv(huge).reset(seed=0),
     "reset of 64 x 30,000 agents": lambda: (
-        lambda: FlockVectorEnv(64, crowd.replace(num_agents=30_000, initial_side=1000.0)).reset(seed=0)
+        lambda: fe.FlockVectorEnv(64, crowd.replace(num_agents=30_000, initial_side=1000.0)).reset(seed=0)
     ),
     "perron_matrix": lambda: lambda: graph.perron_matrix(points[:15_000, 0], 0.1),
     "laplacian": lambda: lambda: graph.laplacian(points[:15_000, 0], 0.1),
     "neighbor_pairs": lambda: lambda: graph.neighbor_pairs(None, points[:30_000], 0.2),
     "component_labels": lambda: (
         lambda: graph.component_labels(
-            FlockScenario(num_agents=60_000, blind_angle=1.0), points, 0.3, velocities=points
+            fe.FlockScenario(num_agents=60_000, blind_angle=1.0), points, 0.3, velocities=points
         )
     ),
 }

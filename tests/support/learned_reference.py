@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import observation_reference
 import reference
-from reference import Floats, FlockState
+from observation_reference import squash
+from reference import Floats, FlockState, unit
 
 from flockesc_env import FlockScenario, Learned
-
-
-def unit(vector: Floats) -> Floats:
-    """Return the direction of a vector; 0 for the vector 0."""
-    norm = np.linalg.norm(vector)
-    return vector / norm if norm > 0 else vector
 
 
 def vectors(state: FlockState, index: int) -> dict[str, Floats]:
@@ -32,17 +28,10 @@ def vectors(state: FlockState, index: int) -> dict[str, Floats]:
 
 def frame(state: FlockState, index: int) -> Floats:
     """Return the axes ahead, left(, up): ahead is the heading, left the side of the nearest agent."""
-    ahead = unit(state.predator_velocities[index])
-    if not ahead.any():
-        ahead = unit(next(vector for vector in vectors(state, index).values() if vector.any()))
-    if len(ahead) == 2:
-        return np.array([ahead, [-ahead[1], ahead[0]]])
-    for cue in vectors(state, index).values():
-        across = cue - (cue @ ahead) * ahead
-        if np.linalg.norm(across) > 1e-9 * np.linalg.norm(cue):
-            left = unit(across)
-            return np.array([ahead, left, np.cross(ahead, left)])
-    raise AssertionError("everything is straight ahead")
+    cues = list(vectors(state, index).values())
+    velocity = state.predator_velocities[index]
+    ahead = velocity if velocity.any() else next(cue for cue in cues if cue.any())
+    return np.array(observation_reference.frame(ahead, cues))
 
 
 def step(scenario: FlockScenario, state: FlockState, ranges: Floats, actions: Floats) -> FlockState:
@@ -67,9 +56,6 @@ def observation(
     axes, seen = frame(state, index), vectors(state, index)
     length, speed = scenario.initial_side, scenario.speed
 
-    def squashed(value: float) -> float:
-        return value / (value + length)
-
     def direction(name: str) -> Floats:
         return axes @ unit(seen[name])
 
@@ -77,7 +63,7 @@ def observation(
         return axes @ seen[name] / (np.linalg.norm(seen[name]) + speed)
 
     def distance(name: str) -> float:
-        return squashed(float(np.linalg.norm(seen[name])))
+        return squash(float(np.linalg.norm(seen[name])), length)
 
     position = state.predator_positions[index]
     distances = np.linalg.norm(state.positions - position, axis=1)
@@ -85,7 +71,7 @@ def observation(
     own_speed = float(np.linalg.norm(state.predator_velocities[index]))
     row: list[Floats | float] = [
         time,
-        squashed(running_minimum),
+        squash(running_minimum, length),
         min(own_speed / predator.max_speed, 1.0),
         direction("nearest"),
         distance("nearest"),
@@ -93,7 +79,7 @@ def observation(
         direction("centroid"),
         distance("centroid"),
         velocity("flock_velocity"),
-        squashed(float(spread)),
+        squash(float(spread), length),
         reference.polarization(state.velocities),
         float((distances <= scenario.predator_range).mean()),
         float(len(scenario.predators) > 1),

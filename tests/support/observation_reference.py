@@ -8,7 +8,7 @@ import numpy as np
 import reference
 from hypothesis import strategies as st
 from option_table import DIMENSIONS, OBJECTIVES
-from reference import Floats, FlockState
+from reference import Floats, FlockState, unit
 
 from flockesc_env import ConstantVelocity, EnvOptions, FlockScenario, PurePursuit
 from flockesc_env.episodes.batch import FlockBatch
@@ -39,12 +39,6 @@ PREDATOR_ENTRIES = [
 
 def squash(value: float, scale: float) -> float:
     return float(value / (value + scale))
-
-
-def unit(vector: Floats) -> Floats:
-    """Return the direction of a vector; 0 for the vector 0."""
-    norm = reference.length(vector)
-    return vector / norm if norm > 0 else vector
 
 
 def nearest_predator(state: FlockState, position: Floats) -> int:

@@ -9,17 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from flockesc_env import (
-    ConstantVelocity,
-    Encircle,
-    FlockScenario,
-    Herd,
-    Intercept,
-    Learned,
-    PrescribedPath,
-    PurePursuit,
-    Wandering,
-)
+import flockesc_env as fe
 from flockesc_env.scenario.predators import Predator
 
 Floats = NDArray[np.float64]
@@ -35,7 +25,7 @@ class Minds:
 
 
 def steered(
-    scenario: FlockScenario, r: Floats, v: Floats, places: Floats, velocities: Floats, minds: Minds
+    scenario: fe.FlockScenario, r: Floats, v: Floats, places: Floats, velocities: Floats, minds: Minds
 ) -> Floats:
     """Return the next velocities of the predators at ``places``; agents are at ``r`` with velocity ``v``."""
     dt, pack = scenario.time_step, scenario.predators
@@ -46,30 +36,30 @@ def steered(
     for k, predator in enumerate(pack):
         own, nearest = velocities[k], int(np.argmin(np.linalg.norm(r - places[k], axis=1)))
         match predator:
-            case ConstantVelocity() | Learned():  # no action: straight on
+            case fe.ConstantVelocity() | fe.Learned():  # no action: straight on
                 continue
-            case PrescribedPath():
+            case fe.PrescribedPath():
                 new[k] = (path_position(predator, minds.steps + 1, dt) - places[k]) / dt
                 continue
-            case Wandering():
+            case fe.Wandering():
                 new[k] = wandered(own, predator.angular_diffusion * dt, minds.draws)
                 continue
-            case Intercept():
+            case fe.Intercept():
                 rate = sight_rate(r[nearest] - places[k], v[nearest] - own)
                 gain, limit = predator.navigation_constant * dt, predator.max_turn_rate * dt
                 turned_own = navigated(own, rate, gain, limit)
-            case PurePursuit():
+            case fe.PurePursuit():
                 aims = {"nearest": nearest, "most_isolated": most_isolated(r), "assigned": assigned.get(k)}
                 if predator.confusion_rate:
                     aims["nearest"] = minds.kept[k] = confused(predator, r, places[k], dt, k, minds)
                 aim = centroid if predator.target == "centroid" else r[aims[predator.target]]
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
-            case Encircle():
+            case fe.Encircle():
                 radius = max(predator.radius - predator.closing_speed * minds.steps * dt, 0)
                 aim = centroid.copy()
                 aim[:2] += radius * np.array([np.cos(stations[k]), np.sin(stations[k])])
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
-            case Herd():
+            case fe.Herd():
                 away = centroid - places[predator.partner]
                 aim = centroid + predator.distance * away / np.linalg.norm(away)
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
@@ -80,15 +70,15 @@ def steered(
     return new
 
 
-def start(predator: Predator, scenario: FlockScenario) -> tuple[Floats, Floats]:
+def start(predator: Predator, scenario: fe.FlockScenario) -> tuple[Floats, Floats]:
     """Return the initial position and velocity of a predator."""
-    if isinstance(predator, PrescribedPath):
+    if isinstance(predator, fe.PrescribedPath):
         first, second = (path_position(predator, steps, scenario.time_step) for steps in (0, 1))
         return first, (second - first) / scenario.time_step
     return np.array(predator.position), np.array(predator.velocity)
 
 
-def path_position(predator: PrescribedPath, steps: int, dt: float) -> Floats:
+def path_position(predator: fe.PrescribedPath, steps: int, dt: float) -> Floats:
     """Return the position on the path after ``steps`` steps, extended straight on beyond its end."""
     points, interval = np.array(predator.positions), predator.interval or dt
     end, time = (len(points) - 1) * interval, steps * dt
@@ -99,7 +89,7 @@ def path_position(predator: PrescribedPath, steps: int, dt: float) -> Floats:
 
 def assignment(pack: tuple, r: Floats, places: Floats) -> dict[int, int]:
     """Return the agent assigned to each predator, by an assignment over all agents without a shortlist."""
-    hunters = [k for k, p in enumerate(pack) if isinstance(p, PurePursuit) and p.target == "assigned"]
+    hunters = [k for k, p in enumerate(pack) if isinstance(p, fe.PurePursuit) and p.target == "assigned"]
     distances = np.linalg.norm(places[hunters, None] - r[None], axis=-1)
     agents = {k: int(row.argmin()) for k, row in zip(hunters, distances, strict=True)}
     rows, columns = linear_sum_assignment(distances)
@@ -108,7 +98,7 @@ def assignment(pack: tuple, r: Floats, places: Floats) -> dict[int, int]:
 
 def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, float]:
     """Return the angle of each encircling predator's station: evenly spaced, with the smallest turns."""
-    ring = [k for k, p in enumerate(pack) if isinstance(p, Encircle)]
+    ring = [k for k, p in enumerate(pack) if isinstance(p, fe.Encircle)]
     bearings = {k: np.arctan2(*(places[k] - centroid)[1::-1]) for k in ring}
     order = sorted(ring, key=bearings.__getitem__)
     spaced = 2 * np.pi * np.arange(len(ring)) / max(len(ring), 1)
@@ -116,7 +106,7 @@ def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, flo
     return {k: first + angle for k, angle in zip(order, spaced, strict=True)}
 
 
-def confused(predator: PurePursuit, r: Floats, place: Floats, dt: float, k: int, minds: Minds) -> int:
+def confused(predator: fe.PurePursuit, r: Floats, place: Floats, dt: float, k: int, minds: Minds) -> int:
     """Return the target of a predator that can be confused by other agents in sight."""
     distances = np.linalg.norm(r - place, axis=1)
     seen = np.flatnonzero(distances <= predator.sight)

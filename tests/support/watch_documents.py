@@ -10,30 +10,25 @@ from typing import Any
 
 import numpy as np
 
-from flockesc_env import (
-    ConstantVelocity,
-    FlockScenario,
-    PurePursuit,
-    Trajectory,
-    record,
-    simulate,
-)
+import flockesc_env as fe
 from flockesc_env.models.graph import component_labels
 from flockesc_env.policies import StubbornLeaders
 
-FLOCK = FlockScenario(num_agents=12, num_steps=9)
-TWO = (ConstantVelocity(), PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
+FLOCK = fe.FlockScenario(num_agents=12, num_steps=9)
+TWO = (fe.ConstantVelocity(), fe.PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
 
 RUNS = {
-    "one range": lambda: simulate(FLOCK, 10.0, seed=3),
-    "schedule": lambda: simulate(FLOCK, schedule=np.linspace(0, 30, 9)[:, None], seed=2**64 - 1),
-    "range per agent": lambda: record(FLOCK, StubbornLeaders(), 5, per_agent=True),
-    "in space, two predators": lambda: simulate(FLOCK.replace(dimension=3, predators=TWO), 20.0, seed=1),
-    "no predator": lambda: simulate(FLOCK.replace(predators=()), 20.0, seed=1),
-    "given start": lambda: simulate(
+    "one range": lambda: fe.simulate(FLOCK, 10.0, seed=3),
+    "schedule": lambda: fe.simulate(FLOCK, schedule=np.linspace(0, 30, 9)[:, None], seed=2**64 - 1),
+    "range per agent": lambda: fe.record(FLOCK, StubbornLeaders(), 5, per_agent=True),
+    "in space, two predators": lambda: fe.simulate(FLOCK.replace(dimension=3, predators=TWO), 20.0, seed=1),
+    "no predator": lambda: fe.simulate(FLOCK.replace(predators=()), 20.0, seed=1),
+    "given start": lambda: fe.simulate(
         FLOCK, 10.0, initial_positions=np.eye(12)[:, :2], initial_velocities=np.zeros((12, 2))
     ),
-    "more agents than 16 bits": lambda: simulate(FLOCK.replace(num_agents=70_000, num_steps=1), 0.0, seed=1),
+    "more agents than 16 bits": lambda: fe.simulate(
+        FLOCK.replace(num_agents=70_000, num_steps=1), 0.0, seed=1
+    ),
 }
 
 
@@ -48,7 +43,7 @@ def numbers(column: dict[str, Any]) -> np.ndarray:
     return np.frombuffer(raw, np.dtype(column["dtype"]).newbyteorder("<")).reshape(column["shape"])
 
 
-def assert_shows(shown: Any, run: Trajectory) -> None:
+def assert_shows(shown: Any, run: fe.Trajectory) -> None:
     columns = {name: numbers(column) for name, column in shown["columns"].items()}
     in_force = np.concatenate([run.interaction_ranges, run.interaction_ranges[-1:]])
     expected = {
@@ -73,4 +68,4 @@ def assert_shows(shown: Any, run: Trajectory) -> None:
     assert (columns["lowRange"] <= columns["meanRange"]).all()
     assert (columns["meanRange"] <= columns["highRange"]).all()
     assert shown["seed"] == (None if run.is_start_given else str(run.seed))
-    assert FlockScenario.from_json(json.dumps(shown["scenario"])) == run.scenario
+    assert fe.FlockScenario.from_json(json.dumps(shown["scenario"])) == run.scenario

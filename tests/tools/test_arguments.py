@@ -9,40 +9,42 @@ import copy
 import dataclasses
 import inspect
 import shutil
-from contextlib import suppress
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
-from argument_environments import CONSTRUCTORS, METHODS
-from argument_parts import POLICIES, RESULTS, SCENARIOS
-from argument_table import FLOCK, FUNCTIONS, HUNTED, LINE, Row, used, write_files
-from same import plain, same
-from spoiling import spoil
+from argument_table import (
+    CONSTRUCTORS,
+    FLOCK,
+    FUNCTIONS,
+    HUNTED,
+    LINE,
+    METHODS,
+    POLICIES,
+    RESULTS,
+    SCENARIOS,
+    Row,
+    write_files,
+)
+from same import plain, same, spoil
 
-import flockesc_env
-from flockesc_env import sb3, watch
-from flockesc_env.common import stats
+import flockesc_env as fe
+from flockesc_env import jobs, policies, sb3, watch
 from flockesc_env.common.errors import FlockescError, OptionError
 from flockesc_env.episodes.options import EnvOptions
-from flockesc_env.render import video
+from flockesc_env.notebook import Replay
 
 ROWS = FUNCTIONS | CONSTRUCTORS | METHODS | SCENARIOS | POLICIES | RESULTS
 rows = pytest.mark.parametrize("row", ROWS.values(), ids=ROWS)
-MODULES: dict[str, ModuleType] = {"sb3": sb3, "stats": stats, "video": video, "watch": watch}
+MODULES: dict[str, ModuleType] = {"sb3": sb3, "watch": watch}
 
 # Classes that only this package constructs.
 MADE_HERE = {
     *("Trajectory", "LineTrajectory", "SweepResult", "FlockSweepResult", "LineSweepResult"),
-    *("Episodes", "LineEpisodes", "RecordedRun", "stats.Estimate", "PolicySpec", "PredatorPolicySpec"),
-}
-# Methods that are other libraries' protocols, or that this package alone calls.
-PROTOCOLS = {
-    *("act", "action_space", "observation_space", "render", "close", "close_extras"),
-    *("env_is_wrapped", "env_method", "get_attr", "set_attr", "step_async"),
-    *("to_core", "selected"),
-    *("NetworkPolicy.reset", "SB3Policy.reset", "StubbornWitnesses.reset"),
+    *("Episodes", "LineEpisodes", "RecordedRun", "PolicySpec"),
 }
 
 
@@ -100,27 +102,15 @@ def test_taken(row: Row) -> None:
         kind = row.all_arguments[name]
         if row.subject is None:
             # Options that are handed on mean the same everywhere.
-            for value in (kind.good, *kind.alike().values()):
+            for value in (kind.good, *kind.alike.values()):
                 same(row.after(called(row, None, **{name: value})), expected)
             continue
         twin = row.subject()
         told, end = called(row, twin, **{name: kind.good}), row.after(twin)
-        for value in (kind.good, *kind.alike().values()):
+        for value in (kind.good, *kind.alike.values()):
             subject = row.subject()
             same(called(row, subject, **{name: value}), told)
             same(row.after(subject), end)
-
-
-@rows
-def test_extreme(row: Row) -> None:
-    """Values as large or as small as can be are refused, or harmless."""
-    for name, kind in row.all_arguments.items():
-        for value in kind.extreme():
-            subject = row.subject() if row.subject else None
-            with suppress(FlockescError):
-                result = called(row, subject, **{name: value})
-                used(result)
-                row.after(subject or result)
 
 
 COPIED = FUNCTIONS | SCENARIOS | {name: row for name, row in POLICIES.items() if name != "NamedPolicy"}
@@ -146,7 +136,7 @@ def test_scenarios_and_options_are_values(value: Any) -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         setattr(value, dataclasses.fields(value)[0].name, 1)
     with pytest.raises(TypeError):
-        flockesc_env.PRESETS["paper-flock"] = value  # type: ignore[index]
+        fe.PRESETS["paper-flock"] = value  # type: ignore[index]
 
 
 def _members(module: ModuleType) -> list[str]:
@@ -157,7 +147,7 @@ def _members(module: ModuleType) -> list[str]:
 
 
 def _public() -> dict[str, Any]:
-    found = {name: getattr(flockesc_env, name) for name in _members(flockesc_env)}
+    found = {name: getattr(fe, name) for name in _members(fe)}
     modules = MODULES | {name: found for name, found in found.items() if isinstance(found, ModuleType)}
     for name, module in modules.items():
         found |= {f"{name}.{member}": getattr(module, member) for member in _members(module)}
@@ -185,42 +175,47 @@ def test_every_public_argument_is_in_the_table() -> None:
     assert not missing
 
 
-def _methods(member: Any) -> dict[str, Any]:
-    """Return the methods of a class of this package that take arguments."""
-    if not isinstance(member, type):
-        return {}
-    static = {name: inspect.getattr_static(member, name) for name in dir(member) if not name.startswith("_")}
-    functions = {name: getattr(method, "__func__", method) for name, method in static.items()}
-    return {
-        name: function
-        for name, function in functions.items()
-        if inspect.isfunction(function)
-        and function.__module__.startswith("flockesc_env")
-        and len(inspect.signature(function).parameters) > 1
-    }
-
-
-def test_every_argument_of_a_method_is_in_the_table() -> None:
-    public = {name: member for name, member in _public().items() if not name.endswith("PredatorPolicySpec")}
-    missing, covered = {}, set()
-    for owner, member in public.items():
-        for name, function in _methods(member).items():
-            label = f"{owner}.{name}"
-            parameters = list(inspect.signature(function).parameters.values())[1:]
-            wanted = {p.name for p in parameters if p.kind is not p.VAR_KEYWORD}
-            if label in ROWS and wanted <= set(ROWS[label].all_arguments):
-                covered.add(function)
-            else:
-                missing[label] = function
-    assert not {
-        label
-        for label, function in missing.items()
-        if function not in covered and not {label, label.rpartition(".")[2]} & PROTOCOLS
-    }
-
-
 @pytest.mark.parametrize("row", [pytest.param(ROWS[name], id=name) for name in _public() if name in ROWS])
 def test_an_unknown_argument(row: Row) -> None:
     """A TypeError, as in any Python call, or an OptionError where options are taken, names the argument."""
     with pytest.raises((TypeError, OptionError), match=r"no_such_argument|takes no arguments"):
         called(row, None, no_such_argument=1)
+
+
+LEAGUE = FLOCK.replace(predators=(fe.PurePursuit(), fe.PurePursuit((40.0, 20.0), (-3.0, 1.0))))
+HEAVY = FLOCK.replace(randomization=(fe.Uniform("mass", 1.0, 2.0),))
+CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
+    (lambda: fe.approach((1.0, 2.0, 3.0), dimension=2), "aim"),
+    (lambda: fe.approach(direction=(0.0, 0.0)), "direction"),
+    (lambda: fe.approach("edge", direction=(0.0, 0.0, 1.0), dimension=3), "direction"),
+    (lambda: fe.preset("Pursuit"), "scenario"),
+    (lambda: fe.FlockEscapeEnv(HEAVY.replace(predators=())), "predators"),
+    (lambda: fe.FlockEscapeEnv(action_mode="range", max_range=1e39), "max_range"),
+    (lambda: fe.FlockPursuitEnv(LEAGUE), "predators"),
+    (lambda: fe.FlockPursuitEnv(predator_policy=fe.FlyStraight()), "predator_policy"),
+    (lambda: fe.FlockPursuitEnv(reward="individual_distance"), "reward"),
+    (lambda: fe.LineOptions(profile_ranges=[0.1, 0.1]), "profile_ranges"),
+    (lambda: fe.rollout(FLOCK, fe.StubbornLeaders(), [0], per_agent=False), "per_agent"),
+    (lambda: fe.rollout(FLOCK, policies.ListenWhileFleeing(), [0], per_agent=True), "per_agent"),
+    (lambda: fe.rollout(FLOCK, policies.BestCandidate("escape_cosine"), [0]), "profile_ranges"),
+    (lambda: fe.rollout(FLOCK, fe.FixedRange(100.5), [0]), "interaction_range"),
+    (lambda: fe.rollout(FLOCK, fe.ScheduledRange(np.ones((24, 4))), [0], per_agent=True), "schedule"),
+    (lambda: fe.rollout(FLOCK, policies.Planner(FLOCK), [0]), "policy"),
+    (lambda: fe.rollout(LINE, fe.FixedRange(0.1), [0], per_agent=True), "per_agent"),
+    (lambda: fe.rollout(LINE, fe.FixedRange(0.1), [0], predator_policy=fe.FlyStraight()), "predator_policy"),
+    (lambda: fe.neighbor_pairs(fe.FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0), "velocities"),
+    (lambda: fe.built_in("fixed:nan"), "policies"),
+    (lambda: jobs.find_backend("ray2"), "backend"),
+    (lambda: jobs.run_jobs(lambda number: {}, [(1,)], cache="cache"), "function"),
+    (lambda: jobs.Job("m:f", (object(),), engine="").key, "arguments"),
+    (lambda: jobs.Job("m:f", ({1, 2},), engine="").key, "arguments"),
+    (lambda: Replay([("run", fe.simulate(FLOCK, 1.0, seed=0))], height=0), "height"),
+]
+
+
+@pytest.mark.parametrize(("call", "field"), CONTRADICTIONS)
+def test_contradictions(call: Callable[[], Any], field: str) -> None:
+    """Arguments that are good by themselves."""
+    with pytest.raises(FlockescError) as caught:
+        call()
+    assert caught.value.field == field

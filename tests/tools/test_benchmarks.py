@@ -15,13 +15,12 @@ from benchmarks import (
     flocks,
     frameworks,
     line,
-    measure,
     page,
     peers,
     plots,
     size,
 )
-from benchmarks.measure import Candidate, Comparison, Record
+from benchmarks.measure import Record
 from benchmarks.peers import numpy_flocks
 from benchmarks.peers.model import Flocks, Outcome, Peer
 
@@ -46,38 +45,6 @@ def test_the_line_in_numpy_agrees_and_a_wrong_one_is_refused(rho: float) -> None
     line.check("NumPy", right, rho)
     with pytest.raises(peers.DisagreementError, match="late"):
         line.check("late", lambda x, scenario, rho, steps: right(x, scenario, rho, steps - 1), rho)
-
-
-def test_contenders_take_turns_and_a_shared_set_up_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
-    now, order = 0.0, []
-
-    def costs(name: str, seconds: float) -> None:
-        nonlocal now
-        now += seconds
-        order.append(name)
-
-    monkeypatch.setitem(measure._CLOCKS, "cpu", lambda: now)
-    monkeypatch.setattr(measure.gc, "collect", int)  # slow where many modules are loaded
-    contenders = [
-        Candidate("a", lambda: costs("a", 0.5), units=10),
-        Candidate("b", lambda: costs("b", 0.75), units=10, before=lambda: costs("set-up", 0.25)),
-        Candidate("long", lambda: costs("long", 2.0), units=10),
-    ]
-    comparison = Comparison(
-        contenders, "flock step", {"rho": 5.0}, repetitions=4, skipped={"slow": "over 2 s"}
-    )
-    skipped, *records = measure.measure("kernel", comparison)
-    assert (skipped.contender, skipped.seconds, skipped.note) == ("slow", [], "over 2 s")
-    warm_up, turn = ["a", "b", "long"], ["a", "b", "set-up", "long"]
-    assert order == warm_up + 3 * turn + turn[:-1]
-    assert [r.seconds for r in records] == [[0.05] * 4, [0.05] * 4, [0.2] * 3]
-    assert [r.case for r in records] == [{"rho": 5.0}] * 3
-
-
-def test_sizes_are_left_out_from_how_the_last_two_grew() -> None:
-    assert size._extrapolate([(100, 1.0)], 300) == 0.0
-    assert size._extrapolate([(100, 1.0), (1000, 100.0)], 10_000) == pytest.approx(10_000)
-    assert size._extrapolate([(100, 1.0), (1000, 10.0)], 10_000) == pytest.approx(100)
 
 
 def kernel_records(own: float, peer: float) -> list[Record]:

@@ -11,21 +11,7 @@ import polars as pl
 import pytest
 from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file, sweep_flags
 
-from flockesc_env import (
-    AlignedHeadings,
-    ConstantVelocity,
-    FlockScenario,
-    Herd,
-    Intercept,
-    LineScenario,
-    PurePursuit,
-    Ring,
-    Vicsek,
-    load_policy,
-    simulate,
-    simulate_line,
-    sweep,
-)
+import flockesc_env as fe
 from flockesc_env.cli.exits import Exit
 from flockesc_env.models.records import load_run, save_run
 from flockesc_env.policies.registry import built_in
@@ -35,14 +21,14 @@ def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tm
     path = tmp_path / "run.npz"
     flags = ["--interaction-range", 10, "--seed", 7, *SMALL_FLAGS]
     ran = Ran(capsys, "simulate", *flags, "--json", "--output", path)
-    run = simulate(SMALL, 10.0, seed=7)
+    run = fe.simulate(SMALL, 10.0, seed=7)
     document = ran.json()
     assert ran.code == Exit.DONE
     assert document["min_mean_distance"] == run.mean_distance.min()
     assert document["min_min_distance"] == run.min_distance.min()
     assert document["num_components"] == run.num_components[-1]
     assert document["polarization"] == run.polarization[-1]
-    assert FlockScenario.from_json(json.dumps(document["scenario"])) == SMALL
+    assert fe.FlockScenario.from_json(json.dumps(document["scenario"])) == SMALL
     np.testing.assert_array_equal(load_run(path).trajectory.positions, run.positions)
 
     for_people = Ran(capsys, "simulate", *flags).out
@@ -55,7 +41,7 @@ def test_a_policy_is_simulated(
     spec: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    policy = load_policy(policy_file(Path(spec))) if spec.endswith("npz") else built_in(spec)
+    policy = fe.load_policy(policy_file(Path(spec))) if spec.endswith("npz") else built_in(spec)
     path = tmp_path / "run.npz"
     document = Ran(
         capsys, "simulate", "--policy", spec, "--seed", 7, *SMALL_FLAGS, "--json", "--output", path
@@ -68,47 +54,7 @@ def test_a_policy_is_simulated(
     assert Ran(capsys, "replay", path).code == Exit.DONE
 
 
-def test_policies_not_for_flocks_are_named(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    line, foreign = policy_file(tmp_path / "line.npz", LineScenario(num_agents=9)), tmp_path / "foreign.npz"
-    foreign.write_text("nothing")
-    for spec, message in (
-        (line, "policy: expected"),
-        (tmp_path / "lost.npz", "policy: expected"),
-        (foreign, f"{foreign}: expected a policy"),
-    ):
-        ran = Ran(capsys, "simulate", "--policy", spec, *SMALL_FLAGS)
-        assert ran.code == Exit.REFUSED
-        assert ran.err.startswith(f"flockesc: error: {message}")
-
-
-def test_a_line_is_simulated(capsys: pytest.CaptureFixture[str]) -> None:
-    ran = Ran(
-        capsys, "simulate", "--scenario", "paper-line", "--interaction-range", 0.1, "--seed", 7, "--json"
-    )
-    run = simulate_line(LineScenario(), 0.1, seed=7)
-    document = ran.json()
-    assert (document["escape_distance"], document["steps"]) == (run.escape_distance[-1], run.steps)
-    assert document["converged"] is run.converged
-
-
-def test_a_drawn_seed_is_printed_and_infinite_distances_are_null(capsys: pytest.CaptureFixture[str]) -> None:
-    flags = ["--interaction-range", 3, *SMALL_FLAGS, "--set", "predators=[]", "--json"]
-    first, second = (Ran(capsys, "simulate", *flags).json() for _ in range(2))
-    assert first["seed"] != second["seed"]
-    run = simulate(SMALL.replace(predators=()), 3.0, seed=first["seed"])
-    assert (first["polarization"], first["min_mean_distance"]) == (run.polarization[-1], None)
-
-
-CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
-    "numbers and flags": (
-        [
-            "time_step=0.1",
-            "constant_speed=false",
-            "initial_plane=true",
-            *("capture_radius=2", "capture_radius=None"),
-        ],
-        SMALL.replace(time_step=0.1, constant_speed=False, initial_plane=True),
-    ),
+CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
     "predators": (
         [
             'predators=[{"pure_pursuit": {"position": [90, 90]}}, {"intercept": {}}, {"herd": {}}]',
@@ -120,15 +66,11 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
         ],
         SMALL.replace(
             predators=(
-                PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid"),
-                Intercept(velocity=(3.0, 10.0)),
-                Herd(),
+                fe.PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid"),
+                fe.Intercept(velocity=(3.0, 10.0)),
+                fe.Herd(),
             )
         ),
-    ),
-    "in space": (
-        ["dimension=3", "predators.0.position=[-30, -30, 1e1]", "predators.0.velocity=null"],
-        SMALL.replace(dimension=3, predators=(ConstantVelocity((-30.0, -30.0, 10.0)),)),
     ),
     "kinds": (
         [
@@ -137,15 +79,13 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
             "initial_headings=aligned",
             "motion=vicsek",
         ],
-        SMALL.replace(initial_positions=Ring(30.0), initial_headings=AlignedHeadings(), motion=Vicsek()),
-    ),
-    "unlike agents": (
-        ["mass=0.2", f"speed={list(range(1, 13))}"],
-        SMALL.replace(mass=0.2, speed=tuple(range(1, 13))),
+        SMALL.replace(
+            initial_positions=fe.Ring(30.0), initial_headings=fe.AlignedHeadings(), motion=fe.Vicsek()
+        ),
     ),
     "line": (
         ["predator_position=None", "escape_force=constant"],
-        LineScenario(num_agents=12, predator_position=None, escape_force="constant"),
+        fe.LineScenario(num_agents=12, predator_position=None, escape_force="constant"),
     ),
 }
 
@@ -153,7 +93,7 @@ CHANGED: dict[str, tuple[list[str], FlockScenario | LineScenario]] = {
 @pytest.mark.parametrize("name", CHANGED)
 def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     changes, scenario = CHANGED[name]
-    is_line = isinstance(scenario, LineScenario)
+    is_line = isinstance(scenario, fe.LineScenario)
     own = ["--scenario", "paper-line", *SMALL_FLAGS[:2]] if is_line else SMALL_FLAGS
     flags = [word for change in changes for word in ("--set", change)]
     ran = Ran(capsys, "simulate", "--interaction-range", 0.3, "--seed", 1, *own, *flags, "--json")
@@ -166,38 +106,17 @@ def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture
 def test_a_scenario_comes_from_a_file_and_is_changed(
     suffix: str, encoding: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    path, pursuer = tmp_path / f"storm{suffix}", PurePursuit(velocity=(12.0, 0.0))
+    path, pursuer = tmp_path / f"storm{suffix}", fe.PurePursuit(velocity=(12.0, 0.0))
     scenario = SMALL.replace(num_agents=3, mass=(0.1, 1.0, 2.0), predators=(pursuer,))
     written = scenario.replace(num_steps=30)
     path.write_text(written.to_toml() if suffix == ".toml" else written.to_json(), encoding)
     flags = ["--scenario", path, "--set", "num_steps=9", "--seed", 1]
     document = Ran(capsys, "simulate", "--interaction-range", 3, *flags, "--json").json()
-    assert FlockScenario.from_json(json.dumps(document["scenario"])) == scenario
-
-
-def test_a_file_with_a_field_of_lines_is_a_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    scenario = LineScenario(num_agents=5, max_steps=7)
-    for name, text in (
-        ("a.toml", "num_agents = 5\nmax_steps = 7"),
-        ("b.json", '{"num_agents":5,"max_steps":7}'),
-    ):
-        (tmp_path / name).write_text(text)
-        flags = ["--scenario", tmp_path / name, "--interaction-range", 0.1, "--seed", 1]
-        document = Ran(capsys, "simulate", *flags, "--json").json()
-        assert document["model"] == "line"
-        assert LineScenario.from_json(json.dumps(document["scenario"])) == scenario
-
-
-def test_comments_and_strings_do_not_make_a_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    (tmp_path / "a.toml").write_text(f"# max_steps = 7\n{SMALL.to_toml()}")
-    (tmp_path / "b.json").write_text('{"randomization": [{"uniform": {"field": "a, max_steps = 7"}}]}')
-    flags = ["simulate", "--interaction-range", 0.1, "--json", "--scenario"]
-    assert Ran(capsys, *flags, tmp_path / "a.toml").json()["model"] == "flock"
-    assert "randomization[0].uniform.low: expected" in Ran(capsys, *flags, tmp_path / "b.json").err
+    assert fe.FlockScenario.from_json(json.dumps(document["scenario"])) == scenario
 
 
 def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    result = sweep(SMALL, [0, 5.5, 100], range(3, 40))
+    result = fe.sweep(SMALL, [0, 5.5, 100], range(3, 40))
     path = tmp_path / "sweep.parquet"
     ran = Ran(capsys, *sweep_flags("--json", "--output", path, "--objective", "minimum"))
     document = ran.json()
@@ -221,28 +140,10 @@ def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pat
     assert len(list(tmp_path.iterdir())) == 5
 
 
-def test_the_table_names_the_best_range(capsys: pytest.CaptureFixture[str]) -> None:
-    result = sweep(SMALL, [0, 5.5, 100], range(3, 40))
-    lines = Ran(capsys, *sweep_flags()).out.splitlines()
-    assert len(lines) == 1 + 3 + 1
-    assert lines[2].split()[:2] == ["5.5", f"{result.values()[1].mean():.4f}"]
-    assert lines[-1].startswith(f"best fixed range: {result.best_range():g} m")
-
-
-def test_grids_and_models_of_a_sweep(capsys: pytest.CaptureFixture[str]) -> None:
-    def ranges(*flags: object) -> list[float]:
-        document = Ran(capsys, "sweep", "--seeds", "0:2", *flags, "--json").json()
-        return [row["interaction_range"] for row in document["ranges"]]
-
-    assert ranges(*SMALL_FLAGS) == np.linspace(0, 100, 21).tolist()
-    assert ranges(*SMALL_FLAGS, "--max-range", 30, "--grid-size", 4) == [0, 10, 20, 30]
-    assert ranges("--scenario", "paper-line", "--set", "num_agents=9") == np.linspace(0, 1, 21).tolist()
-
-
 def test_a_sweep_of_a_line_and_of_one_without_a_predator(capsys: pytest.CaptureFixture[str]) -> None:
     flags = ["sweep", "--scenario", "paper-line", "--set", "num_agents=9"]
     flags += ["--seeds", "0:5", "--interaction-ranges", "0.1", "0.5"]
-    line = sweep(LineScenario(num_agents=9), [0.1, 0.5], range(5))
+    line = fe.sweep(fe.LineScenario(num_agents=9), [0.1, 0.5], range(5))
     document = Ran(capsys, *flags, "--json").json()
     assert [row["mean"] for row in document["ranges"]] == line.values().mean(axis=1).tolist()
     alone = Ran(capsys, *flags, "--set", "predator_position=None", "--json").json()
@@ -253,7 +154,7 @@ def test_a_sweep_of_a_line_and_of_one_without_a_predator(capsys: pytest.CaptureF
 
 
 def test_replay_prints_whether_runs_match(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    run = simulate(SMALL, 10.0, seed=7)
+    run = fe.simulate(SMALL, 10.0, seed=7)
     same, other, broken = tmp_path / "same.npz", tmp_path / "other.npz", tmp_path / "broken.npz"
     save_run(run, same)
     velocities = run.velocities.copy()
@@ -273,17 +174,6 @@ def test_replay_prints_whether_runs_match(capsys: pytest.CaptureFixture[str], tm
     assert [report["outcome"] for report in reports] == ["differs", "refused", "refused", "matches"]
     assert f"error: {broken}: expected a recorded run" in refused.err
     assert f"error: {tmp_path / 'none.npz'}: No such file" in refused.err
-
-
-def test_replay_notes_other_versions(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with monkeypatch.context() as patch:
-        patch.setattr("flockesc_env.models.records.versions", lambda: {"numpy": "0.9"})
-        save_run(simulate(SMALL, 10.0, seed=7), tmp_path / "old.npz")
-    ran = Ran(capsys, "replay", tmp_path / "old.npz")
-    assert ran.code == Exit.DONE
-    assert "recorded with numpy 0.9; now python" in ran.err
 
 
 @pytest.mark.parametrize("model", [[], ["--scenario", "paper-line"]])

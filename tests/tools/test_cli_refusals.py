@@ -1,13 +1,16 @@
-"""The command line names bad input before it writes anything."""
+"""The command line names bad input before it writes anything, and ``--help`` explains every flag."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 from cli_runs import SMALL_FLAGS, Ran, plain, sweep_flags
 
-from flockesc_env.cli.exits import Exit
+from flockesc_env import __version__
+from flockesc_env.cli import COMMANDS
+from flockesc_env.cli.exits import MEANINGS, Exit
 
 
 @pytest.fixture(autouse=True)
@@ -25,38 +28,15 @@ BAD = {
         "predators[0].constant_velocity.max_turn: expected one of position, velocity, got",
     ),
     "index": (_set("predators.1.velocity=1"), "predators.1.velocity: expected an index below 1, got '1'"),
-    "path": (_set("num_agents.0=1"), "num_agents.0: expected the path of a field, got '0' inside"),
-    "inside a number": (
-        [*_set('predators.0={"pure_pursuit": 5}'), "--set", "predators.0.target=1"],
-        "predators.0.target: expected the path of a field, got 'target' inside a plain value",
-    ),
     "unknown field": (_set("num_agent=1"), "got 'num_agent' (did you mean num_agents?)"),
-    "no value": (_set("num_agents"), "set: expected PATH=VALUE, got 'num_agents'"),
-    "suffix": (
-        ["simulate", "--interaction-range", "1", "--output", "run.txt"],
-        "output: expected a file that ends",
-    ),
     "folder": (["sweep", "--output", "nowhere/run.csv"], "output: expected a file in an existing folder"),
     "file": (["simulate", "--interaction-range", "1", "--scenario", "none.toml"], "none.toml: No such file"),
     "seeds": (["sweep", "--seeds", "4:4"], "seeds: expected START:STOP with START below STOP, got 4:4"),
-    "late seeds": (["sweep", "--seeds", f"{2**64}:{2**64 + 1}"], "seeds: expected an integer from 0"),
-    "no ranges": (
-        ["sweep", "--interaction-ranges"],
-        "interaction_ranges: expected at least one range, got none",
-    ),
     "two grids": (
         ["sweep", "--interaction-ranges", "1", "--grid-size", "3"],
         "interaction_ranges: expected either ranges or a grid (max_range, grid_size), got both",
     ),
-    "objective": (["sweep", "--objective", "escape_distance"], "objective: expected one of mean, minimum"),
-    "files": (["replay"], "files: expected at least one file, got none"),
-    "two rules": (
-        ["simulate", "--interaction-range", "1", "--policy", "random"],
-        "interaction_range: expected either interaction_range or policy, got both",
-    ),
-    "policy": (["simulate", "--policy", "fixed:far"], "policy: expected one of fixed:RHO"),
     "no function": (["simulate", "--policy", "math:pi"], "policy: expected one of fixed:RHO"),
-    "escape sequence": (["sweep", "--\x1b[2J"], r"--\x1b[2J"),
     "policy of a line": (
         ["simulate", "--scenario", "paper-line", "--policy", "random"],
         "policy: expected None for a line, got 'random'",
@@ -65,7 +45,6 @@ BAD = {
         ["simulate", "--interaction-range", "1", "--scenario", "escape"],
         "scenario: expected a file or one of paper-flock, paper-line,",
     ),
-    "no range of seeds": (["sweep", "--seeds", "5"], "expected START:STOP"),
     "command": (["fly"], "simulate, sweep, presets, watch, replay"),
 }
 
@@ -82,26 +61,6 @@ def test_bad_input_is_named(
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ("mass = 1979-05-27", "mass: expected"),
-        ("= 3", "document: expected valid TOML"),
-        ("\xff", "expected TOML or JSON"),
-        ("[[predators]]\npure_pursuit = { turn = 1 }", "predators[0].pure_pursuit.turn: expected one of"),
-    ],
-)
-def test_a_bad_scenario_file_is_named(
-    content: str, message: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    path = tmp_path / "bad.toml"
-    path.write_bytes(content.encode("latin-1"))
-    ran = Ran(capsys, "simulate", "--interaction-range", 1, "--scenario", path)
-    assert (ran.code, ran.out) == (Exit.REFUSED, "")
-    assert ran.err.startswith(f"flockesc: error: {path}: ")
-    assert message in ran.err
-
-
 def test_a_missing_extra_is_named(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -116,3 +75,29 @@ def test_a_missing_extra_is_named(
     assert ran.code == Exit.DONE
     assert ran.json()["ranges"][0]["low"] is None
     assert "intervals are omitted: scipy is not installed; run `pip install" in ran.err
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_explains_every_flag(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    ran = Ran(capsys, command, "--help")
+    assert (ran.code, ran.err) == (Exit.DONE, "")
+    assert f"Example: flockesc {command}" in ran.out
+    assert max(map(len, ran.out.splitlines())) <= 80
+    assert len(ran.out.splitlines()) <= 60
+    _, *entries = re.split(r"\n--(?=[a-z])", plain(ran.out))
+    assert entries
+    for entry in entries:
+        words = " ".join(entry.split())
+        mark = next(mark for mark in ("(default: ", "(required)") if mark in words)
+        assert len(words.partition(mark)[0].split()) >= 4, words
+
+
+def test_the_first_help_lists_commands_and_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
+    ran = Ran(capsys)
+    assert (ran.code, ran.out) == (Exit.DONE, Ran(capsys, "--help").out)
+    assert all(f" {command}  " in ran.out for command in COMMANDS)
+    assert all(f"{code.value}  {meaning}" in ran.out for code, meaning in MEANINGS.items())
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert Ran(capsys, "--version").out == f"flockesc {__version__}\n"

@@ -1,10 +1,12 @@
-"""Results show themselves in notebooks: a short ``repr``, and HTML that needs nothing else."""
+"""Results show themselves in notebooks, and the committed notebooks have their outputs."""
 
 from __future__ import annotations
 
 import html
+import json
 import re
 from base64 import b64decode
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -12,7 +14,6 @@ import pytest
 
 import flockesc_env as fe
 from flockesc_env import notebook
-from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import MissingExtraError
 from flockesc_env.models import sweep
 from flockesc_env.notebook import Replay
@@ -31,7 +32,6 @@ RESULTS: dict[str, Any] = {
     "Episodes": fe.rollout(FLOCK, fe.FixedRange(10.0), range(3)),
     "LineEpisodes": fe.rollout(LINE, fe.FixedRange(0.1), range(3)),
 }
-FREE = fe.FlockScenario(num_agents=5, num_steps=3, predators=())
 
 
 def picture(shown: str) -> ET.Element:
@@ -39,45 +39,9 @@ def picture(shown: str) -> ET.Element:
     return ET.fromstring(b64decode(data))  # noqa: S314, our own text
 
 
-@pytest.mark.parametrize("name", RESULTS)
-def test_a_repr_is_one_short_line(name: str) -> None:
-    text = repr(RESULTS[name])
-    assert re.fullmatch(rf"{name}\(\w+=.*\)", text)
-    assert len(text) < 120
-
-
-def test_runs_replay_side_by_side() -> None:
-    other = fe.record(FLOCK, "stubborn-leaders", 1)
-    shown = Replay([("10 m", RUN), ("rule", other)], height=500)
-    assert repr(shown) == "Replay(10 m, rule)"
-    assert "height: 500px" in shown._repr_html_()
-    for text, runs in ((shown._repr_html_(), shown.runs), (RUN._repr_html_(), [("fixed:10", RUN)])):
-        (page,) = re.findall(r'^<iframe srcdoc="([^"]*)"', text)
-        assert html.unescape(page) == render(runs)
-
-
-def test_bad_arguments_are_refused() -> None:
-    with pytest.raises(ArgumentError, match="height"):
-        Replay([("run", RUN)], height=0)
-
-
 @pytest.mark.parametrize("name", ["LineTrajectory", "FlockSweepResult", "LineSweepResult"])
 def test_curves_and_paths_are_pictures(name: str) -> None:
     assert picture(RESULTS[name]._repr_html_()).tag.endswith("svg")
-
-
-def test_a_sweep_of_one_seed_has_no_interval() -> None:
-    (axes,) = fe.sweep(FLOCK, [0.0, 10.0], [1]).plot().axes
-    assert not axes.collections
-
-
-@pytest.mark.parametrize("has_matplotlib", [True, False])
-def test_a_sweep_without_a_predator_is_a_table(has_matplotlib: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    if not has_matplotlib:
-        _hide_matplotlib(monkeypatch)
-    shown = fe.sweep(FREE, [0.0, 10.0], [1])._repr_html_() or ""
-    assert shown.count("<td>") == 4
-    assert "<td>inf</td>" in shown
 
 
 def test_without_matplotlib_a_sweep_is_a_table_and_a_line_its_repr(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,9 +59,27 @@ def _hide_matplotlib(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sweep, "require", require)
 
 
-def test_episodes_are_a_table_of_their_means() -> None:
-    episodes = RESULTS["Episodes"]
-    assert (
-        f"<td>min_mean_distance</td><td>{episodes.min_mean_distance.mean():.3f}</td>"
-        in episodes._repr_html_()
-    )
+NOTEBOOKS = sorted((Path(__file__).parents[2] / "examples").glob("*.ipynb"))
+MAX_BYTES = 300_000
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_committed_outputs_are_complete_and_small(path: Path) -> None:
+    assert path.stat().st_size < MAX_BYTES
+    cells = [cell for cell in json.loads(path.read_text("utf-8"))["cells"] if cell["cell_type"] == "code"]
+    assert [cell["execution_count"] for cell in cells] == list(range(1, len(cells) + 1))
+    outputs = [output for cell in cells for output in cell["outputs"]]
+    assert {output["output_type"] for output in outputs} == {"stream", "execute_result"}
+    assert not any(output.get("name") == "stderr" for output in outputs)
+    shown = ["".join(output.get("data", {}).get("text/html", "")) for output in outputs]
+    assert any(text.startswith("<iframe") for text in shown)
+
+
+def test_runs_replay_side_by_side() -> None:
+    other = fe.record(FLOCK, "stubborn-leaders", 1)
+    shown = Replay([("10 m", RUN), ("rule", other)], height=500)
+    assert repr(shown) == "Replay(10 m, rule)"
+    assert "height: 500px" in shown._repr_html_()
+    for text, runs in ((shown._repr_html_(), shown.runs), (RUN._repr_html_(), [("fixed:10", RUN)])):
+        (page,) = re.findall(r'^<iframe srcdoc="([^"]*)"', text)
+        assert html.unescape(page) == render(runs)

@@ -12,18 +12,7 @@ from captured_flocks import hunted
 from cli_runs import Ran
 from study_folders import write_study
 
-from flockesc_env import (
-    ArgumentError,
-    FixedRange,
-    FlockEscapeEnv,
-    FlockSweepResult,
-    LineScenario,
-    LineSweepResult,
-    NamedPolicy,
-    rollout,
-    simulate,
-    sweep,
-)
+import flockesc_env as fe
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, OBJECTIVES, ObjectiveSpec
 from flockesc_env.policies import Planner
 from flockesc_env.render import draw
@@ -39,7 +28,7 @@ from training.evaluation import objective
 from training.outputs import begin
 
 SEED = 3
-FLOCK, LINE = hunted(), LineScenario(num_agents=20)
+FLOCK, LINE = hunted(), fe.LineScenario(num_agents=20)
 MAX_RANGE = {"flock": 20.0, "line": 1.0}
 TEXTS = {
     "mean": ("J = {:.1f} m", "J_mean (m)", "mean predator distance (m)"),
@@ -56,8 +45,8 @@ of_flocks = pytest.mark.parametrize("spec", FLOCK_OBJECTIVES.values(), ids=lambd
 def expected(name: str, rho: float) -> float:
     """Return the objective from the positions of a run with a fixed range."""
     if name == "escape_distance":
-        return float(np.abs(simulate(LINE, rho, seed=SEED).states[-1] - LINE.predator_position).min())
-    run = simulate(FLOCK, rho, seed=SEED)
+        return float(np.abs(fe.simulate(LINE, rho, seed=SEED).states[-1] - LINE.predator_position).min())
+    run = fe.simulate(FLOCK, rho, seed=SEED)
     offsets = run.positions[:, :, np.newaxis] - run.predator_positions[:, np.newaxis]
     distances = np.linalg.norm(offsets, axis=-1).min(axis=-1)
     steps = np.arange(len(distances))[:, np.newaxis]
@@ -70,8 +59,8 @@ def expected(name: str, rho: float) -> float:
     return float(values[name])
 
 
-def three(max_range: float = MAX_RANGE["flock"]) -> NamedPolicy:
-    return NamedPolicy("three", FixedRange(3.0), options={"max_range": max_range}, scenario=FLOCK)
+def three(max_range: float = MAX_RANGE["flock"]) -> fe.NamedPolicy:
+    return fe.NamedPolicy("three", fe.FixedRange(3.0), options={"max_range": max_range}, scenario=FLOCK)
 
 
 @every
@@ -80,11 +69,11 @@ def test_results_training_and_commands_have_the_objective(
 ) -> None:
     scenario: Any = FLOCK if spec.model == "flock" else LINE
     rho = MAX_RANGE[spec.model] / 2  # the action 0, which is exact
-    result: FlockSweepResult | LineSweepResult = sweep(scenario, [rho], [SEED])
+    result: fe.FlockSweepResult | fe.LineSweepResult = fe.sweep(scenario, [rho], [SEED])
     value = float(result.values(spec.name)[0, 0])
     assert value == pytest.approx(expected(spec.name, rho), rel=1e-12)
     assert result.plot(spec.name).axes[0].get_ylabel() == TEXTS[spec.name][1]
-    episodes = rollout(scenario, FixedRange(rho), [SEED], max_range=MAX_RANGE[spec.model])
+    episodes = fe.rollout(scenario, fe.FixedRange(rho), [SEED], max_range=MAX_RANGE[spec.model])
     assert spec.values(episodes).tolist() == [value]
 
     file = tmp_path / "scenario.toml"
@@ -104,19 +93,19 @@ def test_results_training_and_commands_have_the_objective(
         for kind in ("search", "ppo", "tqc"):
             args = make_args(kind, {**fields, "run": tmp_path / kind})
             begin(args)
-            assert objective(args, FixedRange(rho), [SEED]).tolist() == [value]
+            assert objective(args, fe.FixedRange(rho), [SEED]).tolist() == [value]
 
 
 @of_flocks
 def test_pictures_and_the_planner_have_the_objective(spec: ObjectiveSpec) -> None:
     options: Any = {"objective": spec.name, "max_range": 20.0}
-    env = FlockEscapeEnv(FLOCK, render_mode="rgb_array", **options)
+    env = fe.FlockEscapeEnv(FLOCK, render_mode="rgb_array", **options)
     env.reset(seed=SEED)
     has_ended = False
     while not has_ended:
         _, _, terminated, truncated, info = env.step(np.zeros(1, np.float32))
         has_ended = terminated or truncated
-    run = simulate(FLOCK, 10.0, seed=SEED)
+    run = fe.simulate(FLOCK, 10.0, seed=SEED)
     with mock.patch.object(Canvas, "text", autospec=True, return_value=9) as text:
         env.render()
         draw(run, FLOCK.num_steps, objective=spec.name)  # type: ignore[arg-type]
@@ -141,7 +130,7 @@ def test_a_comparison_has_the_objective(spec: ObjectiveSpec, tmp_path: Path) -> 
     drawn: list[Any] = []
     with mock.patch.object(plots, "save_figure", side_effect=lambda figure, _: drawn.append(figure)):
         table = compare(args)
-    episodes = rollout(FLOCK, FixedRange(3.0), range(2_000_000, 2_000_004), max_range=20.0)
+    episodes = fe.rollout(FLOCK, fe.FixedRange(3.0), range(2_000_000, 2_000_004), max_range=20.0)
     assert table["objective"][-1] == pytest.approx(spec.values(episodes).mean(), rel=1e-12)
     _, axis, series = TEXTS[spec.name]
     against_range, over_time, under_attack = drawn
@@ -171,7 +160,7 @@ def test_an_objective_that_the_scenario_cannot_change_is_refused(tmp_path: Path)
         lambda: begin(make_args("search", fields)),
         lambda: compare(CompareArgs(policies=("random",), objective="survival", output=tmp_path / "run")),
     ):
-        with pytest.raises(ArgumentError, match="scenario: expected capture_radius"):
+        with pytest.raises(fe.ArgumentError, match="scenario: expected capture_radius"):
             call()
     assert not (tmp_path / "run").exists()
     assert Setting(scenario="capture", objective="survival").spec.unit == ""

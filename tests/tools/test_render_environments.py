@@ -1,36 +1,30 @@
-"""Rendering of environments: every mode in every interface, with and without a display."""
+"""Pictures of flocks and runs, and rendering in every mode of every interface."""
 
 from __future__ import annotations
 
-import copy
-import os
 import signal
 import subprocess
 import sys
 from itertools import pairwise
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 from gymnasium.error import DependencyNotInstalled
-from gymnasium.utils.env_checker import check_env
-from option_table import small_flock
+from hypothesis import given
+from hypothesis import strategies as st
+from option_table import DIMENSIONS, small_flock
 
-import flockesc_env
-from flockesc_env import (
-    EpisodeError,
-    FlockEscapeEnv,
-    FlockParallelEnv,
-    FlockVectorEnv,
-    LineEscapeEnv,
-    LineScenario,
-    ScenarioError,
-    parallel_env,
-    simulate,
-    simulate_line,
-)
+import flockesc_env as fe
 from flockesc_env.render import RenderOptions, draw
+from flockesc_env.render.camera import VIEW_ASPECT, Rect, camera
+from flockesc_env.render.colors import (
+    ALONE,
+    GRID,
+    PREDATOR,
+    label_colors,
+)
+from flockesc_env.render.frame import recorded_frames
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 SIZE = 512
@@ -38,13 +32,13 @@ FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v0"
 LINE_ID = "flockesc_env:flockesc/LineEscape-v0"
 
 SINGLE = {
-    "flock": lambda **options: FlockEscapeEnv(small_flock(), **options),
-    "space": lambda **options: FlockEscapeEnv(small_flock(3), **options),
-    "line": lambda **options: LineEscapeEnv(LineScenario(num_agents=30), **options),
-    "parallel": lambda **options: parallel_env(small_flock(), **options),
+    "flock": lambda **options: fe.FlockEscapeEnv(small_flock(), **options),
+    "space": lambda **options: fe.FlockEscapeEnv(small_flock(3), **options),
+    "line": lambda **options: fe.LineEscapeEnv(fe.LineScenario(num_agents=30), **options),
+    "parallel": lambda **options: fe.parallel_env(small_flock(), **options),
 }
 BATCHED = {
-    "vector": lambda **options: FlockVectorEnv(3, small_flock(), **options),
+    "vector": lambda **options: fe.FlockVectorEnv(3, small_flock(), **options),
     "sb3 flocks": lambda **options: FlockVecEnv(3, small_flock(), **options),
     "sb3 agents": lambda **options: AgentVecEnv(3, small_flock(), **options),
 }
@@ -65,7 +59,7 @@ def reset(env: Any, seed: int = 0) -> None:
 
 
 def step(env: Any, value: float = -0.8) -> None:
-    if isinstance(env, FlockParallelEnv):
+    if isinstance(env, fe.FlockParallelEnv):
         env.step({agent: np.array([value], np.float32) for agent in env.agents})
     else:
         slots = (env.num_envs, 1) if hasattr(env, "num_envs") else (1,)
@@ -108,30 +102,12 @@ def test_a_batch_shows_every_flock(interface: str) -> None:
     env.close()
 
 
-@pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
-def test_a_new_episode_starts_a_new_picture(mode: str) -> None:
-    """After any kind of reset the picture shows only the new episode; other slots keep their pictures."""
-    env = FlockVectorEnv(2, small_flock(), autoreset_mode=mode, render_mode="rgb_array")
-    env.reset(seed=0)
-    for _ in range(10):
-        step(env)
-    last = env.render()
-    if mode == "NextStep":
-        step(env)
-    elif mode == "Disabled":
-        env.reset(options={"reset_mask": np.array([True, False])})
-        np.testing.assert_array_equal(env.render()[1], last[1])
-    fresh = FlockEscapeEnv(small_flock(), render_mode="rgb_array")
-    fresh.reset(seed=flockesc_env.episode_seed(0, 1))
-    np.testing.assert_array_equal(env.render()[0], fresh.render())
-
-
 @pytest.mark.parametrize("interface", ["flock", "parallel", "line"])
 def test_environments_and_recorded_runs_look_the_same(interface: str) -> None:
     env = make(interface, action_mode="range", render_mode="rgb_array")
     env.reset(seed=3)
     ranges = {"flock": np.array([7.0]), "parallel": np.arange(5.0, 10.0), "line": np.array([0.1])}[interface]
-    run: Any = simulate_line if interface == "line" else simulate
+    run: Any = fe.simulate_line if interface == "line" else fe.simulate
     run = run(env.scenario, ranges if interface == "parallel" else ranges[0], seed=3)
     for made in range(min(run.steps if interface == "line" else run.scenario.num_steps, 20)):
         np.testing.assert_array_equal(env.render(), draw(run, made))
@@ -166,27 +142,15 @@ def test_the_window_shows_the_same_pixels_as_arrays(interface: str) -> None:
 
 
 @every
-def test_no_pictures_are_kept_without_a_render_mode(interface: str) -> None:
-    env = make(interface)
-    reset(env)
-    step(env)
-    assert env.render_mode is None
-    with pytest.warns(UserWarning, match="render"):
-        assert env.render() is None
-    env.close()
-    env.close()
-
-
-@every
 def test_bad_modes_options_and_calls_are_refused(interface: str) -> None:
-    with pytest.raises(ScenarioError, match="render_mode: expected one of human, rgb_array or None"):
+    with pytest.raises(fe.ScenarioError, match="render_mode: expected one of human, rgb_array or None"):
         make(interface, render_mode="ansi")
-    with pytest.raises(ScenarioError, match="render_options"):
+    with pytest.raises(fe.ScenarioError, match="render_options"):
         make(interface, render_mode="rgb_array", render_options={"size": 512})
     if interface != "line":
-        with pytest.raises(ScenarioError, match="agents: expected indices below 5, got 5"):
+        with pytest.raises(fe.ScenarioError, match="agents: expected indices below 5, got 5"):
             make(interface, render_options=RenderOptions(agents=(0, 5)))
-    with pytest.raises(EpisodeError, match="render"):
+    with pytest.raises(fe.EpisodeError, match="render"):
         make(interface, render_mode="rgb_array").render()
 
 
@@ -196,34 +160,6 @@ def test_without_pygame_the_extra_is_named(interface: str, monkeypatch: pytest.M
     with pytest.raises(DependencyNotInstalled, match=r'pip install "flockesc-env\[video\]"'):
         make(interface, render_mode="rgb_array")
     make(interface)
-
-
-@single
-def test_copies_show_the_same_picture_and_then_diverge(interface: str) -> None:
-    env = make(interface, render_mode="rgb_array")
-    reset(env)
-    step(env)
-    twin = copy.deepcopy(env)
-    before = env.render()
-    np.testing.assert_array_equal(twin.render(), before)
-    step(twin)
-    np.testing.assert_array_equal(env.render(), before)
-    step(env)
-    np.testing.assert_array_equal(env.render(), twin.render())
-
-
-@pytest.mark.parametrize(("steps_per_action", "fps"), [(1, 20), (7, 3), (100, 1)])
-def test_render_fps_is_the_models_rate(steps_per_action: int, fps: int) -> None:
-    for interface in ("flock", "parallel", *BATCHED):
-        assert make(interface, steps_per_action=steps_per_action).metadata["render_fps"] == fps
-
-
-@pytest.mark.parametrize("mode", ["rgb_array", "human"])
-@pytest.mark.parametrize(
-    ("name", "arguments"), [(FLOCK_ID, {}), (FLOCK_ID, {"scenario": small_flock(3)}), (LINE_ID, {})]
-)
-def test_gymnasium_checks_every_mode(name: str, arguments: dict[str, Any], mode: str) -> None:
-    check_env(gymnasium.make(name, render_mode=mode, **arguments).unwrapped)
 
 
 def test_a_window_leaves_signals_alone() -> None:
@@ -239,17 +175,123 @@ os.kill(os.getpid(), signal.SIGTERM)
     assert run.returncode == -signal.SIGTERM
 
 
-def test_no_display_is_needed() -> None:
-    script = """
-import gymnasium
-env = gymnasium.make("flockesc_env:flockesc/FlockEscape-v0", render_mode="rgb_array")
-env.reset(seed=0)
-env.step(env.action_space.high)
-assert env.render().std() > 0
-import pygame
-assert not pygame.display.get_init()
-"""
-    bare = {name: value for name, value in os.environ.items() if name not in {"DISPLAY", "SDL_VIDEODRIVER"}}
-    command = [sys.executable, "-c", script]
-    run = subprocess.run(command, env=bare, capture_output=True, text=True, check=False)  # noqa: S603
-    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+VIEW = Rect(0, 0, SIZE, SIZE / VIEW_ASPECT)
+
+
+def near(picture: np.ndarray, at: np.ndarray, color: Any, reach: int = 2) -> bool:
+    column, row = np.round(at).astype(int)
+    patch = picture[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1]
+    return bool((patch == np.array(color, np.uint8)).all(axis=-1).any())
+
+
+def still(positions: list[tuple[float, ...]], ranges: Any, **changes: Any) -> fe.Trajectory:
+    """Return a run of one step from given positions in which agents hardly move."""
+    scenario = fe.FlockScenario(
+        num_agents=len(positions), num_steps=1, time_step=1e-6, dimension=len(positions[0]), **changes
+    )
+    velocities = np.zeros((len(positions), len(positions[0])))
+    velocities[:, 0] = 1.0
+    return fe.simulate(scenario, ranges, initial_positions=positions, initial_velocities=velocities)
+
+
+def place(run: fe.Trajectory, point: Any) -> np.ndarray:
+    *_, last = recorded_frames(run)
+    pixels, _ = camera(last.view, VIEW)(np.array([point], float))
+    return pixels[0]
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+def test_predator_and_agents_are_where_the_camera_says(dimension: int) -> None:
+    depth = (0.0,) * (dimension - 2)
+    predator, agents = (30.0, 20.0, *depth), [(80.0, 60.0, *depth), (10.0, 95.0, *depth)]
+    run = still(agents, 0.0, predators=(fe.ConstantVelocity(position=predator, velocity=(1.0, 0.0, *depth)),))
+    picture = draw(run, 1)
+    assert near(picture, place(run, predator), PREDATOR)
+    assert not near(picture, place(run, (80.0, 20.0, *depth)), PREDATOR, reach=9)
+
+    def is_marked(point: tuple[float, ...]) -> bool:
+        column, row = np.round(place(run, point)).astype(int)
+        darkest = int(picture[row - 3 : row + 4, column - 3 : column + 4].max(axis=-1).min())
+        return darkest < min(GRID) - 5
+
+    assert all(is_marked(agent) for agent in agents)
+    assert not is_marked((60.0, 90.0, *depth))
+
+
+@given(st.integers(2, 3), st.integers(0, 10_000), st.floats(1.0, 300.0))
+def test_the_view_holds_everything_and_never_shrinks(dimension: int, seed: int, rho: float) -> None:
+    scenario = fe.FlockScenario(num_agents=12, num_steps=60, dimension=dimension)
+    run = fe.simulate(scenario, rho, seed=seed)
+    before = None
+    for frame in recorded_frames(run):
+        points = np.concatenate([frame.moment.positions, frame.moment.predator_positions])
+        pixels, scale = camera(frame.view, VIEW)(points)
+        assert (pixels > (VIEW.left, VIEW.top)).all()
+        assert (pixels < (VIEW.right, VIEW.bottom)).all()
+        assert (scale > 0).all()
+        if before is not None:
+            assert (frame.view[0] <= before[0]).all()
+            assert (frame.view[1] >= before[1]).all()
+        before = frame.view
+
+
+def test_colors_are_those_of_components() -> None:
+    positions = [(10.0, 10.0), (80.0, 80.0), (14.0, 10.0), (84.0, 80.0), (50.0, 20.0)]
+    run = still(positions, 5.0, predators=())
+    picture = draw(run, 1)
+    colors = [label_colors(5)[0], label_colors(5)[1], label_colors(5)[0], label_colors(5)[1], ALONE]
+    for position, color in zip(positions, colors, strict=True):
+        for other in {tuple(np.array(each).tolist()) for each in colors}:
+            assert near(picture, place(run, position), other, reach=3) == (
+                other == tuple(np.array(color).tolist())
+            )
+    assert (draw(run, 0)[: int(VIEW.height)] == ALONE).all(axis=-1).any()
+    assert not (draw(run, 0)[: int(VIEW.height)] == label_colors(5)[0]).all(axis=-1).any()  # all alone
+
+
+def changed(run: fe.Trajectory, **options: Any) -> np.ndarray:
+    pictures = [draw(run, 1, options=RenderOptions(**each)) for each in ({}, options)]
+    different: np.ndarray = (pictures[0] != pictures[1]).any(axis=-1)[: int(VIEW.height)]
+    return different
+
+
+def test_discs_have_the_radius_of_the_range() -> None:
+    positions = [(20.0, 75.0), (80.0, 25.0)]
+    run = still(positions, [8.0, 16.0], predators=())
+    scale = np.linalg.norm(place(run, (0.0, 0.0)) - place(run, (1.0, 0.0)))
+    rows, columns = np.indices((int(VIEW.height), SIZE))
+    distances = [np.hypot(columns - x, rows - y) for x, y in (place(run, point) for point in positions)]
+    inside = (distances[0] < 8 * scale) | (distances[1] < 16 * scale)
+    edge = (np.abs(distances[0] - 8 * scale) < 2) | (np.abs(distances[1] - 16 * scale) < 2)
+    marks = np.minimum(*distances) < 12
+    np.testing.assert_array_equal(changed(run, show="discs")[~edge & ~marks], inside[~edge & ~marks])
+    alone = changed(run, show="discs", agents=[1])
+    assert not alone[(distances[0] < 8 * scale) & ~edge].any()
+    assert alone[(distances[1] < 16 * scale) & ~edge & ~marks].all()
+
+
+def test_edges_join_agents_if_one_hears_the_other() -> None:
+    positions = [(10.0, 10.0), (40.0, 10.0), (10.0, 70.0), (90.0, 70.0)]
+    run = still(positions, [1.0, 35.0, 1.0, 70.0], predators=())
+
+    def is_drawn(i: int, j: int, **options: Any) -> bool:
+        ends = [place(run, positions[k]) for k in (i, j)]
+        column, row = np.round(np.mean(ends, axis=0)).astype(int)
+        return bool(changed(run, show="edges", **options)[row - 2 : row + 3, column - 2 : column + 3].any())
+
+    assert is_drawn(0, 1)  # only agent 1 hears agent 0
+    assert not is_drawn(2, 3)  # 80 m apart
+    assert not is_drawn(0, 2)
+    assert is_drawn(0, 1, agents=(0,))
+    assert not is_drawn(0, 1, agents=(2,))
+
+
+def test_pictures_can_be_drawn_after_pygame_quit() -> None:
+    """Gymnasium's ``HumanRendering.close`` quits all of pygame."""
+    import pygame
+
+    run = fe.simulate(small_flock(), 1.0, seed=0)
+    before = draw(run, 1, title="first")
+    pygame.quit()
+    np.testing.assert_array_equal(draw(run, 1, title="first"), before)
+    assert draw(run, 2, title="second").shape == before.shape

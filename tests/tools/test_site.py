@@ -1,9 +1,10 @@
-"""The site: its contents have every page, its API reference every public name; examples in docstrings run."""
+"""The site has every page and public name, docstrings run, and the files of a release agree."""
 
 from __future__ import annotations
 
 import doctest
 import re
+import tomllib
 from collections import Counter
 from importlib import import_module
 from pathlib import Path
@@ -63,3 +64,20 @@ def test_examples_in_docstrings_run(module: str) -> None:
     results = doctest.testmod(import_module(module))
     assert results.attempted > 0
     assert results.failed == 0
+
+
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+
+
+def test_all_files_have_the_version_of_the_crates() -> None:
+    version = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f"Version {version}" in (ROOT / "README.md").read_text("utf-8")
+
+
+@pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
+def test_actions_are_pinned_by_commit(workflow: Path) -> None:
+    actions = re.findall(r"uses: (.+)", workflow.read_text("utf-8"))
+    assert actions
+    for action in actions:
+        assert re.fullmatch(r"[\w-]+/[\w-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+", action), action

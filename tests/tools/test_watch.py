@@ -1,30 +1,32 @@
-"""The watch page: it holds the runs, loads nothing and executes no foreign text."""
+"""The watch page holds the runs and runs no foreign text; the command and the server give the same page."""
 
 from __future__ import annotations
 
+import json
 import re
+import socket
+from collections.abc import Iterator
 from html.parser import HTMLParser
-from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from threading import Thread
+from urllib.error import HTTPError
+from urllib.parse import urlencode
+from urllib.request import urlopen
 
-import numpy as np
+import imageio_ffmpeg
 import pytest
-from watch_documents import FLOCK, RUNS, assert_shows, document_in, numbers
+from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file
+from watch_documents import FLOCK, RUNS, assert_shows, document_in
 
 from flockesc_env import (
-    ArgumentError,
-    LineScenario,
-    record,
+    load_policy,
     simulate,
-    simulate_line,
 )
-from flockesc_env.models.records import versions
-from flockesc_env.policies import StubbornLeaders, StubbornWitnesses
-from flockesc_env.policies.registry import NAMES, built_in
-from flockesc_env.render.palette import DARK, LIGHT
+from flockesc_env.cli.exits import Exit
+from flockesc_env.models.records import save_run, versions
+from flockesc_env.policies.registry import built_in
 from flockesc_env.watch import write_page
-from flockesc_env.watch.document import run_document
+from flockesc_env.watch.server import Server
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -37,29 +39,6 @@ def test_the_page_holds_the_run(name: str, tmp_path: Path) -> None:
     assert_shows(shown, run)
     assert document["versions"] == versions()
     assert document["live"] is None
-
-
-def test_the_band_of_ranges_is_a_standard_deviation() -> None:
-    run = record(FLOCK, StubbornLeaders(), 5, per_agent=True, predator_sensing_range=None)
-    columns = run_document("", run)["columns"]
-    row = run.interaction_ranges[4]
-    assert 0 < row.std() < 10
-    low, high = row.mean() - row.std(), row.mean() + row.std()
-    assert numbers(columns["lowRange"])[4] == pytest.approx(max(low, row.min()), abs=1e-5)
-    assert numbers(columns["highRange"])[4] == pytest.approx(min(high, row.max()), abs=1e-5)
-
-
-def test_runs_stand_side_by_side_in_order(tmp_path: Path) -> None:
-    runs = [("b", simulate(FLOCK, 5.0, seed=3)), ("a", simulate(FLOCK, 9.0, seed=3))]
-    write_page(runs, tmp_path / "page.html")
-    shown = document_in((tmp_path / "page.html").read_text("utf-8"))["runs"]
-    assert [run["name"] for run in shown] == ["b", "a"]
-
-
-def test_the_papers_flock_is_a_small_page(tmp_path: Path) -> None:
-    run = built_in("random").record(7)  # a new range for every agent and step compresses least
-    write_page([("random", run)], tmp_path / "page.html")
-    assert (tmp_path / "page.html").stat().st_size < 1_500_000
 
 
 class Loads(HTMLParser):
@@ -86,25 +65,6 @@ def test_nothing_is_loaded_from_anywhere(tmp_path: Path) -> None:
     assert "default-src 'none'" in page
 
 
-def test_the_page_has_the_palette_of_all_pictures(tmp_path: Path) -> None:
-    write_page(simulate(FLOCK, 10.0, seed=3), tmp_path / "page.html")
-    page = (tmp_path / "page.html").read_text("utf-8")
-    light, dark = re.findall(r":root \{ (--[^}]*) \}", page)
-    for css, palette in ((light, LIGHT), (dark, DARK)):
-        assert f"--predator: {palette.predator};" in css
-        assert f"--components: {', '.join(palette.components)};" in css
-        assert f"--ranges: {', '.join(palette.ranges)};" in css
-    own = files("flockesc_env.watch")
-    styles = [own / "page.css", own / "page.html", *(own / "js").iterdir()]
-    assert not [style.name for style in styles if re.search(r"#[0-9a-fA-F]{6}\b", style.read_text("utf-8"))]
-
-
-def test_a_run_has_the_kind_of_its_policy() -> None:
-    fixed, drawn = simulate(FLOCK, 10.0, seed=3), built_in("random").record(3, FLOCK)
-    runs = [("any name", fixed), ("random", drawn), ("mine", drawn)]
-    assert [run_document(*run)["kind"] for run in runs] == ["fixed", "rule", "learned"]
-
-
 HOSTILE = "</script><script>alert(1)</script><!-- <b>&amp;\u2028'\"$title ${data}"
 
 
@@ -118,36 +78,95 @@ def test_names_cannot_end_their_element(tmp_path: Path) -> None:
     assert "alert(1)</script>" not in hostile
 
 
+def test_a_page_of_policies_on_one_flock(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    page, expected = tmp_path / "page.html", tmp_path / "expected.html"
+    spec = str(policy_file(tmp_path / "mine.npz"))
+    policies = {"fixed:10": built_in("fixed:10"), "stubborn-leaders": built_in("stubborn-leaders")}
+    policies[spec] = load_policy(spec)
+    ran = Ran(capsys, "watch", "--policies", *policies, "--seed", 7, *SMALL_FLAGS, "--output", page)
+    assert (ran.code, ran.out) == (Exit.DONE, "")
+    write_page([(name, policy.record(7, SMALL)) for name, policy in policies.items()], expected)
+    assert page.read_bytes() == expected.read_bytes()
+
+
+def test_a_page_of_recorded_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    runs = [("ten", simulate(SMALL, 10.0, seed=3)), ("", simulate(SMALL, 20.0, seed=3))]
+    files = [tmp_path / "a.npz", tmp_path / "b.npz"]
+    for file, (name, run) in zip(files, runs, strict=True):
+        save_run(run, file, name=name)
+    page, expected = tmp_path / "page.html", tmp_path / "expected.html"
+    assert Ran(capsys, "watch", *files, "--output", page).code == Exit.DONE
+    write_page([("ten", runs[0][1]), ("b", runs[1][1])], expected)
+    assert page.read_bytes() == expected.read_bytes()
+
+
+@pytest.mark.parametrize("suffix", ["mp4", "gif"])
+def test_a_video(suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / f"flock.{suffix}"
+    ran = Ran(capsys, "watch", "--policies", "fixed:10", *SMALL_FLAGS, "--output", path)
+    assert (ran.code, ran.out) == (Exit.DONE, "")
+    count, seconds = imageio_ffmpeg.count_frames_and_secs(path)
+    assert count == SMALL.num_steps + 1
+    assert seconds == pytest.approx(count * SMALL.time_step, abs=0.06)  # GIFs store times in units of 0.01 s
+
+
+TIMEOUT = 60  # seconds; reached only by a server that does not answer or stop
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    with Server(0, b"page", FLOCK) as server:
+        thread = Thread(target=server.serve_forever, args=(0.05,))
+        thread.start()
+        yield server.address
+        server.shutdown()
+        thread.join()
+
+
+def get(address: str) -> bytes:
+    with urlopen(address, timeout=TIMEOUT) as response:  # noqa: S310, the server of this test
+        answer: bytes = response.read()
+    return answer
+
+
+def test_the_server_serves_the_page(address: str) -> None:
+    assert get(address) == b"page"
+
+
+@pytest.mark.parametrize(("policy", "seed"), [("fixed:13.5", 2**64 - 1), ("stubborn-leaders", 4)])
+def test_the_server_returns_the_runs_that_are_recorded_here(address: str, policy: str, seed: int) -> None:
+    answer = json.loads(get(f"{address}run?{urlencode({'seed': seed, 'policy': policy})}"))
+    assert answer["name"] == policy
+    assert_shows(answer, built_in(policy).record(seed, FLOCK))
+
+
 @pytest.mark.parametrize(
-    ("runs", "field"),
+    ("query", "field"),
     [
-        ([("a", RUNS["one range"]()), ("b", RUNS["in space, two predators"]())], "runs"),
-        ([("line", simulate_line(LineScenario(), 0.1, seed=3))], "runs[0]"),
+        ("policy=random", "seed"),
+        ("seed=&policy=random", "seed"),
+        (f"seed={'9' * 6000}&policy=random", "seed"),
+        ("seed=1", "policy"),
+        ("seed=1&policy=", "policy"),
+        ("seed=1&policy=nobody", "policy"),
+        ("seed=1&policy=fixed:-2", "policy"),
+        ("seed=1&policy=../../etc", "policy"),
+        ("", "policy"),
     ],
 )
-def test_bad_runs_are_named(runs: Any, field: str, tmp_path: Path) -> None:
-    with pytest.raises(ArgumentError) as caught:
-        write_page(runs, tmp_path / "page.html")
-    assert caught.value.field == field
-    assert not list(tmp_path.iterdir())
+def test_a_bad_query_is_named(address: str, query: str, field: str) -> None:
+    with pytest.raises(HTTPError) as caught:
+        get(f"{address}run?{query}")
+    with caught.value as error:
+        assert error.code == 400
+        refusal = json.load(error)
+    assert refusal["field"] == field
+    assert refusal["message"].startswith(f"{field}: expected ")
 
 
-def test_named_policies_are_the_policies_of_their_names() -> None:
-    for spec, policy, sensing in (
-        ("stubborn-witnesses", StubbornWitnesses(), "predator_range"),
-        ("stubborn-leaders", StubbornLeaders(), None),
-        ("stubborn-leaders-local", StubbornLeaders(), "predator_range"),
-    ):
-        mine = record(FLOCK, policy, 5, per_agent=True, predator_sensing_range=sensing)
-        np.testing.assert_array_equal(built_in(spec).record(5, FLOCK).positions, mine.positions)
-    for spec in NAMES[1:]:
-        run, width = built_in(spec).record(5, FLOCK), 12 if built_in(spec).per_agent else 1
-        assert run.interaction_ranges.shape[1] == width
-    # A fixed range may exceed the default maximum.
-    np.testing.assert_array_equal(built_in("fixed:400").record(5, FLOCK).interaction_ranges, 400.0)
-
-
-@pytest.mark.parametrize("spec", ["", "fixed:", "fixed:-1", "fixed:nan", "Random"])
-def test_unknown_policies_are_named(spec: str) -> None:
-    with pytest.raises(ArgumentError, match=r"^policies: expected one of fixed:RHO, random"):
-        built_in(spec)
+def test_the_server_listens_only_to_this_machine(address: str) -> None:
+    port = int(address.rstrip("/").rpartition(":")[2])
+    socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT).close()
+    # A server on all addresses would answer on every address of the loopback network.
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.2", port), timeout=TIMEOUT)

@@ -1,21 +1,21 @@
-"""The watch page in a browser: opening from a file, playback, scrubbing and rotation."""
+"""The watch page in a browser: playback, scrubbing, and runs that a server plays again."""
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import textwrap
+from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 
 import chromium
-import imageio.v3 as iio
-import numpy as np
 import pytest
 from chromium import open_page, wait
 from playwright.sync_api import Page
 
-from flockesc_env import ConstantVelocity, FlockScenario
+from flockesc_env import FlockScenario
 from flockesc_env.policies.registry import built_in
-from flockesc_env.render.colors import range_colors
-from flockesc_env.render.palette import LIGHT
 from flockesc_env.watch import write_page
 
 pytest_plugins = ("watch_browser",)
@@ -24,14 +24,6 @@ pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MIS
 FLOCK = FlockScenario(num_agents=40, num_steps=80)  # 4 s
 SPECS = ("fixed:15", "stubborn-leaders")
 TITLES = ["fixed range 15 m", "rule: stubborn leaders"]
-
-
-def drag(tab: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
-    """Press the mouse, move it and release it."""
-    tab.mouse.move(*start)
-    tab.mouse.down()
-    tab.mouse.move(*end)
-    tab.mouse.up()
 
 
 @pytest.fixture(scope="module")
@@ -71,56 +63,6 @@ def test_a_file_opens_alone_with_both_panels(tab: Page, file: str) -> None:
     assert [url.partition("#")[0] for url in requests] == [file]
 
 
-def test_the_page_plays_by_itself_unless_a_time_is_asked_for(tab: Page, file: str) -> None:
-    open_page(tab, f"{file}#")
-    wait(tab, "page.player.isPlaying && page.player.time > 0.1")
-    tab.emulate_media(reduced_motion="reduce")
-    open_page(tab, f"{file}?still#")
-    assert tab.evaluate("[page.player.time, page.player.isPlaying]") == [0, False]
-
-
-def test_colors_of_ranges_are_those_of_all_pictures(tab: Page, file: str) -> None:
-    open_page(tab, file)
-    shares = np.linspace(0, 1, 64)
-    shown = tab.evaluate(f"{shares.tolist()}.map((share) => page.look.theme.ramp(share))")
-    channels = [[int(channel) for channel in color[4:-1].split(",")] for color in shown]
-    np.testing.assert_allclose(channels, range_colors(shares, 1.0).astype(int), atol=1)
-    assert tab.evaluate("NUM_GROUP_COLORS") == len(LIGHT.components)
-
-
-def test_a_picture_of_all_panels_is_saved(tab: Page, file: str) -> None:
-    open_page(tab, f"{file}#t=2")
-    with tab.expect_download() as download:
-        tab.evaluate("document.getElementById('save').click()")
-    assert download.value.suggested_filename == "flock-2.00s.png"
-    picture = iio.imread(download.value.path())
-    width, height = tab.evaluate("[page.panels[0].canvas.width, page.panels[0].canvas.height]")
-    assert picture.shape[:2] == (height + 30, 2 * width)
-    assert np.ptp(picture[40:, :width]) > 100
-    assert np.ptp(picture[40:, width:]) > 100
-
-
-# imageio leaves the pipes of its reader open until garbage collection.
-@pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
-def test_a_video_of_the_replay_is_saved(tab: Page, file: str) -> None:
-    """The video is as long as the replay at its speed and shows all panels, in motion."""
-    open_page(tab, f"{file}#t=2")
-    width, height = tab.evaluate("[page.panels[0].canvas.width, page.panels[0].canvas.height]")
-    tab.select_option("#speed", "2")
-    with tab.expect_download() as download:
-        tab.click("#save-video")
-        assert tab.text_content("#save-video") == "Stop and save"
-    assert tab.evaluate("[page.player.time, page.player.isPlaying]") == [4, False]
-    assert tab.text_content("#save-video") == "Save video"
-    assert download.value.suggested_filename == "flock.webm"
-    frames = iio.imread(download.value.path(), plugin="FFMPEG", extension=".webm", fps=10)
-    assert 15 <= len(frames) <= 30  # 2 s
-    assert frames.shape[1:3] == (height + 30, 2 * width)
-    for panel in (frames[:, 40:, :width], frames[:, 40:, width:]):
-        assert np.ptp(panel[0]) > 100
-        assert np.abs(panel[-1].astype(int) - panel[0]).max() > 100
-
-
 def test_space_plays_and_stops_and_playback_stops_at_the_end(tab: Page, file: str) -> None:
     open_page(tab, file)
     assert tab.evaluate("[page.player.time, page.player.isPlaying]") == [0, False]
@@ -135,21 +77,6 @@ def test_space_plays_and_stops_and_playback_stops_at_the_end(tab: Page, file: st
     wait(tab, "!page.player.isPlaying")
     assert tab.evaluate("page.player.time") == 4.0
     assert tab.evaluate("document.getElementById('time').textContent") == "4.00 of 4 s"
-
-
-def test_arrows_step(tab: Page, file: str) -> None:
-    open_page(tab, file)
-    for key, expected in (
-        ("ArrowRight", 0.05),
-        ("Shift+ArrowRight", 1.05),
-        ("ArrowLeft", 1.0),
-        ("End", 4.0),
-        ("Shift+ArrowLeft", 3.0),
-        ("Home", 0.0),
-        ("ArrowLeft", 0.0),
-    ):
-        tab.keyboard.press(key)
-        assert tab.evaluate("page.player.time") == pytest.approx(expected, abs=1e-9)
 
 
 CURSORS = """[...document.querySelectorAll(".chart .u-over")].map((plot) => {
@@ -178,24 +105,6 @@ def test_scrubbing_moves_the_cursor_the_flock_and_the_numbers(tab: Page, file: s
     assert tab.evaluate(shown) == expected
 
 
-@pytest.mark.parametrize("look", ["trails", "edges", "discs", "color"])
-def test_every_display_option_changes_the_picture_and_back(tab: Page, file: str, look: str) -> None:
-    open_page(tab, f"{file}#t=1")
-    assert tab.evaluate("page.player.time") == 1
-    picture = "page.panels[0].canvas.toDataURL()"
-    before = tab.evaluate(picture)
-    if look == "color":
-        change = "Object.assign(document.getElementById('color'), {{ value: '{}' }})"
-        changes = [change.format(value) for value in ("component", "range")]
-        changes = [f"{change}.dispatchEvent(new Event('change', {{ bubbles: true }}))" for change in changes]
-    else:
-        changes = [f"document.getElementById('{look}').click()"] * 2
-    tab.evaluate(changes[0])
-    assert tab.evaluate(picture) != before
-    tab.evaluate(changes[1])
-    assert tab.evaluate(picture) == before
-
-
 def test_neighbors_are_the_pairs_within_range(tab: Page, file: str) -> None:
     open_page(tab, f"{file}#t=2")
     for index, spec in enumerate(SPECS):
@@ -213,61 +122,6 @@ def test_neighbors_are_the_pairs_within_range(tab: Page, file: str) -> None:
         assert {(max(pair), min(pair)) for pair in drawn} == pairs
 
 
-def test_a_color_is_one_component_and_the_largest_components_have_colors(tab: Page, file: str) -> None:
-    open_page(tab, file)
-    for index, spec in enumerate(SPECS):
-        run = built_in(spec).record(3, FLOCK)
-        labels, groups = (
-            tab.evaluate(f"Array.from(page.runs[{index}].{name})") for name in ("labels", "groups")
-        )
-        for t in range(0, 81, 8):
-            of_group: dict[int, set[int]] = {}
-            sizes: dict[int, int] = {}
-            for label, group in zip(labels[40 * t : 40 * t + 40], groups[40 * t : 40 * t + 40], strict=True):
-                of_group.setdefault(group, set()).add(label)
-                sizes[label] = sizes.get(label, 0) + 1
-            assert len(sizes) == run.num_components[t]
-            colored = [of_group[group] for group in range(5) if group in of_group]
-            assert all(len(components) == 1 for components in colored)
-            smallest = min((sizes[label] for components in colored for label in components), default=0)
-            assert all(sizes[label] <= smallest for label in of_group.get(5, set()))
-            assert all(sizes[label] == 1 for label in of_group.get(6, set()))
-
-
-def test_dragging_turns_space_and_double_click_resets(tab: Page, tmp_path: Path) -> None:
-    flock = FLOCK.replace(dimension=3, predators=(ConstantVelocity(),))
-    write_page([(spec, built_in(spec).record(3, flock)) for spec in SPECS], tmp_path / "page.html")
-    open_page(tab, (tmp_path / "page.html").as_uri())
-    assert min(tab.evaluate(COLORED)) > 0
-    pictures = "page.panels.map((panel) => panel.canvas.toDataURL())"
-    before = tab.evaluate(pictures)
-    drag(tab, (200, 300), (260, 320))
-    turned = tab.evaluate(pictures)
-    assert all(one != other for one, other in zip(before, turned, strict=True))
-    tab.evaluate("page.panels[1].canvas.dispatchEvent(new Event('dblclick'))")
-    assert tab.evaluate(pictures) == before
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("width", [400, 1280])
-def test_the_whole_run_is_in_the_window(tab: Page, tmp_path: Path, dimension: int, width: int) -> None:
-    flock = FLOCK.replace(dimension=dimension, predators=(ConstantVelocity(),))
-    write_page([(spec, built_in(spec).record(3, flock)) for spec in SPECS], tmp_path / "page.html")
-    open_page(tab, (tmp_path / "page.html").as_uri(), width=width)
-    seen = tab.evaluate("""page.runs.flatMap(({ positions, predators, dimension }) =>
-        [positions, predators].flatMap((points) => {
-            const seen = [];
-            for (let at = 0; at < points.length; at += dimension) {
-                const z = dimension === 3 ? points[at + 2] : 0;
-                const [x, y] = page.camera.project(points[at], points[at + 1], z, [0, 0, 0]);
-                seen.push(x / page.camera.width, y / page.camera.height);
-            }
-            return [Math.min(...seen), Math.max(...seen)];
-        }))""")
-    assert min(seen) > 0.01
-    assert max(seen) < 0.99
-
-
 def test_names_are_text(tab: Page, tmp_path: Path) -> None:
     name = "<!--<script></script><img src=x onerror='window.hacked = 1'><script>window.hacked = 1</script>"
     write_page([(name, built_in("fixed:5").record(3, FLOCK))], tmp_path / "page.html")
@@ -275,3 +129,65 @@ def test_names_are_text(tab: Page, tmp_path: Path) -> None:
     assert tab.evaluate("document.querySelector('.panel h2').textContent") == name
     assert tab.evaluate("document.title") == name
     assert tab.evaluate("[typeof window.hacked, document.images.length]") == ["undefined", 0]
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    script = f"""
+        from flockesc_env import FlockScenario
+        from flockesc_env.policies.registry import built_in
+        from flockesc_env.watch import serve
+
+        flock = FlockScenario(num_agents=40, num_steps=80)
+        runs = [(name, built_in(name).record(3, flock)) for name in {SPECS}]
+        runs.append(("mine.npz", built_in("random").record(3, flock)))
+        serve(runs, scenario=flock, seed=3, open_browser=False)
+    """
+    command = [sys.executable, "-c", textwrap.dedent(script)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
+        assert process.stdout is not None
+        yield process.stdout.readline().split()[2]
+        process.kill()
+
+
+SLIDE = "Object.assign(page.live.controls[0].slider, {{ value: {} }}).dispatchEvent(new Event('input'))"
+
+
+def test_the_slider_runs_the_flock_again(tab: Page, address: str) -> None:
+    open_page(tab, f"{address}#t=1.5")
+    assert tab.evaluate("document.getElementById('live').checkVisibility()")
+    curves = "page.curves.charts[0].data.map((column) => Array.from(column))"
+    before = tab.evaluate(curves)
+    for value in (12, 40, 3, 8.5):
+        tab.evaluate(SLIDE.format(value))
+    wait(tab, "page.runs[0].name === 'fixed:8.5'")
+    after = tab.evaluate(curves)
+    run = built_in("fixed:8.5").record(3, FLOCK)
+    assert after[3] == pytest.approx(run.mean_distance.tolist(), rel=1e-6)  # time, lowest mean, minimum, mean
+    assert after[3] != before[3]
+    assert after[4:] == before[4:]  # the other panels do not change
+    assert tab.evaluate("page.player.time") == 1.5
+    assert tab.evaluate("document.querySelector('.panel h2').textContent") == "fixed range 8.5 m"
+
+
+def test_another_policy_and_another_flock(tab: Page, address: str) -> None:
+    open_page(tab, address)
+    select = (
+        "Object.assign(page.live.controls[{}].select, {{ value: '{}' }}).dispatchEvent(new Event('change'))"
+    )
+    assert tab.evaluate("page.live.controls.map(({ select }) => select.value)") == ["fixed:RHO", SPECS[1], ""]
+    tab.evaluate(select.format(2, "stubborn-leaders-local"))
+    wait(tab, "page.runs[2].name === 'stubborn-leaders-local'")
+    tab.evaluate("document.getElementById('next-seed').click()")
+    wait(tab, "page.runs.every(({ seed }) => seed === '4')")
+    for index, spec in enumerate((*SPECS, "stubborn-leaders-local")):
+        expected = built_in(spec).record(4, FLOCK).mean_distance.min()
+        assert tab.evaluate(f"page.runs[{index}].lowestMean.at(-1)") == pytest.approx(expected, rel=1e-6)
+    tab.evaluate(select.format(2, ""))
+    assert tab.evaluate("[page.runs[2].name, page.runs[2].seed]") == ["mine.npz", "3"]
+    assert tab.evaluate("[...document.querySelectorAll('.panel .note')].map((note) => note.textContent)") == [
+        "",
+        "",
+        "seed 3",
+    ]
+    assert "seed 4" in tab.evaluate("document.getElementById('facts').textContent")
