@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_args
 from unittest import mock
 
 import numpy as np
@@ -42,6 +42,7 @@ from flockesc_env.common import stats
 from flockesc_env.policies import network, registry
 from flockesc_env.policies import predators as predator_policies
 from flockesc_env.render import draw, video
+from flockesc_env.scenario import initial, motion, neighbors, predators, randomization
 from flockesc_env.watch.document import check_runs, run_document
 
 PRESET = fe.preset("randomized").replace(num_agents=5, num_steps=24)
@@ -101,60 +102,47 @@ LINE_FIELDS: dict[str, Kind] = {
     "escape_force": Choice("linear"),
     "max_steps": Count(24),
 }
-PREDATORS: dict[type[Any], dict[str, Kind]] = {
-    fe.ConstantVelocity: {},
+RADIUS = {"radius": Number(8.0, low=0.0, is_above=True)}
+HIGH = Number(4.0, low=2.0)
+BOUNDS: dict[type[Any], dict[str, Kind]] = {
     fe.PurePursuit: {"target": Choice("nearest")},
-    fe.Intercept: {},
-    fe.Encircle: {},
     fe.Herd: {"partner": Count(0, low=0)},
-    fe.Wandering: {},
     fe.PrescribedPath: {
         "positions": Floats([[1.0, 2.0], [3.0, 5.0]], is_any_length=True),
         "interval": Number(0.5, low=0.0, is_above=True),
     },
     fe.Learned: {"max_speed": Number(15.0, low=0.0, is_above=True)},
-}
-RADIUS = {"radius": Number(8.0, low=0.0, is_above=True)}
-POSITIONS: dict[type[Any], dict[str, Kind]] = {
-    fe.Square: {},
     fe.Disc: RADIUS,
     fe.Ring: RADIUS | {"width": Number(4.0, low=0.0, high=16.0)},
     fe.Segment: {"start": POINT, "end": POINT},
-    fe.Gaussian: {},
     fe.Clusters: {"num_clusters": Count(2)},
     fe.GivenPositions: {"points": Floats(POINTS)},
-}
-HEADINGS: dict[type[Any], dict[str, Kind]] = {
-    fe.RandomHeadings: {},
     fe.AlignedHeadings: {"direction": POINT, "max_angle": Number(1.0, low=0.0, high=np.pi)},
     fe.GivenHeadings: {"directions": Floats(POINTS + 1.0)},
-}
-MOTIONS: dict[type[Any], dict[str, Kind]] = {fe.Inertial: {}, fe.Vicsek: {}, fe.Reynolds: {}}
-RULES: dict[type[Any], dict[str, Kind]] = {fe.Metric: {}, fe.Topological: {}, fe.Voronoi: {}}
-HIGH = Number(4.0, low=2.0)
-DRAWS: dict[type[Any], dict[str, Kind]] = {
     fe.Uniform: {"low": Number(2.0), "high": HIGH},
     fe.LogUniform: {"low": Number(2.0, low=0.0, is_above=True), "high": HIGH},
     fe.Choice: {"values": Floats([2.0, 4.0], is_any_length=True)},
 }
-SLOTS: dict[str, tuple[Callable[[Any], Any], dict[type[Any], dict[str, Kind]]]] = {
-    "predators": (lambda part: (fe.ConstantVelocity(), part), PREDATORS),
-    "initial_positions": (lambda part: part, POSITIONS),
-    "initial_headings": (lambda part: part, HEADINGS),
-    "motion": (lambda part: part, MOTIONS),
-    "neighbor_rule": (lambda part: part, RULES),
-    "randomization": (lambda part: (part,), DRAWS),
+"""Arguments of parts whose bounds do not follow from their name or type."""
+SLOTS: dict[str, tuple[Callable[[Any], Any], Any]] = {
+    "predators": (lambda part: (fe.ConstantVelocity(), part), predators.Predator),
+    "initial_positions": (lambda part: part, initial.InitialPositions),
+    "initial_headings": (lambda part: part, initial.InitialHeadings),
+    "motion": (lambda part: part, motion.Motion),
+    "neighbor_rule": (lambda part: part, neighbors.NeighborRule),
+    "randomization": (lambda part: (part,), randomization.Distribution),
 }
+"""A scenario with a part of each family, and the classes of the family."""
 
 SLOT_ROWS = [
     Row(
         lambda slot=slot, place=place, kind=kind, **given: FLOCK.replace(**{slot: place(kind(**given))}),
-        arguments,
+        BOUNDS.get(kind, {}),
         named={name: (f"{kind.kind}.{name}",) for name in inspect.signature(kind).parameters},
         like=kind,
     )
-    for slot, (place, kinds) in SLOTS.items()
-    for kind, arguments in kinds.items()
+    for slot, (place, family) in SLOTS.items()
+    for kind in get_args(family)
 ]
 """A scenario checks its parts."""
 
@@ -162,9 +150,9 @@ PARTS = [
     pytest.param(
         slot, row.like(**{name: given.good for name, given in row.arguments.items()}), id=row.like.kind
     )
-    for slot, (_, kinds) in SLOTS.items()
+    for slot, (_, family) in SLOTS.items()
     for row in SLOT_ROWS
-    if row.like in kinds
+    if row.like in get_args(family)
 ]
 """Slot and part, one entry per kind of part."""
 
