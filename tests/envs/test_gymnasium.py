@@ -7,21 +7,12 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
+from objective_values import INFO_KEYS
 from option_table import DIMENSIONS, FLOCK, LINE, every_option, small_flock
 
 from flockesc_env import FlockEscapeEnv, LineEscapeEnv, LineScenario
 
 Options = dict[str, Any]
-
-INFO_KEYS = {
-    "mean_distance",
-    "min_distance",
-    "min_mean_distance",
-    "min_min_distance",
-    "polarization",
-    "fraction_surviving",
-    "interaction_range",
-}
 
 
 def play(env: gymnasium.Env[Any, Any], seed: int) -> list[tuple[Any, ...]]:

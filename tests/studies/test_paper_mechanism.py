@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from flockesc_env import FlockScenario, simulate
+from flockesc_env.episodes.objectives import OBJECTIVES
 from flockesc_env.jobs import Arrays
 from studies.paper import anatomy
 from studies.paper.claims import Claim, Verdict
@@ -83,8 +84,7 @@ def made_up(without: dict[float, float], fleeing: dict[float, float]) -> dict[st
 
     def values(peaks: dict[float, float], grid: tuple[float, ...]) -> Arrays:
         rows = np.array([peaks.get(rho, 0.0) for rho in grid])[:, np.newaxis] + noise
-        names = ("min_mean_distance", "min_min_distance", "fraction_surviving", "escape_distance")
-        return dict.fromkeys(names, rows)
+        return dict.fromkeys((spec.column for spec in OBJECTIVES), rows)
 
     found = {}
     for world in WORLDS:
