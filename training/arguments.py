@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tyro.conf import Positional
 
-from flockesc_env.episodes.options import Objective
+from flockesc_env.episodes.objectives import Objective
 
 
 @dataclass(frozen=True, kw_only=True)

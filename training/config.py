@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from flockesc_env import FlockScenario, LineScenario, preset
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
-from flockesc_env.episodes.options import Objective
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, Objective, ObjectiveSpec
 
 
 @dataclass(frozen=True, kw_only=True)

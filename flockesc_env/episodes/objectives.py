@@ -5,13 +5,35 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
+
+Objective = Literal["mean", "minimum", "survival"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FlockOutcomes:
+    """Base class of results of runs of flocks: their seeds and every objective.
+
+    Attributes:
+        seeds: the seeds, shape (seeds,).
+        min_mean_distance: J_mean, the minimum over time of the mean predator distance, in m (Eq. 12).
+        min_min_distance: J_min, the minimum over time of the minimum predator distance, in m (Eq. 13).
+        fraction_surviving: share of agents that are not caught at the end.
+    """
+
+    seeds: NDArray[np.uint64]
+    min_mean_distance: FloatArray
+    min_min_distance: FloatArray
+    fraction_surviving: FloatArray
 
 
 @dataclass(frozen=True)

@@ -15,12 +15,12 @@ import numpy as np
 from flockesc_env import _core
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats
 from flockesc_env.common.errors import OptionError, shown
+from flockesc_env.episodes.objectives import Objective
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.neighbors import Topological
 
 ActionMode = Literal["normalized", "range", "discrete"]
-Objective = Literal["mean", "minimum", "survival"]
 TeamReward = Literal["running_minimum", "distance", "terminal"]
 IndividualReward = Literal[
     "individual_distance",
@@ -121,12 +121,10 @@ class EnvOptions(ActionOptions):
     """Options of the flock environments.
 
     Attributes:
-        objective: ``"mean"``: the minimum over time of the mean predator distance, J_mean (Eq. 12).
-            ``"minimum"``: the minimum over time of the minimum predator distance, J_min (Eq. 13).
-            ``"survival"``: the share of agents that are not caught.
-        reward: one of the team rewards, which are equal for all agents. Let v_t be the mean distance, the
-            minimum distance or the surviving share at time t, as the objective says, and m_t its running
-            minimum. ``"running_minimum"``: m_t - m_(t-1), so that the return is the objective minus v_0;
+        objective: name of the objective (docs/model.md, "Objectives"). J is the minimum over time of a value.
+        reward: one of the team rewards, which are equal for all agents. Let v_t be the value of the objective
+            at time t and m_t its running minimum.
+            ``"running_minimum"``: m_t - m_(t-1), so that the return is the objective minus v_0;
             ``"distance"``: v_t, divided by the number of steps;
             ``"terminal"``: the objective minus v_0, in the last step.
             With one range per agent also an individual reward, where d_i is the predator distance of agent i:

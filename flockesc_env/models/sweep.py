@@ -24,7 +24,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import data_frame, require
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress, reporting
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, FlockOutcomes, ObjectiveSpec
 from flockesc_env.models.simulate import IntArray
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -200,18 +200,11 @@ class SweepResult(Displayed):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FlockSweepResult(SweepResult):
-    """Results of ``sweep`` for flocks; arrays of shape (ranges, seeds).
+class FlockSweepResult(FlockOutcomes, SweepResult):
+    """Results of ``sweep`` for flocks.
 
-    Attributes:
-        min_mean_distance: J_mean, the minimum over time of the mean predator distance, in m (Eq. 12).
-        min_min_distance: J_min, the minimum over time of the minimum predator distance, in m (Eq. 13).
-        fraction_surviving: share of agents that are not caught at the end.
+    Inherits the attributes of ``SweepResult`` and ``FlockOutcomes``; arrays of shape (ranges, seeds).
     """
-
-    min_mean_distance: FloatArray
-    min_min_distance: FloatArray
-    fraction_surviving: FloatArray
 
     objectives = FLOCK_OBJECTIVES
 

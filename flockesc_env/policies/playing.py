@@ -14,7 +14,7 @@ from flockesc_env.common.checks import FloatArray, as_policy, as_threads
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.batch import Columns, FlockBatch, Step
 from flockesc_env.episodes.memory import reset_policy
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, FlockOutcomes
 from flockesc_env.episodes.options import EnvOptions, LineOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
 from flockesc_env.episodes.spaces import RangeActions, line_policy_spec
@@ -28,23 +28,17 @@ Report = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Episodes(Displayed):
+class Episodes(FlockOutcomes, Displayed):
     """Results of ``rollout`` on flocks, one entry per seed.
 
+    Inherits the attributes of ``FlockOutcomes``: the seeds and every objective, shape (seeds,).
+
     Attributes:
-        seeds: the seeds, shape (seeds,).
-        min_mean_distance: J_mean in m (Eq. 12), shape (seeds,).
-        min_min_distance: J_min in m (Eq. 13), shape (seeds,).
-        fraction_surviving: share of agents that are not caught at the end, shape (seeds,).
         num_components: number of connected components at the end, shape (seeds,).
         mean_return: undiscounted return, averaged over agents, shape (seeds,). The reward of a caught agent
             is 0.
     """
 
-    seeds: NDArray[np.uint64]
-    min_mean_distance: FloatArray
-    min_min_distance: FloatArray
-    fraction_surviving: FloatArray
     num_components: IntArray
     mean_return: FloatArray
 

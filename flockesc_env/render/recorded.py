@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_choice, as_count, as_text
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.episodes.options import Objective
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, Objective
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run
 from flockesc_env.render.dependencies import require_video
 from flockesc_env.render.options import RenderOptions, as_render_options

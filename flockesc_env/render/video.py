@@ -17,8 +17,7 @@ from flockesc_env.common.checks import FloatArray, as_callback, as_choice, as_co
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.files import atomic_write
 from flockesc_env.common.progress import Progress
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.episodes.options import Objective
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, Objective
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.render.colors import FRAME
 from flockesc_env.render.dependencies import require_video

@@ -50,8 +50,7 @@ class FlockScenario(Document):
             prints it, under which speeds vary.
         capture_radius: distance in m within which a predator catches an agent. The agent is removed from the
             flock at the end of the step. ``None``: no captures.
-        predators: tuple of predators (``ConstantVelocity``, ``PurePursuit``, ``Intercept``, ``Wandering``,
-            ``Encircle``, ``Herd``, ``Learned``, ``PrescribedPath``); may be empty.
+        predators: tuple of predators (docs/model.md, "Predators"); may be empty.
         neighbor_rule: definition of neighbors: ``Metric()``, ``Topological()`` or ``Voronoi()``.
         blind_angle: angle in rad of the sector behind an agent in which it sees no neighbors, from 0 to 2 pi.
         mutual: True: two agents are neighbors only if each is in the other's neighborhood.

@@ -12,8 +12,7 @@ import polars as pl
 
 from flockesc_env.common.errors import RecordError
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
-from flockesc_env.episodes.options import Objective
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, Objective, ObjectiveSpec
 
 STUDY_FILE = "study.json"
 EPISODES_FILE = "episodes.parquet"

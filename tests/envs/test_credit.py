@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import reference
 from flock_states import state
+from objective_values import SERIES
 from option_table import DIMENSIONS, OBJECTIVES, small_flock
 
 import flockesc_env as fe
@@ -16,7 +17,6 @@ from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.scenario.neighbors import Topological
 
 MAX_RANGE = 12.0
-NAMES = {"mean": "mean_distance", "minimum": "min_distance", "survival": "fraction_surviving"}
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 objectives = pytest.mark.parametrize("objective", OBJECTIVES)
@@ -69,7 +69,7 @@ def test_difference_against_copies_of_the_flock(flock: str, objective: str, dime
         _, rewards, terminations, _, info = env.step_array(ranges)
         for agent, alone in enumerate(copies):
             without = alone.step_array(np.where(np.arange(scenario.num_agents) == agent, 0, ranges.T).T)[-1]
-            gain = info[NAMES[objective]] - without[NAMES[objective]] if alive[agent] else 0.0
+            gain = info[SERIES[objective]] - without[SERIES[objective]] if alive[agent] else 0.0
             assert rewards[agent] == gain
             assert gain == 0.0 or ranges[agent] > 0
         alive = ~terminations
@@ -93,7 +93,7 @@ def test_learned_predators_take_the_same_actions_in_copies(objective: str) -> No
         for agent in np.flatnonzero(alive):
             without = ranges * (np.arange(9) != agent)[:, None]
             alone = copies[agent].step_array(without, steering)[-1]
-            assert rewards[agent] == info[NAMES[objective]] - alone[NAMES[objective]]
+            assert rewards[agent] == info[SERIES[objective]] - alone[SERIES[objective]]
         assert not rewards[~alive].any()
         alive = ~terminations
 

@@ -7,19 +7,10 @@ import numpy as np
 import pytest
 from flock_states import state
 from gymnasium.error import ResetNeeded
+from objective_values import INFO_KEYS
 from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
-
-INFO_KEYS = {
-    "mean_distance",
-    "min_distance",
-    "min_mean_distance",
-    "min_min_distance",
-    "polarization",
-    "fraction_surviving",
-    "interaction_range",
-}
 
 
 def test_line_terminates_when_steady_and_is_truncated_otherwise() -> None:

@@ -11,6 +11,7 @@ import pytest
 import reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from objective_values import COLUMNS
 from option_table import AGENT_REWARDS, DIMENSIONS, INDIVIDUAL_REWARDS, OBJECTIVES, small_flock
 from reference import FlockState
 
@@ -18,8 +19,6 @@ from flockesc_env import ConstantVelocity, EnvOptions, FlockScenario, Learned, p
 from flockesc_env.episodes.batch import FlockBatch
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
-
-MINIMA = {"mean": "min_mean_distance", "minimum": "min_min_distance", "survival": "fraction_surviving"}
 
 HUNTERS = (
     Learned((-10.0, -5.0), (6.0, 8.0)),
@@ -112,6 +111,6 @@ def test_predators_get_the_opposite_reward(reward: str, objective: str, steps_pe
         total += rewards["predator_0"]
     if reward in {"running_minimum", "terminal"}:
         start = environment.reset(seed=0)[1]["agent_00"]
-        name = MINIMA[objective]
+        name = COLUMNS[objective]
         change = start[name] - infos["agent_00"][name]
         assert total == pytest.approx(change, abs=1e-12)

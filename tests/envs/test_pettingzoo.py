@@ -6,22 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from objective_values import INFO_KEYS
 from option_table import ACTION_MODES, AGENT_REWARDS, AGENTS, DIMENSIONS, every_option, small_flock
 
 from flockesc_env import FlockEscapeEnv, FlockParallelEnv, env, parallel_env
 from flockesc_env.common.errors import EpisodeError
 
 Options = dict[str, Any]
-
-INFO_KEYS = {
-    "mean_distance",
-    "min_distance",
-    "min_mean_distance",
-    "min_min_distance",
-    "polarization",
-    "fraction_surviving",
-    "interaction_range",
-}
 
 
 def sample(environment: FlockParallelEnv) -> dict[str, Any]:

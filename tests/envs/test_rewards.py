@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from envs import has_ended, same_action, start, step
+from objective_values import SERIES
 from option_table import OBJECTIVES, STEPS_PER_ACTION, every_pair, small_flock
 from stable_baselines3.common.vec_env import VecEnv
 
@@ -71,8 +72,8 @@ def tolerance(interface: str) -> dict[str, float]:
 
 
 def distances(objective: str, scenario: fe.FlockScenario = SCENARIO) -> np.ndarray:
-    run = fe.simulate(scenario, RHO, seed=SEED)
-    return run.mean_distance if objective == "mean" else run.min_distance
+    curve: np.ndarray = getattr(fe.simulate(scenario, RHO, seed=SEED), SERIES[objective])
+    return curve
 
 
 @every_pair(

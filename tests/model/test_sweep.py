@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from objective_values import COLUMNS
 from option_table import small_flock
 
 from flockesc_env import FlockScenario, FlockSweepResult, LineScenario, LineSweepResult, simulate, sweep
@@ -17,16 +18,14 @@ SEEDS = [4, 2**64 - 1, 17, 3]
 
 
 def result_of(values: np.ndarray) -> FlockSweepResult:
-    """Return a sweep with the given values of J_mean; J_min is half of them."""
+    """Return a sweep with the given values of J_mean; other objectives have the opposite ones."""
     ranges, seeds = values.shape
     return FlockSweepResult(
         scenario=FlockScenario(),
         interaction_ranges=np.arange(ranges, dtype=np.float64),
         seeds=np.arange(seeds, dtype=np.uint64),
         num_components=np.ones(values.shape, np.int64),
-        min_mean_distance=values,
-        min_min_distance=-values,
-        fraction_surviving=1.0 / (1.0 + values),
+        **dict.fromkeys(COLUMNS.values(), -values) | {"min_mean_distance": values},
     )
 
 

@@ -15,7 +15,7 @@ from envs import ADAPTERS
 import flockesc_env
 from flockesc_env import FlockScenario, LineScenario, _core
 from flockesc_env.envs._base import FlockEnvironment
-from flockesc_env.episodes import options
+from flockesc_env.episodes import objectives, options
 from flockesc_env.scenario import initial, motion, neighbors, predators, randomization
 from flockesc_env.scenario.line import EscapeForce
 from flockesc_env.scenario.presets import PRESETS
@@ -35,7 +35,7 @@ CLASSES: dict[str, Any] = {
 WORDS: dict[str, Any] = {
     "targets": predators.Target,
     "extra_entries": options.ExtraEntries,
-    "objectives": options.Objective,
+    "objectives": objectives.Objective,
     "rewards": options.Reward,
     "escape_forces": EscapeForce,
     "line_rewards": options.LineReward,

@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
+
 PRELUDE = """
 import itertools, json, resource
 import numpy as np
@@ -36,6 +38,7 @@ def limit():
     resource.setrlimit(resource.RLIMIT_AS, (most, most))
 """
 
+SWEPT = 2 * 10**9 * 8 * (len(FLOCK_OBJECTIVES) + 1)
 CASES: dict[str, tuple[str, str, int | None]] = {
     "laplacian": ("laplacian(np.zeros(100_000), 1.0)", "states", 80_000_000_000),
     "perron_matrix": ("perron_matrix(np.zeros(100_000), 1.0)", "states", 80_000_000_000),
@@ -49,7 +52,11 @@ CASES: dict[str, tuple[str, str, int | None]] = {
     "sweep": ("sweep(flock, [1.0], range(10**9))", "seeds", 200_000_000_000),
     "sweep, every seed": ("sweep(flock, [1.0], range(2**64))", "seeds", 200 * (2**64 - 1)),
     "sweep, without a length": ("sweep(flock, [1.0], itertools.count())", "seeds", None),
-    "sweep, ranges": ("sweep(flock, np.ones(10_000), range(100_000))", "seeds", 64_000_000_000),
+    "sweep, ranges": (
+        "sweep(flock, np.ones(10_000), range(100_000))",
+        "seeds",
+        SWEPT,
+    ),
     "sweep, flocks": ("sweep(flock.replace(num_agents=10**7), [1.0], range(2))", "num_agents", None),
     "rollout": ("rollout(flock, FixedRange(1.0), range(10**12))", "seeds", 200_000_000_000_000),
     "rollout, lines": ("rollout(lines, FixedRange(1.0), range(256), max_range=1.0)", "batch_size", None),

@@ -7,7 +7,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 from unittest import mock
 
 import gymnasium
@@ -40,6 +40,7 @@ from flockesc_env.policies import network, registry
 from flockesc_env.policies import predators as predator_policies
 from flockesc_env.render import draw, video
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+from flockesc_env.scenario import initial, motion, neighbors, predators, randomization
 
 FLOCK = small_flock(num_steps=24)
 LINE = fe.LineScenario(num_agents=5, max_steps=24)
@@ -351,60 +352,47 @@ LINE_FIELDS: dict[str, Kind] = {
     "escape_force": choice("linear"),
     "max_steps": count(24),
 }
-PREDATORS: dict[type[Any], dict[str, Kind]] = {
-    fe.ConstantVelocity: {},
+RADIUS = {"radius": number(8.0, low=0.0, is_above=True)}
+HIGH = number(4.0, low=2.0)
+BOUNDS: dict[type[Any], dict[str, Kind]] = {
     fe.PurePursuit: {"target": choice("nearest")},
-    fe.Intercept: {},
-    fe.Encircle: {},
     fe.Herd: {"partner": count(0, low=0)},
-    fe.Wandering: {},
     fe.PrescribedPath: {
         "positions": floats([[1.0, 2.0], [3.0, 5.0]], is_any_length=True),
         "interval": number(0.5, low=0.0, is_above=True),
     },
     fe.Learned: {"max_speed": number(15.0, low=0.0, is_above=True)},
-}
-RADIUS = {"radius": number(8.0, low=0.0, is_above=True)}
-POSITIONS: dict[type[Any], dict[str, Kind]] = {
-    fe.Square: {},
     fe.Disc: RADIUS,
     fe.Ring: RADIUS | {"width": number(4.0, low=0.0, high=16.0)},
     fe.Segment: {"start": POINT, "end": POINT},
-    fe.Gaussian: {},
     fe.Clusters: {"num_clusters": count(2)},
     fe.GivenPositions: {"points": floats(POINTS)},
-}
-HEADINGS: dict[type[Any], dict[str, Kind]] = {
-    fe.RandomHeadings: {},
     fe.AlignedHeadings: {"direction": POINT, "max_angle": number(1.0, low=0.0, high=np.pi)},
     fe.GivenHeadings: {"directions": floats(POINTS + 1.0)},
-}
-MOTIONS: dict[type[Any], dict[str, Kind]] = {fe.Inertial: {}, fe.Vicsek: {}, fe.Reynolds: {}}
-RULES: dict[type[Any], dict[str, Kind]] = {fe.Metric: {}, fe.Topological: {}, fe.Voronoi: {}}
-HIGH = number(4.0, low=2.0)
-DRAWS: dict[type[Any], dict[str, Kind]] = {
     fe.Uniform: {"low": number(2.0), "high": HIGH},
     fe.LogUniform: {"low": number(2.0, low=0.0, is_above=True), "high": HIGH},
     fe.Choice: {"values": floats([2.0, 4.0], is_any_length=True)},
 }
-SLOTS: dict[str, tuple[Callable[[Any], Any], dict[type[Any], dict[str, Kind]]]] = {
-    "predators": (lambda part: (fe.ConstantVelocity(), part), PREDATORS),
-    "initial_positions": (lambda part: part, POSITIONS),
-    "initial_headings": (lambda part: part, HEADINGS),
-    "motion": (lambda part: part, MOTIONS),
-    "neighbor_rule": (lambda part: part, RULES),
-    "randomization": (lambda part: (part,), DRAWS),
+"""Arguments of parts whose bounds do not follow from their name or type."""
+SLOTS: dict[str, tuple[Callable[[Any], Any], Any]] = {
+    "predators": (lambda part: (fe.ConstantVelocity(), part), predators.Predator),
+    "initial_positions": (lambda part: part, initial.InitialPositions),
+    "initial_headings": (lambda part: part, initial.InitialHeadings),
+    "motion": (lambda part: part, motion.Motion),
+    "neighbor_rule": (lambda part: part, neighbors.NeighborRule),
+    "randomization": (lambda part: (part,), randomization.Distribution),
 }
+"""A scenario with a part of each family, and the classes of the family."""
 
 SLOT_ROWS = [
     Row(
         lambda slot=slot, place=place, kind=kind, **given: FLOCK.replace(**{slot: place(kind(**given))}),
-        arguments,
+        BOUNDS.get(kind, {}),
         named={name: (f"{kind.kind}.{name}",) for name in inspect.signature(kind).parameters},
         like=kind,
     )
-    for slot, (place, kinds) in SLOTS.items()
-    for kind, arguments in kinds.items()
+    for slot, (place, family) in SLOTS.items()
+    for kind in get_args(family)
 ]
 """A scenario checks its parts."""
 
@@ -412,9 +400,9 @@ PARTS = [
     pytest.param(
         slot, row.like(**{name: given.good for name, given in row.arguments.items()}), id=row.like.kind
     )
-    for slot, (_, kinds) in SLOTS.items()
+    for slot, (_, family) in SLOTS.items()
     for row in SLOT_ROWS
-    if row.like in kinds
+    if row.like in get_args(family)
 ]
 """Slot and part, one entry per kind of part."""
 

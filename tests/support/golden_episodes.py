@@ -14,6 +14,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from objective_values import LATER
 from option_table import UNLIKE, small_flock
 
 import flockesc_env as fe
@@ -171,7 +172,7 @@ def feed(digest: Any, value: Any) -> None:
     """Add a returned value of any kind to the hash: type, shape and every bit."""
     match value:
         case dict():
-            for key in sorted(value):
+            for key in sorted(value.keys() - LATER):
                 digest.update(key.encode())
                 feed(digest, value[key])
         case list() | tuple():

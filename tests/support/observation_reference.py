@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 import reference
 from hypothesis import strategies as st
+from objective_values import VALUES
 from option_table import DIMENSIONS, OBJECTIVES
 from reference import Floats, FlockState, unit
 
 from flockesc_env import ConstantVelocity, EnvOptions, FlockScenario, PurePursuit
 from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.options import View
 
 STEPS = 4
@@ -66,9 +68,7 @@ class Reference:
 
     def objective(self) -> float:
         distances = self.distances()
-        if self.options.objective == "survival" or not len(distances):
-            return len(distances) / self.scenario.num_agents
-        return float(distances.mean() if self.options.objective == "mean" else distances.min())
+        return VALUES[self.options.objective](distances, self.scenario.num_agents) if len(distances) else 0.0
 
     def distances(self) -> Floats:
         return reference.predator_distances(self.state.positions, self.state.predator_positions)
@@ -86,7 +86,7 @@ class Reference:
         self.running_minimum = min(self.running_minimum, self.objective())
 
     def common(self, agent: int) -> dict[str, float]:
-        minimum, is_share = self.running_minimum, self.options.objective == "survival"
+        minimum, is_share = self.running_minimum, not FLOCK_OBJECTIVES[self.options.objective].unit
         return {
             "time": self.step_count / self.scenario.num_steps,
             "running_minimum": minimum if is_share else squash(minimum, self.scenario.initial_side),

@@ -9,7 +9,8 @@ import pytest
 from covertable import make
 
 from flockesc_env import FlockScenario
-from flockesc_env.episodes.options import ActionMode, IndividualReward, LineReward, Objective, TeamReward
+from flockesc_env.episodes.objectives import Objective
+from flockesc_env.episodes.options import ActionMode, IndividualReward, LineReward, TeamReward
 from flockesc_env.scenario.predators import PrescribedPath, Start
 
 # Read from the schema, so that a new variant is tested without a change here.

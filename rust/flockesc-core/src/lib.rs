@@ -43,9 +43,6 @@ pub use observation::{
     ExtraEntries, SensingRange, View, ViewSpec, flock_entries, predator_entries, views,
 };
 pub use parallel::Progress;
-pub use predator::{
-    ConstantVelocity, Encircle, Herd, Intercept, Learned, Predator, PredatorConfig, PrescribedPath,
-    PurePursuit, Target, Wandering,
-};
+pub use predator::*;
 pub use reward::{Objective, ObjectiveSpec, Reward, objectives};
 pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};

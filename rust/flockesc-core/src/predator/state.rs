@@ -3,8 +3,8 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
+use super::PredatorConfig;
 use super::shared::predator::Predator;
-use super::strategy::PredatorConfig;
 use crate::base::check::MAX_STEPS;
 use crate::base::error::Result;
 use crate::snapshot::{are_bounded, check, is_bounded, vector};

@@ -1,0 +1,23 @@
+"""Definitions of the objectives, independent of the core, and their columns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
+
+VALUES: dict[str, Callable[[np.ndarray, int], float]] = {
+    "mean": lambda distances, _: float(distances.mean()),
+    "minimum": lambda distances, _: float(distances.min()),
+    "survival": lambda distances, num_agents: len(distances) / num_agents,
+}
+"""The value at one time, from the distances of the agents that are not caught and the number of agents."""
+
+SERIES = {name: spec.series for name, spec in FLOCK_OBJECTIVES.items()}
+COLUMNS = {name: spec.column for name, spec in FLOCK_OBJECTIVES.items()}
+INFO_KEYS = {*SERIES.values(), *COLUMNS.values(), "polarization", "interaction_range"}
+IN_GOLDEN_DATA = {"mean", "minimum", "survival"}
+LATER = {each[name] for each in (SERIES, COLUMNS) for name in FLOCK_OBJECTIVES.keys() - IN_GOLDEN_DATA}
+"""Columns of objectives that are younger than the golden data, whose hashes leave them out."""
