@@ -58,7 +58,7 @@ test: lint test-rust test-python ## run linters and all tests except the slow on
 # Also prints the line coverage of the package. Child processes are not measured.
 .PHONY: test-all
 test-all: COVERAGE := --cov=flockesc_env --cov-report=
-test-all: test docs ## run all tests, including slow ones, and build the site: long runs, forks, interrupts, Ray, SLURM, notebooks
+test-all: playground test docs ## run all tests, including slow ones, and build the site: long runs, forks, interrupts, Ray, SLURM, notebooks
 	$(INSTALL) --extra ray
 	$(PYTEST) $(COVERAGE)term:skip-covered --cov-append tests/slow
 
@@ -170,6 +170,20 @@ $(CARGO_DENY): VERSION := 0.20.2
 $(CARGO_TOOLS)/cargo-mutants: VERSION := 27.1.0
 $(CARGO_TOOLS)/%:
 	cargo install --quiet --locked --root $(COMPAT)/cargo $*@$(VERSION)
+
+# The core for web pages. The tool has the version of the library in Cargo.lock. It is installed without --locked, which
+# asks for versions of unused dependencies that some registries lack.
+ENGINE := target/playground
+WASM_BINDGEN := $(CARGO_TOOLS)/wasm-bindgen
+BINDGEN_VERSION = $(shell sed -n '/^name = "wasm-bindgen"$$/{n;s/.*"\(.*\)"/\1/p}' Cargo.lock)
+.PHONY: playground
+playground: ## build the core for web pages in target/playground
+	rustup target add wasm32-unknown-unknown
+	$(WASM_BINDGEN) --version 2> /dev/null | grep -qF ' $(BINDGEN_VERSION)' || \
+	  cargo install --quiet --force --root $(COMPAT)/cargo --no-default-features wasm-bindgen-cli@$(BINDGEN_VERSION)
+	RUSTFLAGS="-C target-feature=+simd128" \
+	  cargo build --locked --quiet --target wasm32-unknown-unknown --profile web --package flockesc-wasm
+	$(WASM_BINDGEN) --target web --out-dir $(ENGINE) target/wasm32-unknown-unknown/web/flockesc_wasm.wasm
 
 # Sample sizes: number of mutants of the Python package, and share of the mutants of the core.
 MUTANTS := 100

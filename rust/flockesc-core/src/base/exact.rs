@@ -114,7 +114,8 @@ pub(crate) fn to_float(integer: i64) -> f64 {
 
 /// Returns the number of bits that each of `terms` numbers may have if their sum fits into 63 bits.
 fn bits_per_term(terms: usize) -> i32 {
-    terms.leading_zeros() as i32 - 1
+    // Not of a `usize`, which has 32 bits in WebAssembly.
+    (terms as u64).leading_zeros() as i32 - 1
 }
 
 /// Returns 2^exponent, for exponents from -1022 to 1023.

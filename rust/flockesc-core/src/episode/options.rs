@@ -100,7 +100,10 @@ impl EpisodeConfig {
     }
 
     /// Checks that the scenario defines the optional entries of the observation.
-    pub(super) fn check_scenario(&self, scenario: &FlockConfig) -> Result<()> {
+    ///
+    /// # Errors
+    /// [`Error::Config`] naming the option that the scenario rules out.
+    pub fn check_scenario(&self, scenario: &FlockConfig) -> Result<()> {
         if self.profile_ranges.is_empty() {
             return Ok(());
         }

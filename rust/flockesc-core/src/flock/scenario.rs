@@ -161,7 +161,7 @@ impl FlockConfig {
     }
 
     /// Returns the number of learned predators.
-    pub(crate) fn num_learned(&self) -> usize {
+    pub fn num_learned(&self) -> usize {
         self.predators.iter().filter(|p| p.is_learned()).count()
     }
 

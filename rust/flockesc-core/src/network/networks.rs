@@ -34,6 +34,17 @@ pub enum NetworkRanges {
     Choices(Vec<f64>),
 }
 
+impl NetworkRanges {
+    /// Returns the range in m of an output of [`Networks::outputs`].
+    #[must_use]
+    pub fn of(&self, output: f64) -> f64 {
+        match self {
+            Self::Normalized(map) => map.of(output),
+            Self::Choices(choices) => choices[output as usize],
+        }
+    }
+}
+
 /// Networks of one architecture: one network for all episodes, or one per episode.
 #[derive(Debug, Clone)]
 pub struct Networks {
@@ -253,10 +264,7 @@ impl EpisodeNetwork<'_> {
     pub(crate) fn act(&mut self, observations: &[f32], ranges: &mut [f64]) {
         self.output(observations, ranges);
         for range in ranges {
-            *range = match &self.networks.ranges {
-                NetworkRanges::Normalized(map) => map.of(*range),
-                NetworkRanges::Choices(choices) => choices[*range as usize],
-            }
+            *range = self.networks.ranges.of(*range);
         }
     }
 

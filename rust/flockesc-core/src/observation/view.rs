@@ -63,7 +63,8 @@ impl View {
     }
 
     /// Returns the number of observation rows and ranges of a flock.
-    pub(crate) fn rows(self, scenario: &FlockConfig) -> usize {
+    #[must_use]
+    pub fn rows(self, scenario: &FlockConfig) -> usize {
         if self.is_per_agent() {
             scenario.num_agents
         } else {

@@ -1,0 +1,308 @@
+//! `Flock`: an episode of one flock in the plane or in space.
+
+use std::sync::Arc;
+
+use flockesc_core::{
+    Episode, EpisodeConfig, FlockConfig, InitialState, Progress, predator_entries,
+};
+use wasm_bindgen::prelude::*;
+
+/// The state of a flock at t = 0. An array that is not set is drawn from the seed, or taken from the scenario.
+///
+/// Arrays are flat, in row-major order: one row of D coordinates per agent or predator.
+#[wasm_bindgen]
+#[derive(Default)]
+pub struct Start(InitialState);
+
+#[wasm_bindgen]
+impl Start {
+    /// Draws everything from `seed`.
+    #[wasm_bindgen(constructor)]
+    pub fn new(seed: u64) -> Self {
+        Self(InitialState::seeded(seed))
+    }
+
+    /// Sets the initial positions in m.
+    #[wasm_bindgen(setter)]
+    pub fn set_positions(&mut self, positions: Vec<f64>) {
+        self.0.positions = Some(positions);
+    }
+
+    /// Sets the initial velocities in m/s.
+    #[wasm_bindgen(setter)]
+    pub fn set_velocities(&mut self, velocities: Vec<f64>) {
+        self.0.velocities = Some(velocities);
+    }
+
+    /// Sets the initial positions of the predators in m.
+    #[wasm_bindgen(setter, js_name = "predatorPositions")]
+    pub fn set_predator_positions(&mut self, positions: Vec<f64>) {
+        self.0.predator_positions = Some(positions);
+    }
+
+    /// Sets the initial velocities of the predators in m/s.
+    #[wasm_bindgen(setter, js_name = "predatorVelocities")]
+    pub fn set_predator_velocities(&mut self, velocities: Vec<f64>) {
+        self.0.predator_velocities = Some(velocities);
+    }
+}
+
+/// An episode of one flock. Arrays of vectors are flat: one row of `dimension` coordinates per agent or predator.
+#[wasm_bindgen]
+pub struct Flock {
+    episode: Box<dyn Play>,
+    scenario: Arc<FlockConfig>,
+    config: Arc<EpisodeConfig>,
+    rewards: Vec<f64>,
+}
+
+#[wasm_bindgen]
+impl Flock {
+    /// Starts an episode. `scenario` and `options` are the documents that Python gives to the core.
+    ///
+    /// # Errors
+    /// An error that names the field, if a document or array is not valid.
+    #[wasm_bindgen(constructor)]
+    pub fn new(scenario: &str, options: &str, start: &Start) -> Result<Self, JsError> {
+        let scenario = Arc::new(FlockConfig::from_json(scenario)?);
+        let config = Arc::new(EpisodeConfig::from_json(options)?);
+        config.check_scenario(&scenario)?;
+        start.0.check(&scenario)?;
+        let episode: Box<dyn Play> = match scenario.dimension {
+            2 => Box::new(Episode::<2>::new(
+                scenario.clone(),
+                config.clone(),
+                &start.0,
+            )),
+            _ => Box::new(Episode::<3>::new(
+                scenario.clone(),
+                config.clone(),
+                &start.0,
+            )),
+        };
+        let rewards = vec![0.0; config.view.rows(&scenario)];
+        Ok(Self {
+            episode,
+            scenario,
+            config,
+            rewards,
+        })
+    }
+
+    /// Applies one action: ranges in m, one for the flock or one per agent, and `dimension` numbers in [-1, 1]
+    /// per learned predator, or none.
+    ///
+    /// # Errors
+    /// An error that names the argument, if it has the wrong length or an entry out of bounds, or if the episode
+    /// has ended.
+    pub fn step(&mut self, ranges: &[f64], predator_actions: &[f64]) -> Result<(), JsError> {
+        if self.has_ended() {
+            return Err(JsError::new("step() called after the end of the episode"));
+        }
+        let is_range = |range: &f64| range.is_finite() && *range >= 0.0;
+        expect("ranges", ranges, self.rewards.len(), is_range, "at least 0")?;
+        if !predator_actions.is_empty() {
+            let count = self.scenario.num_learned() * self.scenario.dimension;
+            let is_action = |action: &f64| (-1.0..=1.0).contains(action);
+            expect(
+                "predatorActions",
+                predator_actions,
+                count,
+                is_action,
+                "from -1 to 1",
+            )?;
+        }
+        Ok(self
+            .episode
+            .step(ranges, predator_actions, &mut self.rewards)?)
+    }
+
+    /// Names of the entries of an observation row.
+    #[wasm_bindgen(getter)]
+    pub fn entries(&self) -> Vec<String> {
+        let entries = self.config.entries(self.scenario.dimension).into_iter();
+        entries.map(|entry| entry.name).collect()
+    }
+
+    /// Names of the entries of a learned predator's observation row.
+    #[wasm_bindgen(getter, js_name = "predatorEntries")]
+    pub fn predator_entries(&self) -> Vec<String> {
+        let entries = predator_entries(self.scenario.dimension).into_iter();
+        entries.map(|entry| entry.name).collect()
+    }
+
+    /// Observation rows: one for the flock, or one per agent.
+    ///
+    /// # Errors
+    /// None in a page, where nobody cancels.
+    pub fn observe(&self) -> Result<Vec<f32>, JsError> {
+        let mut rows = vec![0.0; self.rewards.len() * self.entries().len()];
+        self.episode.observe(&mut rows)?;
+        Ok(rows)
+    }
+
+    /// Observation rows of the learned predators.
+    #[wasm_bindgen(js_name = "observePredators")]
+    pub fn observe_predators(&self) -> Vec<f32> {
+        let mut rows = vec![0.0; self.scenario.num_learned() * self.predator_entries().len()];
+        self.episode.observe_predators(&mut rows);
+        rows
+    }
+
+    /// Rewards of the last action: one for the flock, or one per agent.
+    #[wasm_bindgen(getter)]
+    pub fn rewards(&self) -> Vec<f64> {
+        self.rewards.clone()
+    }
+
+    /// Positions of the agents in m. A caught agent keeps the position of its capture.
+    #[wasm_bindgen(getter)]
+    pub fn positions(&self) -> Vec<f64> {
+        self.episode.positions()
+    }
+
+    /// Velocities of the agents in m/s; 0 for caught agents.
+    #[wasm_bindgen(getter)]
+    pub fn velocities(&self) -> Vec<f64> {
+        self.episode.velocities()
+    }
+
+    /// Positions of the predators in m, then their velocities in m/s.
+    #[wasm_bindgen(getter)]
+    pub fn predators(&self) -> Vec<f64> {
+        self.episode.predators()
+    }
+
+    /// Ids of the caught agents, in the order of their capture.
+    #[wasm_bindgen(getter)]
+    pub fn caught(&self) -> Vec<u32> {
+        self.episode.caught()
+    }
+
+    /// Mean and minimum predator distance in m, and the lowest value of the objective so far.
+    #[wasm_bindgen(getter)]
+    pub fn distances(&self) -> Vec<f64> {
+        self.episode.distances().to_vec()
+    }
+
+    /// Number of weakly connected components under the ranges of the last action.
+    #[wasm_bindgen(getter, js_name = "numComponents")]
+    pub fn num_components(&self) -> usize {
+        self.episode.num_components()
+    }
+
+    /// Number of model steps so far.
+    #[wasm_bindgen(getter)]
+    pub fn steps(&self) -> usize {
+        self.episode.steps()
+    }
+
+    /// Whether the episode has reached its horizon or all agents were caught.
+    #[wasm_bindgen(getter, js_name = "hasEnded")]
+    pub fn has_ended(&self) -> bool {
+        self.episode.has_ended()
+    }
+}
+
+/// Checks the length and the entries of an argument.
+fn expect(
+    name: &str,
+    values: &[f64],
+    count: usize,
+    is_valid: impl Fn(&f64) -> bool,
+    bounds: &str,
+) -> Result<(), JsError> {
+    if values.len() != count {
+        let given = values.len();
+        return Err(JsError::new(&format!(
+            "{name}: expected {count} entries, got {given}"
+        )));
+    }
+    match values.iter().position(|value| !is_valid(value)) {
+        Some(at) => {
+            let given = values[at];
+            Err(JsError::new(&format!(
+                "{name}[{at}]: expected a number {bounds}, got {given}"
+            )))
+        }
+        None => Ok(()),
+    }
+}
+
+/// An episode in any dimension.
+trait Play {
+    fn step(
+        &mut self,
+        ranges: &[f64],
+        actions: &[f64],
+        rewards: &mut [f64],
+    ) -> flockesc_core::Result<()>;
+    fn observe(&self, rows: &mut [f32]) -> flockesc_core::Result<()>;
+    fn observe_predators(&self, rows: &mut [f32]);
+    fn positions(&self) -> Vec<f64>;
+    fn velocities(&self) -> Vec<f64>;
+    fn predators(&self) -> Vec<f64>;
+    fn caught(&self) -> Vec<u32>;
+    fn distances(&self) -> [f64; 3];
+    fn num_components(&self) -> usize;
+    fn steps(&self) -> usize;
+    fn has_ended(&self) -> bool;
+}
+
+impl<const D: usize> Play for Episode<D> {
+    fn step(
+        &mut self,
+        ranges: &[f64],
+        actions: &[f64],
+        rewards: &mut [f64],
+    ) -> flockesc_core::Result<()> {
+        self.advance(ranges, actions, rewards, &Progress::default())
+    }
+
+    fn observe(&self, rows: &mut [f32]) -> flockesc_core::Result<()> {
+        Episode::observe(self, rows, &Progress::default())
+    }
+
+    fn observe_predators(&self, rows: &mut [f32]) {
+        Episode::observe_predators(self, rows);
+    }
+
+    fn positions(&self) -> Vec<f64> {
+        flat(self.world().positions().iter())
+    }
+
+    fn velocities(&self) -> Vec<f64> {
+        flat(self.world().velocities().iter())
+    }
+
+    fn predators(&self) -> Vec<f64> {
+        let predators = self.world().predators();
+        let positions = predators.iter().map(|predator| &predator.position);
+        flat(positions.chain(predators.iter().map(|predator| &predator.velocity)))
+    }
+
+    fn caught(&self) -> Vec<u32> {
+        self.world().caught().map(|id| id as u32).collect()
+    }
+
+    fn distances(&self) -> [f64; 3] {
+        let distance = self.world().predator_distance();
+        [distance.mean, distance.minimum, self.objective().minimum]
+    }
+
+    fn num_components(&self) -> usize {
+        Episode::num_components(self)
+    }
+
+    fn steps(&self) -> usize {
+        self.step_count()
+    }
+
+    fn has_ended(&self) -> bool {
+        Episode::has_ended(self)
+    }
+}
+
+fn flat<'a, V: AsRef<[f64]> + 'a>(vectors: impl Iterator<Item = &'a V>) -> Vec<f64> {
+    vectors.flat_map(AsRef::as_ref).copied().collect()
+}

@@ -1,0 +1,67 @@
+//! `Network`: a policy file's network, which sets ranges from observation rows.
+
+use flockesc_core::{Architecture, Head, NetworkRanges, Networks, NormalizedRange};
+use wasm_bindgen::prelude::*;
+
+/// A network and its memory during an episode.
+#[wasm_bindgen]
+pub struct Network {
+    networks: Networks,
+    ranges: NetworkRanges,
+    memory_per_row: usize,
+    memory: Vec<f64>,
+}
+
+#[wasm_bindgen]
+impl Network {
+    /// Creates a network from the document of its architecture, the names of the entries of a row, the ranges in m
+    /// of the actions -1 and 1 or, for a network that chooses, the ranges to choose from, and its parameters.
+    ///
+    /// # Errors
+    /// An error that names the field, if they do not fit together.
+    #[wasm_bindgen(constructor)]
+    pub fn new(
+        architecture: &str,
+        entries: Vec<String>,
+        ranges: Vec<f64>,
+        parameters: &[f32],
+    ) -> Result<Self, JsError> {
+        let architecture = Architecture::from_json(architecture)?;
+        let ranges = match (architecture.head(), &ranges[..]) {
+            (Head::Value, &[min_range, max_range]) => NetworkRanges::Normalized(NormalizedRange {
+                min_range,
+                max_range,
+            }),
+            (Head::Value, _) => {
+                return Err(JsError::new("ranges: expected a least and a largest range"));
+            }
+            (Head::Argmax | Head::Candidates, _) => NetworkRanges::Choices(ranges),
+        };
+        Ok(Self {
+            networks: Networks::new(&architecture, &entries, ranges.clone(), parameters, 1)?,
+            ranges,
+            memory_per_row: architecture.memory,
+            memory: Vec::new(),
+        })
+    }
+
+    /// Forgets what it remembers: call it when an episode begins.
+    pub fn reset(&mut self) {
+        self.memory.clear();
+    }
+
+    /// Returns the ranges in m for observation rows, of which there are `count`.
+    ///
+    /// # Errors
+    /// An error if there is another number of rows than before, or if a row has the wrong length.
+    pub fn ranges(&mut self, observations: &[f32], count: usize) -> Result<Vec<f64>, JsError> {
+        if self.memory.is_empty() {
+            self.memory = vec![0.0; count * self.memory_per_row];
+        }
+        let outputs = self.networks.outputs(observations, &mut self.memory)?;
+        Ok(outputs
+            .into_iter()
+            .map(|output| self.ranges.of(output))
+            .collect())
+    }
+}
