@@ -171,19 +171,21 @@ $(CARGO_TOOLS)/cargo-mutants: VERSION := 27.1.0
 $(CARGO_TOOLS)/%:
 	cargo install --quiet --locked --root $(COMPAT)/cargo $*@$(VERSION)
 
-# The core for web pages. The tool has the version of the library in Cargo.lock. It is installed without --locked, which
+# The playground and the core for web pages. The tool has the version of the library in Cargo.lock. It is installed without --locked, which
 # asks for versions of unused dependencies that some registries lack.
 ENGINE := target/playground
 WASM_BINDGEN := $(CARGO_TOOLS)/wasm-bindgen
 BINDGEN_VERSION = $(shell sed -n '/^name = "wasm-bindgen"$$/{n;s/.*"\(.*\)"/\1/p}' Cargo.lock)
 .PHONY: playground
-playground: ## build the core for web pages in target/playground
+playground: build ## build the playground, a web page with the core in WebAssembly, in target/playground
 	rustup target add wasm32-unknown-unknown
 	$(WASM_BINDGEN) --version 2> /dev/null | grep -qF ' $(BINDGEN_VERSION)' || \
 	  cargo install --quiet --force --root $(COMPAT)/cargo --no-default-features wasm-bindgen-cli@$(BINDGEN_VERSION)
 	RUSTFLAGS="-C target-feature=+simd128" \
 	  cargo build --locked --quiet --target wasm32-unknown-unknown --profile web --package flockesc-wasm
 	$(WASM_BINDGEN) --target web --out-dir $(ENGINE) target/wasm32-unknown-unknown/web/flockesc_wasm.wasm
+	cp playground/*.html playground/*.css playground/*.js $(ENGINE)
+	$(BIN)/python -m playground.worlds $(ENGINE)
 
 # Sample sizes: number of mutants of the Python package, and share of the mutants of the core.
 MUTANTS := 100

@@ -21,7 +21,8 @@ ROOMS = (
     *("_core", "common", "scenario", "episodes", "models", "policies", "render", "watch", "notebook"),
     *("envs", "sb3", "torchrl", "benchmarl", "jobs", "cli", "__main__"),
 )
-LAYERS = [*(f"flockesc_env.{room}" for room in ROOMS), "flockesc_env", "training", "studies", "benchmarks"]
+LAYERS = [*(f"flockesc_env.{room}" for room in ROOMS), "flockesc_env"]
+LAYERS += ["training", "studies", "benchmarks", "playground"]
 """From the lowest up: a module imports its own layer and lower ones, so no room imports the root."""
 
 

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SOURCES = (
     *("benchmarks", "compat", "docs", "examples", "flockesc_env", "fuzz", "results", "rust"),
-    *("studies", "tests", "training"),
+    *("playground", "studies", "tests", "training"),
 )
 SUFFIX = re.compile(r"\.(css|gif|html|js|json|lock|md|parquet|png|py|pyi|rs|svg|toml)$")
 
