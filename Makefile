@@ -171,8 +171,8 @@ $(CARGO_TOOLS)/cargo-mutants: VERSION := 27.1.0
 $(CARGO_TOOLS)/%:
 	cargo install --quiet --locked --root $(COMPAT)/cargo $*@$(VERSION)
 
-# The playground and the core for web pages. The tool has the version of the library in Cargo.lock. It is installed without --locked, which
-# asks for versions of unused dependencies that some registries lack.
+# The playground and the core for web pages. wasm-bindgen has the version of the library in Cargo.lock. It is installed
+# without --locked, which asks for versions of unused dependencies that some registries lack.
 ENGINE := target/playground
 WASM_BINDGEN := $(CARGO_TOOLS)/wasm-bindgen
 BINDGEN_VERSION = $(shell sed -n '/^name = "wasm-bindgen"$$/{n;s/.*"\(.*\)"/\1/p}' Cargo.lock)

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from itertools import product
 from pathlib import Path
 
 import chromium
@@ -15,18 +16,16 @@ from chromium import wait
 from playwright.sync_api import Page
 
 from flockesc_env import PRESETS, FlockScenario, load_policy, simulate
+from playground.worlds import write
 
 pytest_plugins = ("watch_browser",)
 ROOT = Path(__file__).parents[2]
 PAGE, ENGINE = ROOT / "playground", ROOT / "target" / "playground"
-MODULE = ("flockesc_wasm.js", "flockesc_wasm_bg.wasm")
-WIDTHS = (390, 830, 1440)
 
 pytestmark = [
     pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MISSING),
     pytest.mark.skipif(
-        not all((ENGINE / name).is_file() for name in (*MODULE, "worlds.json", "theme.css")),
-        reason="needs the folder of `make playground`",
+        not (ENGINE / "flockesc_wasm.js").is_file(), reason="needs the module of `make playground`"
     ),
 ]
 
@@ -39,10 +38,10 @@ class Quiet(SimpleHTTPRequestHandler):
 @pytest.fixture(scope="module")
 def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     folder = tmp_path_factory.mktemp("playground")
-    for name in (*MODULE, "worlds.json", "theme.css"):
-        shutil.copy(ENGINE / name, folder)
-    for path in (path for path in PAGE.iterdir() if path.suffix in {".html", ".css", ".js"}):
+    page = (path for path in PAGE.iterdir() if path.suffix in {".html", ".css", ".js"})
+    for path in (*page, ENGINE / "flockesc_wasm.js", ENGINE / "flockesc_wasm_bg.wasm"):
         shutil.copy(path, folder)
+    write(folder)
     with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=folder)) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}/"
@@ -68,7 +67,7 @@ COLORED = """(() => {
 })()"""
 
 
-@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("width", [390, 830, 1440])
 def test_the_flock_flies_at_once_and_fits_the_window(tab: Page, address: str, width: int) -> None:
     visit(tab, address, width)
     wait(tab, f"{STEPS} > 3")
@@ -113,20 +112,18 @@ def test_a_link_restores_the_state(tab: Page, address: str) -> None:
     assert link == f"{address}#world=pursuit&seed=18446744073709551615&range=25"
     tab.goto("about:blank")
     visit(tab, link)
-    assert tab.evaluate("[document.getElementById('worlds').value, playground.state.range]") == [
-        "pursuit",
-        25,
-    ]
-    assert tab.evaluate("playground.state.seed") == "18446744073709551615"
+    state = "[playground.run.world.name, playground.state.seed, playground.state.range]"
+    assert tab.evaluate(state) == ["pursuit", "18446744073709551615", 25]
     tab.click("#learned")
     assert tab.evaluate("location.hash").endswith("&policy=learned")
 
 
-@pytest.mark.parametrize("world", ["paper-flock", "capture", "topological", "space"])
-@pytest.mark.parametrize("rho", [0.0, 12.0])
-def test_the_objective_equals_that_of_python(tab: Page, address: str, world: str, rho: float) -> None:
-    visit(tab, f"{address}#world={world}&seed=7&range={rho:g}")
-    assert tab.evaluate("playground.finish()") == simulate(world, rho, seed=7).mean_distance.min()
+def test_the_objective_equals_that_of_python(tab: Page, address: str) -> None:
+    visit(tab, address)
+    for world, rho in product(("paper-flock", "capture", "topological", "space"), (0.0, 12.0)):
+        tab.evaluate(f"location.hash = 'world={world}&seed=7&range={rho:g}'")
+        wait(tab, f"playground.run.world.name === '{world}' && playground.state.range === {rho}")
+        assert tab.evaluate("playground.finish()") == simulate(world, rho, seed=7).mean_distance.min()
 
 
 def test_the_policy_and_the_code_give_the_numbers_of_python(tab: Page, address: str) -> None:
@@ -159,6 +156,4 @@ def test_every_world_of_the_package_is_offered(tab: Page, address: str) -> None:
     visit(tab, address)
     flocks = {name for name, (_, flock) in PRESETS.items() if isinstance(flock, FlockScenario)}
     assert set(tab.evaluate("playground.worlds.map(({ name }) => name)")) == flocks
-    tab.evaluate(
-        "for (const world of playground.worlds) { playground.change({ world }); playground.step(); }"
-    )
+    tab.evaluate("playground.worlds.forEach((world) => (playground.change({ world }), playground.step()))")
