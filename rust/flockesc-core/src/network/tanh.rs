@@ -54,7 +54,7 @@ pub(super) fn tanh(x: f64) -> f64 {
     value.copysign(x)
 }
 
-/// Returns the bits of `libm::expm1(x)` for x from -0.52 to 39.
+/// Returns the bits of `libm::expm1(x)` for the x that `tanh` needs: from -0.52 to 0, and from 0.51 to 39.
 #[inline(always)]
 fn expm1(x: f64) -> f64 {
     let size = x.abs();
@@ -81,11 +81,6 @@ fn expm1(x: f64) -> f64 {
     let rest = reduced - e;
     let power = two_to_the(k);
     let inverse = two_to_the(-k);
-    let for_one = if reduced < -0.25 {
-        -2.0 * (e - (reduced + 0.5))
-    } else {
-        1.0 + 2.0 * rest
-    };
     let below_twenty = (rest + (1.0 - inverse)) * power;
     let from_twenty = (reduced - (e + inverse) + 1.0) * power;
     if k == 0.0 {
@@ -93,7 +88,8 @@ fn expm1(x: f64) -> f64 {
     } else if k == -1.0 {
         0.5 * rest - 0.5
     } else if k == 1.0 {
-        for_one
+        // libm has another formula for reduced < -0.25, which means x < 0.45 here.
+        1.0 + 2.0 * rest
     } else if k < 20.0 {
         below_twenty
     } else {
