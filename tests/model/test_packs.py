@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import numpy as np
@@ -165,5 +166,6 @@ def test_packs_do_not_depend_on_the_batch(pack: str, threads: int) -> None:
     env.reset(seed=[9, 2, 7, 2])
     runs = [fe.simulate(scenario, 9.0, seed=seed) for seed in (9, 2, 7, 2)]
     for t in range(1, 20):
+        env = pickle.loads(pickle.dumps(env))  # noqa: S301, our own; with the memory of every strategy
         infos = env.step(np.full((4, 1), 9.0, np.float32))[4]
         np.testing.assert_array_equal(infos["mean_distance"], [run.mean_distance[t] for run in runs])

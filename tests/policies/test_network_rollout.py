@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +51,18 @@ HEADS: dict[str, Any] = {
         {"profile_ranges": (0.0, 0.1, 0.3)},
     ),
 }
+
+
+def test_python_and_the_networks_above_have_every_field_of_an_architecture() -> None:
+    plain = fe.Architecture(("time",))
+    policy, spec = fe.NetworkPolicy(plain, np.zeros(plain.size)), fe.FlockEscapeEnv().policy_spec
+    policy._document = '{"no_such_field": 0}'
+    with pytest.raises(fe.ArgumentError, match="no_such_field") as caught:
+        policy.act(np.zeros((1, len(spec.layout.names)), np.float32), spec)
+    names = {field.name for field in dataclasses.fields(plain)}
+    assert set(re.findall(r"`(\w+)`", caught.value.expected)) == names
+    used = {name for _, each, _ in HEADS.values() for name in names if vars(each)[name] != vars(plain)[name]}
+    assert used == names
 
 
 @pytest.mark.parametrize("name", HEADS)

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
+import pkgutil
 import re
 from collections.abc import Callable
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, get_args
 
+import gymnasium
 import pytest
 from envs import ADAPTERS
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario, _core
+from flockesc_env import FlockScenario, LineScenario, _core, envs
 from flockesc_env.envs._base import FlockEnvironment
 from flockesc_env.episodes import objectives, options
 from flockesc_env.scenario import initial, motion, neighbors, predators, randomization
@@ -87,8 +90,10 @@ def test_the_docs_name_every_part(family: str) -> None:
 @pytest.mark.parametrize(
     ("view", "entries"),
     [
-        ("Agent", partial(_core.observation_entries, '{"view": "agent"}')),
-        ("Flock", partial(_core.observation_entries, '{"view": "flock"}')),
+        *(
+            (view.capitalize(), partial(_core.observation_entries, json.dumps({"view": view})))
+            for view in _core.kinds()["views"]
+        ),
         ("Predator", _core.predator_observation_entries),
         ("Line", lambda _: _core.line_observation_entries(1, 1)),
     ],
@@ -106,7 +111,7 @@ def test_the_docs_list_the_entries_and_bounds_of_an_observation_in_order(
 
 @pytest.mark.parametrize(
     ("family", "folder"),
-    [("predators", "predator"), ("motions", "flock/motion")],
+    [("predators", "predator"), ("motions", "flock/motion"), ("views", "observation")],
 )
 def test_the_code_table_of_the_docs_has_the_file_of_every_part(family: str, folder: str) -> None:
     assert not [kind for kind in _core.kinds()[family] if f"/{folder}/{kind}.rs)" not in DOCS]
@@ -133,7 +138,12 @@ def _concrete(cls: type) -> set[type]:
 
 
 def test_every_adapter_is_a_row_of_the_registry() -> None:
+    for module in pkgutil.iter_modules(envs.__path__, "flockesc_env.envs."):
+        import_module(module.name)
     classes = {cls for cls in _concrete(FlockEnvironment) if cls.__module__.startswith("flockesc_env.")}
     made = [adapter.make() for adapter in ADAPTERS.values()]
     missing = classes - {type(getattr(env, "unwrapped", env)) for env in made}
     assert not missing
+    registered = {spec.entry_point for spec in gymnasium.registry.values()}
+    names = {f"{cls.__module__}:{cls.__name__}" for cls in classes if issubclass(cls, gymnasium.Env)}
+    assert names <= registered

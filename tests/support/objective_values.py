@@ -19,5 +19,10 @@ SERIES = {name: spec.series for name, spec in FLOCK_OBJECTIVES.items()}
 COLUMNS = {name: spec.column for name, spec in FLOCK_OBJECTIVES.items()}
 INFO_KEYS = {*SERIES.values(), *COLUMNS.values(), "polarization", "interaction_range"}
 IN_GOLDEN_DATA = {"mean", "minimum", "survival"}
-LATER = {each[name] for each in (SERIES, COLUMNS) for name in FLOCK_OBJECTIVES.keys() - IN_GOLDEN_DATA}
-"""Columns of objectives that are younger than the golden data, whose hashes leave them out."""
+LATER = {
+    prefix + each[name]
+    for prefix in ("", "_")
+    for each in (SERIES, COLUMNS)
+    for name in FLOCK_OBJECTIVES.keys() - IN_GOLDEN_DATA
+}
+"""Columns of objectives that are younger than the golden data, and their masks; hashes leave them out."""

@@ -9,9 +9,11 @@ from pathlib import Path
 from textwrap import dedent
 from typing import Any, get_args
 
+import gymnasium
 import pytest
 
 from flockesc_env import PRESETS, EnvOptions, FlockEscapeEnv, FlockScenario, ScenarioError, parallel_env
+from flockesc_env.episodes.objectives import OBJECTIVES
 from flockesc_env.episodes.options import IndividualReward, TeamReward
 from flockesc_env.policies import NAMES, bind
 from flockesc_env.policies.registry import built_in
@@ -95,9 +97,17 @@ def test_the_table_of_the_demo_is_the_committed_one() -> None:
             [f'"{reward}"' for kind in (TeamReward, IndividualReward) for reward in get_args(kind)],
         ),
         ("policies", NAMES),
+        ("environments", [name for spec in OBJECTIVES for name in (spec.series, spec.column)]),
+        ("model", [name for spec in OBJECTIVES for name in (spec.series, spec.column)]),
     ],
-    ids=["presets", "fields", "options", "rewards", "policies"],
+    ids=["presets", "fields", "options", "rewards", "policies", "info", "columns"],
 )
 def test_a_users_page_names_all_that_there_is(page: str, names: Iterable[str]) -> None:
     text = (ROOT / "docs" / f"{page}.md").read_text("utf-8")
     assert [name for name in names if f"`{name}" not in text and f"{name}`" not in text] == []
+
+
+def test_a_users_page_names_every_registered_environment() -> None:
+    text = (ROOT / "docs" / "environments.md").read_text("utf-8")
+    ids = [name for name in gymnasium.registry if name.startswith("flockesc/")]
+    assert [name for name in ids if f"flockesc_env:{name}" not in text] == []
