@@ -1,6 +1,6 @@
 // An episode in the core: its steps, and what the page draws of its past.
 
-import { Flock, Network, Start } from "./flockesc_wasm.js";
+import { Flock, Network } from "./flockesc_wasm.js";
 
 const TRAIL = 20; // states
 const NO_ACTIONS = new Float64Array();
@@ -10,9 +10,7 @@ export class Run {
   constructor({ world, seed, isSteered }, policy) {
     this.world = world;
     this.policy = policy;
-    const start = new Start(BigInt(seed));
-    this.flock = new Flock(isSteered ? world.steered : world.scenario, world.options, start);
-    start.free();
+    this.flock = new Flock(isSteered ? world.steered : world.scenario, world.options, BigInt(seed));
     this.numAgents = this.flock.positions.length / world.dimension;
     this.predators = this.flock.predators;
     this.numPredators = this.predators.length / (2 * world.dimension);

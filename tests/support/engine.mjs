@@ -6,14 +6,8 @@ import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
 const folder = process.argv[2];
-const { default: load, Flock, Network, Start } = await import(pathToFileURL(`${folder}/flockesc_wasm.js`));
+const { default: load, Flock, Network } = await import(pathToFileURL(`${folder}/flockesc_wasm.js`));
 await load({ module_or_path: readFileSync(`${folder}/flockesc_wasm_bg.wasm`) });
-
-function start({ seed, state = {} }) {
-  const start = new Start(BigInt(seed));
-  for (const [name, values] of Object.entries(state)) start[name] = Float64Array.from(values);
-  return start;
-}
 
 const bytes = (array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
 
@@ -22,7 +16,7 @@ const varied = (t, count) => Float64Array.from({ length: count }, (_, agent) => 
 
 // The hash of every state and observation of an episode.
 function run(play) {
-  const flock = new Flock(play.scenario, play.options, start(play));
+  const flock = new Flock(play.scenario, play.options, BigInt(play.seed));
   const digest = createHash("sha256");
   for (let t = 0; t < play.actions && !flock.hasEnded; t++) {
     if (t > 0) flock.step(varied(t, play.rows), varied(t, play.controls).map((value) => value / 64));
@@ -36,7 +30,7 @@ function run(play) {
 
 // The lowest value of the objective and the number of components after an episode under a network.
 function network(play) {
-  const flock = new Flock(play.scenario, play.options, start(play));
+  const flock = new Flock(play.scenario, play.options, BigInt(play.seed));
   const parameters = Float32Array.from(play.parameters);
   const network = new Network(play.architecture, flock.entries, Float64Array.from(play.ranges), parameters);
   while (!flock.hasEnded) flock.step(network.ranges(flock.observe(), play.rows), new Float64Array());

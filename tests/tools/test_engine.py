@@ -118,7 +118,7 @@ def test_networks_set_the_same_ranges() -> None:
         ({"scenario": '{"num_agents": 0}'}, "num_agents: expected"),
         ({"options": '{"reward": "no"}'}, "reward: "),
         ({"rows": 3}, "ranges: expected 1 entries, got 3"),
-        ({"state": {"positions": [1.0]}}, "initial_positions: expected"),
+        ({"controls": 1}, "predator_actions: expected 0 entries, got 1 entries"),
     ],
 )
 def test_bad_input_is_an_error_that_names_it(changed: dict[str, Any], message: str) -> None:

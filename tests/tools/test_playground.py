@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import threading
 from collections.abc import Iterator
@@ -11,11 +12,12 @@ from itertools import product
 from pathlib import Path
 
 import chromium
+import numpy as np
 import pytest
 from chromium import wait
 from playwright.sync_api import Page
 
-from flockesc_env import PRESETS, FlockScenario, load_policy, simulate
+from flockesc_env import PRESETS, FlockScenario, load_policy, rollout, simulate, sweep
 from playground.worlds import write
 
 pytest_plugins = ("watch_browser",)
@@ -77,9 +79,16 @@ def test_the_flock_flies_at_once_and_fits_the_window(tab: Page, address: str, wi
     wait(tab, f"{STEPS} > 6")
     assert tab.evaluate("document.getElementById('flock').toDataURL()") != before
     assert tab.evaluate("location.hash") == "#world=paper-flock&seed=242&range=12"
+
+
+def test_the_page_says_the_numbers_of_its_flock_and_the_means(tab: Page, address: str) -> None:
+    visit(tab, address)
     said = tab.evaluate("document.getElementById('chosen-seed').textContent")
-    lowest = [simulate("paper-flock", rho, seed=242).mean_distance.min() for rho in (0.0, 12.0, 100.0)]
-    assert all(f"{value:.1f}" in said for value in lowest)
+    seeds, learned = range(300), ROOT / tab.evaluate("playground.policy.file")
+    fixed = sweep("paper-flock", [0.0, 12.0, 100.0], seeds=seeds).min_mean_distance
+    lowest = np.vstack([fixed, rollout("paper-flock", str(learned), seeds).min_mean_distance])
+    numbers = [float(number) for number in re.findall(r"\d+\.\d", said)]
+    assert numbers == [*lowest[:, 242].round(1), *lowest.mean(axis=1).round(1)]
 
 
 def test_the_keyboard_pauses_steps_and_restarts(tab: Page, address: str) -> None:

@@ -1,5 +1,6 @@
-//! Items for the Python bindings. Not part of the public API.
+//! Items for the bindings. Not part of the public API.
 
 pub use crate::base::memory;
 pub use crate::episode::{AtEnd, SlotReset};
+pub use crate::flock::{check_predator_actions, check_ranges};
 pub use crate::parallel::forked;

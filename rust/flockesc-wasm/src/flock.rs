@@ -2,50 +2,9 @@
 
 use std::sync::Arc;
 
-use flockesc_core::{
-    Episode, EpisodeConfig, FlockConfig, InitialState, Progress, predator_entries,
-};
+use flockesc_core::bindings::{check_predator_actions, check_ranges};
+use flockesc_core::{Episode, EpisodeConfig, Error, FlockConfig, InitialState, Progress};
 use wasm_bindgen::prelude::*;
-
-/// The state of a flock at t = 0. An array that is not set is drawn from the seed, or taken from the scenario.
-///
-/// Arrays are flat, in row-major order: one row of D coordinates per agent or predator.
-#[wasm_bindgen]
-#[derive(Default)]
-pub struct Start(InitialState);
-
-#[wasm_bindgen]
-impl Start {
-    /// Draws everything from `seed`.
-    #[wasm_bindgen(constructor)]
-    pub fn new(seed: u64) -> Self {
-        Self(InitialState::seeded(seed))
-    }
-
-    /// Sets the initial positions in m.
-    #[wasm_bindgen(setter)]
-    pub fn set_positions(&mut self, positions: Vec<f64>) {
-        self.0.positions = Some(positions);
-    }
-
-    /// Sets the initial velocities in m/s.
-    #[wasm_bindgen(setter)]
-    pub fn set_velocities(&mut self, velocities: Vec<f64>) {
-        self.0.velocities = Some(velocities);
-    }
-
-    /// Sets the initial positions of the predators in m.
-    #[wasm_bindgen(setter, js_name = "predatorPositions")]
-    pub fn set_predator_positions(&mut self, positions: Vec<f64>) {
-        self.0.predator_positions = Some(positions);
-    }
-
-    /// Sets the initial velocities of the predators in m/s.
-    #[wasm_bindgen(setter, js_name = "predatorVelocities")]
-    pub fn set_predator_velocities(&mut self, velocities: Vec<f64>) {
-        self.0.predator_velocities = Some(velocities);
-    }
-}
 
 /// An episode of one flock. Arrays of vectors are flat: one row of `dimension` coordinates per agent or predator.
 #[wasm_bindgen]
@@ -58,27 +17,19 @@ pub struct Flock {
 
 #[wasm_bindgen]
 impl Flock {
-    /// Starts an episode. `scenario` and `options` are the documents that Python gives to the core.
+    /// Starts the episode of a seed. `scenario` and `options` are the documents that Python gives to the core.
     ///
     /// # Errors
-    /// An error that names the field, if a document or array is not valid.
+    /// An error that names the field, if a document is not valid.
     #[wasm_bindgen(constructor)]
-    pub fn new(scenario: &str, options: &str, start: &Start) -> Result<Self, JsError> {
+    pub fn new(scenario: &str, options: &str, seed: u64) -> Result<Self, JsError> {
         let scenario = Arc::new(FlockConfig::from_json(scenario)?);
         let config = Arc::new(EpisodeConfig::from_json(options)?);
         config.check_scenario(&scenario)?;
-        start.0.check(&scenario)?;
+        let start = InitialState::seeded(seed);
         let episode: Box<dyn Play> = match scenario.dimension {
-            2 => Box::new(Episode::<2>::new(
-                scenario.clone(),
-                config.clone(),
-                &start.0,
-            )),
-            _ => Box::new(Episode::<3>::new(
-                scenario.clone(),
-                config.clone(),
-                &start.0,
-            )),
+            2 => Box::new(Episode::<2>::new(scenario.clone(), config.clone(), &start)),
+            _ => Box::new(Episode::<3>::new(scenario.clone(), config.clone(), &start)),
         };
         let rewards = vec![0.0; config.view.rows(&scenario)];
         Ok(Self {
@@ -99,19 +50,14 @@ impl Flock {
         if self.has_ended() {
             return Err(JsError::new("step() called after the end of the episode"));
         }
-        let is_range = |range: &f64| range.is_finite() && *range >= 0.0;
-        expect("ranges", ranges, self.rewards.len(), is_range, "at least 0")?;
-        if !predator_actions.is_empty() {
-            let count = self.scenario.num_learned() * self.scenario.dimension;
-            let is_action = |action: &f64| (-1.0..=1.0).contains(action);
-            expect(
-                "predatorActions",
-                predator_actions,
-                count,
-                is_action,
-                "from -1 to 1",
-            )?;
+        let count = self.rewards.len();
+        if ranges.len() != count {
+            let expected = format!("{count} entries");
+            return Err(Error::argument("ranges", expected, ranges.len()).into());
         }
+        check_ranges("ranges", ranges)?;
+        let count = self.scenario.num_learned() * self.scenario.dimension;
+        check_predator_actions(predator_actions, count)?;
         Ok(self
             .episode
             .step(ranges, predator_actions, &mut self.rewards)?)
@@ -124,13 +70,6 @@ impl Flock {
         entries.map(|entry| entry.name).collect()
     }
 
-    /// Names of the entries of a learned predator's observation row.
-    #[wasm_bindgen(getter, js_name = "predatorEntries")]
-    pub fn predator_entries(&self) -> Vec<String> {
-        let entries = predator_entries(self.scenario.dimension).into_iter();
-        entries.map(|entry| entry.name).collect()
-    }
-
     /// Observation rows: one for the flock, or one per agent.
     ///
     /// # Errors
@@ -139,14 +78,6 @@ impl Flock {
         let mut rows = vec![0.0; self.rewards.len() * self.entries().len()];
         self.episode.observe(&mut rows)?;
         Ok(rows)
-    }
-
-    /// Observation rows of the learned predators.
-    #[wasm_bindgen(js_name = "observePredators")]
-    pub fn observe_predators(&self) -> Vec<f32> {
-        let mut rows = vec![0.0; self.scenario.num_learned() * self.predator_entries().len()];
-        self.episode.observe_predators(&mut rows);
-        rows
     }
 
     /// Rewards of the last action: one for the flock, or one per agent.
@@ -204,31 +135,6 @@ impl Flock {
     }
 }
 
-/// Checks the length and the entries of an argument.
-fn expect(
-    name: &str,
-    values: &[f64],
-    count: usize,
-    is_valid: impl Fn(&f64) -> bool,
-    bounds: &str,
-) -> Result<(), JsError> {
-    if values.len() != count {
-        let given = values.len();
-        return Err(JsError::new(&format!(
-            "{name}: expected {count} entries, got {given}"
-        )));
-    }
-    match values.iter().position(|value| !is_valid(value)) {
-        Some(at) => {
-            let given = values[at];
-            Err(JsError::new(&format!(
-                "{name}[{at}]: expected a number {bounds}, got {given}"
-            )))
-        }
-        None => Ok(()),
-    }
-}
-
 /// An episode in any dimension.
 trait Play {
     fn step(
@@ -238,7 +144,6 @@ trait Play {
         rewards: &mut [f64],
     ) -> flockesc_core::Result<()>;
     fn observe(&self, rows: &mut [f32]) -> flockesc_core::Result<()>;
-    fn observe_predators(&self, rows: &mut [f32]);
     fn positions(&self) -> Vec<f64>;
     fn velocities(&self) -> Vec<f64>;
     fn predators(&self) -> Vec<f64>;
@@ -261,10 +166,6 @@ impl<const D: usize> Play for Episode<D> {
 
     fn observe(&self, rows: &mut [f32]) -> flockesc_core::Result<()> {
         Episode::observe(self, rows, &Progress::default())
-    }
-
-    fn observe_predators(&self, rows: &mut [f32]) {
-        Episode::observe_predators(self, rows);
     }
 
     fn positions(&self) -> Vec<f64> {

@@ -3,5 +3,5 @@
 mod flock;
 mod network;
 
-pub use flock::{Flock, Start};
+pub use flock::Flock;
 pub use network::Network;

@@ -3,7 +3,7 @@
 use flockesc_core::{Architecture, Head, NetworkRanges, Networks, NormalizedRange};
 use wasm_bindgen::prelude::*;
 
-/// A network and its memory during an episode.
+/// A network and its memory during one episode.
 #[wasm_bindgen]
 pub struct Network {
     networks: Networks,
@@ -45,12 +45,7 @@ impl Network {
         })
     }
 
-    /// Forgets what it remembers: call it when an episode begins.
-    pub fn reset(&mut self) {
-        self.memory.clear();
-    }
-
-    /// Returns the ranges in m for observation rows, of which there are `count`.
+    /// Returns the ranges in m for `count` observation rows.
     ///
     /// # Errors
     /// An error if there is another number of rows than before, or if a row has the wrong length.

@@ -20,8 +20,10 @@ pub use motion::{Motion, Reynolds};
 pub(crate) use preview::{Approach, Preview};
 pub use randomization::Distribution;
 pub use scenario::FlockConfig;
-pub use simulate::{Schedule, Trajectory, check_record, simulate_flock};
-pub(crate) use simulate::{check_flocks, check_predator_actions, check_ranges};
+pub(crate) use simulate::check_flocks;
+pub use simulate::{
+    Schedule, Trajectory, check_predator_actions, check_ranges, check_record, simulate_flock,
+};
 pub(crate) use summary::{HALF_COUNT, Headings, Summary};
 pub use world::World;
 pub(crate) use world::WorldState;

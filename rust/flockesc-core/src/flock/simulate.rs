@@ -60,7 +60,10 @@ impl Schedule {
 }
 
 /// Checks that all ranges are finite and at least 0.
-pub(crate) fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
+///
+/// # Errors
+/// [`Error::Argument`] naming the first entry of `field` that is not.
+pub fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
     let is_valid = |range: &f64| (*range >= 0.0) & (*range <= f64::MAX);
     // Without a branch per range this is vectorized.
     if ranges.iter().fold(true, |all, range| all & is_valid(range)) {
@@ -77,7 +80,10 @@ pub(crate) fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
 }
 
 /// Checks the actions of learned predators: `count` entries or none, each in [-1, 1].
-pub(crate) fn check_predator_actions(actions: &[f64], count: usize) -> Result<()> {
+///
+/// # Errors
+/// [`Error::Argument`] naming the wrong length or the first entry out of bounds.
+pub fn check_predator_actions(actions: &[f64], count: usize) -> Result<()> {
     if !actions.is_empty() && actions.len() != count {
         let (expected, given) = (
             format!("{count} entries"),
