@@ -145,7 +145,26 @@ impl<const D: usize> Episode<D> {
     /// # Errors
     /// [`crate::Error::Interrupted`] if `progress` was cancelled.
     pub fn observe(&self, out: &mut [f32], progress: &Progress) -> Result<()> {
-        self.scene().observe(self.config.view, out, progress)
+        self.observe_as(&self.config, out, progress)
+    }
+
+    /// Writes the observation that `config` describes, of an episode with one range per agent.
+    ///
+    /// # Errors
+    /// As [`Self::observe`].
+    pub fn observe_as(
+        &self,
+        config: &EpisodeConfig,
+        out: &mut [f32],
+        progress: &Progress,
+    ) -> Result<()> {
+        let mut scene = self.scene_as(config);
+        // The row of the flock has the mean range. The mean of equal numbers can differ from them by rounding.
+        let are_equal = scene.ranges.windows(2).all(|pair| pair[0] == pair[1]);
+        if !config.view.is_per_agent() && are_equal {
+            scene.ranges = &scene.ranges[..1];
+        }
+        scene.observe(config.view, out, progress)
     }
 
     /// Writes the row of the flock without optional entries, also if there is one row per agent.
@@ -166,15 +185,19 @@ impl<const D: usize> Episode<D> {
     }
 
     fn scene(&self) -> Scene<'_, D> {
+        self.scene_as(&self.config)
+    }
+
+    fn scene_as<'a>(&'a self, config: &'a EpisodeConfig) -> Scene<'a, D> {
         Scene {
             world: &self.world,
             summary: &self.summary,
-            objective: self.config.objective,
-            minimum: self.objective().minimum,
+            objective: config.objective,
+            minimum: self.outcomes.objectives[config.objective as usize].minimum,
             ranges: &self.outcomes.ranges,
-            max_range: self.config.max_range,
-            sensing_range: self.config.predator_sensing_range,
-            extras: self.config.extras(),
+            max_range: config.max_range,
+            sensing_range: config.predator_sensing_range,
+            extras: config.extras(),
             step: self.outcomes.step,
         }
     }
