@@ -3,4 +3,5 @@
 pub use crate::base::memory;
 pub use crate::episode::{AtEnd, SlotReset};
 pub use crate::flock::{check_predator_actions, check_ranges};
+pub use crate::graph::GraphArguments;
 pub use crate::parallel::forked;

@@ -1,8 +1,7 @@
 //! Python functions for the neighbor graph of a flock and the matrices of a line.
 
-use flockesc_core::bindings::memory;
-use flockesc_core::{FlockConfig, NeighborGraph, Ranges, Result};
-use nalgebra::SVector;
+use flockesc_core::bindings::{GraphArguments, memory};
+use flockesc_core::{FlockConfig, Result};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -18,11 +17,9 @@ pub(crate) fn component_labels<'py>(
     velocities: PyReadonlyArray2<'py, f64>,
     ranges: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray1<i64>>> {
-    let arguments = GraphArguments::new(scenario, &positions, &velocities, &ranges)?;
-    let labels = run_detached(py, arguments.len(), move || match arguments.dimension {
-        2 => arguments.graph::<2>().component_labels(arguments.ranges()),
-        _ => arguments.graph::<3>().component_labels(arguments.ranges()),
-    })?;
+    let arguments = arguments(scenario, &positions, &velocities, &ranges)?;
+    let n = arguments.num_agents();
+    let labels = run_detached(py, n, move || arguments.component_labels())?;
     let labels: Vec<i64> = labels.into_iter().map(i64::from).collect();
     Ok(labels.into_pyarray(py))
 }
@@ -35,12 +32,9 @@ pub(crate) fn neighbor_pairs<'py>(
     velocities: PyReadonlyArray2<'py, f64>,
     ranges: PyReadonlyArray1<'py, f64>,
 ) -> Object<'py> {
-    let arguments = GraphArguments::new(scenario, &positions, &velocities, &ranges)?;
-    let flat: Vec<i64> = run_detached(py, arguments.len(), move || {
-        let pairs = match arguments.dimension {
-            2 => arguments.graph::<2>().pairs(arguments.ranges()),
-            _ => arguments.graph::<3>().pairs(arguments.ranges()),
-        }?;
+    let arguments = arguments(scenario, &positions, &velocities, &ranges)?;
+    let flat: Vec<i64> = run_detached(py, arguments.num_agents(), move || {
+        let pairs = arguments.pairs()?;
         let mut flat = memory::vector("interaction_range", 2 * pairs.len())?;
         for (i, j) in pairs {
             flat.extend([i64::from(i), i64::from(j)]);
@@ -51,52 +45,20 @@ pub(crate) fn neighbor_pairs<'py>(
     shaped(py, flat, [pairs, 2])
 }
 
-/// The arguments of a function on the neighbor graph of a flock.
-struct GraphArguments {
-    config: Option<FlockConfig>,
-    dimension: usize,
-    positions: Vec<f64>,
-    velocities: Vec<f64>,
-    ranges: Vec<f64>,
-}
-
-impl GraphArguments {
-    fn new(
-        scenario: Option<&str>,
-        positions: &PyReadonlyArray2<'_, f64>,
-        velocities: &PyReadonlyArray2<'_, f64>,
-        ranges: &PyReadonlyArray1<'_, f64>,
-    ) -> PyResult<Self> {
-        let config = scenario.map(FlockConfig::from_json).transpose();
-        Ok(Self {
-            config: config.map_err(CoreError::from)?,
-            dimension: positions.shape()[1],
-            positions: positions.as_slice()?.to_vec(),
-            velocities: velocities.as_slice()?.to_vec(),
-            ranges: ranges.as_slice()?.to_vec(),
-        })
-    }
-
-    /// Returns the number of agents.
-    fn len(&self) -> usize {
-        self.positions.len() / self.dimension
-    }
-
-    fn graph<const D: usize>(&self) -> NeighborGraph<D> {
-        let vectors = |flat: &[f64]| -> Vec<_> {
-            let rows = flat.chunks_exact(D);
-            rows.map(SVector::<f64, D>::from_column_slice).collect()
-        };
-        let (positions, velocities) = (vectors(&self.positions), vectors(&self.velocities));
-        NeighborGraph::new(self.config.as_ref(), &positions, &velocities)
-    }
-
-    fn ranges(&self) -> Ranges<'_> {
-        match self.ranges[..] {
-            [range] => Ranges::Shared(range),
-            _ => Ranges::PerAgent(&self.ranges),
-        }
-    }
+fn arguments(
+    scenario: Option<&str>,
+    positions: &PyReadonlyArray2<'_, f64>,
+    velocities: &PyReadonlyArray2<'_, f64>,
+    ranges: &PyReadonlyArray1<'_, f64>,
+) -> PyResult<GraphArguments> {
+    let scenario = scenario.map(FlockConfig::from_json).transpose();
+    Ok(GraphArguments {
+        scenario: scenario.map_err(CoreError::from)?,
+        dimension: positions.shape()[1],
+        positions: positions.as_slice()?.to_vec(),
+        velocities: velocities.as_slice()?.to_vec(),
+        ranges: ranges.as_slice()?.to_vec(),
+    })
 }
 
 #[pyfunction]

@@ -23,13 +23,38 @@ impl Flock {
     /// An error that names the field, if a document is not valid.
     #[wasm_bindgen(constructor)]
     pub fn new(scenario: &str, options: &str, seed: u64) -> Result<Self, JsError> {
+        Self::start(scenario, options, &InitialState::seeded(seed))
+    }
+
+    /// Starts an episode from positions in m and velocities in m/s. The seed draws all other random numbers.
+    ///
+    /// # Errors
+    /// As the constructor, or an error that names the array, if it has the wrong length or an entry out of bounds.
+    #[wasm_bindgen(js_name = startedAt)]
+    pub fn started_at(
+        scenario: &str,
+        options: &str,
+        seed: u64,
+        initial_positions: Vec<f64>,
+        initial_velocities: Vec<f64>,
+    ) -> Result<Self, JsError> {
+        let start = InitialState {
+            seed,
+            positions: Some(initial_positions),
+            velocities: Some(initial_velocities),
+            ..InitialState::default()
+        };
+        Self::start(scenario, options, &start)
+    }
+
+    fn start(scenario: &str, options: &str, start: &InitialState) -> Result<Self, JsError> {
         let scenario = Arc::new(FlockConfig::from_json(scenario)?);
         let config = Arc::new(EpisodeConfig::from_json(options)?);
         config.check_scenario(&scenario)?;
-        let start = InitialState::seeded(seed);
+        start.check(&scenario)?;
         let episode: Box<dyn Play> = match scenario.dimension {
-            2 => Box::new(Episode::<2>::new(scenario.clone(), config.clone(), &start)),
-            _ => Box::new(Episode::<3>::new(scenario.clone(), config.clone(), &start)),
+            2 => Box::new(Episode::<2>::new(scenario.clone(), config.clone(), start)),
+            _ => Box::new(Episode::<3>::new(scenario.clone(), config.clone(), start)),
         };
         let rewards = vec![0.0; config.view.rows(&scenario)];
         Ok(Self {
@@ -61,6 +86,12 @@ impl Flock {
         Ok(self
             .episode
             .step(ranges, predator_actions, &mut self.rewards)?)
+    }
+
+    /// Number of observation rows, ranges and rewards: 1, or one per agent.
+    #[wasm_bindgen(getter)]
+    pub fn rows(&self) -> usize {
+        self.rewards.len()
     }
 
     /// Names of the entries of an observation row.

@@ -1,7 +1,10 @@
-//! JavaScript classes over `flockesc-core`: flocks and networks in a web page, with the same bits as in Python.
+//! JavaScript API of `flockesc-core`: flocks, networks and neighbor graphs in a web page, with the same bits as in
+//! Python.
 
 mod flock;
+mod graph;
 mod network;
 
 pub use flock::Flock;
+pub use graph::{component_labels, neighbor_pairs};
 pub use network::Network;

@@ -50,6 +50,11 @@ pub(crate) fn embed<const D: usize>(entries: &[f64]) -> SVector<f64, D> {
     SVector::from_fn(|axis, _| entries.get(axis).copied().unwrap_or(0.0))
 }
 
+/// Returns the rows of a flat array as vectors.
+pub(crate) fn rows<const D: usize>(flat: &[f64]) -> impl Iterator<Item = SVector<f64, D>> {
+    flat.chunks_exact(D).map(SVector::from_column_slice)
+}
+
 /// Returns the smaller number, or `a` if `b` is NaN.
 #[inline(always)]
 pub(crate) fn smaller(a: f64, b: f64) -> f64 {

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use crate::base::check::coordinates;
 use crate::base::error::{Error, Result};
 use crate::base::rng::{self, Stream};
-use crate::base::vector::unit;
+use crate::base::vector::{rows, unit};
 use crate::flock::scenario::FlockConfig;
 use crate::predator::{Predator, PredatorConfig};
 
@@ -103,10 +103,6 @@ impl InitialState {
         }
         predators
     }
-}
-
-fn rows<const D: usize>(flat: &[f64]) -> impl Iterator<Item = SVector<f64, D>> {
-    flat.chunks_exact(D).map(SVector::from_column_slice)
 }
 
 fn check(field: &str, values: &Option<Vec<f64>>, rows: usize, axes: usize) -> Result<()> {
