@@ -58,7 +58,7 @@ test: lint test-rust test-python ## run linters and all tests except the slow on
 # Also prints the line coverage of the package. Child processes are not measured.
 .PHONY: test-all
 test-all: COVERAGE := --cov=flockesc_env --cov-report=
-test-all: playground test docs ## run all tests, including slow ones, and build the site: long runs, forks, interrupts, Ray, SLURM, notebooks
+test-all: engine test docs ## run all tests, including slow ones, and build the site: long runs, forks, interrupts, Ray, SLURM, notebooks
 	$(INSTALL) --extra ray
 	$(PYTEST) $(COVERAGE)term:skip-covered --cov-append tests/slow
 
@@ -76,9 +76,10 @@ lint: build ## check formatting, lints, types and stubs
 
 # DOCS_ONLINE=1 also links names of other projects, whose inventories it downloads.
 .PHONY: docs
-docs: build ## build the documentation site in target/docs; warnings are errors
+docs: build engine ## build the documentation site with the playground in target/docs; warnings are errors
 	$(INSTALL) --extra docs
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d target/doctrees docs target/docs
+	$(BIN)/python -m flockesc_env.watch.playground target/docs/playground
 
 .PHONY: notebooks
 notebooks: build ## run the notebooks of examples/ and store their outputs (about 2 minutes)
@@ -121,7 +122,7 @@ MATURIN_BUILD := $(BIN)/maturin build --release --zig --compatibility manylinux2
 TOOL := $(UV) tool run --quiet --python $(PYTHON)
 TWINE := $(TOOL) twine@7.0.0
 .PHONY: wheel
-wheel: $(UV) ## build a portable wheel and a source distribution in dist
+wheel: $(UV) engine ## build a portable wheel and a source distribution in dist
 	rm -rf dist
 	$(INSTALL) --extra release
 	$(MATURIN_BUILD) --sdist
@@ -131,7 +132,7 @@ wheel: $(UV) ## build a portable wheel and a source distribution in dist
 GOLDEN := model/test_golden.py envs/test_golden_states.py envs/test_golden_episodes.py::test_episodes_equal_the_golden_ones \
   policies/test_network_rollout.py::test_outcomes_equal_the_golden_data
 .PHONY: wheel-aarch64
-wheel-aarch64: $(UV) ## build a portable wheel for Linux on ARM in dist
+wheel-aarch64: $(UV) engine ## build a portable wheel for Linux on ARM in dist
 	rustup target add aarch64-unknown-linux-gnu
 	$(INSTALL) --extra release
 	$(MATURIN_BUILD) --target aarch64-unknown-linux-gnu
@@ -171,21 +172,26 @@ $(CARGO_TOOLS)/cargo-mutants: VERSION := 27.1.0
 $(CARGO_TOOLS)/%:
 	cargo install --quiet --locked --root $(COMPAT)/cargo $*@$(VERSION)
 
-# The playground and the core for web pages. wasm-bindgen has the version of the library in Cargo.lock. It is installed
-# without --locked, which asks for versions of unused dependencies that some registries lack.
-ENGINE := target/playground
+# wasm-bindgen has the version of the library in Cargo.lock. It is installed without --locked, which asks for versions
+# of unused dependencies that some registries lack. Its script resolves its own address, which fails inside a page that
+# has no address itself, such as the frame of a notebook; perl limits that to scripts in files.
+ENGINE := flockesc_env/watch/engine
 WASM_BINDGEN := $(CARGO_TOOLS)/wasm-bindgen
 BINDGEN_VERSION = $(shell sed -n '/^name = "wasm-bindgen"$$/{n;s/.*"\(.*\)"/\1/p}' Cargo.lock)
-.PHONY: playground
-playground: build ## build the playground, a web page with the core in WebAssembly, in target/playground
+.PHONY: engine
+engine: ## build the core for web pages, in WebAssembly, into the package
 	rustup target add wasm32-unknown-unknown
 	$(WASM_BINDGEN) --version 2> /dev/null | grep -qF ' $(BINDGEN_VERSION)' || \
 	  cargo install --quiet --force --root $(COMPAT)/cargo --no-default-features wasm-bindgen-cli@$(BINDGEN_VERSION)
 	RUSTFLAGS="-C target-feature=+simd128" \
 	  cargo build --locked --quiet --target wasm32-unknown-unknown --profile web --package flockesc-wasm
-	$(WASM_BINDGEN) --target web --out-dir $(ENGINE) target/wasm32-unknown-unknown/web/flockesc_wasm.wasm
-	cp playground/*.html playground/*.css playground/*.js $(ENGINE)
-	$(BIN)/python -m playground.worlds $(ENGINE)
+	$(WASM_BINDGEN) --target no-modules --no-typescript --remove-name-section --remove-producers-section \
+	  --out-dir $(ENGINE) target/wasm32-unknown-unknown/web/flockesc_wasm.wasm
+	perl -pi -e 's/document.currentScript !== null/document.currentScript?.src/' $(ENGINE)/flockesc_wasm.js
+
+.PHONY: playground
+playground: build engine ## build the playground, a web page on which flocks fly, in target/playground
+	$(BIN)/python -m flockesc_env.watch.playground target/playground
 
 # Sample sizes: number of mutants of the Python package, and share of the mutants of the core.
 MUTANTS := 100
@@ -226,4 +232,4 @@ format: build ## format all code
 
 .PHONY: clean
 clean: ## remove build products; results are kept
-	rm -rf target dist $(COMPAT) $(VENV) flockesc_env/_core*.so
+	rm -rf target dist $(COMPAT) $(VENV) $(ENGINE) flockesc_env/_core*.so
