@@ -40,9 +40,11 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
     eye = camera(frame.view, rect)
     chosen = _chosen(frame, options)
     lost, frame = frame.moment.positions[frame.moment.caught], _survivors(frame)
-    labels = component_labels(frame.scenario, *_listening(frame), velocities=frame.listening.velocities)
+    labels = np.empty(0, np.int64)
+    if len(frame.moment.positions):
+        labels = component_labels(frame.scenario, *_listening(frame), velocities=frame.listening.velocities)
     colors = component_colors(labels)
-    ranges = np.broadcast_to(frame.moment.interaction_range, len(labels))
+    ranges = frame.moment.ranges
     largest = ranges.max(initial=0.0) if options.largest_range is None else options.largest_range
     if options.color == "range":
         colors = range_colors(ranges, largest)
@@ -59,26 +61,31 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
     _trails(canvas, eye, frame, options)
     _marks(canvas, eye, frame, colors)
     canvas.clip(None)
-    canvas.text(title, (0.022 * size, 0.02 * size), round(0.044 * size), TEXT)
+    canvas.text(title, (0.022 * size, 0.02 * size), TEXT)
     if options.color == "range":
         _scale(canvas, rect, largest, frame.scenario.neighbor_rule.unit)
-    below = Rect(0, rect.bottom, size, size - rect.bottom)
-    draw_strip(canvas, frame, below, num_components=len(np.unique(labels)))
+    else:
+        _count(canvas, rect, len(np.unique(labels)))
+    draw_strip(canvas, frame, Rect(0, rect.bottom, size, size - rect.bottom))
     return canvas.image()
 
 
 def _scale(canvas: Canvas, rect: Rect, largest: float, unit: str) -> None:
     """Draw the color scale of ranges into the lower left corner."""
     size, steps = canvas.size, 32
-    left, bottom, width, height = 0.05 * size, rect.bottom - 0.02 * size, 0.2 * size, 0.022 * size
+    width, height, gap = 0.12 * size, 0.034 * size, 0.012 * size
+    left, middle = 0.022 * size, rect.bottom - 0.04 * size
+    left += canvas.text("range 0", (left, middle), FAINT_TEXT, "midleft") + gap
     for step, color in enumerate(range_colors(np.linspace(0.0, 1.0, steps), 1.0).tolist()):
-        part = Rect(left + width * step / steps, bottom - height, width / steps + 1, height)
+        part = Rect(left + width * step / steps, middle - height / 2, width / steps + 1, height)
         canvas.fill(part, tuple(color))
-    small = round(0.034 * size)
-    canvas.text("0", (left - 0.01 * size, bottom - height / 2), small, FAINT_TEXT, "midright")
-    words = f"{largest:g} {unit}"
-    canvas.text(words, (left + width + 0.012 * size, bottom - height / 2), small, FAINT_TEXT, "midleft")
-    canvas.text("interaction range", (left, bottom - 1.5 * height), small, FAINT_TEXT, "bottomleft")
+    canvas.text(f"{largest:g} {unit}", (left + width + gap, middle), FAINT_TEXT, "midleft")
+
+
+def _count(canvas: Canvas, rect: Rect, num_components: int) -> None:
+    """Write the number of components into the lower left corner."""
+    words = f"{num_components} component{'' if num_components == 1 else 's'}"
+    canvas.text(words, (0.022 * canvas.size, rect.bottom - 0.04 * canvas.size), FAINT_TEXT, "midleft")
 
 
 def _chosen(frame: FlockFrame, options: RenderOptions) -> IntArray:
@@ -135,16 +142,16 @@ def _interaction_discs(
     canvas: Canvas, eye: Camera, frame: FlockFrame, chosen: IntArray, colors: Colors
 ) -> None:
     """Draw the interaction ranges of the last step as discs: an agent's neighbors are inside its disc."""
-    count = len(frame.moment.positions)
     centers, scale = eye(frame.moment.positions[chosen])
-    ranges = np.broadcast_to(frame.moment.interaction_range, count)[chosen]
     far_first = np.argsort(scale, kind="stable")
-    radii = (ranges * scale)[far_first]
+    radii = (frame.moment.ranges[chosen] * scale)[far_first]
     canvas.discs(centers[far_first], radii, colors[chosen][far_first], 0.16)
 
 
 def _edges(canvas: Canvas, eye: Camera, frame: FlockFrame, chosen: IntArray, colors: Colors) -> None:
     """Draw a line between two agents if at least one of them was a neighbor of the other in the last step."""
+    if not len(chosen):
+        return
     count = len(frame.moment.positions)
     pairs = neighbor_pairs(frame.scenario, *_listening(frame), velocities=frame.listening.velocities)
     is_chosen = np.isin(np.arange(count), chosen)
@@ -157,8 +164,7 @@ def _edges(canvas: Canvas, eye: Camera, frame: FlockFrame, chosen: IntArray, col
 
 def _listening(frame: FlockFrame) -> tuple[FloatArray, FloatArray]:
     """Return the positions and ranges that define the neighbor graph."""
-    listening = frame.listening
-    return listening.positions, np.broadcast_to(listening.interaction_range, len(listening.positions))
+    return frame.listening.positions, frame.listening.ranges
 
 
 def _trails(canvas: Canvas, eye: Camera, frame: FlockFrame, options: RenderOptions) -> None:

@@ -31,7 +31,8 @@ class FlockMoment:
         predator_positions: r_p, shape (P, D).
         predator_velocities: v_p, shape (P, D).
         caught: True for caught agents, shape (n,); their positions are where they were caught.
-        interaction_range: rho of the last step, shape (1,) or (n,); 0 before the first.
+        interaction_range: rho of the last step, shape (1,) or (n,). Before the first step it is that of the
+            first action if the run is recorded, and empty in an environment.
         mean_distance: mean over agents of the distance to the nearest predator; infinite without predators.
         min_distance: the minimum over agents.
         objective: J so far.
@@ -47,6 +48,12 @@ class FlockMoment:
     mean_distance: float
     min_distance: float
     objective: float
+
+    @property
+    def ranges(self) -> FloatArray:
+        """The range of each agent, shape (n,); 0 before an environment's first action."""
+        known = self.interaction_range if len(self.interaction_range) else 0.0
+        return np.broadcast_to(known, len(self.positions))
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +149,7 @@ def recorded_frames(trajectory: Trajectory, objective: str = "mean") -> Iterator
                 predator_positions=trajectory.predator_positions[step],
                 predator_velocities=moves[min(step, len(moves) - 1)],
                 caught=(trajectory.caught_at >= 0) & (trajectory.caught_at <= step),
-                interaction_range=trajectory.interaction_ranges[step - 1] if step else np.zeros(1),
+                interaction_range=trajectory.interaction_ranges[max(step - 1, 0)],
                 mean_distance=float(trajectory.mean_distance[step]),
                 min_distance=float(trajectory.min_distance[step]),
                 objective=float(values[step]),

@@ -24,15 +24,15 @@ def draw_ground(canvas: Canvas, eye: Camera, view: FloatArray, rect: Rect) -> No
         lines = np.concatenate([lines, [(corners[a], corners[b]) for a, b in _BOX_EDGES]])
     pixels, _ = eye(lines.reshape(-1, view.shape[1]))
     canvas.segments(pixels.reshape(-1, 2, 2), [GRID] * len(lines))
-    text, height = f"{spacing:g} m", round(0.036 * size)
+    text = f"{spacing:g} m"
     right, bottom = rect.right - 0.022 * size, rect.bottom - 0.022 * size
     if in_space:
-        canvas.text(f"grid {text}", (right, bottom), height, FAINT_TEXT, "bottomright")
+        canvas.text(f"grid {text}", (right, bottom), FAINT_TEXT, "bottomright")
         return
     left, tick = right - spacing * float(scale), 0.008 * size
     bar = [[(left, bottom), (right, bottom)], *([(x, bottom - tick), (x, bottom)] for x in (left, right))]
     canvas.segments(np.array(bar), [FAINT_TEXT] * 3, 0.003 * size)
-    canvas.text(text, ((left + right) / 2, bottom - 0.012 * size), height, FAINT_TEXT, "midbottom")
+    canvas.text(text, ((left + right) / 2, bottom - 0.012 * size), FAINT_TEXT, "midbottom")
 
 
 def nice(least: float) -> float:

@@ -19,6 +19,9 @@ from flockesc_env.scenario.line import LineScenario
 _FIRST_STEPS = 10
 """Length of the time axis at the start; it grows with the episode."""
 
+_SMALL = 0.034
+"""Height of the numbers of the axes, over the width of the picture."""
+
 
 @dataclass(frozen=True, eq=False)
 class LineFrame:
@@ -96,18 +99,17 @@ class _Axes:
             (left, top), (right, bottom) = self.at([0, self._end], [place + reach, place - reach]).tolist()
             top, bottom = max(top, self._plot.top), min(bottom, self._plot.bottom)
             canvas.fill(Rect(left, top, right - left, bottom - top), _pale_red(0.9))
-        small = round(0.034 * size)
         spacing, tick = nice((self._high - self._low) / 8), nice(self._end / 8)
         for count in range(int(np.ceil(self._low / spacing)), int(np.floor(self._high / spacing)) + 1):
             line = self.at([0, self._end], count * spacing)
             canvas.segments(line[np.newaxis], [GRID])
             label = f"{count * spacing:.4g}"
-            canvas.text(label, (line[0, 0] - 0.012 * size, line[0, 1]), small, FAINT_TEXT, "midright")
+            canvas.text(label, (line[0, 0] - 0.012 * size, line[0, 1]), FAINT_TEXT, "midright", _SMALL)
         for step in np.arange(0.0, self._end + tick / 2, tick):
             x, y = self.at(step, self._low).tolist()
-            canvas.text(f"{step:g}", (x, y + 0.012 * size), small, FAINT_TEXT, "midtop")
+            canvas.text(f"{step:g}", (x, y + 0.012 * size), FAINT_TEXT, "midtop", _SMALL)
         middle = self._plot.left + self._plot.width / 2
-        canvas.text("steps", (middle, self._plot.bottom + 0.055 * size), small, FAINT_TEXT, "midtop")
+        canvas.text("steps", (middle, self._plot.bottom + 0.055 * size), FAINT_TEXT, "midtop", _SMALL)
         if place is not None:
             canvas.segments(self.at([0, self._end], place)[np.newaxis], [_pale_red(0.25)], 0.004 * size)
 
@@ -123,8 +125,8 @@ def _words(canvas: Canvas, frame: LineFrame, title: str, *, num_components: int)
     if place is not None:
         words.append((f"escape distance {np.abs(frame.states[-1] - place).min():.3f}", 0.63))
     for word, at in words:
-        canvas.text(word, (at * size, 0.02 * size), round(0.04 * size), TEXT)
-    canvas.text(title, (0.022 * size, 0.068 * size), round(0.044 * size), TEXT)
+        canvas.text(word, (at * size, 0.02 * size), TEXT, height=0.04)
+    canvas.text(title, (0.022 * size, 0.068 * size), TEXT, height=0.044)
 
 
 def _pale_red(share: float) -> Color:

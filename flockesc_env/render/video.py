@@ -1,4 +1,4 @@
-"""Recorded runs as video files, one or several side by side. Needs the ``video`` extra."""
+"""Recorded runs as video files, one or several in a grid. Needs the ``video`` extra."""
 
 from __future__ import annotations
 
@@ -31,7 +31,11 @@ _FORMATS: dict[str, dict[str, Any]] = {
         "codec": "gif",
         "pix_fmt_out": "pal8",
         # One palette for all frames, and only the changes of each frame: small files without flicker.
-        "output_params": ["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none", "-loop", "0"],
+        # It repeats forever and rests 2 s on its last frame.
+        "output_params": [
+            *("-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none"),
+            *("-loop", "0", "-final_delay", "200"),
+        ],
     },
 }
 """Options of ffmpeg by the suffix of the file."""
@@ -43,13 +47,13 @@ def write_video(
     runs: Trajectory | Sequence[tuple[str, Trajectory]],
     path: str | Path,
     *,
-    fps: int = 20,
+    fps: int | None = None,
     speed: float = 1.0,
     options: RenderOptions | None = None,
     objective: Objective = "mean",
     progress: Progress | None = None,
 ) -> None:
-    """Write a video of runs side by side, all at the same scale.
+    """Write a video of runs in a grid, side by side if they are two, all at the same scale.
 
     The last picture of a run stays until the longest run ends. The new file replaces an older one when it is
     complete.
@@ -57,10 +61,10 @@ def write_video(
     Args:
         runs: one run, shown under the name of the file, or a list of names and runs.
         path: a file that ends in ``.mp4`` or ``.gif``.
-        fps: frames per second.
+        fps: frames per second; ``None``: 20, or 10 in a ``.gif``, which compresses less.
         speed: seconds of the model per second of the video.
         options: what the pictures show; ``size`` is the width of one run. ``None``: agents are colored by
-            range if the ranges differ, and by component otherwise.
+            range if the ranges differ, and by component otherwise; the size is 512, or 400 in a ``.gif``.
         objective: the objective J in the pictures; see ``EnvOptions``.
         progress: called with (frames written, all frames). If it raises an exception, no file is written.
 
@@ -77,30 +81,33 @@ def write_video(
         raise ArgumentError("path", f"a file that ends in {' or '.join(_FORMATS)}", path)
     if not path.parent.is_dir():
         raise ArgumentError("path", "a file in a folder that exists", path)
-    fps = as_count(fps, "fps")
+    default_fps, size = (10, 400) if path.suffix == ".gif" else (20, 512)
+    fps = as_count(default_fps if fps is None else fps, "fps")
     pace = float(as_floats(speed, "speed", ()))
     if pace <= 0:
         raise ArgumentError("speed", "a number above 0", pace)
     runs = as_runs([(path.stem, runs)] if isinstance(runs, Trajectory) else runs)
     progress = as_callback(progress)
-    options = _with_scale(RenderOptions(color=_telling(runs)) if chosen is None else chosen, runs)
+    options = _with_scale(RenderOptions(color=_telling(runs), size=size) if chosen is None else chosen, runs)
     for _, run in runs:
         options.selected(run.scenario.num_agents)
     require_video("pygame", "imageio_ffmpeg")
     import imageio_ffmpeg  # type: ignore[import-untyped]
 
     from flockesc_env.render.flock import draw_flock
+    from flockesc_env.render.viewer import grid_shape, tiled
 
     times = np.arange(_count_frames(runs, pace, fps)) * pace / fps
     view = shared_view([run for _, run in runs]) if len(runs) > 1 else None
     titles = [policy_title(name, run.scenario.neighbor_rule.unit) for name, run in runs]
     films = [_frames(run, objective, times.tolist(), view) for _, run in runs]
-    size = len(runs) * options.size, options.size
+    columns, rows = grid_shape(len(runs))
+    film_size = columns * options.size, rows * options.size
     with TemporaryDirectory() as folder:
         film = str(Path(folder, f"film{path.suffix}"))
         writer = imageio_ffmpeg.write_frames(
             film,
-            size,
+            film_size,
             fps=fps,
             macro_block_size=1,
             ffmpeg_log_level="error",  # ffmpeg warns of every GIF that it has colors twice
@@ -113,9 +120,9 @@ def write_video(
                     draw_flock(frame, options, title) for frame, title in zip(frames, titles, strict=True)
                 ]
                 for picture in pictures[1:]:
-                    picture[:, :2] = FRAME
+                    picture[:2] = picture[:, :2] = FRAME
                 try:
-                    writer.send(np.hstack(pictures))
+                    writer.send(tiled(pictures))
                 except OSError:
                     break  # ffmpeg has ended
                 if progress is not None:

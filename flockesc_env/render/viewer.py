@@ -35,7 +35,7 @@ class Viewer(ABC):
         """Return ``images`` or, in mode ``"human"``, show them."""
         if self._window is None:
             return self.images()
-        self._window.show(_tiled(self.images()))
+        self._window.show(tiled(self.images()))
         return None
 
     def close(self) -> None:
@@ -75,7 +75,7 @@ class FlockViewer(Viewer):
                     predator_positions=state["predator_positions"],
                     predator_velocities=state["predator_velocities"],
                     caught=caught[slot],
-                    interaction_range=state["interaction_range"],
+                    interaction_range=state["interaction_range"] if state["step"] else np.empty(0),
                     mean_distance=float(metrics["mean_distance"][slot]),
                     min_distance=float(metrics["min_distance"][slot]),
                     objective=float(objective[slot]),
@@ -124,10 +124,15 @@ class LineViewer(Viewer):
         return [draw_line(LineFrame(self._scenario, steps, states, ranges), self._options)]
 
 
-def _tiled(images: list[Image]) -> Image:
-    """Arrange pictures of one size in a grid with about as many rows as columns."""
-    columns = int(np.ceil(np.sqrt(len(images))))
-    rows = -(-len(images) // columns)
+def grid_shape(count: int) -> tuple[int, int]:
+    """Return the columns and rows of a grid of pictures, about as many rows as columns."""
+    columns = int(np.ceil(np.sqrt(count)))
+    return columns, -(-count // columns)
+
+
+def tiled(images: list[Image]) -> Image:
+    """Arrange pictures of one size in a grid."""
+    columns, rows = grid_shape(len(images))
     blank = np.full_like(images[0], 255)
     filled = [*images, *[blank] * (rows * columns - len(images))]
     return np.vstack([np.hstack(filled[row * columns : (row + 1) * columns]) for row in range(rows)])

@@ -35,24 +35,24 @@ def only(folder: Path) -> Path:
 
 
 @pytest.mark.parametrize("suffix", [".mp4", ".gif"])
-@pytest.mark.parametrize("count", [1, 2])
-def test_runs_become_a_video(tmp_path: Path, suffix: str, count: int) -> None:
+@pytest.mark.parametrize(("count", "columns", "rows"), [(1, 1, 1), (2, 2, 1), (4, 2, 2)])
+def test_runs_become_a_video(tmp_path: Path, suffix: str, count: int, columns: int, rows: int) -> None:
     """A start and 10 steps of 0.05 s; each frame equals ``draw`` up to compression."""
     calls: list[tuple[int, int]] = []
     path = tmp_path / f"runs{suffix}"
-    runs = [("first", RUN), ("second", RUN)][:count]
-    write_video(runs, path, options=SMALL, progress=lambda done, total: calls.append((done, total)))
+    runs = [("first", RUN), ("second", RUN), ("third", RUN), ("fourth", RUN)][:count]
+    write_video(runs, path, fps=20, options=SMALL, progress=lambda done, total: calls.append((done, total)))
     assert only(tmp_path) == path
     video = frames(path)
-    assert video.shape == (11, 160, 160 * count, 3)
+    assert video.shape == (11, 160 * rows, 160 * columns, 3)
     assert calls == [(done, 11) for done in range(1, 12)]
     for made in (0, 5, 10) if count == 1 else (10,):  # several runs share the view of the end
         expected = draw(RUN, made, options=SMALL, title="first").astype(int)
-        errors = np.abs(video[made][:, :160] - expected)
+        errors = np.abs(video[made][:160, :160] - expected)
         assert errors.mean() < 3
         assert (
             errors.mean()
-            < np.abs(video[made][:, :160] - draw(RUN, (made + 5) % 11, options=SMALL).astype(int)).mean()
+            < np.abs(video[made][:160, :160] - draw(RUN, (made + 5) % 11, options=SMALL).astype(int)).mean()
         )
 
 
