@@ -32,6 +32,7 @@ _COLORS = {
     "tqc": LIGHT.others[1],
     "imitation": LIGHT.others[2],
     "schedule": LIGHT.others[4],
+    "listen-while-fleeing": LIGHT.others[0],
     "stubborn-leaders": LIGHT.others[0],
 }
 """Colors by policy; other policies are muted."""
@@ -102,15 +103,13 @@ def performance_profiles(studies: Sequence[Study], profiles: Mapping[str, Mappin
     figure, panels = _panels(len(studies))
     for axes, study in zip(panels, studies, strict=True):
         values = thresholds(study)
-        for place, (name, profile) in enumerate(profiles[study.setting].items()):
-            color = _color(name)
+        for name, profile in profiles[study.setting].items():
+            color = _COLORS.get(name, LIGHT.alone)
             axes.fill_between(values, profile.low, profile.high, color=color, alpha=0.15, lw=0)
             style = "--" if name in (BEST_FIXED, ORACLE) else "-"
-            axes.plot(values, profile.share, style, color=color, lw=2)
-            # The lower left corner is empty: almost all episodes are above the lowest values.
-            axes.text(
-                0.03, 0.05 + 0.075 * place, policy_title(study, name), color=color, transform=axes.transAxes
-            )
+            axes.plot(values, profile.share, style, color=color, lw=2, label=policy_title(study, name))
+        # The lower left corner is empty: almost all episodes are above the lowest values.
+        axes.legend(loc="lower left", labelcolor="linecolor", reverse=True)
         axes.set(xlabel=objective_label(study), ylabel="share of held-out episodes above", ylim=(0, 1.02))
         axes.set_title(setting_title(study))
         axes.margins(x=0)
@@ -164,7 +163,3 @@ def _label_end(axes: Axes, x: float, y: float, name: str, title: str) -> None:
         ha=side,
         va="top" if below else "bottom",
     )
-
-
-def _color(name: str) -> str:
-    return _COLORS.get(name, LIGHT.alone)

@@ -27,7 +27,7 @@ CANDIDATES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
 
 BLIND_SETTING = "per-agent-visible-derived"
 _TITLES = {
-    "blind": "Blind: the learned policy",
+    "blind": "Without a profile: the best policy",
     "informed": "With a profile: the rule turn-away",
 }
 _SHOWN = 2.0

@@ -13,7 +13,6 @@ from matplotlib.patches import Patch
 
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
 from flockesc_env.render.palette import LIGHT
-from studies.learned.kinds import tuning_objectives
 from studies.learned.names import CLAIRVOYANT, FREE_HEADINGS, INFORMED_GREEDY, PLANNER
 from studies.learned.results import BEST_FIXED
 from studies.learned.summary import Summary
@@ -25,9 +24,15 @@ _SETTINGS = {
     "per-agent-visible": "one range per agent,\npredator always seen",
     "steering-predator": "one range per agent,\npredator always seen, steers",
 }
-_BLIND, _INFORMED, _REST = LIGHT.learned, LIGHT.others[0], LIGHT.grid
-_SECOND = 150
-"""Place of the second gain above a bar, in points from its start."""
+_OBSERVATIONS = {
+    "": ("plain observation", LIGHT.learned),
+    "-derived": ("with the escape direction", LIGHT.others[1]),
+    "-profile": ("with a profile", LIGHT.others[0]),
+}
+"""Ends of the names of settings that differ in what agents observe, with a label and a color."""
+
+_COLUMN = 148
+"""Distance between the gains above a bar, in points."""
 
 _REFERENCES = {
     PLANNER: "planner",
@@ -42,9 +47,8 @@ class Row:
     """One bar: gain over the best fixed range."""
 
     title: str
-    fixed: str
-    blind: tuple[float, str]
-    informed: tuple[float, str] | None
+    gains: dict[str, tuple[float, str]]
+    """By the end of the setting's name: gain of the best policy, and its kind."""
     references: dict[str, float]
 
 
@@ -73,26 +77,19 @@ def _rows(by_name: Mapping[str, Summary], objective: ObjectiveSpec) -> list[Row]
     end = "" if objective == next(iter(FLOCK_OBJECTIVES.values())) else f"-{objective.name}"
     rows = []
     for name, title in _SETTINGS.items():
-        plain, profiled = by_name.get(f"{name}{end}"), by_name.get(f"{name}-profile{end}")
-        derived = by_name.get(f"{name}-derived{end}")
+        plain = by_name.get(f"{name}{end}")
         if plain is None:
             continue
-        blind = max((s for s in (plain, derived) if s is not None), key=_tuned)
+        fixed = objective.text(plain.policies[BEST_FIXED].objective.mean)
+        settings = {key: by_name.get(f"{name}{key}{end}") for key in _OBSERVATIONS}
         rows.append(
             Row(
-                title,
-                objective.text(plain.policies[BEST_FIXED].objective.mean),
-                _best(blind),
-                None if profiled is None else _best(profiled),
+                f"{name}{end}:\n{title}\nbest fixed: {fixed}",
+                {key: _best(summary) for key, summary in settings.items() if summary},
                 {reference: found.difference.mean for reference, found in plain.references.items()},
             )
         )
     return rows
-
-
-def _tuned(summary: Summary) -> float:
-    """Return the objective of the best policy on tuning flocks, which choose among settings and policies."""
-    return tuning_objectives(summary.study)[summary.best[summary.chosen]]
 
 
 def _best(summary: Summary) -> tuple[float, str]:
@@ -102,28 +99,23 @@ def _best(summary: Summary) -> tuple[float, str]:
 
 def _draw(axes: Axes, rows: Sequence[Row], label: str) -> None:
     for place, row in enumerate(rows):
-        end = max(found[0] for found in (row.blind, row.informed) if found)
-        axes.barh(place, max([end, *row.references.values()]), 0.42, color=_REST)
-        if row.informed is not None:
-            axes.barh(place, row.informed[0], 0.42, color=_INFORMED)
-            _write(axes, *row.informed, place, _INFORMED, _SECOND)
-        axes.barh(place, row.blind[0], 0.42, color=_BLIND)
-        _write(axes, *row.blind, place, _BLIND)
+        longest_first = sorted(row.gains, key=lambda key: row.gains[key], reverse=True)
+        end = max([row.gains[longest_first[0]][0], *row.references.values()])
+        axes.barh(place, end, 0.42, color=LIGHT.grid)
+        for key in longest_first:
+            axes.barh(place, row.gains[key][0], 0.42, color=_OBSERVATIONS[key][1])
+        for column, (key, (gain, kind)) in enumerate(row.gains.items()):
+            style = {"va": "bottom", "color": _OBSERVATIONS[key][1], "weight": "bold"}
+            _note(axes, (0.0, place - 0.21), f"{kind} {gain:+.1f}", (1 + column * _COLUMN, 1), **style)
         axes.vlines(list(row.references.values()), place - 0.21, place + 0.27, color=LIGHT.ink, lw=1.8)
         ordered = sorted(row.references.items(), key=lambda item: item[1])
         names = [f"{_REFERENCES[name]} {gain:+.1f}" for name, gain in ordered]
         end = ordered[-1][1] if ordered else 0.0
         _note(axes, (end, place + 0.28), "   ".join(names), (2, -1), ha="right", va="top", fontsize=8)
-    axes.set_yticks(range(len(rows)), [f"{row.title}\nbest fixed: {row.fixed}" for row in rows])
+    axes.set_yticks(range(len(rows)), [row.title for row in rows])
     axes.tick_params(axis="y", length=0)
     axes.set(ylim=(len(rows) - 0.4, -0.6), xlim=(0, None), title=label)
     axes.spines["bottom"].set_visible(False)
-
-
-def _write(axes: Axes, gain: float, kind: str, place: float, color: str, offset: int = 1) -> None:
-    """Write the kind of a policy and its gain above its bar, at an offset in points from the start."""
-    style = {"ha": "left", "va": "bottom", "color": color, "weight": "bold"}
-    _note(axes, (0.0, place - 0.21), f"{kind} {gain:+.1f}", (offset, 1), **style)
 
 
 def _note(axes: Axes, at: tuple[float, float], text: str, offset: tuple[int, int], **style: Any) -> None:
@@ -132,9 +124,8 @@ def _note(axes: Axes, at: tuple[float, float], text: str, offset: tuple[int, int
 
 def _legend(figure: Figure) -> None:
     handles = [
-        Patch(color=_BLIND, label="best blind policy"),
-        Patch(color=_INFORMED, label="best policy with a profile"),
-        Patch(color=_REST, label="not reached"),
+        *(Patch(color=color, label=label) for label, color in _OBSERVATIONS.values()),
+        Patch(color=LIGHT.grid, label="not reached"),
         Line2D([], [], color=LIGHT.ink, lw=1.8, label="reference"),
     ]
     figure.legend(handles=handles, loc="outside upper left", ncols=len(handles))
