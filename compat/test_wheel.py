@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 import shutil
+import subprocess
 import sys
 import zipfile
 from importlib.metadata import files
@@ -39,6 +40,13 @@ def test_the_wheel_holds_the_package_alone() -> None:
     assert [name for name in names if name.endswith(".so")] == ["flockesc_env/_core.abi3.so"]
     assert any(name.endswith("/LICENSE") for name in names)
     assert "flockesc_env/py.typed" in names
+    assert "flockesc_env/watch/engine/flockesc_wasm_bg.wasm" in names
     assert {name for name in names if not name.endswith("RECORD")} <= {
         str(file) for file in files("flockesc-env") or []
     }
+
+
+def test_pages_contain_the_core(tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    subprocess.run([Path(sys.prefix, "bin", "flockesc"), "watch", "--output", page], check=True)  # noqa: S603
+    assert "__wbg_get_imports" in page.read_text("utf-8")

@@ -11,32 +11,136 @@ from typing import Any
 
 import numpy as np
 import pytest
-from golden_episodes import CHASED, RANDOM, ranges
+from golden_episodes import CHASED, GOLDEN, RANDOM, hashed, ranges
+from golden_episodes import cases as golden_episodes
 from network_outcomes import cases as networks
 from network_outcomes import policy_of
 from option_table import small_flock
 
 import flockesc_env as fe
+from flockesc_env import _core
+from flockesc_env.common.array_files import read_document
+from flockesc_env.common.checks import FloatArray
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import EnvOptions, View
+from flockesc_env.episodes.spaces import flock_policy_spec
+from flockesc_env.episodes.starts import NO_START, Start
+from flockesc_env.models.graph import component_labels, neighbor_pairs
+from flockesc_env.policies.network import choices
 
-ENGINE = Path(__file__).parents[2] / "target" / "playground"
+ROOT = Path(__file__).parents[2]
+ENGINE = ROOT / "flockesc_env" / "watch" / "engine"
 SCRIPT = Path(__file__).parents[1] / "support" / "engine.mjs"
-SEED, ACTIONS = 7, 41
+SEED, ACTIONS = 7, 40
 
-needs_engine = pytest.mark.skipif(
+pytestmark = pytest.mark.skipif(
     not (ENGINE / "flockesc_wasm.js").is_file() or shutil.which("node") is None,
-    reason="needs Node and the module of `make playground`",
+    reason="needs Node and the module of `make engine`",
 )
 
+Case = dict[str, Any]
 
-def played_in_node(cases: list[dict[str, Any]]) -> list[Any]:
+
+def played_in_node(cases: list[Case]) -> list[Any]:
     command = ["node", "--experimental-default-type=module", str(SCRIPT), str(ENGINE)]
     ended = subprocess.run(  # noqa: S603
         command, input=json.dumps(cases), capture_output=True, text=True, check=True
     )
     found: list[Any] = json.loads(ended.stdout)
     return found
+
+
+NATIVE = _core.FlockBatch
+
+
+class RecordedBatch:
+    """A batch of the native core that records its episodes: as cases, with the hashes of their results."""
+
+    episodes: list[tuple[Case, Any]]
+
+    def __init__(self, scenarios: list[str], scenario_of_slot: list[int], options: str, *rest: Any) -> None:
+        self._core = NATIVE(scenarios, scenario_of_slot, options, *rest)
+        self._documents = [{"scenario": scenarios[index], "options": options} for index in scenario_of_slot]
+        self._episode_of_slot: dict[int, tuple[Case, Any]] = {}
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._core, name)
+
+    def reset(self, slots: Any, seeds: Any, starts: Any) -> Any:
+        began = self._core.reset(slots, seeds, starts)
+        for slot in slots:
+            self._begin(slot, starts[0])
+        return began
+
+    def step(self, actions: Any, label: Any, at_end: str, out: Any, predator_actions: Any) -> Any:
+        return self._step(self._core.step, [actions, label, at_end, out], predator_actions, at_end)
+
+    def step_flock(self, actions: Any, label: Any, predator_actions: Any) -> Any:
+        return self._step(self._core.step_flock, [actions, label], predator_actions)
+
+    def step_one(self, action: Any, predator_actions: Any) -> Any:
+        return self._step(self._core.step_one, [action], predator_actions)
+
+    def _step(self, step: Any, arguments: list[Any], predator_actions: Any, at_end: str = "refuse") -> Any:
+        slots = range(len(self._documents))
+        had_ended = [self._core.has_ended(slot) for slot in slots]
+        pushes = predator_actions() if callable(predator_actions) else predator_actions
+        stepped = step(*arguments, pushes)
+        pushes_of_slot, rewards = (
+            np.reshape([] if array is None else array, (len(slots), -1)) for array in (pushes, stepped[1])
+        )
+        for slot in slots:
+            if not had_ended[slot]:
+                case, _ = self._episode_of_slot[slot]
+                radii = self._core.state(slot)["interaction_range"]
+                case["actions"].append([radii.tolist(), pushes_of_slot[slot].tolist()])
+                self._note(slot, rewards[slot])
+            elif at_end == "restart":
+                self._begin(slot, NO_START)
+        return stepped
+
+    def _begin(self, slot: int, start: Start) -> None:
+        arrays = [start["initial_positions"], start["initial_velocities"]]
+        case = {
+            **self._documents[slot],
+            "kind": "episode",
+            "seed": str(self._core.episode_seed(slot)),
+            "start": None if arrays[0] is None else [array.ravel().tolist() for array in arrays],
+            "actions": [],
+        }
+        self._episode_of_slot[slot] = case, hashlib.sha256()
+        self.episodes.append(self._episode_of_slot[slot])
+        self._note(slot, np.zeros_like(self._core.state(slot)["interaction_range"]))
+
+    def _note(self, slot: int, rewards: FloatArray) -> None:
+        _, digest = self._episode_of_slot[slot]
+        state = self._core.state(slot)
+        for name in ("positions", "velocities", "predator_positions", "predator_velocities"):
+            digest.update(state[name].tobytes())
+        digest.update(self._core.observe([slot]).tobytes() + rewards.tobytes())
+
+
+@pytest.fixture
+def episodes(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Case, Any]]:
+    """Return the list of the episodes that a test plays in the native core."""
+    monkeypatch.setattr(RecordedBatch, "episodes", [], raising=False)
+    monkeypatch.setattr(_core, "FlockBatch", RecordedBatch)
+    return RecordedBatch.episodes
+
+
+def assert_equal_in_node(episodes: list[tuple[Case, Any]]) -> None:
+    cases = [case for case, _ in episodes]
+    assert played_in_node(cases) == [digest.hexdigest() for _, digest in episodes]
+
+
+def play(batch: FlockBatch, start: dict[str, Any] | None = None) -> None:
+    """Play an episode with ranges, and actions of the learned predators, that differ in every step."""
+    batch.reset([0], [SEED], [batch.start(start)])
+    for t in range(ACTIONS):
+        if not batch.has_ended(0):
+            count, dimension = batch.predator_policy_spec.count, batch.scenario.dimension
+            pushes = ranges(t, count * dimension).astype(np.float64).reshape(-1, dimension) / 64
+            batch.step(ranges(t, batch.rows), predator_actions=pushes if count else None)
 
 
 def flocks() -> dict[str, fe.FlockScenario]:
@@ -52,77 +156,131 @@ def flocks() -> dict[str, fe.FlockScenario]:
     return found
 
 
-@needs_engine
-def test_episodes_have_the_same_bits() -> None:
-    cases, expected = [], {}
-    for name, scenario in flocks().items():
-        for view, extra in ((View.FLOCK, {}), (View.AGENT, {"reward": "individual_distance_change"})):
-            options = EnvOptions(action_mode="range", max_range=100.0, **extra)
-            batch = FlockBatch(scenario, options, view=view)
-            controls = batch.predator_policy_spec.count * scenario.dimension
-            expected[name, view] = hashed(batch, controls)
-            documents = {"scenario": scenario.to_json(), "options": options.to_core(view)}
-            cases.append(
-                {**documents, "seed": SEED, "actions": ACTIONS, "rows": batch.rows, "controls": controls}
-            )
-    assert dict(zip(expected, played_in_node(cases), strict=True)) == expected
+VIEWS: dict[View, dict[str, Any]] = {
+    View.FLOCK: {},
+    View.AGENT: {"reward": "individual_distance_change"},
+}
 
 
-def hashed(batch: FlockBatch, controls: int) -> str:
-    """Return the hash of every state and observation of an episode."""
-    digest = hashlib.sha256()
-    observations, _ = batch.reset([0], [SEED])
-    rewards, has_ended = np.zeros(batch.rows), np.zeros(1, bool)
-    for t in range(1, ACTIONS + 1):
-        state = batch.state(0)
-        predators = np.concatenate([state["predator_positions"], state["predator_velocities"]])
-        for array in (state["positions"], state["velocities"], predators, observations, rewards):
-            digest.update(np.ascontiguousarray(array).tobytes())
-        if t == ACTIONS or has_ended[0]:
-            break
-        pushes = ranges(t, controls).astype(np.float64).reshape(-1, batch.scenario.dimension) / 64
-        predator_actions = pushes if controls else None
-        observations, rewards, has_ended, *_ = batch.step(
-            ranges(t, batch.rows), predator_actions=predator_actions
-        )
-    return digest.hexdigest()
+def test_flocks_of_both_views_have_the_same_bits(episodes: list[tuple[Case, Any]]) -> None:
+    for scenario in flocks().values():
+        for view, extra in VIEWS.items():
+            play(FlockBatch(scenario, EnvOptions(action_mode="range", max_range=100.0, **extra), view=view))
+    assert len(episodes) == len(flocks()) * len(VIEWS)
+    assert_equal_in_node(episodes)
 
 
-@needs_engine
+def test_golden_episodes_have_the_same_bits(episodes: list[tuple[Case, Any]]) -> None:
+    cases, golden = golden_episodes(), json.loads(GOLDEN.read_text())
+    assert {name: hashed(case, 1) for name, case in cases.items()} == golden
+    assert_equal_in_node(episodes)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_episodes_from_a_recorded_start_have_the_same_bits(
+    dimension: int, episodes: list[tuple[Case, Any]]
+) -> None:
+    scenario = small_flock(dimension, num_steps=ACTIONS, **RANDOM)
+    run = fe.simulate(scenario, 9.0, seed=1)
+    start = {"initial_positions": run.positions[9], "initial_velocities": run.velocities[9]}
+    play(FlockBatch(scenario, EnvOptions(action_mode="range", max_range=100.0)), start)
+    play(FlockBatch(scenario, EnvOptions(action_mode="range", max_range=100.0)))
+    assert_equal_in_node(episodes)
+    (given, _), (drawn, _) = episodes
+    assert played_in_node([given]) != played_in_node([drawn])
+
+
+def network_case(
+    scenario: fe.FlockScenario, policy: fe.NetworkPolicy, architecture: str, per_agent: bool, **options: Any
+) -> tuple[Case, list[Any]]:
+    """Return an episode under a network as a case, and its result in the native core."""
+    played = fe.rollout(scenario, policy, [SEED], per_agent=per_agent, **options)
+    chosen, view = EnvOptions(**options), View.of(per_agent)
+    spec = flock_policy_spec(scenario, chosen, view)
+    _, candidates = choices(policy.architecture, spec.actions, spec.profile_ranges)
+    case = {
+        "kind": "network",
+        "scenario": scenario.to_json(),
+        "options": chosen.to_core(view),
+        "seed": SEED,
+        "architecture": architecture,
+        "parameters": policy.parameters.tolist(),
+        "ranges": candidates.tolist() or [chosen.min_range, chosen.max_range],
+    }
+    lowest = played.min_min_distance if chosen.objective == "minimum" else played.min_mean_distance
+    return case, [lowest[0], played.num_components[0]]
+
+
 def test_networks_set_the_same_ranges() -> None:
-    cases, expected = [], {}
-    for name, (scenario, architecture, options) in networks().items():
-        if isinstance(scenario, fe.FlockScenario):
-            policy, view = policy_of(architecture), View.AGENT if options.get("per_agent") else View.FLOCK
-            played = fe.rollout(scenario, policy, [SEED], **options)
-            expected[name] = [played.min_mean_distance[0], played.num_components[0]]
-            chosen = EnvOptions(**{key: value for key, value in options.items() if key != "per_agent"})
-            cases.append(
-                {
-                    "scenario": scenario.to_json(),
-                    "options": chosen.to_core(view),
-                    "architecture": architecture.to_core(),
-                    "parameters": policy.parameters.tolist(),
-                    "ranges": [chosen.min_range, chosen.max_range],
-                    "seed": SEED,
-                    "rows": scenario.num_agents if view.is_per_agent else 1,
-                }
-            )
-    assert dict(zip(expected, played_in_node(cases), strict=True)) == expected
+    played = [
+        network_case(
+            scenario, policy_of(architecture), architecture.to_core(), **{"per_agent": False, **options}
+        )
+        for scenario, architecture, options in networks().values()
+        if isinstance(scenario, fe.FlockScenario)
+    ]
+    assert played_in_node([case for case, _ in played]) == [outcome for _, outcome in played]
 
 
-@needs_engine
+def test_stored_networks_set_the_same_ranges() -> None:
+    """The architecture is the document in the file, which lacks fields in files of older versions."""
+    played = []
+    for path in sorted((ROOT / "results" / "learned").glob("*/policies/*.npz")):
+        header, _ = read_document(path, "a policy")
+        stored = fe.load_policy(path)
+        if isinstance(stored.scenario, fe.FlockScenario) and isinstance(stored.policy, fe.NetworkPolicy):
+            short = stored.scenario.replace(num_steps=ACTIONS)
+            document = json.dumps(header["architecture"])
+            played.append(network_case(short, stored.policy, document, stored.per_agent, **stored.options))
+    assert played_in_node([case for case, _ in played]) == [outcome for _, outcome in played]
+
+
+GRAPHS = (component_labels, neighbor_pairs)
+TORUS = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0), id="torus")
+
+
 @pytest.mark.parametrize(
-    ("changed", "message"),
+    "scenario", ["paper-flock", "topological", "voronoi", "field-of-view", "space", TORUS]
+)
+def test_neighbor_graphs_are_the_same(scenario: fe.FlockScenario | str) -> None:
+    run, rng = fe.simulate(scenario, 12.0, seed=SEED), np.random.default_rng(SEED)
+    n = run.scenario.num_agents
+    played = []
+    for radii in (np.zeros(1), np.array([6.0]), rng.uniform(0.0, 15.0, n)):
+        arrays = run.positions[-1], run.velocities[-1], radii
+        case = {"kind": "graph", "scenario": run.scenario.to_json()}
+        radius = radii if len(radii) == n else radii[0]
+        native = [graph(run.scenario, arrays[0], radius, velocities=arrays[1]) for graph in GRAPHS]
+        played.append(
+            ({**case, "arrays": [a.ravel().tolist() for a in arrays]}, [g.ravel().tolist() for g in native])
+        )
+    assert played_in_node([case for case, _ in played]) == [graphs for _, graphs in played]
+
+
+EPISODE = {"kind": "episode", "scenario": "{}", "options": "{}", "seed": "0", "actions": [[[1.0], []]]}
+GRAPH = {"kind": "graph", "scenario": "{}"}
+ZEROS = [0.0] * 600
+
+
+@pytest.mark.parametrize(
+    ("case", "message"),
     [
-        ({"scenario": '{"num_agents": 0}'}, "num_agents: expected"),
-        ({"options": '{"reward": "no"}'}, "reward: "),
-        ({"rows": 3}, "ranges: expected 1 entries, got 3"),
-        ({"controls": 1}, "predator_actions: expected 0 entries, got 1 entries"),
+        ({**EPISODE, "scenario": '{"num_agents": 0}'}, "num_agents: expected"),
+        ({**EPISODE, "options": '{"reward": "no"}'}, "reward: "),
+        ({**EPISODE, "actions": [[[1.0] * 3, []]]}, "ranges: expected 1 entries, got 3"),
+        ({**EPISODE, "actions": [[[1.0], [0.5]]]}, "predator_actions: expected 0 entries, got 1 entries"),
+        ({**EPISODE, "start": [[0.0], ZEROS]}, "initial_positions: expected 300 x 2 numbers, got 1 numbers"),
+        ({**EPISODE, "start": [ZEROS, [1e21, *ZEROS[1:]]]}, "initial_velocities[0, 0]: expected a number"),
+        (
+            {**GRAPH, "arrays": [[0.0] * 3, [0.0] * 3, [1.0]]},
+            "positions: expected 2 numbers per agent, got 3",
+        ),
+        ({**GRAPH, "arrays": [[0.0] * 4, [0.0] * 2, [1.0]]}, "velocities: expected 4 numbers, got 2 numbers"),
+        ({**GRAPH, "arrays": [ZEROS, ZEROS, [1.0] * 3]}, "interaction_range: expected 300 ranges, got 3"),
+        ({**GRAPH, "arrays": [ZEROS, ZEROS, [-1.0]]}, "interaction_range[0]: expected a finite number"),
     ],
 )
-def test_bad_input_is_an_error_that_names_it(changed: dict[str, Any], message: str) -> None:
-    case = {"scenario": "{}", "options": "{}", "seed": 0, "actions": 2, "rows": 1, "controls": 0}
+def test_bad_input_is_an_error_that_names_it(case: Case, message: str) -> None:
     with pytest.raises(subprocess.CalledProcessError) as error:
-        played_in_node([{**case, **changed}])
+        played_in_node([case])
     assert message in error.value.stderr
