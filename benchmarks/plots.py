@@ -64,17 +64,18 @@ def cost_against_size(records: list[Record], folder: Path) -> Path:
 
 
 def _figure() -> tuple[Figure, Axes]:
-    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 5.4), layout="constrained")
     axes = figure.subplots()
     axes.grid(which="major", color=LIGHT.grid)
     axes.set_yscale("log")
+    axes.margins(y=0.1)
     axes.yaxis.set_major_formatter(StrMethodFormatter("{x:,g}"))
     axes.spines[["top", "right"]].set_visible(False)
     return figure, axes
 
 
 def _lines(axes: Axes, records: list[Record], key: str, value: Callable[[Record], float]) -> None:
-    """Draw a line per contender, with its name at the line's end."""
+    """Draw a line per contender, with its name right of the axes, or above its end if that is earlier."""
     last = max(record.case[key] for record in records if record.seconds)
     ends = []
     for name in dict.fromkeys(record.contender for record in records):
@@ -95,11 +96,11 @@ def _lines(axes: Axes, records: list[Record], key: str, value: Callable[[Record]
             axes.annotate(
                 name,
                 points[-1],
-                xytext=(8, 0),
+                xytext=(6, 6),
                 textcoords="offset points",
                 color=color,
-                va="center",
-                bbox={"facecolor": LIGHT.page, "edgecolor": "none", "pad": 1},
+                ha="center",
+                va="bottom",
             )
     label_ends(axes, ends, gap=0.06)
 
