@@ -18,7 +18,7 @@ WIDTH = 110
 """Of lines of text."""
 REPEATED = ("kernel", "environments")
 """Sections that are measured again at the end of a run."""
-IN_README = ("Gymnasium vector", "PettingZoo, arrays", "VMAS flocking", "mpe2 simple_tag")
+IN_README = ("Gymnasium vector", "VMAS flocking")
 
 
 def rendered(page: str, document: dict[str, Any]) -> str:

@@ -13,6 +13,7 @@ extensions = [
     "short_signatures",
     "environment_pages",
     "repository_links",
+    "site_anchors",
     "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",

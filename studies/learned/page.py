@@ -20,7 +20,7 @@ from studies.learned.leaderboard import leaderboard_page
 from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, WATCHED, draw_listening
 from studies.learned.loss_tables import loss_tables
 from studies.learned.named import numbers
-from studies.learned.names import KNOWLEDGE
+from studies.learned.names import KNOWLEDGE, setting_title
 from studies.learned.one_agent import AGENT_FILE, draw_agent
 from studies.learned.questions import QUESTIONS
 from studies.learned.references import NUM_SEGMENTS, PLANNED_STEPS, SEGMENT_STEPS
@@ -38,6 +38,9 @@ DETAILS = "results-details.md"
 
 CREDIT = "per-agent-visible"
 """The setting that compares rewards."""
+
+IN_README = ("per-agent-local", "per-agent-visible-derived", "shared", "per-agent-visible")
+"""The settings in the README's table."""
 
 
 _PROTOCOL = {
@@ -105,9 +108,12 @@ def details_page(summaries: Sequence[Summary], results: Path, page: Path) -> str
 
 
 def readme_table(summaries: Sequence[Summary]) -> str:
-    """Return a short table, one row per setting, as Markdown."""
-    ordered = losses_first(summaries)
-    text = render("learned/readme_table.md", losses_first=ordered, best_fixed=BEST_FIXED, kinds=list(Kind))
+    """Return the README's table, one row per setting of ``IN_README``, as Markdown."""
+    compared = [row for row in losses_first(summaries) if row.learned in row.over_rule]
+    rows = [row for row in compared if row.study.setting in IN_README]
+    text = render(
+        "learned/readme_table.md", rows=rows, title=setting_title, best_fixed=BEST_FIXED, rule=Kind.RULE
+    )
     return text.strip()
 
 

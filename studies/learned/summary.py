@@ -82,17 +82,6 @@ class Summary:
             return UNKNOWN
         return f"{self.policies[policy].iqm:.{self.study.spec.digits}f}"
 
-    def short(self, policy: str | None) -> str:
-        """Return the mean objective of a policy, without unit and interval."""
-        if policy is None:
-            return UNKNOWN
-        return f"{self.policies[policy].objective.mean:.{self.study.spec.digits}f}"
-
-    def learned_over_rule(self) -> str:
-        """Return the mean difference of the learned policy to the best untrained rule."""
-        found = self.over_rule.get(self.learned) if self.learned else None
-        return UNKNOWN if found is None else f"{found.mean:+.{self.study.spec.digits}f}"
-
     def over_best_rule(self, kind: Kind) -> str:
         """Return the paired difference of the best policy of a kind to the best untrained rule."""
         return self.show(self.over_rule[kind], "+") if kind in self.over_rule else UNKNOWN

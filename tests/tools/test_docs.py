@@ -45,7 +45,7 @@ def anchors(page: Path) -> set[str]:
 
 
 def is_path(code: str) -> bool:
-    if not re.fullmatch(r"[\w./-]+", code) or code.startswith("runs/"):  # output of commands
+    if not re.fullmatch(r"[\w./-]+", code) or code.startswith(("runs/", "target/")):  # output of commands
         return False
     return bool(SUFFIX.search(code)) or code.endswith("/") or code.split("/")[0] in SOURCES
 

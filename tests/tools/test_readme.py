@@ -12,7 +12,16 @@ from typing import Any, get_args
 import gymnasium
 import pytest
 
-from flockesc_env import PRESETS, EnvOptions, FlockEscapeEnv, FlockScenario, ScenarioError, parallel_env
+from flockesc_env import (
+    PRESETS,
+    EnvOptions,
+    FixedRange,
+    FlockEscapeEnv,
+    FlockScenario,
+    ScenarioError,
+    parallel_env,
+    rollout,
+)
 from flockesc_env.episodes.objectives import OBJECTIVES
 from flockesc_env.episodes.options import IndividualReward, TeamReward
 from flockesc_env.policies import NAMES, bind
@@ -23,6 +32,7 @@ from studies.learned.results import BEST_FIXED, load_study
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "results"
 README = (ROOT / "README.md").read_text("utf-8")
+PROSE = " ".join(README.split())
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 FENCED = re.compile(r"^( *)```python\n(.*?)^\1```", flags=re.DOTALL | re.MULTILINE)
 SNIPPETS = [
@@ -77,8 +87,21 @@ def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) ->
 def test_the_headline_is_that_of_committed_results() -> None:
     study = load_study(RESULTS / "learned" / "per-agent-visible")
     found = aggregate(study.values("search"), study.values(BEST_FIXED)[0])
-    assert f"{found.difference:.1f}".replace(" [", " m [") in README.split("```", 1)[0]
-    assert f"{found.objective.mean:.1f} m against {study.values(BEST_FIXED).mean():.1f} m" in README
+    assert f"{found.difference:.1f}".replace(" [", " m [") in PROSE.split("```", 1)[0]
+    assert f"{found.objective.mean:.1f} m against {study.values(BEST_FIXED).mean():.1f} m" in PROSE
+
+
+def test_the_snippet_and_the_caption_of_the_readme_have_the_numbers_of_their_flock(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(ROOT)
+    (_, snippet), *_ = FENCED.findall(README)
+    exec(compile(snippet, "snippet", "exec"), {})  # noqa: S102, our own text
+    learned = float(capsys.readouterr().out)
+    assert f"# {learned:.2f} m\n" in snippet
+    (fixed,) = rollout("paper-flock", FixedRange(12.0), [242]).min_mean_distance
+    assert f"12 m, their mean distance to the predator falls to {fixed:.1f} m" in PROSE
+    assert f"under a learned policy it stays at {learned:.1f} m or more" in PROSE
 
 
 def test_the_table_of_the_demo_is_the_committed_one() -> None:
