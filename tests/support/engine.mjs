@@ -17,6 +17,10 @@ function started({ scenario, options, seed, start }) {
   return start ? engine.Flock.startedAt(...arguments_, ...start.map(floats)) : new engine.Flock(...arguments_);
 }
 
+function networkOf({ architecture, ranges, parameters }, entries) {
+  return new engine.Network(architecture, entries, floats(ranges), Float32Array.from(parameters));
+}
+
 const kinds = {
   // The hash of every state, observation and reward of an episode.
   episode(play) {
@@ -38,9 +42,24 @@ const kinds = {
   // The lowest value of the objective and the number of components after an episode under a network.
   network(play) {
     const flock = started(play);
-    const parameters = Float32Array.from(play.parameters);
-    const network = new engine.Network(play.architecture, flock.entries, floats(play.ranges), parameters);
+    const network = networkOf(play, flock.entries);
     while (!flock.hasEnded) flock.step(network.ranges(flock.observe(), flock.rows), floats([]));
+    return [flock.distances[2], flock.numComponents];
+  },
+
+  // The same, for a flock with one range per agent and step, and a network with its own options.
+  observed(play) {
+    const flock = started(play);
+    const observer = new engine.Observer(play.scenario, play.observed);
+    const network = networkOf(play, observer.entries);
+    let ranges;
+    while (!flock.hasEnded) {
+      if (flock.steps % play.stepsPerAction === 0) {
+        const set = network.ranges(observer.observe(flock), observer.rows);
+        ranges = floats({ length: flock.rows }).map((_, row) => set[row % set.length]);
+      }
+      flock.step(ranges, floats([]));
+    }
     return [flock.distances[2], flock.numComponents];
   },
 

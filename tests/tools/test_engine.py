@@ -222,7 +222,7 @@ def test_networks_set_the_same_ranges() -> None:
     assert played_in_node([case for case, _ in played]) == [outcome for _, outcome in played]
 
 
-def test_stored_networks_set_the_same_ranges() -> None:
+def test_stored_networks_set_the_same_ranges_on_a_flock_with_other_options() -> None:
     """The architecture is the document in the file, which lacks fields in files of older versions."""
     played = []
     for path in sorted((ROOT / "results" / "learned").glob("*/policies/*.npz")):
@@ -230,8 +230,17 @@ def test_stored_networks_set_the_same_ranges() -> None:
         stored = fe.load_policy(path)
         if isinstance(stored.scenario, fe.FlockScenario) and isinstance(stored.policy, fe.NetworkPolicy):
             short = stored.scenario.replace(num_steps=ACTIONS)
-            document = json.dumps(header["architecture"])
-            played.append(network_case(short, stored.policy, document, stored.per_agent, **stored.options))
+            architecture, chosen = json.dumps(header["architecture"]), EnvOptions(**stored.options)
+            case, outcome = network_case(
+                short, stored.policy, architecture, stored.per_agent, **stored.options
+            )
+            case |= {
+                "kind": "observed",
+                "options": EnvOptions(objective=chosen.objective).to_core(View.AGENT),
+                "observed": case["options"],
+                "stepsPerAction": chosen.steps_per_action,
+            }
+            played.append((case, outcome))
     assert played_in_node([case for case, _ in played]) == [outcome for _, outcome in played]
 
 
