@@ -79,7 +79,7 @@ lint: build ## check formatting, lints, types and stubs
 docs: build engine ## build the documentation site with the playground in target/docs; warnings are errors
 	$(INSTALL) --extra docs
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d target/doctrees docs target/docs
-	$(BIN)/python -m flockesc_env.watch.playground target/docs/playground
+	$(BIN)/python -m playground target/docs/playground
 
 .PHONY: notebooks
 notebooks: build ## run the notebooks of examples/ and store their outputs (about 2 minutes)
@@ -191,7 +191,7 @@ engine: ## build the core for web pages, in WebAssembly, into the package
 
 .PHONY: playground
 playground: build engine ## build the playground, a web page on which flocks fly, in target/playground
-	$(BIN)/python -m flockesc_env.watch.playground target/playground
+	$(BIN)/python -m playground target/playground
 
 # Sample sizes: number of mutants of the Python package, and share of the mutants of the core.
 MUTANTS := 100

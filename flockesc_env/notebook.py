@@ -20,6 +20,8 @@ from flockesc_env.models.simulate import LineTrajectory, Trajectory
 from flockesc_env.models.sweep import SweepResult
 from flockesc_env.policies.playing import Episodes, LineEpisodes
 from flockesc_env.render.palette import LIGHT
+from flockesc_env.watch.document import check_runs
+from flockesc_env.watch.page import render, replay
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,7 +32,8 @@ _DECIMALS = 3
 class Replay:
     """Runs side by side: as the last value of a notebook's cell, it replays them.
 
-    The page is part of the notebook: 0.1 MB, and for each run 1.3 kB per agent and 100 steps.
+    The page is part of the notebook: 0.1 MB, and for each run 1.3 kB per agent and 100 steps. Viewers that
+    do not show pages show a picture instead, if Matplotlib is installed.
 
     Args:
         runs: names and runs. Runs of the same flock compare best.
@@ -42,8 +45,6 @@ class Replay:
     """
 
     def __init__(self, runs: Sequence[tuple[str, Trajectory]], *, height: int = 640) -> None:
-        from flockesc_env.watch.document import check_runs  # the server beside it is slow to import
-
         check_runs(runs)
         self.runs = list(runs)
         self.height = as_count(height, "height")
@@ -52,10 +53,10 @@ class Replay:
         return f"Replay({', '.join(name for name, _ in self.runs)})"
 
     def _repr_html_(self) -> str:
-        from flockesc_env.watch.page import render
-
-        page = render(self.runs).replace("&", "&amp;").replace('"', "&quot;")
-        return f'<iframe srcdoc="{page}" style="width: 100%; height: {self.height}px; border: 0"></iframe>'
+        page = render(self.runs, replay(self.runs), with_engine=False)
+        source = page.replace("&", "&amp;").replace('"', "&quot;")
+        style = f"width: 100%; height: {self.height}px; border: 0"
+        return f'<iframe srcdoc="{source}" style="{style}">{_moment(self.runs)}</iframe>'
 
 
 @to_html.register
@@ -96,6 +97,26 @@ def _(episodes: Episodes | LineEpisodes) -> str:
     }
     rows = ((name, column.mean(), column.min(), column.max()) for name, column in columns.items())
     return _table([f"{len(episodes.seeds)} seeds", "mean", "smallest", "largest"], rows)
+
+
+def _moment(runs: Sequence[tuple[str, Trajectory]]) -> str:
+    """Return a picture of flocks in the plane at their smallest mean predator distance, or nothing."""
+    try:
+        require("analysis", ["matplotlib"])
+    except MissingExtraError:
+        return ""
+    from matplotlib.figure import Figure  # optional and slow to import
+
+    figure = Figure(figsize=(3.2 * len(runs), 3.4), layout="constrained")
+    for axes, (name, run) in zip(figure.subplots(1, len(runs), squeeze=False)[0], runs, strict=True):
+        step = int(run.mean_distance.argmin())
+        axes.quiver(*run.positions[step].T[:2], *run.velocities[step].T[:2], color=LIGHT.fixed)
+        axes.plot(*run.predator_positions[step].T[:2], "o", color=LIGHT.predator)
+        axes.set_title(f"{name}: {run.mean_distance[step]:.1f} m at {run.times[step]:.1f} s", fontsize=9)
+        axes.set_aspect("equal")
+    file = BytesIO()
+    figure.savefig(file, format="png", dpi=80)
+    return f'<img alt="flocks" src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
 
 
 def _paths(run: LineTrajectory) -> Figure:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tempfile
+import webbrowser
 from pathlib import Path
 from typing import Annotated
 
@@ -9,18 +11,24 @@ from tyro.conf import Positional, arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Progress, ScenarioFlags, optional, switch
-from flockesc_env.cli.output import check_output, note
+from flockesc_env.cli.output import check_output, note, show
 from flockesc_env.cli.policies import EXPECTED, policy_of
+from flockesc_env.common.checks import as_seed
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
+from flockesc_env.common.files import write_text
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.models import records
 from flockesc_env.models.simulate import Trajectory
+from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.watch import serve, write_page
+from flockesc_env.watch.live import file_document, has_engine, runs_in_page, worlds
+from flockesc_env.watch.page import Content, render, replay
 
 _Runs = list[tuple[str, Trajectory]]
+_Policies = list[tuple[str, NamedPolicy]]
 _PAGE, _VIDEOS = ".html", (".mp4", ".gif")
+_GROUP = "given files"
 
 
 def run(
@@ -37,58 +45,78 @@ def run(
     policies: Annotated[
         tuple[str, ...],
         arg(help=f"policies to run if no recorded runs are given: {EXPECTED}"),
-    ] = ("fixed:15", "stubborn-leaders"),
-    seed: Annotated[int, arg(help="seed of the flock")] = 0,
+    ] = ("fixed:12", "stubborn-leaders"),
+    seed: Annotated[int, arg(help="seed of the flock")] = 242,
     output: Annotated[
         Path | None,
         *optional(
-            "write a page (.html) or a video (.mp4, .gif; needs the video extra) instead of serving the page",
-            "serve the page on this machine",
+            "write a page (.html) or a video (.mp4, .gif; needs the video extra)",
+            "write a page to a temporary file, and open it",
         ),
     ] = None,
-    port: Annotated[int, arg(help="port of the server; 0: any free port")] = 0,
-    no_browser: Annotated[bool, switch("print the address of the page without opening a browser")] = False,
+    no_browser: Annotated[bool, switch("print the path of the page without opening a browser")] = False,
     progress: Progress = False,
 ) -> Exit:
     """Watch flocks in the browser: recorded runs, or policies on one flock.
 
-    The range slider of the page simulates the flock again. Ctrl-C stops the server.
+    The page is one file. It simulates fixed ranges, networks and simple rules itself, so its slider acts on
+    the running flock. Other policies are recorded.
 
-    Example: flockesc watch --policies fixed:10 stubborn-leaders --seed 7
+    Example: flockesc watch --policies fixed:12 stubborn-leaders --seed 242
     """
     check_output(output, [_PAGE, *_VIDEOS])
     chosen = scenario.build()
     if not isinstance(chosen, FlockScenario):
         raise ArgumentError("scenario", "a scenario of a flock", "one of a line")
-    runs = _load_runs(files) if files else _run_policies(policies, seed, chosen)
-    if not runs:
+    found = [] if files else [(spec, policy_of(spec)) for spec in policies]
+    if not files and not found:
         raise ArgumentError("policies", "at least one", "none")
-    if output is None:
-        first = runs[0][1]
-        shown = first.scenario if files else chosen
-        start = seed if first.is_start_given else first.seed
-        serve(runs, scenario=shown, seed=start, port=port, open_browser=not no_browser)
+    if output is not None and output.suffix in _VIDEOS:
+        _write_video(_load_runs(files) or _record(found, seed, chosen), output, always=progress)
+        note(f"saved: {output}")
         return Exit.DONE
-    if output.suffix == _PAGE:
-        write_page(runs, output)
-    else:
-        _write_video(runs, output, always=progress)
-    note(f"saved: {output}")
+    page = _replay_page(_load_runs(files)) if files else _policy_page(found, seed, chosen)
+    if output is not None:
+        write_text(output, page)
+        note(f"saved: {output}")
+        return Exit.DONE
+    path = Path(tempfile.mkdtemp(prefix="flockesc-")) / f"flock{_PAGE}"
+    write_text(path, page)
+    show(f"The page is {path}")
+    if not no_browser:
+        webbrowser.open(path.as_uri())
     return Exit.DONE
 
 
-def _write_video(runs: _Runs, path: Path, *, always: bool) -> None:
-    require("video", ["pygame", "imageio_ffmpeg"])
-    from flockesc_env.render.video import write_video
-
-    frames = max(run.scenario.num_steps for _, run in runs) + 1
-    with progress_bar("Video", frames, always=always) as report:
-        write_video(runs, path, progress=report)
+def _replay_page(runs: _Runs) -> str:
+    return render(runs, replay(runs))
 
 
-def _run_policies(policies: tuple[str, ...], seed: int, scenario: FlockScenario) -> _Runs:
-    found = [(spec, policy_of(spec)) for spec in policies]  # all names are checked before the first run
-    return [(spec, policy.record(seed, scenario)) for spec, policy in found]
+def _policy_page(policies: _Policies, seed: int, scenario: FlockScenario) -> str:
+    """Return a page that simulates the policies it can, and replays the others."""
+    if not has_engine():
+        note("This build has no engine for pages: the page replays. `make engine` builds it in a checkout.")
+        return _replay_page(_record(policies, seed, scenario))
+    recorded = [(spec, policy) for spec, policy in policies if not runs_in_page(policy)]
+    runs = _record(recorded, seed, scenario)
+    indices = {spec: f"recording:{index}" for index, (spec, _) in enumerate(recorded)}
+    networks = [
+        file_document(Path(spec), spec, _GROUP)
+        for spec, policy in policies
+        if runs_in_page(policy) and policy.scenario is not None
+    ]
+    name, documents = worlds(scenario)
+    start = {
+        "world": name,
+        "seed": str(as_seed(seed)),
+        "policies": [indices.get(spec, spec) for spec, _ in policies],
+        "headline": networks[0]["spec"] if networks else None,
+    }
+    return render(runs, Content(worlds=documents, policies=networks, start=start))
+
+
+def _record(policies: _Policies, seed: int, scenario: FlockScenario) -> _Runs:
+    return [(spec, policy.record(seed, scenario)) for spec, policy in policies]
 
 
 def _load_runs(files: tuple[Path, ...]) -> _Runs:
@@ -100,3 +128,12 @@ def _load_runs(files: tuple[Path, ...]) -> _Runs:
             raise ArgumentError("files", "runs of a flock", f"a line in {path}")
         runs.append((record.name or path.stem, run))
     return runs
+
+
+def _write_video(runs: _Runs, path: Path, *, always: bool) -> None:
+    require("video", ["pygame", "imageio_ffmpeg"])
+    from flockesc_env.render.video import write_video
+
+    frames = max(run.scenario.num_steps for _, run in runs) + 1
+    with progress_bar("Video", frames, always=always) as report:
+        write_video(runs, path, progress=report)

@@ -1,6 +1,5 @@
-"""Watch flocks in the browser: recorded runs as one HTML file, or a local server that simulates more."""
+"""Watch flocks in the browser: one HTML file that replays runs and simulates more."""
 
 from flockesc_env.watch.page import write_page
-from flockesc_env.watch.server import serve
 
-__all__ = ["serve", "write_page"]
+__all__ = ["write_page"]

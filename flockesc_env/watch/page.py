@@ -1,11 +1,12 @@
-"""The watch page as one HTML file that loads nothing else."""
+"""The page: flocks in the browser, as one HTML file that loads nothing else."""
 
 from __future__ import annotations
 
 import html
-import json
-from collections.abc import Sequence
-from dataclasses import asdict
+import zlib
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -17,16 +18,49 @@ from flockesc_env.models.records import versions
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.render.palette import DARK, LIGHT
 from flockesc_env.watch.document import Run, check_runs, run_document
+from flockesc_env.watch.live import ENGINE, has_engine, safe_json, start_document, worlds
 
 _SCRIPTS = (
-    *("data", "groups", "theme", "camera", "ground", "neighbors", "scene", "panel", "curves"),
-    *("player", "live", "save", "main"),
+    *("dom", "data", "npz", "groups", "theme", "camera", "ground", "scene", "steer", "engine", "flight"),
+    *("policies", "choice", "panel", "curves", "player", "save", "inspect", "predict", "address", "python"),
+    *("page", "world", "start"),
 )
 """Scripts under ``js/``, in order of dependence."""
+
+_LEAD = (
+    "How far each agent listens decides whether the flock escapes. Change the range while the flock flies."
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Content:
+    """What a page shows, besides recorded runs.
+
+    Attributes:
+        worlds: documents of the worlds, see ``live.world_document``. Without any, the page only replays.
+        policies: documents of policy files, see ``live.file_document``.
+        start: the flock and the policies at first: ``{"world": .., "seed": .., "policies": [..]}``, and as
+            ``"headline"`` the policy behind the button "Learned".
+        playground: the published curve and the chapters of the playground.
+        parts: HTML of the playground's parts, by their place in ``page.html``.
+        heading: heading of the page.
+        lead: sentences below it.
+    """
+
+    worlds: Sequence[dict[str, Any]] = ()
+    policies: Sequence[dict[str, Any]] = ()
+    start: Mapping[str, Any]
+    playground: Mapping[str, Any] | None = None
+    parts: Mapping[str, str] | None = None
+    heading: str = "Flock under attack"
+    lead: str = _LEAD
 
 
 def write_page(runs: Trajectory | Sequence[Run], path: str | Path) -> None:
     """Write a page that replays runs side by side. It opens from the file, without a server or a network.
+
+    A reader can also change the range and play the flock again, if the package contains the core in
+    WebAssembly.
 
     Args:
         runs: one run, shown under the name of the file, or a list of names and runs. Runs of the same flock
@@ -37,33 +71,70 @@ def write_page(runs: Trajectory | Sequence[Run], path: str | Path) -> None:
         ArgumentError: if there are no runs, they cannot be shown side by side, or ``path`` is not a path.
     """
     target = as_path(path)
-    write_text(target, render([(target.stem, runs)] if isinstance(runs, Trajectory) else runs))
+    shown = [(target.stem, runs)] if isinstance(runs, Trajectory) else runs
+    write_text(target, render(shown, replay(shown)))
 
 
-def render(runs: Sequence[Run], live: dict[str, Any] | None = None) -> str:
-    """Return the page.
-
-    Args:
-        runs: names and runs.
-        live: what the controls of a served page offer; ``None`` leaves the controls out.
+def replay(runs: Sequence[Run], policies: Sequence[dict[str, Any]] = ()) -> Content:
+    """Return the content of a page that shows recorded runs at first.
 
     Raises:
         ArgumentError: if there are no runs, or they cannot be shown side by side.
     """
     check_runs(runs)
-    documents = [run_document(name, trajectory) for name, trajectory in runs]
-    document = {"versions": versions(), "live": live, "runs": documents}
+    first = runs[0][1]
+    name, documents = worlds(first.scenario)
+    start = start_document(first)
+    if start is not None:
+        documents = [{**world, "start": start} if world["name"] == name else world for world in documents]
+    specs = [f"recording:{index}" for index in range(len(runs))]
+    seed = None if start else str(first.seed)
+    shown = {"world": name, "seed": seed, "policies": specs, "headline": None}
+    return Content(worlds=documents, policies=policies, start=shown)
+
+
+def render(runs: Sequence[Run], content: Content, *, with_engine: bool = True) -> str:
+    """Return the page.
+
+    Args:
+        runs: names and recorded runs.
+        content: what the page shows besides.
+        with_engine: whether the page contains the core in WebAssembly (0.5 MB), if the package has it.
+    """
+    is_live = with_engine and has_engine() and bool(content.worlds)
+    recordings = [run_document(name, trajectory) for name, trajectory in runs]
+    document = {
+        "versions": versions(),
+        "worlds": content.worlds if is_live else [],
+        "policies": content.policies if is_live else [],
+        "start": content.start,
+        "playground": content.playground,
+        "recordings": recordings,
+    }
     here = files("flockesc_env.watch")
     uplot = here / "vendor" / "uplot"
     styles = [theme(), (uplot / "uPlot.min.css").read_text("utf-8"), (here / "page.css").read_text("utf-8")]
     scripts = [(uplot / "uPlot.iife.min.js").read_text("utf-8")]
+    if is_live:
+        scripts.append((ENGINE / "flockesc_wasm.js").read_text("utf-8"))
     scripts += [(here / "js" / f"{name}.js").read_text("utf-8") for name in _SCRIPTS]
+    titles = [run["title"] for run in recordings]
     return Template((here / "page.html").read_text("utf-8")).substitute(
-        title=html.escape(" / ".join(run["title"] for run in documents)),
+        {"chapters": "", "predict": "", **(content.parts or {})},
+        title=html.escape(" / ".join(titles) or content.heading),
+        heading=html.escape(content.heading),
+        lead=html.escape(content.lead if is_live else ""),
         styles="\n".join(styles),
+        engine=_engine() if is_live else "",
         scripts="\n".join(f"<script>\n{script}</script>" for script in scripts),
-        data=_script_safe(json.dumps(document, allow_nan=False, separators=(",", ":"))),
+        data=safe_json(document),
     )
+
+
+def _engine() -> str:
+    """Return the element that holds the core in WebAssembly."""
+    packed = zlib.compress((ENGINE / "flockesc_wasm_bg.wasm").read_bytes(), 9)
+    return f'<script type="application/octet-stream" id="engine">{b64encode(packed).decode()}</script>'
 
 
 def theme() -> str:
@@ -76,8 +147,3 @@ def theme() -> str:
         for palette in (LIGHT, DARK)
     )
     return f":root {{ {light} }}\n@media (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}"
-
-
-def _script_safe(document: str) -> str:
-    """Escape what could end the script element around a JSON document."""
-    return document.replace("&", r"\u0026").replace("<", r"\u003c").replace(">", r"\u003e")

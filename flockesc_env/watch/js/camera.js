@@ -8,11 +8,16 @@ const FROM_ASIDE = { yaw: -0.6, pitch: 1.1 };
 const MARGIN = 1.1; // size of the window over that of the box
 
 class Camera {
-  constructor(isSpatial) {
-    this.isSpatial = isSpatial;
-    this.start = isSpatial ? FROM_ASIDE : FROM_ABOVE;
+  constructor() {
     this.box = null;
     this.width = this.height = 1;
+    this.setDimension(2);
+  }
+
+  /** Looks at a plane from above, or at space from the side. */
+  setDimension(dimension) {
+    this.isSpatial = dimension === 3;
+    this.start = this.isSpatial ? FROM_ASIDE : FROM_ABOVE;
     this.reset();
   }
 
@@ -121,18 +126,112 @@ class Camera {
   }
 }
 
-/** The box around all positions of the runs and, if it is given, around `box`. */
-function boxAround(runs, box = { low: [0, 0, 0].fill(Infinity), high: [0, 0, 0].fill(-Infinity) }) {
-  const [low, high] = [[...box.low], [...box.high]];
-  for (const { positions, predators, dimension } of runs) {
-    for (const points of [positions, predators]) {
-      for (let at = 0; at < points.length; at++) {
-        const axis = at % dimension;
-        if (points[at] < low[axis]) low[axis] = points[at];
-        if (points[at] > high[axis]) high[axis] = points[at];
-      }
-    }
-    if (dimension === 2) low[2] = high[2] = 0;
+const STRAY = 0.005; // share of the agents at either end of an axis that may leave the window
+const ROOM = 12; // m around what is shown
+const EASE = 5; // 1/s
+
+/** The box {low, high} in m that a camera shows. It grows with the runs, and its ends move smoothly. */
+class Window {
+  constructor() {
+    this.reset();
   }
-  return { low, high };
+
+  reset() {
+    this.goal = { low: [0, 0, 0].fill(Infinity), high: [0, 0, 0].fill(-Infinity) };
+    this.box = null;
+    this.seen = new Map(); // frames of a run that the goal contains
+  }
+
+  /** Widens the goal so that it contains the new frames of a run. */
+  include(run) {
+    const first = this.seen.get(run) ?? 0;
+    const stride = run.isLive ? 1 : Math.ceil(run.last / 60);
+    for (let step = first; step <= run.last; step += stride) this.includeFrame(run, step);
+    this.seen.set(run, run.last + 1);
+  }
+
+  includeFrame(run, step) {
+    const { positions, predators, numAgents, numPredators, dimension } = run;
+    for (let axis = 0; axis < 3; axis++) {
+      const ends = [];
+      if (axis < dimension) {
+        const values = new Float64Array(numAgents);
+        for (let agent = 0; agent < numAgents; agent++) values[agent] = positions[(step * numAgents + agent) * dimension + axis];
+        values.sort();
+        const skipped = Math.floor(STRAY * numAgents);
+        ends.push(values[skipped] - ROOM, values[numAgents - 1 - skipped] + ROOM);
+        for (let at = 0; at < numPredators; at++) {
+          const place = predators[(step * numPredators + at) * dimension + axis];
+          ends.push(place - ROOM, place + ROOM);
+        }
+      } else ends.push(0);
+      this.goal.low[axis] = Math.min(this.goal.low[axis], ...ends);
+      this.goal.high[axis] = Math.max(this.goal.high[axis], ...ends);
+    }
+  }
+
+  /** Moves toward the goal for some seconds, and returns the box. */
+  follow(seconds) {
+    const { goal } = this;
+    const share = this.box ? 1 - Math.exp(-EASE * seconds) : 1;
+    const mix = (ends, wanted) => ends.map((end, axis) => end + share * (wanted[axis] - end));
+    const from = this.box ?? goal;
+    this.box = { low: mix(from.low, goal.low), high: mix(from.high, goal.high) };
+    return this.box;
+  }
+}
+
+/** Connects the camera to dragging, two fingers, ctrl + wheel, double click and the keys of a canvas. */
+function bindCamera(canvas, camera, redraw) {
+  const fingers = new Map();
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    fingers.set(event.pointerId, [event.offsetX, event.offsetY]);
+  });
+  for (const name of ["pointerup", "pointercancel"]) {
+    canvas.addEventListener(name, ({ pointerId }) => fingers.delete(pointerId));
+  }
+  canvas.addEventListener("pointermove", (event) => {
+    const before = fingers.get(event.pointerId);
+    if (!before || canvas.classList.contains("steered")) return;
+    const now = [event.offsetX, event.offsetY];
+    const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
+    if (other) {
+      const apart = ([x, y]) => Math.hypot(x - other[0], y - other[1]) || 1;
+      camera.zoom(apart(now) / apart(before), (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
+    } else camera.drag(now[0] - before[0], now[1] - before[1]);
+    fingers.set(event.pointerId, now);
+    redraw();
+  });
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      if (!event.ctrlKey && !event.metaKey) return; // scrolls the page
+      event.preventDefault();
+      camera.zoom(Math.exp(-event.deltaY / 300), event.offsetX, event.offsetY);
+      redraw();
+    },
+    { passive: false },
+  );
+  const middle = () => [canvas.clientWidth / 2, canvas.clientHeight / 2];
+  const keys = {
+    "+": () => camera.zoom(1.25, ...middle()),
+    "-": () => camera.zoom(0.8, ...middle()),
+    0: () => camera.reset(),
+    ArrowLeft: () => camera.drag(30, 0),
+    ArrowRight: () => camera.drag(-30, 0),
+    ArrowUp: () => camera.drag(0, 30),
+    ArrowDown: () => camera.drag(0, -30),
+  };
+  canvas.addEventListener("keydown", (event) => {
+    if (!(event.key in keys) || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    event.stopPropagation(); // the arrows step through time elsewhere
+    keys[event.key]();
+    redraw();
+  });
+  canvas.addEventListener("dblclick", () => {
+    camera.reset();
+    redraw();
+  });
 }

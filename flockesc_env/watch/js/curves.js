@@ -9,7 +9,7 @@ const AXIS_FONT = "11px system-ui, sans-serif";
 const CHARTS = [
   {
     title: "Distance to the predator (m)",
-    key: (run) => `solid: mean, dashed: nearest agent, dot: ${run.objective}`,
+    key: () => "solid: mean, thin: its lowest so far, dashed: nearest agent",
     series: [
       { column: "lowestMean", width: 1, alpha: 0.55 },
       { column: "minDistance", width: 1.25, dash: [5, 4] },
@@ -37,18 +37,27 @@ const CHARTS = [
 ];
 
 class Curves {
-  constructor(container, player, runs, theme) {
-    Object.assign(this, { player, runs, theme });
-    this.charts = CHARTS.map((spec) => this.build(spec, container));
+  constructor(container, player, theme) {
+    Object.assign(this, { container, player, theme, runs: [], charts: [], yardstick: null });
     player.addEventListener("change", () => this.moveCursor());
     new ResizeObserver(() => this.resize()).observe(container);
   }
 
-  /** Replaces the runs by the same number of other runs. */
-  setRuns(runs) {
-    this.runs = runs;
-    this.charts.forEach((chart, at) => chart.setData(this.dataOf(CHARTS[at])));
+  /** Shows runs. `yardstick`: a run whose lowest mean distance is drawn behind them, or null. */
+  setRuns(runs, yardstick = null) {
+    const isOther = runs.length !== this.runs.length || runs[0].rangeUnit !== this.runs[0].rangeUnit;
+    Object.assign(this, { runs, yardstick });
+    if (isOther) {
+      this.charts.forEach((chart) => chart.destroy());
+      this.container.replaceChildren();
+      this.charts = CHARTS.map((spec) => this.build(spec, this.container));
+    } else this.update();
     this.moveCursor();
+  }
+
+  /** Shows the frames that the runs have got. */
+  update() {
+    this.charts.forEach((chart, at) => chart.setData(this.dataOf(CHARTS[at])));
   }
 
   /** Draws again, for example in the colors of another theme. */
@@ -74,8 +83,8 @@ class Curves {
 
   dataOf({ series }) {
     const tables = this.runs.map((run) => [
-      Array.from(run.times),
-      ...series.map(({ column }) => Array.from(run[column], (value) => (Number.isFinite(value) ? value : null))),
+      Array.from(run.times.subarray(0, run.last + 1)),
+      ...series.map(({ column }) => Array.from(run[column].subarray(0, run.last + 1), (value) => (Number.isFinite(value) ? value : null))),
     ]);
     return uPlot.join(tables);
   }
@@ -106,7 +115,7 @@ class Curves {
       legend: { show: false },
       cursor: { x: false, y: false, points: { show: false }, drag: { x: false, y: false } },
       scales: {
-        x: { time: false },
+        x: { time: false, range: () => [0, this.player.duration || 1] },
         y: spec.isLogarithmic
           ? { distr: 3, range: (_, low, high) => [1, Math.max(10, high)] }
           : { range: (_, low, high) => [0, (high || 1) * 1.08] },
@@ -117,8 +126,32 @@ class Curves {
       ],
       series: [{}, ...series],
       bands,
-      hooks: { draw: spec.objective ? [(chart) => this.drawObjectives(chart, spec.objective)] : [] },
+      hooks: {
+        drawSeries: spec.objective ? [(chart, index) => index === 1 && this.drawYardstick(chart)] : [],
+        draw: spec.objective ? [(chart) => this.drawObjectives(chart, spec.objective)] : [],
+      },
     };
+  }
+
+  /** Draws the lowest mean distance of the yardstick, and its name. */
+  drawYardstick(chart) {
+    if (!this.yardstick) return;
+    const { ctx: context } = chart;
+    const { lowestMean, times, last, policy } = this.yardstick;
+    const density = window.devicePixelRatio || 1;
+    const place = (step) => [chart.valToPos(times[step], "x", true), chart.valToPos(lowestMean[step], "y", true)];
+    context.save();
+    context.beginPath();
+    for (let step = 0; step <= last; step++) context.lineTo(...place(step));
+    context.strokeStyle = context.fillStyle = this.theme.muted;
+    context.lineWidth = 2 * density;
+    context.setLineDash([2 * density, 4 * density]);
+    context.stroke();
+    context.font = `${10.5 * density}px system-ui, sans-serif`;
+    context.textAlign = "right";
+    const [x, y] = place(last);
+    context.fillText(`best ${policy.title}: ${lowestMean[last].toFixed(1)} m`, x, y - 6 * density);
+    context.restore();
   }
 
   /** Marks every run's objective where it is reached. */
@@ -130,7 +163,7 @@ class Curves {
     context.textAlign = "center";
     context.lineJoin = "round";
     this.runs.forEach((run, at) => {
-      const objective = run[column][run.numSteps];
+      const objective = run[column][run.last];
       if (!Number.isFinite(objective)) return;
       const x = chart.valToPos(run.times[run[column].indexOf(objective)], "x", true);
       const y = chart.valToPos(objective, "y", true);
@@ -141,6 +174,7 @@ class Curves {
       context.arc(x, y, 4.5 * density, 0, 2 * Math.PI);
       context.stroke();
       context.fill();
+      if (this.runs.length > 2) return; // more labels collide
       const label = [objective.toFixed(1), x, y + (at % 2 ? -9 : 17) * density]; // labels of neighboring runs do not overlap
       context.strokeText(...label);
       context.fillText(...label);

@@ -1,50 +1,72 @@
 "use strict";
 
-// Reads the documents of document.py: numbers in compressed typed arrays.
+// Recorded runs: reads the documents of document.py, whose numbers are compressed typed arrays.
 
 const ARRAYS = {
   float32: Float32Array,
+  float64: Float64Array,
   int8: Int8Array,
   uint16: Uint16Array,
   uint32: Uint32Array,
 };
 
+/** Bytes of a text in base64. */
+function bytesOf(base64) {
+  return Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+}
+
+/** Decompresses bytes; `format`: "deflate" or "deflate-raw". */
+async function inflate(bytes, format) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream(format));
+  return new Response(stream).arrayBuffer();
+}
+
 async function decodeColumn({ dtype, data }) {
-  const bytes = Uint8Array.from(atob(data), (character) => character.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new ARRAYS[dtype](await new Response(stream).arrayBuffer());
+  return new ARRAYS[dtype](await inflate(bytesOf(data), "deflate"));
 }
 
-/** One run: its columns as typed arrays, flat and in the order of (time, agent, axis). */
-async function decodeRun({ name, title, kind, seed, scenario, rangeUnit, objective, isMetric, columns }) {
-  const run = {
-    name,
-    title, // the readable name
-    kind, // "fixed", "rule" or "learned"
-    seed,
-    scenario,
-    rangeUnit,
-    objective,
-    isMetric, // whether positions and ranges alone determine the neighbors
-    dimension: scenario.dimension,
-    numAgents: scenario.num_agents,
-    numPredators: scenario.predators.length,
-    numSteps: scenario.num_steps,
-    timeStep: scenario.time_step,
-    rangesPerTime: columns.ranges.shape[1],
-  };
-  const decode = async ([key, column]) => [key, await decodeColumn(column)];
-  Object.assign(run, Object.fromEntries(await Promise.all(Object.entries(columns).map(decode))));
-  run.groups = trackGroups(run);
-  run.largestRange = run.ranges.reduce((largest, range) => Math.max(largest, range), 0);
-  return run;
+/**
+ * A recorded run. Its columns are typed arrays, flat and in the order of (time, agent, axis). `LiveRun` has the same
+ * columns, up to its frame `last`.
+ */
+class Recording {
+  static async decode(document, index) {
+    const decode = async ([key, column]) => [key, await decodeColumn(column)];
+    const columns = Object.fromEntries(await Promise.all(Object.entries(document.columns).map(decode)));
+    return new Recording(document, columns, index);
+  }
+
+  constructor({ title, kind, seed, scenario, rangeUnit, columns: documents }, columns, index) {
+    Object.assign(this, columns, {
+      spec: `recording:${index}`,
+      title, // the readable name
+      kind, // "fixed", "rule" or "learned"
+      seed, // null: no seed gives this start
+      document: scenario,
+      rangeUnit,
+      rangesPerTime: documents.ranges.shape[1],
+      dimension: scenario.dimension,
+      numAgents: scenario.num_agents,
+      numPredators: scenario.predators.length,
+      numSteps: scenario.num_steps,
+      timeStep: scenario.time_step,
+      last: scenario.num_steps,
+      hasEnded: true,
+    });
+    this.groups = new Groups(this);
+    this.largestRange = this.ranges.reduce((largest, range) => Math.max(largest, range), 0);
+  }
+
+  labelsAt(step) {
+    return this.labels.subarray(step * this.numAgents, (step + 1) * this.numAgents);
+  }
 }
 
-/** The step that contains a time, and the fraction of the step that has passed. */
-function stepAt(run, time) {
-  const steps = Math.min(Math.max(time / run.timeStep, 0), run.numSteps);
+/** The frame before a time, and the fraction of the step that has passed. */
+function frameAt(run, time) {
+  const steps = Math.min(Math.max(time / run.timeStep, 0), run.last);
   // Times are rounded multiples of the step; the tolerance keeps a time from falling into the step before.
-  const step = Math.min(Math.floor(steps + 1e-6), run.numSteps);
+  const step = Math.min(Math.floor(steps + 1e-6), run.last);
   return { step, share: Math.max(steps - step, 0) };
 }
 

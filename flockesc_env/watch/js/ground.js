@@ -21,7 +21,18 @@ function drawGround(context, camera, theme) {
   context.fillStyle = theme.muted;
   context.font = LABEL_FONT;
   if (camera.isSpatial) drawFloor(context, camera);
-  else drawAxes(context, camera);
+  else drawAxes(context, camera, theme);
+}
+
+/** Writes a text on a strip of the ground, so that no grid line runs through it. */
+function label(context, text, x, y, theme) {
+  context.save();
+  context.strokeStyle = theme.ground;
+  context.lineWidth = 4;
+  context.lineJoin = "round";
+  context.strokeText(text, x, y);
+  context.fillText(text, x, y);
+  context.restore();
 }
 
 function multiples(low, high, spacing) {
@@ -29,26 +40,22 @@ function multiples(low, high, spacing) {
   return Array.from({ length: Math.floor(high / spacing) - first + 1 }, (_, at) => (first + at) * spacing);
 }
 
-function drawAxes(context, camera) {
+function drawAxes(context, camera, theme) {
   const { width, height } = camera;
   const spacing = roundBelow(110 / camera.pixelsPerMetre);
   const [left, top] = camera.unproject(0, 0);
   const [right, bottom] = camera.unproject(width, height);
   const out = [0, 0, 0];
+  const [columns, rows] = [multiples(left, right, spacing), multiples(bottom, top, spacing)];
+  const [atX, atY] = [(x) => camera.project(x, 0, 0, out)[0], (y) => camera.project(0, y, 0, out)[1]];
+  for (const x of columns) line(context, atX(x), 0, atX(x), height);
+  for (const y of rows) line(context, 0, atY(y), width, atY(y));
   context.textAlign = "center";
   context.textBaseline = "bottom";
-  for (const x of multiples(left, right, spacing)) {
-    const [at] = camera.project(x, 0, 0, out);
-    line(context, at, 0, at, height);
-    if (at > 40 && at < width - 30) context.fillText(rounded(x), at, height - 4);
-  }
+  for (const x of columns) if (atX(x) > 40 && atX(x) < width - 30) label(context, rounded(x), atX(x), height - 4, theme);
   context.textAlign = "left";
   context.textBaseline = "middle";
-  for (const y of multiples(bottom, top, spacing)) {
-    const [, at] = camera.project(0, y, 0, out);
-    line(context, 0, at, width, at);
-    if (at > 12 && at < height - 26) context.fillText(rounded(y), 5, at);
-  }
+  for (const y of rows) if (atY(y) > 12 && atY(y) < height - 26) label(context, rounded(y), 5, atY(y), theme);
 }
 
 function drawFloor(context, camera) {
@@ -79,7 +86,7 @@ function drawScaleBar(context, camera, theme) {
   context.font = LABEL_FONT;
   context.textAlign = "center";
   context.textBaseline = "bottom";
-  context.fillText(`${rounded(length)} m`, (left + right) / 2, y - 4);
+  label(context, `${rounded(length)} m`, (left + right) / 2, y - 4, theme);
 }
 
 function line(context, x0, y0, x1, y1) {

@@ -6,17 +6,27 @@ const NUM_GROUP_COLORS = 5;
 const OTHER_GROUP = NUM_GROUP_COLORS; // a component smaller than those with colors
 const ALONE = NUM_GROUP_COLORS + 1; // a component of one agent
 
-/** Color index of every agent at every time. */
-function trackGroups({ labels, numAgents, numSteps }) {
-  const groups = new Uint8Array(labels.length).fill(ALONE);
-  let before = null;
-  for (let step = 0; step <= numSteps; step++) {
-    const now = groups.subarray(step * numAgents, (step + 1) * numAgents);
-    const components = largestFirst(labels.subarray(step * numAgents, (step + 1) * numAgents));
-    colorComponents(components, before, now);
-    before = now;
+/** Color index of every agent of a run, by frame. */
+class Groups {
+  constructor(run) {
+    this.run = run;
+    this.frames = [];
   }
-  return groups;
+
+  at(step) {
+    while (this.frames.length <= step) {
+      const labels = this.run.labelsAt(this.frames.length);
+      const now = new Uint8Array(labels.length).fill(ALONE);
+      colorComponents(largestFirst(labels), this.frames.at(-1), now);
+      this.frames.push(now);
+    }
+    return this.frames[step];
+  }
+
+  /** Forgets the frames from a step on. */
+  forget(step) {
+    this.frames.length = Math.min(this.frames.length, step);
+  }
 }
 
 /** Lists of the agents of every component of two agents or more. */

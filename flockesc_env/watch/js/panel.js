@@ -1,98 +1,92 @@
 "use strict";
 
-// One run: its name, its scene and its numbers at the current time.
+// One run: its name, its scene, its numbers at the current time, and the choice of its policy.
 
 const STATS = [
-  ["meanDistance", "mean distance"],
   ["minDistance", "nearest agent"],
-  ["lowestMean", "lowest mean so far"],
   ["numComponents", "components"],
   ["survivors", "agents left"],
-  ["range", "interaction range"],
+  ["range", "mean range"],
 ];
 
-function element(tag, attributes = {}, ...children) {
-  const made = Object.assign(document.createElement(tag), attributes);
-  made.append(...children);
-  return made;
-}
-
 class Panel {
-  constructor(index, camera, redraw) {
+  /** `page`: draws again, and answers clicks on agents, on the close button and on the choice. */
+  constructor(page, isLive) {
+    this.page = page;
     this.title = element("h2");
     this.note = element("span", { className: "note" });
-    this.head = element("header", {}, this.title, this.note);
-    this.canvas = element("canvas");
+    this.close = element("button", { type: "button", className: "close", ariaLabel: "Remove this flock", title: "Remove this flock" }, "\u00d7");
+    this.close.addEventListener("click", () => page.removePanel(this));
+    this.canvas = element("canvas", { tabIndex: 0 });
+    this.canvas.setAttribute("role", "img");
+    this.now = element("dd");
+    this.lowest = element("dd");
+    const readout = element(
+      "dl",
+      { className: "readout" },
+      element("div", {}, element("dt", {}, "mean distance now"), this.now),
+      element("div", { className: "objective" }, element("dt", {}, "lowest so far"), this.lowest),
+    );
     this.values = Object.fromEntries(STATS.map(([key]) => [key, element("dd")]));
     const stats = STATS.map(([key, text]) => element("div", {}, element("dt", {}, text), this.values[key]));
+    this.choice = isLive ? new Choice((spec) => page.choose(this, spec), page.policies) : null;
     this.root = element(
       "article",
       { className: "panel" },
-      this.head,
-      this.canvas,
+      element("header", {}, this.title, this.note, this.close),
+      element("div", { className: "field" }, this.canvas, readout),
+      ...(this.choice ? [this.choice.root] : []),
       element("dl", { className: "stats" }, ...stats),
     );
-    this.index = index;
-    this.scene = new Scene(this.canvas, camera);
-    bindCamera(this.canvas, camera, redraw);
+    this.scene = new Scene(this.canvas, page.camera);
+    bindCamera(this.canvas, page.camera, () => page.draw());
+    this.canvas.addEventListener("click", (event) => page.inspect(this, this.scene.agentAt(event.offsetX, event.offsetY)));
+    for (const name of ["pointerdown", "pointermove"]) this.canvas.addEventListener(name, (event) => page.point(this, event));
+    for (const name of ["pointerleave", "pointercancel"]) this.canvas.addEventListener(name, () => page.point(this, null));
   }
 
-  setRun(run, seedOfPage) {
+  setRun(run) {
+    if (this.run?.isLive && this.run !== run) this.run.free();
     this.run = run;
     this.scene.setRun(run);
-    this.values.survivors.parentElement.hidden = run.scenario.capture_radius === null;
-    this.title.textContent = run.title;
-    this.note.textContent = run.seed === seedOfPage ? "" : run.seed === null ? "given start" : `seed ${run.seed}`;
-    this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", `Flock under ${run.title}`);
+  }
+
+  /** Shows the name of the run's policy and the choice. */
+  show(page) {
+    const { run } = this;
+    this.scene.forget();
+    this.title.textContent = this.title.title = run.title;
+    this.note.textContent = this.note.title = noteOf(run, page);
+    this.close.hidden = page.panels.length < 2;
+    this.values.survivors.parentElement.hidden = run.document.capture_radius === null;
+    this.canvas.setAttribute("aria-label", `Flock under ${run.title}. Plus and minus zoom, arrows move the view.`);
+    this.canvas.classList.toggle("steered", Boolean(run.flight?.isSteered));
+    if (this.choice) this.choice.show(run, page.flight, page.recordings);
   }
 
   draw(time, look) {
-    this.root.style.setProperty("--run", look.theme.runs[this.run.color % look.theme.runs.length]);
-    this.scene.draw(time, look);
     const { run, values } = this;
-    const { step } = stepAt(run, time);
-    for (const key of ["meanDistance", "minDistance", "lowestMean"]) {
-      const value = run[key][step];
-      values[key].replaceChildren(...(Number.isFinite(value) ? quantity(value.toFixed(1)) : ["-"]));
-    }
+    this.root.style.setProperty("--run", look.theme.runs[run.color % look.theme.runs.length]);
+    this.scene.draw(time, look);
+    const { step } = frameAt(run, time);
+    const meters = (value) => (Number.isFinite(value) ? quantity(value.toFixed(1)) : ["-"]);
+    this.now.replaceChildren(...meters(run.meanDistance[step]));
+    this.lowest.replaceChildren(...meters(run.lowestMean[step]));
+    values.minDistance.replaceChildren(...meters(run.minDistance[step]));
+    if (run.isLive && run.counted <= step) run.countComponents();
     values.numComponents.textContent = run.numComponents[step];
     values.survivors.textContent = run.survivors[step];
     const [mean, low, high] = [run.meanRange[step], run.lowRange[step], run.highRange[step]];
-    const spread = high > low ? element("small", {}, ` (${low.toFixed(0)}–${high.toFixed(0)})`) : "";
+    const spread = high > low ? element("small", {}, ` (${low.toFixed(0)}\u2013${high.toFixed(0)})`) : "";
     values.range.replaceChildren(...quantity(mean.toFixed(1), run.rangeUnit), spread);
   }
 }
 
-function quantity(value, unit = "m") {
-  return [value, element("small", {}, ` ${unit}`)];
-}
-
-/** Connects the camera to dragging, pinching or ctrl + wheel, and double click. */
-function bindCamera(canvas, camera, redraw) {
-  let last;
-  canvas.addEventListener("pointerdown", (event) => {
-    canvas.setPointerCapture(event.pointerId);
-    last = event;
-  });
-  canvas.addEventListener("pointermove", (event) => {
-    if (!canvas.hasPointerCapture(event.pointerId)) return;
-    camera.drag(event.clientX - last.clientX, event.clientY - last.clientY);
-    last = event;
-    redraw();
-  });
-  canvas.addEventListener(
-    "wheel",
-    (event) => {
-      if (!event.ctrlKey && !event.metaKey) return; // scrolls the page
-      event.preventDefault();
-      camera.zoom(Math.exp(-event.deltaY / 300), event.offsetX, event.offsetY);
-      redraw();
-    },
-    { passive: false },
-  );
-  canvas.addEventListener("dblclick", () => {
-    camera.reset();
-    redraw();
-  });
+/** What a reader must know of a run besides its policy: how its agents see, and whether it follows the seed. */
+function noteOf(run, { flight }) {
+  if (!run.isLive) return `recorded, ${run.seed === null ? "given start" : `seed ${run.seed}`}`;
+  if (run.kind === "fixed" || !run.numPredators) return "";
+  const sensing = JSON.parse(run.policy.options).predator_sensing_range;
+  if (sensing === null) return "agents see the predator at any distance";
+  return `agents see the predator within ${typeof sensing === "number" ? sensing : flight.document.predator_range} m`;
 }

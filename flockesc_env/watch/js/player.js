@@ -6,11 +6,15 @@ class Player extends EventTarget {
   constructor() {
     super();
     Object.assign(this, { time: 0, duration: 0, timeStep: 1, speed: 1, isPlaying: false });
+    this.reach = (time) => time; // the latest time up to this one that can be shown
   }
 
   setDuration(duration, timeStep) {
     Object.assign(this, { duration, timeStep });
-    this.seek(this.time);
+  }
+
+  get hasEnded() {
+    return this.time >= this.duration;
   }
 
   seek(time) {
@@ -30,22 +34,25 @@ class Player extends EventTarget {
   }
 
   play() {
-    if (this.time >= this.duration) this.time = 0;
+    cancelAnimationFrame(this.frame); // pausing and playing within one frame must not leave two clocks
+    if (this.hasEnded) this.dispatchEvent(new Event("again"));
     this.isPlaying = true;
     let before = performance.now();
     const advance = (now) => {
-      if (!this.isPlaying) return;
-      const passed = Math.max(now - before, 0) / 1000;
+      const passed = Math.min(Math.max(now - before, 0) / 1000, 0.25); // a hidden tab does not catch up
       before = now;
-      if (this.time + passed * this.speed >= this.duration) this.isPlaying = false;
-      this.seek(this.time + passed * this.speed);
-      requestAnimationFrame(advance);
+      const wanted = Math.min(this.time + passed * this.speed, this.duration);
+      const time = this.reach(wanted);
+      if (time >= this.duration) this.isPlaying = false;
+      this.seek(time);
+      if (this.isPlaying) this.frame = requestAnimationFrame(advance);
     };
-    requestAnimationFrame(advance);
+    this.frame = requestAnimationFrame(advance);
     this.dispatchEvent(new Event("change"));
   }
 
   pause() {
+    cancelAnimationFrame(this.frame);
     this.isPlaying = false;
     this.dispatchEvent(new Event("change"));
   }
@@ -53,15 +60,20 @@ class Player extends EventTarget {
 
 /** Connects a player to the buttons and keys of the page. */
 function bindPlayer(player) {
-  const [play, scrub, time, speed] = ["play", "scrub", "time", "speed"].map((id) => document.getElementById(id));
+  const [play, scrub, time, speed] = ["play", "scrub", "time", "speed"].map($);
   play.addEventListener("click", () => player.toggle());
-  scrub.addEventListener("input", () => player.seek(Number(scrub.value)));
+  $("step").addEventListener("click", () => player.stepBy(1));
+  scrub.addEventListener("input", () => {
+    player.pause();
+    player.seek(Number(scrub.value));
+  });
   speed.addEventListener("change", () => (player.speed = Number(speed.value)));
   player.addEventListener("change", () => {
     play.textContent = player.isPlaying ? "\u275a\u275a" : "\u25b6\ufe0e";
     play.setAttribute("aria-label", player.isPlaying ? "Pause" : "Play");
     Object.assign(scrub, { max: player.duration, step: player.timeStep / 10, value: player.time });
-    time.textContent = `${player.time.toFixed(2)} of ${player.duration.toFixed(0)} s`;
+    scrub.setAttribute("aria-valuetext", `${player.time.toFixed(1)} seconds`);
+    time.textContent = `${player.time.toFixed(1)} of ${Number(player.duration.toFixed(1))} s`;
   });
   const second = () => Math.max(1, Math.round(1 / player.timeStep));
   const keys = {

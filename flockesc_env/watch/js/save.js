@@ -1,11 +1,11 @@
 "use strict";
 
-// Files of what the page shows: a picture of one moment, a video of the replay.
+// Files of what the page shows: a picture of one moment, a video of a run.
 
 const VIDEO_TYPES = ["video/webm;codecs=vp9", "video/webm", "video/mp4"];
 const VIDEO_BITS = 8e6; // per second
 
-/** The panels of a page side by side with their titles, on a canvas of a fixed size. */
+/** The panels of a page side by side with their titles and numbers, on a canvas of a fixed size. */
 class Sheet {
   constructor(page) {
     this.page = page;
@@ -24,12 +24,14 @@ class Sheet {
     context.fillStyle = theme.page;
     context.fillRect(0, 0, canvas.width, canvas.height);
     context.font = `600 ${Math.round(bar / 2)}px system-ui, sans-serif`;
-    page.panels.forEach((panel, at) => {
+    page.panels.forEach(({ run, canvas: field }, at) => {
       const [x, y] = [(at % columns) * width, Math.floor(at / columns) * (height + bar)];
-      const run = page.runs[at];
+      const lowest = run.lowestMean[frameAt(run, page.player.time).step];
       context.fillStyle = theme.runs[run.color % theme.runs.length];
-      context.fillText(`${run.title}, ${page.player.time.toFixed(2)} s`, x + bar / 3, y + 0.65 * bar);
-      context.drawImage(panel.canvas, x, y + bar, width, height);
+      context.fillText(`${run.title}, ${page.player.time.toFixed(1)} s, lowest mean distance ${lowest.toFixed(1)} m`, x + bar / 3, y + 0.65 * bar, width - bar);
+      context.fillStyle = theme.ground;
+      context.fillRect(x, y + bar, width, height);
+      context.drawImage(field, x, y + bar, width, height);
     });
     return canvas;
   }
@@ -37,11 +39,10 @@ class Sheet {
 
 /** Saves the panels as a PNG file. */
 function savePicture(page) {
-  const canvas = new Sheet(page).draw();
-  element("a", { href: canvas.toDataURL(), download: `flock-${page.player.time.toFixed(2)}s.png` }).click();
+  saveFile(new Sheet(page).draw().toDataURL(), `flock-${page.player.time.toFixed(2)}s.png`);
 }
 
-/** Records the replay from its start while it plays, and saves it when playback stops. */
+/** Records a run from its start while it plays, and saves it when playback stops. */
 class VideoButton {
   constructor(button, page) {
     Object.assign(this, { button, page });
@@ -62,9 +63,7 @@ class VideoButton {
     this.recorder.addEventListener("dataavailable", (event) => parts.push(event.data));
     this.recorder.addEventListener("stop", () => {
       const [type] = this.type.split(";");
-      const href = URL.createObjectURL(new Blob(parts, { type }));
-      element("a", { href, download: `flock.${type.split("/")[1]}` }).click();
-      setTimeout(() => URL.revokeObjectURL(href), 60_000);
+      saveFile(new Blob(parts, { type }), `flock.${type.split("/")[1]}`);
     });
     this.recorder.start();
     this.button.textContent = "Stop and save";

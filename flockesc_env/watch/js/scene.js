@@ -4,6 +4,7 @@
 
 const TRAIL = 1.0; // s of an agent's past
 const DEPTHS = 5; // shades by which agents in space fade with their depth
+const MAX_TRAIL_PARTS = 12000; // of all trails of a panel; more are slow
 const MAX_EDGES = 60000; // more are unreadable and slow
 
 class Scene {
@@ -11,14 +12,19 @@ class Scene {
     this.canvas = canvas;
     this.camera = camera;
     this.context = canvas.getContext("2d");
-    this.edges = { step: -1, pairs: [] }; // found once per step, drawn in many frames
+    this.forget();
   }
 
   setRun(run) {
     this.run = run;
-    this.edges.step = -1;
+    this.forget();
     this.points = new Float32Array(3 * run.numAgents); // projected: x, y, pixels per metre
     this.marks = new Float32Array(2 * run.numAgents); // projected headings, in units of a mark's length
+  }
+
+  /** Forgets the neighbors of the last frame, for example after a change of the range. */
+  forget() {
+    this.edges = { step: -1, pairs: [] }; // found once per step, drawn in many frames
   }
 
   /** `look`: what is drawn (color, trails, edges, discs, largestRange) and the colors of the theme. */
@@ -34,7 +40,7 @@ class Scene {
     context.setTransform(density, 0, 0, density, 0, 0);
     context.clearRect(0, 0, width, height);
     this.look = look;
-    this.moment = stepAt(run, time);
+    this.moment = frameAt(run, time);
     this.projectAgents();
     drawGround(context, camera, look.theme);
     this.drawPredators();
@@ -42,17 +48,19 @@ class Scene {
     this.drawCaught();
     const byColor = this.agentsByColor();
     if (look.trails) this.drawTrails(byColor);
-    if (look.edges) this.drawEdges();
+    if (look.edges && run.pairsAt) this.drawEdges();
     if (look.discs) this.drawDiscs(byColor);
     this.drawAgents(byColor);
+    if (look.chosen?.run === run) this.drawChosen(look.chosen);
+    if (look.target) this.drawTarget(look.target);
     drawScaleBar(context, camera, look.theme);
   }
 
   /** Interpolates point `index` of a column between two steps and writes its projection to `out`. */
   projectBetween(column, count, index, step, share, out) {
-    const { dimension, numSteps } = this.run;
+    const { dimension, last } = this.run;
     const here = (step * count + index) * dimension;
-    const next = step < numSteps ? here + count * dimension : here;
+    const next = step < last ? here + count * dimension : here;
     const at = (axis) => column[here + axis] + share * (column[next + axis] - column[here + axis]);
     return this.camera.project(at(0), at(1), dimension === 3 ? at(2) : 0, out);
   }
@@ -75,12 +83,13 @@ class Scene {
   agentsByColor() {
     const { run, look, moment } = this;
     const lists = new Map();
+    const groups = look.color === "range" ? null : run.groups.at(moment.step);
     for (let agent = 0; agent < run.numAgents; agent++) {
       if (isCaught(run, moment.step, agent)) continue;
-      const color =
-        look.color === "range"
-          ? look.theme.ramp(rangeOf(run, moment.step, agent) / (look.largestRange || 1))
-          : look.theme.groups[run.groups[moment.step * run.numAgents + agent]];
+      // The scale has square roots, as the slider: small ranges differ more than large ones.
+      const color = groups
+        ? look.theme.groups[groups[agent]]
+        : look.theme.ramp(Math.sqrt(rangeOf(run, moment.step, agent) / (look.largestRange || 1)));
       if (!lists.has(color)) lists.set(color, []);
       lists.get(color).push(agent);
     }
@@ -158,7 +167,8 @@ class Scene {
   drawTrails(byColor) {
     const { context, moment } = this;
     const { positions, numAgents, timeStep } = this.run;
-    const first = Math.max(0, moment.step - Math.round(TRAIL / timeStep));
+    const length = Math.min(Math.round(TRAIL / timeStep), Math.ceil(MAX_TRAIL_PARTS / numAgents));
+    const first = Math.max(0, moment.step - length);
     const out = [0, 0, 0];
     context.globalAlpha = 0.35;
     context.lineWidth = 1;
@@ -195,10 +205,8 @@ class Scene {
   }
 
   drawEdges() {
-    const { context, points, look, moment } = this;
-    if (this.edges.step !== moment.step) {
-      this.edges = { step: moment.step, pairs: neighborPairs(this.run, moment.step, MAX_EDGES) };
-    }
+    const { context, points, look, moment, run } = this;
+    if (this.edges.step !== moment.step) this.edges = { step: moment.step, pairs: run.pairsAt(moment.step) };
     const { pairs } = this.edges;
     if (pairs.length > 2 * MAX_EDGES) {
       context.font = LABEL_FONT;
@@ -220,16 +228,67 @@ class Scene {
     context.globalAlpha = 1;
   }
 
+  /** Draws an agent's range and lines to the agents that it hears. */
+  drawChosen({ agent, heard }) {
+    const { context, points, run, moment, look } = this;
+    const [x, y, scale] = points.subarray(3 * agent, 3 * agent + 3);
+    context.strokeStyle = look.theme.ink;
+    context.lineWidth = 1;
+    context.beginPath();
+    for (const other of heard) {
+      context.moveTo(x, y);
+      context.lineTo(points[3 * other], points[3 * other + 1]);
+    }
+    context.globalAlpha = 0.5;
+    context.stroke();
+    context.globalAlpha = 1;
+    context.lineWidth = 1.5;
+    context.beginPath();
+    context.arc(x, y, 9, 0, 2 * Math.PI);
+    if (run.rangeUnit === "m") {
+      const radius = rangeOf(run, moment.step, agent) * scale;
+      context.moveTo(x + radius, y);
+      context.arc(x, y, radius, 0, 2 * Math.PI);
+    }
+    context.stroke();
+  }
+
+  /** Draws where the reader points. */
+  drawTarget(target) {
+    const { context, camera, look } = this;
+    const [x, y] = camera.project(...target, 0, [0, 0, 0]);
+    context.lineWidth = 1.5;
+    context.strokeStyle = look.theme.predator;
+    context.beginPath();
+    context.arc(x, y, 7, 0, 2 * Math.PI);
+    context.stroke();
+    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+      line(context, x + 3 * dx, y + 3 * dy, x + 11 * dx, y + 11 * dy);
+    }
+  }
+
+  /** The agent nearest to a pixel, or null if none is near. */
+  agentAt(x, y) {
+    const { points, run, moment } = this;
+    let [nearest, found] = [16, null]; // pixels
+    for (let agent = 0; agent < run.numAgents; agent++) {
+      if (isCaught(run, moment.step, agent)) continue;
+      const distance = Math.hypot(points[3 * agent] - x, points[3 * agent + 1] - y);
+      if (distance < nearest) [nearest, found] = [distance, agent];
+    }
+    return found;
+  }
+
   drawPredators() {
     const { context, run, moment, look, camera } = this;
-    const { predators, numPredators, scenario } = run;
+    const { predators, numPredators, document } = run;
     for (let predator = 0; predator < numPredators; predator++) {
       const project = (step, share) =>
         this.projectBetween(predators, numPredators, predator, step, share, [0, 0, 0]);
       const [x, y, scale] = project(moment.step, moment.share);
       context.fillStyle = context.strokeStyle = look.theme.predator;
       context.beginPath();
-      context.arc(x, y, scenario.predator_range * scale, 0, 2 * Math.PI);
+      context.arc(x, y, document.predator_range * scale, 0, 2 * Math.PI);
       context.globalAlpha = 0.1;
       context.fill();
       context.globalAlpha = 0.45;
@@ -243,7 +302,7 @@ class Scene {
       context.stroke();
       context.globalAlpha = 1;
       const from = project(Math.max(moment.step - 1, 0), 0);
-      const to = project(Math.min(Math.max(moment.step, 1), run.numSteps), 0);
+      const to = project(Math.min(Math.max(moment.step, 1), run.last), 0);
       const length = Math.hypot(to[0] - from[0], to[1] - from[1]) || 1;
       context.beginPath();
       const size = (13 * scale) / camera.pixelsPerMetre;

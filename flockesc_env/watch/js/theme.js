@@ -12,6 +12,8 @@ function readTheme() {
     grid: value("grid"),
     line: value("line"),
     page: value("page"),
+    ground: value("ground"),
+    accent: value("accent"),
     predator: value("predator"),
     groups: [...list("components"), value("other"), value("alone")],
     runs: [value("fixed"), value("learned"), ...list("others")],

@@ -166,6 +166,17 @@ impl Flock {
     }
 }
 
+impl Flock {
+    /// Writes the observation that `config` describes.
+    pub(crate) fn observe_as(
+        &self,
+        config: &EpisodeConfig,
+        rows: &mut [f32],
+    ) -> flockesc_core::Result<()> {
+        self.episode.observe_as(config, rows)
+    }
+}
+
 /// An episode in any dimension.
 trait Play {
     fn step(
@@ -175,6 +186,7 @@ trait Play {
         rewards: &mut [f64],
     ) -> flockesc_core::Result<()>;
     fn observe(&self, rows: &mut [f32]) -> flockesc_core::Result<()>;
+    fn observe_as(&self, config: &EpisodeConfig, rows: &mut [f32]) -> flockesc_core::Result<()>;
     fn positions(&self) -> Vec<f64>;
     fn velocities(&self) -> Vec<f64>;
     fn predators(&self) -> Vec<f64>;
@@ -197,6 +209,10 @@ impl<const D: usize> Play for Episode<D> {
 
     fn observe(&self, rows: &mut [f32]) -> flockesc_core::Result<()> {
         Episode::observe(self, rows, &Progress::default())
+    }
+
+    fn observe_as(&self, config: &EpisodeConfig, rows: &mut [f32]) -> flockesc_core::Result<()> {
+        Episode::observe_as(self, config, rows, &Progress::default())
     }
 
     fn positions(&self) -> Vec<f64> {

@@ -4,7 +4,9 @@
 mod flock;
 mod graph;
 mod network;
+mod observer;
 
 pub use flock::Flock;
 pub use graph::{component_labels, neighbor_pairs};
 pub use network::Network;
+pub use observer::Observer;

@@ -1,0 +1,70 @@
+"use strict";
+
+// The state of the page in its address: #world=..&seed=..&policies=..&steer=you&path=..&agents=..
+
+const PATH_UNIT = 0.1; // m: pointers are rounded to it, so that a link replays the same path
+const NOWHERE = -32768;
+
+/** Returns the seed in a text without leading zeros, or null if it is not an integer in [0, 2^64). */
+function parseSeed(text) {
+  if (!/^\d{1,20}$/.test(text)) return null;
+  const seed = BigInt(text);
+  return seed < 2n ** 64n ? String(seed) : null;
+}
+
+/** A point of the plane in m as links hold it. */
+function roundedPoint(point) {
+  const bounded = (value) => Math.max(-32767, Math.min(32767, Math.round(value / PATH_UNIT)));
+  return point.map((value) => bounded(value) / 10);
+}
+
+/** The pointer's path, a point or null per step, as text. */
+function packPath(path) {
+  const numbers = Int16Array.from(path.flatMap((point) => (point ? point.map((value) => Math.round(value * 10)) : [NOWHERE, NOWHERE])));
+  const bytes = String.fromCharCode(...new Uint8Array(numbers.buffer));
+  return btoa(bytes).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+}
+
+function unpackPath(text) {
+  try {
+    const bytes = bytesOf(text.replaceAll("-", "+").replaceAll("_", "/"));
+    const numbers = new Int16Array(bytes.buffer, 0, Math.floor(bytes.length / 4) * 2);
+    return Array.from({ length: numbers.length / 2 }, (_, step) => {
+      const [x, y] = [numbers[2 * step], numbers[2 * step + 1]];
+      return x === NOWHERE ? null : [x / 10, y / 10];
+    });
+  } catch {
+    return [];
+  }
+}
+
+/** Returns the flock, the policies and the time that an address describes. What is missing or invalid is as in `start`. */
+function readAddress(hash, worlds, start) {
+  const entries = new URLSearchParams(hash.replace(/^#/, ""));
+  const time = entries.get("t");
+  if (!worlds.length) return { policies: start.policies, time };
+  const find = (name) => worlds.find((world) => world.name === name);
+  const world = find(entries.get("world")) ?? find(start.world);
+  const isSteered = entries.get("steer") === "you" && world.steered !== null;
+  const numbers = {};
+  for (const [name, { least, most }] of Object.entries(NUMBERS)) {
+    const value = Number(entries.get(name) || NaN);
+    if (value >= least && value <= most) numbers[name] = value;
+  }
+  const seed = parseSeed(entries.get("seed") ?? "") ?? (world.start ? null : start.seed);
+  const path = isSteered ? unpackPath(entries.get("path") ?? "") : [];
+  const asked = entries.get("policies")?.split(",").filter(Boolean);
+  const ofWorld = world.name === start.world ? start.policies : [`fixed:${world.best ?? world.maxRange / 10}`];
+  return { flight: { world, seed, numbers, isSteered, path }, policies: asked?.length ? asked : ofWorld, time };
+}
+
+/** Returns the part of an address after `#`. */
+function writeAddress({ world, seed, numbers, isSteered }, policies, path = []) {
+  const entries = [["world", world.name]];
+  if (seed !== null) entries.push(["seed", seed]);
+  entries.push(["policies", policies.join(",")], ...Object.entries(numbers));
+  if (isSteered) entries.push(["steer", "you"]);
+  if (path.length) entries.push(["path", packPath(path)]);
+  const plain = (text) => encodeURIComponent(text).replace(/%(2F|3A|2C)/g, (code) => decodeURIComponent(code));
+  return entries.map(([name, value]) => `${name}=${plain(String(value))}`).join("&");
+}

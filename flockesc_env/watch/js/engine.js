@@ -1,0 +1,270 @@
+"use strict";
+
+// Runs that the page simulates, with the same bits as in Python.
+
+const PER_AGENT = JSON.stringify({ view: "agent" });
+const NO_PUSHES = new Float64Array();
+const NEVER = 2 ** 32 - 1; // the step at which an agent is caught that never is
+
+/** Loads the engine that the page holds; returns whether it holds one. */
+async function loadEngine() {
+  const holder = $("engine");
+  if (!holder) return false;
+  await wasm_bindgen({ module_or_path: await inflate(bytesOf(holder.textContent), "deflate") });
+  return true;
+}
+
+/** Columns of a live run: type, and numbers per frame. */
+const columnsOf = (agents, predators, dimension) => ({
+  times: [Float64Array, 1],
+  positions: [Float32Array, agents * dimension],
+  headings: [Int8Array, agents * dimension],
+  ranges: [Float64Array, agents],
+  predators: [Float32Array, predators * dimension],
+  meanDistance: [Float64Array, 1],
+  minDistance: [Float64Array, 1],
+  lowestMean: [Float64Array, 1],
+  meanRange: [Float32Array, 1],
+  lowRange: [Float32Array, 1],
+  highRange: [Float32Array, 1],
+  numComponents: [Uint32Array, 1],
+  survivors: [Uint32Array, 1],
+});
+
+/** A run that grows. The policy and the pointer may change while it does. */
+class LiveRun {
+  /** `flight`: which flock it is (see `Flight`). */
+  constructor(flight, policy) {
+    const { document, unit } = flight;
+    Object.assign(this, {
+      isLive: true,
+      flight,
+      seed: flight.start ? null : flight.seed,
+      document,
+      rangeUnit: unit,
+      dimension: document.dimension,
+      numAgents: document.num_agents,
+      numPredators: document.predators.length,
+      numSteps: document.num_steps,
+      timeStep: document.time_step,
+      rangesPerTime: document.num_agents,
+      capacity: 0,
+      counted: 0, // frames whose components are counted
+      largestRange: flight.maxRange,
+      labels: [], // by frame, computed when they are needed
+      policies: [], // by step
+      pushes: [], // actions of the predators, by step
+      targets: [], // where the reader pointed, by step
+      caughtAt: new Uint32Array(document.num_agents).fill(NEVER),
+    });
+    this.columns = columnsOf(this.numAgents, this.numPredators, this.dimension);
+    this.groups = new Groups(this);
+    this.flock = flight.newFlock();
+    this.note();
+    this.setPolicy(policy);
+  }
+
+  get spec() {
+    return this.policy.spec;
+  }
+
+  get title() {
+    return this.policy.title;
+  }
+
+  get kind() {
+    return this.policy.kind;
+  }
+
+  get last() {
+    return this.flock.steps;
+  }
+
+  get hasEnded() {
+    return this.flock.hasEnded;
+  }
+
+  /** The objective: the lowest mean distance so far in m. */
+  get objective() {
+    return this.lowestMean[this.last];
+  }
+
+  /** The only policy of the run, or null if it has changed. */
+  get onlyPolicy() {
+    return new Set(this.policies).size <= 1 ? (this.policies[0] ?? this.spec) : null;
+  }
+
+  /** Applies a policy from the frame `last` on. */
+  setPolicy(policy) {
+    const chooseRanges = policy.start(this); // an error leaves the run as it was
+    Object.assign(this, { policy, chooseRanges, decidedAt: -1 });
+    this.decide();
+  }
+
+  /** Sets the ranges of the step that begins at the frame `last`. A decision may hold for several steps. */
+  decide() {
+    const step = this.last;
+    const [start, end] = [step * this.numAgents, (step + 1) * this.numAgents];
+    const isDue = this.decidedAt < 0 || (step !== this.decidedAt && step % this.policy.stepsPerAction === 0);
+    if (this.hasEnded || !isDue) {
+      if (step > 0 && step !== this.decidedAt) this.ranges.copyWithin(start, start - this.numAgents, start);
+    } else {
+      const chosen = this.chooseRanges();
+      if (chosen.length === 1) this.ranges.fill(chosen[0], start, end);
+      else this.ranges.set(chosen, start);
+      this.decidedAt = step;
+    }
+    this.labels.length = Math.min(this.labels.length, step);
+    this.counted = Math.min(this.counted, step);
+    this.groups.forget(step);
+    this.describeRanges(step);
+  }
+
+  describeRanges(step) {
+    const ranges = this.ranges.subarray(step * this.numAgents, (step + 1) * this.numAgents);
+    let [sum, squares, low, high] = [0, 0, Infinity, 0];
+    for (const range of ranges) {
+      sum += range;
+      low = Math.min(low, range);
+      high = Math.max(high, range);
+    }
+    const mean = sum / ranges.length;
+    for (const range of ranges) squares += (range - mean) ** 2;
+    const deviation = Math.sqrt(squares / ranges.length);
+    this.meanRange[step] = mean;
+    this.lowRange[step] = Math.max(mean - deviation, low);
+    this.highRange[step] = Math.min(mean + deviation, high);
+  }
+
+  /** Counts the components at all frames that lack the number. */
+  countComponents() {
+    for (let step = this.counted; step <= this.last; step++) this.numComponents[step] = new Set(this.labelsAt(step)).size;
+    this.counted = this.last; // the ranges at the frame `last` may change
+  }
+
+  /** Makes a model step. `target`: the point in m toward which the reader steers the predators, or null. */
+  step(target = null) {
+    const { flock, last, flight } = this;
+    const pushes = flight.limits ? actionsToward(this, target) : NO_PUSHES;
+    flock.step(this.rangesAt(last), pushes);
+    this.pushes[last] = pushes;
+    this.targets[last] = target;
+    this.policies[last] = this.spec;
+    this.note();
+    this.decide();
+  }
+
+  /** Steps until a time, but for `budget` ms at most. */
+  reach(time, targetAt, budget = Infinity) {
+    const end = performance.now() + budget;
+    while (!this.hasEnded && this.last * this.timeStep < time - 1e-9 && performance.now() < end) {
+      this.step(targetAt(this));
+    }
+  }
+
+  /** Goes back to a frame, to continue differently. */
+  rewind(step) {
+    if (step >= this.last) return;
+    const { flock } = this;
+    this.flock = this.flight.newFlock();
+    for (let at = 0; at < step; at++) this.flock.step(this.rangesAt(at), this.pushes[at]);
+    flock.free();
+    for (const list of [this.pushes, this.targets, this.policies]) list.length = step;
+    this.caughtAt.forEach((at, agent) => at > step && (this.caughtAt[agent] = NEVER));
+    this.setPolicy(this.policy);
+  }
+
+  rangesAt(step) {
+    return this.ranges.subarray(step * this.numAgents, (step + 1) * this.numAgents);
+  }
+
+  /** Records the state of the flock as the frame `last`. */
+  note() {
+    const { flock, last, numAgents, dimension } = this;
+    this.reserve(last + 1);
+    const [mean, least] = flock.distances;
+    const { positions, predators, velocities, caught } = flock;
+    this.positions.set(positions, last * numAgents * dimension);
+    this.headings.set(headingsOf(velocities, dimension), last * numAgents * dimension);
+    this.predators.set(predators.subarray(0, this.numPredators * dimension), last * this.numPredators * dimension);
+    for (const agent of caught) if (this.caughtAt[agent] > last) this.caughtAt[agent] = last;
+    this.times[last] = last * this.timeStep;
+    this.meanDistance[last] = mean;
+    this.minDistance[last] = least;
+    this.lowestMean[last] = last > 0 ? Math.min(this.lowestMean[last - 1], mean) : mean;
+    this.survivors[last] = numAgents - caught.length;
+  }
+
+  reserve(frames) {
+    if (frames <= this.capacity) return;
+    this.capacity = Math.min(Math.max(2 * this.capacity, 256, frames), this.numSteps + 1);
+    for (const [name, [Type, size]] of Object.entries(this.columns)) {
+      const grown = new Type(this.capacity * size);
+      if (this[name]) grown.set(this[name]);
+      this[name] = grown;
+    }
+  }
+
+  /** The component of every agent under the ranges of the step that begins at a frame; caught agents are alone. */
+  labelsAt(step) {
+    return (this.labels[step] ??= this.computeLabels(step));
+  }
+
+  computeLabels(step) {
+    const agents = this.agentsAt(step);
+    const labels = Uint32Array.from({ length: this.numAgents }, (_, agent) => this.numAgents + agent);
+    if (!agents.length) return labels;
+    const found = wasm_bindgen.componentLabels(this.flight.scenario, ...this.graphAt(step, agents));
+    agents.forEach((agent, index) => (labels[agent] = agents[found[index]]));
+    return labels;
+  }
+
+  /** Pairs (i, j) of agents at a frame such that i listens to j, as a flat list; `listener`: only with this i. */
+  pairsAt(step, listener = null) {
+    const agents = this.agentsAt(step);
+    const graph = this.graphAt(step, agents);
+    const self = agents.indexOf(listener);
+    if (listener !== null && !this.document.mutual) graph[2].forEach((_, at, ranges) => at !== self && (ranges[at] = 0));
+    const pairs = wasm_bindgen.neighborPairs(this.flight.scenario, ...graph);
+    const ids = [];
+    for (let at = 0; at < pairs.length; at += 2) {
+      if (listener === null || pairs[at] === self) ids.push(agents[pairs[at]], agents[pairs[at + 1]]);
+    }
+    return ids;
+  }
+
+  /** Ids of the agents that are not caught at a frame. */
+  agentsAt(step) {
+    return Array.from({ length: this.numAgents }, (_, agent) => agent).filter((agent) => !isCaught(this, step, agent));
+  }
+
+  /** Positions, headings and ranges of some agents that define the neighbor graph of a step. */
+  graphAt(step, agents) {
+    const { dimension, numAgents, document } = this;
+    const at = document.frozen_graph ? 0 : step;
+    const take = (column, scale) =>
+      Float64Array.from({ length: agents.length * dimension }, (_, index) => {
+        const agent = agents[Math.floor(index / dimension)];
+        return column[(at * numAgents + agent) * dimension + (index % dimension)] / scale;
+      });
+    const ranges = Float64Array.from(agents, (agent) => this.ranges[at * numAgents + agent]);
+    return [take(this.positions, 1), take(this.headings, 127), ranges];
+  }
+
+  /** Frees the memory in the engine. */
+  free() {
+    this.flock.free();
+  }
+}
+
+/** Headings as signed bytes, where 127 is 1; 0 for an agent at rest. */
+function headingsOf(velocities, dimension) {
+  const headings = new Int8Array(velocities.length);
+  for (let at = 0; at < velocities.length; at += dimension) {
+    let square = 0;
+    for (let axis = 0; axis < dimension; axis++) square += velocities[at + axis] ** 2;
+    const scale = square > 0 ? 127 / Math.sqrt(square) : 0;
+    for (let axis = 0; axis < dimension; axis++) headings[at + axis] = Math.round(velocities[at + axis] * scale);
+  }
+  return headings;
+}

@@ -1,0 +1,90 @@
+"use strict";
+
+// Which flock flies: a world with the numbers that the reader changed, a seed, and who steers the predators.
+
+/** The numbers of a world that a reader can change: how to read and write them in a scenario's document. */
+const NUMBERS = {
+  agents: {
+    label: "agents",
+    least: 2,
+    most: 3000,
+    step: 1,
+    read: (document) => document.num_agents,
+    write: (document, value) => (document.num_agents = value),
+  },
+  noise: {
+    label: "noise of headings",
+    least: 0,
+    most: 3,
+    step: 0.05,
+    read: (document) => document.angular_noise,
+    write: (document, value) => (document.angular_noise = value),
+  },
+  speed: {
+    label: "predator's speed, m/s",
+    least: 1,
+    most: 60,
+    step: 0.5,
+    read: ({ predators }) => rounded1(speedOf(predators[0])),
+    write({ predators }, value) {
+      for (const predator of predators) {
+        const [part] = Object.values(predator);
+        const scale = value / speedOf(predator);
+        part.velocity = part.velocity.map((speed) => speed * scale);
+        if (part.max_speed != null) part.max_speed = Math.max(part.max_speed * scale, Math.hypot(...part.velocity));
+      }
+    },
+  },
+};
+
+function speedOf(predator) {
+  const [part] = Object.values(predator ?? { none: {} });
+  return part.velocity ? Math.hypot(...part.velocity) : NaN;
+}
+
+const rounded1 = (value) => Number(value.toFixed(1));
+
+/** One flock. `numbers`: values of `NUMBERS` that differ from the world's. */
+class Flight {
+  constructor({ world, seed, numbers = {}, isSteered = false, path = [] }) {
+    Object.assign(this, { world, seed, numbers, isSteered, path, unit: world.unit, maxRange: world.maxRange });
+    this.start = seed === null ? world.start : null; // positions and velocities, flat float64 arrays in base64
+    this.document = JSON.parse(isSteered ? world.steered : world.scenario);
+    for (const [name, value] of Object.entries(numbers)) NUMBERS[name].write(this.document, value);
+    const isAsGiven = Object.keys(numbers).length === 0;
+    this.scenario = isAsGiven ? (isSteered ? world.steered : world.scenario) : JSON.stringify(this.document);
+    this.limits = isSteered ? this.document.predators.map(({ learned }) => learned) : null;
+    this.observers = new Map();
+  }
+
+  newFlock() {
+    const { scenario, seed, start } = this;
+    if (start) {
+      const [positions, velocities] = [start.positions, start.velocities].map((text) => new Float64Array(bytesOf(text).buffer));
+      return wasm_bindgen.Flock.startedAt(scenario, PER_AGENT, 0n, positions, velocities);
+    }
+    return new wasm_bindgen.Flock(scenario, PER_AGENT, BigInt(seed));
+  }
+
+  /** The observer of a policy's options. */
+  observer(options) {
+    if (!this.observers.has(options)) this.observers.set(options, new wasm_bindgen.Observer(this.scenario, options));
+    return this.observers.get(options);
+  }
+
+  /** Names of the numbers that this world has. */
+  get editable() {
+    const document = JSON.parse(this.world.scenario);
+    const names = Object.keys(NUMBERS).filter((name) => Number.isFinite(NUMBERS[name].read(document)));
+    return this.start ? [] : names;
+  }
+}
+
+/** The objective of a whole run under a policy that does not change. */
+function objectiveOf(flight, policy) {
+  const run = new LiveRun(flight, policy);
+  run.reach(Infinity, () => null);
+  const { objective } = run;
+  run.free();
+  return objective;
+}

@@ -1,0 +1,116 @@
+"use strict";
+
+// Policies that the page can run: fixed ranges, simple rules, and networks of policy files.
+
+const LARGEST_RANGE = 100; // m: everybody hears everybody
+
+/** One range for all agents. */
+class FixedRange {
+  constructor(range, unit) {
+    Object.assign(this, { range, spec: `fixed:${range}`, title: `fixed range ${range} ${unit}`, kind: "fixed", stepsPerAction: 1 });
+    this.options = JSON.stringify({ view: "agent", predator_sensing_range: null });
+  }
+
+  start() {
+    return () => [this.range];
+  }
+}
+
+// Rules of flockesc_env/policies/rules.py with their default numbers. NumPy compares in float32.
+const RULES = {
+  "stubborn-leaders": {
+    options: { view: "agent", predator_sensing_range: null },
+    entry: "predator_direction_ahead",
+    rangeOf: (ahead) => (-ahead > Math.fround(0.8) ? 0 : 10),
+  },
+  "stubborn-leaders-local": {
+    options: { view: "agent" },
+    entry: "predator_direction_ahead",
+    rangeOf: (ahead) => (-ahead > Math.fround(0.8) ? 0 : 10),
+  },
+  "listen-while-fleeing": {
+    options: { view: "flock", predator_sensing_range: null },
+    entry: "heading_away",
+    rangeOf: (away) => (away > Math.fround(0.05) ? 20 : 0),
+  },
+};
+
+/** A hand-written rule that compares one entry of the observation. */
+class Rule {
+  constructor(name) {
+    const { options, entry, rangeOf: rule } = RULES[name];
+    Object.assign(this, { entry, rule, spec: name, title: `rule: ${name.replaceAll("-", " ")}`, kind: "rule", stepsPerAction: 1 });
+    this.options = JSON.stringify(options);
+  }
+
+  start(run) {
+    const observer = run.flight.observer(this.options);
+    const { entries, rows } = observer;
+    const at = entries.indexOf(this.entry);
+    return () => {
+      const observed = observer.observe(run.flock);
+      return Array.from({ length: rows }, (_, row) => this.rule(observed[row * entries.length + at]));
+    };
+  }
+}
+
+/** The network of a policy file. */
+class NetworkPolicy {
+  /** `header` and `parameters` are the arrays of the file, see flockesc_env/policies/files.py. */
+  constructor({ header, parameters }, { spec, title, file, sha256 }) {
+    const { options, architecture, per_agent: perAgent, model } = header;
+    if (model !== "flock") throw new Error(`${spec}: a policy for a line`);
+    if (typeof architecture === "string") throw new Error(`${spec}: a rule with parameters, which runs in Python only`);
+    const { min_range: least = 0, range_grid: _, action_mode: __, count_components: ___, steps_per_action: steps = 1, profile_ranges: profile, ...rest } = options;
+    Object.assign(this, { spec, title, file, sha256, kind: "learned", stepsPerAction: steps, parameters });
+    this.architecture = JSON.stringify(architecture);
+    const choices = architecture.ranges?.length ? architecture.ranges : architecture.candidate_inputs?.length ? profile : null;
+    this.ranges = Float64Array.from(choices ?? [least, rest.max_range ?? LARGEST_RANGE]);
+    this.options = JSON.stringify({ ...rest, view: perAgent ? "agent" : "flock", profile_ranges: profile ?? [] });
+  }
+
+  start(run) {
+    const observer = run.flight.observer(this.options);
+    const network = new wasm_bindgen.Network(this.architecture, observer.entries, this.ranges, this.parameters);
+    return () => network.ranges(observer.observe(run.flock), observer.rows);
+  }
+}
+
+/** The policies that a reader can choose, by the text that names them in addresses. */
+class PolicyList {
+  /** `files`: entries of policy files, with their content (`data`) or without (they lie beside the page). */
+  constructor(files) {
+    this.files = new Map(files.map((entry) => [entry.spec, entry]));
+    this.loaded = new Map();
+  }
+
+  /** Returns the policy of a text; reads its file if necessary. Raises an error with a message for readers. */
+  async find(spec, unit = "m") {
+    if (spec.startsWith("fixed:")) {
+      const range = Number(spec.slice("fixed:".length) || NaN);
+      if (!(range >= 0 && Number.isFinite(range))) throw new Error(`${spec}: expected a range >= 0`);
+      return new FixedRange(range, unit);
+    }
+    if (spec in RULES) return new Rule(spec);
+    if (!this.loaded.has(spec)) {
+      const entry = this.files.get(spec);
+      if (!entry) throw new Error(`${spec}: unknown policy`);
+      await this.add(entry, entry.data ? bytesOf(entry.data) : await this.fetch(entry));
+    }
+    return this.loaded.get(spec);
+  }
+
+  async fetch({ spec }) {
+    const answer = await fetch(`policies/${spec}.npz`).catch(() => null);
+    if (!answer?.ok) throw new Error(`${spec}: the file does not lie beside this page. Drop it on the page instead.`);
+    return new Uint8Array(await answer.arrayBuffer());
+  }
+
+  /** Adds the policy of a file's bytes. */
+  async add(entry, bytes) {
+    const policy = new NetworkPolicy(await readPolicyFile(bytes), entry);
+    this.files.set(entry.spec, entry);
+    this.loaded.set(entry.spec, policy);
+    return policy;
+  }
+}

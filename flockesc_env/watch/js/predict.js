@@ -1,0 +1,119 @@
+"use strict";
+
+// Predict first, then see: the mean objective against the fixed range, from flocks that this page plays.
+
+const GUESS_RANGES = [0, 2, 5, 8, 10, 12, 15, 20, 30, 45, 65, 100]; // m
+const GUESS_SEEDS = 16;
+const SLICE = 6; // ms of every frame
+
+class Prediction {
+  /** `published`: `{ranges, mean, low, high, flocks}` of the published curve. */
+  constructor(worlds, published, theme) {
+    Object.assign(this, { published, theme, sums: GUESS_RANGES.map(() => 0), counts: GUESS_RANGES.map(() => 0) });
+    this.world = worlds.find(({ name }) => name === published.world);
+    const [slider, shown] = [$("guess"), $("guessed")];
+    const show = () => {
+      this.guess = rangeAt(Number(slider.value), this.world.maxRange);
+      shown.value = `${this.guess} m`;
+      slider.setAttribute("aria-valuetext", shown.value);
+    };
+    slider.addEventListener("input", show);
+    show();
+    $("predict-show").addEventListener("click", () => this.reveal());
+  }
+
+  reveal() {
+    $("predict-ask").hidden = true;
+    $("predict-answer").hidden = false;
+    this.chart = new uPlot(this.options(), this.data(), $("predict-chart"));
+    new ResizeObserver(() => this.chart.setSize({ width: $("predict-chart").clientWidth, height: 200 })).observe($("predict-chart"));
+    this.jobs = [];
+    for (let seed = 0; seed < GUESS_SEEDS; seed++) GUESS_RANGES.forEach((_, at) => this.jobs.push([at, String(seed)]));
+    this.total = this.jobs.length;
+    this.work();
+  }
+
+  /** Plays flocks for some milliseconds of every frame. */
+  work() {
+    const end = performance.now() + SLICE;
+    while (performance.now() < end && (this.run || this.jobs.length)) {
+      if (!this.run) {
+        [this.at, this.seed] = this.jobs.shift();
+        const flight = new Flight({ world: this.world, seed: this.seed });
+        this.run = new LiveRun(flight, new FixedRange(GUESS_RANGES[this.at], "m"));
+      }
+      this.run.reach(Infinity, () => null, Math.max(end - performance.now(), 0.5));
+      if (!this.run.hasEnded) break;
+      this.sums[this.at] += this.run.objective;
+      this.counts[this.at] += 1;
+      this.run.free();
+      this.run = null;
+      this.isChanged = true;
+    }
+    if (this.isChanged) this.show();
+    if (this.run || this.jobs.length) requestAnimationFrame(() => this.work());
+  }
+
+  /** The mean objective of the page's flocks at every range; null where none has ended. */
+  means() {
+    return this.sums.map((sum, at) => (this.counts[at] ? sum / this.counts[at] : null));
+  }
+
+  show() {
+    this.isChanged = false;
+    this.chart.setData(this.data());
+    const done = this.total - this.jobs.length - (this.run ? 1 : 0);
+    const { ranges, mean, flocks } = this.published;
+    const at = (range) => `${range} m: ${interpolate(ranges, mean, range).toFixed(1)} m`;
+    $("predict-text").textContent =
+      `Your guess, ${at(this.guess)} on average over ${flocks} flocks. The best fixed range, ${at(this.world.best)}. ` +
+      `This page has played ${done} of ${this.total} flocks.`;
+  }
+
+  data() {
+    const { ranges, mean } = this.published;
+    const place = (range) => placeOf(range, this.world.maxRange);
+    const guessed = interpolate(ranges, mean, this.guess);
+    const isShown = (range) => range <= this.world.maxRange;
+    return uPlot.join([
+      [ranges.filter(isShown).map(place), mean.filter((_, at) => isShown(ranges[at]))],
+      [GUESS_RANGES.map(place), this.means()],
+      [[place(this.guess)], [guessed]],
+    ]);
+  }
+
+  options() {
+    const axis = { stroke: () => this.theme().muted, font: AXIS_FONT, ticks: { show: false } };
+    const points = (size, color) => ({ show: true, size, fill: color, stroke: color });
+    return {
+      width: $("predict-chart").clientWidth,
+      height: 200,
+      legend: { show: false },
+      cursor: { show: false },
+      scales: { x: { time: false, range: [0, 100] } },
+      axes: [
+        {
+          ...axis,
+          grid: { show: false },
+          size: 34,
+          splits: () => [0, 10, 30, 50, 70, 100].map((place) => place),
+          values: (_, places) => places.map((place) => `${rangeAt(place, this.world.maxRange)} m`),
+        },
+        { ...axis, grid: { stroke: () => this.theme().grid, width: 1 }, size: 44 },
+      ],
+      series: [
+        {},
+        { stroke: () => this.theme().muted, width: 2, points: { show: false }, spanGaps: true },
+        { stroke: () => this.theme().accent, width: 0, points: points(7, () => this.theme().accent) },
+        { stroke: () => this.theme().predator, width: 0, points: points(12, () => this.theme().predator) },
+      ],
+    };
+  }
+}
+
+/** The value at `x` on the line through points with increasing `xs`. */
+function interpolate(xs, ys, x) {
+  const above = Math.max(1, xs.findIndex((value) => value >= x) === -1 ? xs.length - 1 : xs.findIndex((value) => value >= x));
+  const share = Math.min(Math.max((x - xs[above - 1]) / (xs[above] - xs[above - 1]), 0), 1);
+  return ys[above - 1] + share * (ys[above] - ys[above - 1]);
+}

@@ -1,0 +1,120 @@
+"""What a page can run by itself: worlds and policies, as documents."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from base64 import b64encode
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from flockesc_env.common.errors import ScenarioError
+from flockesc_env.models.simulate import Trajectory
+from flockesc_env.policies.network import NetworkPolicy
+from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.render.names import policy_title
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.presets import PRESETS
+
+LARGEST_RANGE: Final = 100.0
+"""Range in m within which everybody hears everybody."""
+
+RULES: Final = ("stubborn-leaders", "stubborn-leaders-local", "listen-while-fleeing")
+"""Built-in policies that the page runs (``js/policies.js``), besides fixed ranges and networks."""
+
+ENGINE: Final = files("flockesc_env.watch") / "engine"
+"""The core in WebAssembly, which ``make engine`` builds."""
+
+GIVEN: Final = "given"
+"""Name of a world that is not a preset."""
+
+
+def has_engine() -> bool:
+    """Return whether the package contains the core in WebAssembly."""
+    return (ENGINE / "flockesc_wasm.js").is_file()
+
+
+def runs_in_page(policy: NamedPolicy) -> bool:
+    """Return whether a page can run a policy: a fixed range, a network of a flock, or one of ``RULES``."""
+    is_network = isinstance(policy.policy, NetworkPolicy) and isinstance(policy.scenario, FlockScenario)
+    return is_network or policy.name.startswith("fixed:") or policy.name in RULES
+
+
+def world_document(name: str, scenario: FlockScenario, best: float | None = None) -> dict[str, Any]:
+    """Return the document of a world.
+
+    Args:
+        name: the name of a preset, or ``GIVEN``.
+        scenario: the scenario.
+        best: the best fixed range, if it is known.
+    """
+    unit = scenario.neighbor_rule.unit
+    return {
+        "name": name,
+        "label": None if name in PRESETS else "given scenario",
+        "title": PRESETS[name].description if name in PRESETS else "",
+        "isPreset": name in PRESETS,
+        "unit": unit,
+        "maxRange": LARGEST_RANGE if unit == "m" else float(scenario.num_agents - 1),
+        "best": best,
+        "scenario": scenario.to_json(),
+        "steered": _steered(scenario),
+        "start": None,
+    }
+
+
+def worlds(scenario: FlockScenario, best: dict[str, float] | None = None) -> tuple[str, list[dict[str, Any]]]:
+    """Return the name of a scenario's world, and the documents of this world and of all presets."""
+    best = best or {}
+    flocks = {name: flock for name, (_, flock) in PRESETS.items() if isinstance(flock, FlockScenario)}
+    known = [name for name, flock in flocks.items() if flock == scenario]
+    documents = [world_document(name, flock, best.get(name)) for name, flock in flocks.items()]
+    return (known[0], documents) if known else (GIVEN, [world_document(GIVEN, scenario), *documents])
+
+
+def start_document(run: Trajectory) -> dict[str, Any] | None:
+    """Return the given start of a recorded run, or ``None`` if a seed gives it."""
+    if not run.is_start_given:
+        return None
+    return {
+        name: b64encode(np.ascontiguousarray(values, "<f8").tobytes()).decode()
+        for name, values in (("positions", run.positions[0]), ("velocities", run.velocities[0]))
+    }
+
+
+def file_document(path: Path, spec: str, group: str, *, with_data: bool = True) -> dict[str, Any]:
+    """Return the document of a policy file.
+
+    Args:
+        path: the file.
+        spec: the text that names the policy in addresses.
+        group: heading in the list of policies.
+        with_data: whether the page holds the file. Otherwise it lies beside the page.
+    """
+    content = path.read_bytes()
+    return {
+        "spec": spec,
+        "title": policy_title(path.name),
+        "label": path.stem,
+        "group": group,
+        "file": spec if spec.endswith(".npz") else f"{spec}.npz",
+        "sha256": hashlib.sha256(content).hexdigest(),
+        "data": b64encode(content).decode() if with_data else None,
+    }
+
+
+def _steered(scenario: FlockScenario) -> str | None:
+    """Return the scenario with learned predators, or ``None`` where the reader cannot steer them."""
+    try:
+        return scenario.with_learned_predators().to_json() if scenario.dimension == 2 else None
+    except ScenarioError:
+        return None
+
+
+def safe_json(document: Any) -> str:
+    """Return a JSON document in which nothing can end the script element around it."""
+    text = json.dumps(document, allow_nan=False, separators=(",", ":"))
+    return text.replace("&", r"\u0026").replace("<", r"\u003c").replace(">", r"\u003e")

@@ -1,0 +1,1 @@
+"""The playground: a page on which a reader changes the range of a flying flock."""

@@ -1,0 +1,89 @@
+"""Writes the playground: ``index.html``, and the policy files that it reads.
+
+Usage: python -m playground FOLDER
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+from flockesc_env import load_policy, preset
+from flockesc_env.common.files import write_text
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.watch.live import file_document, runs_in_page, worlds
+from flockesc_env.watch.page import Content, render
+
+HERE = Path(__file__).parent
+RESULTS = HERE.parent / "results"
+LEARNED = RESULTS / "learned"
+
+WORLD, SEED = "paper-flock", "242"
+"""The flock at first: of the seeds from 0 to 299, the one whose objectives are nearest to the means."""
+
+HEADLINE = "per-agent-visible/search-0"
+CHAPTERS = {
+    "chapter-nobody": ["fixed:0"],
+    "chapter-everybody": ["fixed:100"],
+    "chapter-learned": [HEADLINE],
+}
+
+
+def main(folder: Path) -> None:
+    """Write the playground into a folder."""
+    policies = policy_documents()
+    for policy in policies:
+        target = folder / "policies" / f"{policy['spec']}.npz"
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(LEARNED / policy["file"].removeprefix("results/learned/"), target)
+    write_text(folder / "index.html", render([], content(policies)))
+
+
+def content(policies: list[dict[str, Any]]) -> Content:
+    """Return the content of the page."""
+    scenario = preset(WORLD)
+    assert isinstance(scenario, FlockScenario)  # noqa: S101
+    measured = json.loads((RESULTS / "robustness" / "results.json").read_text("utf-8"))
+    best = {entry["name"]: entry["outcomes"]["J_mean"]["best"]["mean"] for entry in measured["presets"]}
+    name, documents = worlds(scenario, best)
+    return Content(
+        worlds=documents,
+        policies=policies,
+        start={"world": name, "seed": SEED, "policies": [f"fixed:{best[WORLD]:g}"], "headline": HEADLINE},
+        playground={"published": published(measured), "chapters": CHAPTERS},
+        parts={name: (HERE / f"{name}.html").read_text("utf-8") for name in ("chapters", "predict")},
+        heading="How far should each agent listen?",
+        lead="A predator flies through a flock. Agents flee from it, and align with the neighbors within "
+        "their range. Change the range, and watch how far the flock stays away.",
+    )
+
+
+def published(measured: dict[str, Any]) -> dict[str, Any]:
+    """Return the published curve of the objective against the fixed range."""
+    (entry,) = (entry for entry in measured["presets"] if entry["name"] == WORLD)
+    curve = entry["outcomes"]["J_mean"]["curve"]
+    return {
+        "world": WORLD,
+        "flocks": measured["num_flocks"],
+        "ranges": entry["grid"]["actions"],
+        "mean": [point["mean"] for point in curve],
+    }
+
+
+def policy_documents() -> list[dict[str, Any]]:
+    """Return the policy files that a page can run. The page holds the headline; the others lie beside it."""
+    found = []
+    for path in sorted(LEARNED.glob("*/policies/*.npz")):
+        if runs_in_page(load_policy(path)):
+            setting = path.parents[1].name
+            spec = f"{setting}/{path.stem}"
+            entry = file_document(path, spec, setting, with_data=spec == HEADLINE)
+            found.append({**entry, "file": f"results/learned/{setting}/policies/{path.name}"})
+    return found
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
