@@ -10,12 +10,16 @@ from sphinx import addnodes
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
+_WRITTEN: set[str] = set()
+"""Pages of this build; the folder can have pages of earlier ones."""
+
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Add the anchors, and check those of the finished pages."""
     app.connect("doctree-read", _add_anchors)
+    app.connect("html-page-context", lambda _app, page, *_: _WRITTEN.add(page))
     app.connect("build-finished", _check_anchors)
-    return {"parallel_read_safe": True}
+    return {"parallel_read_safe": True, "parallel_write_safe": False}
 
 
 def _add_anchors(_app: Sphinx, doctree: nodes.document) -> None:
@@ -33,13 +37,13 @@ def _add_anchors(_app: Sphinx, doctree: nodes.document) -> None:
 def _check_anchors(app: Sphinx, error: Exception | None) -> None:
     if error:
         return
-    pages = {path.resolve(): path.read_text("utf-8") for path in Path(app.outdir).rglob("*.html")}
+    folder = Path(app.outdir).resolve()
+    pages = {path: path.read_text("utf-8") for path in folder.rglob("*.html")}
     anchors = {path: set(map(unescape, re.findall(r'\bid="([^"]+)"', text))) for path, text in pages.items()}
-    for page, text in pages.items():
-        for name, anchor in re.findall(r'href="([^":#?]*)#([^"]+)"', text):
-            target = (page.parent / name).resolve() if name else page
+    for name in sorted(_WRITTEN):
+        page = folder / f"{name}.html"
+        for link, anchor in re.findall(r'href="([^":#?]*)#([^"]+)"', pages[page]):
+            target = (page.parent / link).resolve() if link else page
             if unescape(anchor) not in anchors.get(target, ()):
-                where = page.relative_to(Path(app.outdir).resolve())
-                logging.getLogger(__name__).warning(
-                    "%s: link to the missing anchor %s#%s", where, name, anchor
-                )
+                text = "%s: link to the missing anchor %s#%s"
+                logging.getLogger(__name__).warning(text, name, link, anchor)
