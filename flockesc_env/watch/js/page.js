@@ -236,6 +236,7 @@ class Page {
     const now = performance.now();
     this.camera.fit(this.window.follow(this.player.isPlaying ? Math.min((now - (this.drawn ?? now)) / 1000, 0.2) : 10));
     this.drawn = now;
+    this.look.numPanels = this.panels.length;
     this.look.chosen = this.inspector.at(this.player.time);
     this.look.target = this.flight?.isSteered ? this.pointer : null;
     this.panels.forEach((panel) => panel.draw(this.player.time, this.look));

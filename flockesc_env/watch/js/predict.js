@@ -96,7 +96,7 @@ class Prediction {
           ...axis,
           grid: { show: false },
           size: 34,
-          splits: () => [0, 10, 30, 50, 70, 100].map((place) => place),
+          splits: () => [0, 1, 10, 30, 60, 100].map((range) => placeOf(range, this.world.maxRange)),
           values: (_, places) => places.map((place) => `${rangeAt(place, this.world.maxRange)} m`),
         },
         { ...axis, grid: { stroke: () => this.theme().grid, width: 1 }, size: 44 },

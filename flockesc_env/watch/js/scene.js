@@ -4,7 +4,7 @@
 
 const TRAIL = 1.0; // s of an agent's past
 const DEPTHS = 5; // shades by which agents in space fade with their depth
-const MAX_TRAIL_PARTS = 12000; // of all trails of a panel; more are slow
+const MAX_TRAIL_PARTS = 16000; // of all trails of the page; more are slow
 const MAX_EDGES = 60000; // more are unreadable and slow
 
 class Scene {
@@ -167,7 +167,7 @@ class Scene {
   drawTrails(byColor) {
     const { context, moment } = this;
     const { positions, numAgents, timeStep } = this.run;
-    const length = Math.min(Math.round(TRAIL / timeStep), Math.ceil(MAX_TRAIL_PARTS / numAgents));
+    const length = Math.min(Math.round(TRAIL / timeStep), Math.ceil(MAX_TRAIL_PARTS / (numAgents * this.look.numPanels)));
     const first = Math.max(0, moment.step - length);
     const out = [0, 0, 0];
     context.globalAlpha = 0.35;
