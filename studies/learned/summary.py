@@ -82,6 +82,12 @@ class Summary:
             return UNKNOWN
         return f"{self.policies[policy].iqm:.{self.study.spec.digits}f}"
 
+    def short(self, policy: str | None) -> str:
+        """Return the mean objective of a policy, without unit and interval."""
+        if policy is None:
+            return UNKNOWN
+        return f"{self.policies[policy].objective.mean:.{self.study.spec.digits}f}"
+
     def over_best_rule(self, kind: Kind) -> str:
         """Return the paired difference of the best policy of a kind to the best untrained rule."""
         return self.show(self.over_rule[kind], "+") if kind in self.over_rule else UNKNOWN
