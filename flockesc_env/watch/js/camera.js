@@ -139,7 +139,7 @@ class Window {
   reset() {
     this.goal = { low: [0, 0, 0].fill(Infinity), high: [0, 0, 0].fill(-Infinity) };
     this.box = null;
-    this.seen = new Map(); // frames of a run that the goal contains
+    this.seen = new WeakMap(); // frames of a run that the goal contains
   }
 
   /** Widens the goal so that it contains the new frames of a run. */
@@ -168,6 +168,10 @@ class Window {
       this.goal.low[axis] = Math.min(this.goal.low[axis], ...ends);
       this.goal.high[axis] = Math.max(this.goal.high[axis], ...ends);
     }
+  }
+
+  get isEmpty() {
+    return this.goal.low[0] === Infinity;
   }
 
   /** Moves toward the goal for some seconds, and returns the box. */

@@ -81,6 +81,12 @@ class Choice {
   }
 
   showOptions(run, recordings) {
+    if (this.numFiles !== this.policies.files.size) this.listOptions(recordings);
+    this.numFiles = this.policies.files.size;
+    this.select.value = run.spec.startsWith("fixed:") ? "fixed" : run.spec;
+  }
+
+  listOptions(recordings) {
     const named = (spec, title) => new Option(title, spec);
     const files = [...this.policies.files.values()];
     const groups = groupBy(files);
@@ -98,7 +104,6 @@ class Choice {
       element("optgroup", { label: "rules" }, ...rules),
       ...lists,
     );
-    this.select.value = run.spec.startsWith("fixed:") ? "fixed" : run.spec;
   }
 }
 

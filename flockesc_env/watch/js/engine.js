@@ -171,6 +171,7 @@ class LiveRun {
     flock.free();
     for (const list of [this.pushes, this.targets, this.policies]) list.length = step;
     this.caughtAt.forEach((at, agent) => at > step && (this.caughtAt[agent] = NEVER));
+    this.isNoted = false;
     this.setPolicy(this.policy);
   }
 

@@ -30,6 +30,7 @@ const NUMBERS = {
       for (const predator of predators) {
         const [part] = Object.values(predator);
         const scale = value / speedOf(predator);
+        if (!part.velocity) continue; // it follows a given path
         part.velocity = part.velocity.map((speed) => speed * scale);
         if (part.max_speed != null) part.max_speed = Math.max(part.max_speed * scale, Math.hypot(...part.velocity));
       }

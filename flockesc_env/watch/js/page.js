@@ -232,7 +232,7 @@ class Page {
   }
 
   draw() {
-    if (!this.window?.seen.size) return;
+    if (!this.window || this.window.isEmpty) return;
     const now = performance.now();
     this.camera.fit(this.window.follow(this.player.isPlaying ? Math.min((now - (this.drawn ?? now)) / 1000, 0.2) : 10));
     this.drawn = now;

@@ -40,7 +40,12 @@ class Panel {
     );
     this.scene = new Scene(this.canvas, page.camera);
     bindCamera(this.canvas, page.camera, () => page.draw());
-    this.canvas.addEventListener("click", (event) => page.inspect(this, this.scene.agentAt(event.offsetX, event.offsetY)));
+    let pressed = [0, 0];
+    this.canvas.addEventListener("pointerdown", ({ offsetX, offsetY }) => (pressed = [offsetX, offsetY]));
+    this.canvas.addEventListener("click", ({ offsetX, offsetY }) => {
+      const isDrag = Math.hypot(offsetX - pressed[0], offsetY - pressed[1]) > 4;
+      if (!isDrag) page.inspect(this, this.scene.agentAt(offsetX, offsetY));
+    });
     for (const name of ["pointerdown", "pointermove"]) this.canvas.addEventListener(name, (event) => page.point(this, event));
     for (const name of ["pointerleave", "pointercancel"]) this.canvas.addEventListener(name, () => page.point(this, null));
   }

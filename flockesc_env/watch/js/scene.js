@@ -288,7 +288,8 @@ class Scene {
       const [x, y, scale] = project(moment.step, moment.share);
       context.fillStyle = context.strokeStyle = look.theme.predator;
       context.beginPath();
-      context.arc(x, y, document.predator_range * scale, 0, 2 * Math.PI);
+      // Some scenarios draw the range at random for every seed.
+      if (document.randomization.length === 0) context.arc(x, y, document.predator_range * scale, 0, 2 * Math.PI);
       context.globalAlpha = 0.1;
       context.fill();
       context.globalAlpha = 0.45;
