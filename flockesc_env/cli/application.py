@@ -6,16 +6,19 @@ raise the package's errors; ``Application.main`` converts them to messages and e
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass
+from typing import Any
 
 import tyro
 
 from flockesc_env._core import __version__
 from flockesc_env.cli.exits import MEANINGS, Exit
 from flockesc_env.cli.output import flush, note, prepare_terminal, show
-from flockesc_env.common.errors import FlockescError, JobError, printable
+from flockesc_env.common.errors import ArgumentError, FlockescError, JobError, printable, shown_name
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,10 @@ class Application:
         try:
             if name in self.commands:
                 return self._command(name, argv[1:])
+            if not name.startswith("-"):
+                raise ArgumentError(
+                    "command", f"one of {', '.join(self.commands)}", shown_name(name, self.commands)
+                )
             app = tyro.extras.SubcommandApp()
             for command, run in self.commands.items():
                 app.command(name=command, help=(run.__doc__ or "").partition("\n")[0])(run)
@@ -75,12 +82,32 @@ class Application:
         return Exit.REFUSED
 
     def _command(self, name: str, flags: list[str]) -> Exit:
-        return tyro.cli(
-            self.commands[name],
-            prog=f"{self.program} {name}",
-            args=list(map(_printable_name, flags)),
-            config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
-        )
+        is_help = not {"-h", "--help"}.isdisjoint(flags)
+        stdout: Any = _ShortUsage(sys.stdout) if is_help else sys.stdout
+        with redirect_stdout(stdout):
+            return tyro.cli(
+                self.commands[name],
+                prog=f"{self.program} {name}",
+                args=list(map(_printable_name, flags)),
+                config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
+            )
+
+
+class _ShortUsage:
+    """A stream that omits the names of subcommands from the usage line of a help text.
+
+    tyro does not wrap this line, which lists all of them.
+    """
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        written: int = self._stream.write(re.sub(r"(usage:.*?)\{[\w-]+(,[\w-]+)+\}", r"\1SUBCOMMAND", text))
+        return written
 
 
 def _printable_name(word: str) -> str:

@@ -18,6 +18,9 @@ from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate, s
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
+_BEST_RANGE = 12.0
+"""The best fixed range for J_mean in the paper's flock, in m (docs/results.md)."""
+
 _MEANINGS = {
     **{spec.column: f"{spec.with_unit(spec.symbol)}: {spec.definition}" for spec in OBJECTIVES},
     "num_components": "number of connected components of the neighbor graph at the end",
@@ -32,7 +35,10 @@ def run(
     *,
     interaction_range: Annotated[
         float | None,
-        *optional("fixed interaction range rho, in m for a flock; give this or a policy", "none"),
+        *optional(
+            "fixed interaction range rho, in m for a flock; give this or a policy",
+            f"for a flock {_BEST_RANGE:g}, the best fixed range of the paper's flock",
+        ),
     ] = None,
     policy: Annotated[
         str | None,
@@ -57,9 +63,12 @@ def run(
     """
     check_output(output, [".npz"])
     chosen = scenario.build()
-    if (interaction_range is None) == (policy is None):
-        expected = "either interaction_range or policy"
-        raise ArgumentError("interaction_range", expected, "neither" if policy is None else "both")
+    if interaction_range is not None and policy is not None:
+        raise ArgumentError("interaction_range", "either interaction_range or policy", "both")
+    if interaction_range is None and policy is None:
+        if isinstance(chosen, LineScenario):
+            raise ArgumentError("interaction_range", "a range for a line", "none")
+        interaction_range = _BEST_RANGE
     trajectory = _run(chosen, interaction_range, policy, seed)
     name = policy or f"range {interaction_range:g}"
     outcome = _outcome(trajectory)

@@ -269,9 +269,10 @@ def _show_table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: 
     def with_unit(value: float, form: str, unit: str) -> str:
         return f"{value:{form}} {unit}".rstrip()
 
+    best = document["best_range"]
     rows = [
         [
-            f"{row['interaction_range']:.4g}",
+            ("* " if row["interaction_range"] == best else "") + f"{row['interaction_range']:.4g}",
             f"{row['mean']:.4f}",
             "-" if np.isnan(row["low"]) else f"[{row['low']:.4f}, {row['high']:.4f}]",
             f"{row['num_components']:.2f}",
@@ -285,7 +286,9 @@ def _show_table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: 
         "components",
     ]
     show(*table(heads, rows))
-    if document["best_range"] is not None:
-        best = with_unit(document["best_range"], ".4g", range_unit)
+    if best is not None:
         oracle = with_unit(document["hindsight_oracle"], ".4f", objective.unit)
-        show(f"best fixed range: {best}; objective with the best range of every seed: {oracle}")
+        show(
+            f"* best fixed range: {with_unit(best, '.4g', range_unit)};"
+            f" objective with the best range of every seed: {oracle}"
+        )

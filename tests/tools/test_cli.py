@@ -15,6 +15,7 @@ import flockesc_env as fe
 from flockesc_env.cli.exits import Exit
 from flockesc_env.models.records import load_run, save_run
 from flockesc_env.policies.registry import built_in
+from studies.learned.results import load_study
 
 
 def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -34,6 +35,13 @@ def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tm
     for_people = Ran(capsys, "simulate", *flags).out
     assert f"{run.mean_distance.min():.3f}" in for_people
     assert "J_mean" in for_people
+
+
+def test_a_simulation_without_a_range_takes_the_best_fixed_one(capsys: pytest.CaptureFixture[str]) -> None:
+    study = load_study(Path("results/learned/per-agent-visible"))
+    document = Ran(capsys, "simulate", "--seed", 7, *SMALL_FLAGS, "--json").json()
+    assert document["interaction_range"] == study.best_fixed_range
+    assert document["min_mean_distance"] == fe.simulate(SMALL, 12.0, seed=7).mean_distance.min()
 
 
 @pytest.mark.parametrize("spec", ["stubborn-leaders", "mine.npz"])
@@ -127,6 +135,10 @@ def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pat
     assert document["best_range"] == result.best_range("minimum")
     assert document["hindsight_oracle"] == result.hindsight_oracle("minimum").mean()
     assert (document["seeds"], document["interrupted"]) == ({"start": 3, "stop": 40}, False)
+
+    rows = Ran(capsys, *sweep_flags("--objective", "minimum")).out.splitlines()
+    (marked,) = [row for row in rows if row.lstrip().startswith("* ") and "[" in row]
+    assert float(marked.split()[1]) == result.best_range("minimum")
 
     other = tmp_path / "library.parquet"
     result.to_parquet(other)

@@ -45,7 +45,11 @@ BAD = {
         ["simulate", "--interaction-range", "1", "--scenario", "escape"],
         "scenario: expected a file or one of paper-flock, paper-line,",
     ),
-    "command": (["fly"], "simulate, sweep, presets, watch, replay"),
+    "command": (["wacth"], "simulate, sweep, presets, watch, replay, got 'wacth' (did you mean watch?)"),
+    "range of a line": (
+        ["simulate", "--scenario", "paper-line"],
+        "interaction_range: expected a range for a line, got none",
+    ),
 }
 
 
