@@ -61,7 +61,8 @@ class CompareArgs:
         flocks: number of held-out flocks for the comparison.
         tuning_flocks: number of other flocks, on which the best fixed range is chosen.
         max_range: largest range of the grid in m.
-        grid_size: number of ranges in the grid, from 0 to ``max_range``.
+        grid_size: number of ranges in the grid, from 0 to ``max_range``. A second grid lies between the
+            neighbors of its best range, at a fifth of the distance.
         num_threads: number of threads; default: one per core.
     """
 
@@ -70,8 +71,8 @@ class CompareArgs:
     objective: Objective = "mean"
     flocks: int = 200
     tuning_flocks: int = 400
-    max_range: float = 150.0
-    grid_size: int = 101
+    max_range: float = 100.0
+    grid_size: int = 11
     num_threads: int | None = None
 
 

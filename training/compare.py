@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import shlex
 import sys
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -13,6 +15,7 @@ import polars as pl
 from flockesc_env import FlockScenario, FlockSweepResult, save_run, sweep
 from flockesc_env.common import stats
 from flockesc_env.common.array_files import write_table
+from flockesc_env.common.checks import as_count
 from flockesc_env.common.files import check_writable, write_text
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
@@ -20,7 +23,7 @@ from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
 from training import plots, seeds
 from training.arguments import CompareArgs
 from training.evaluation import run_policy
-from training.policies import named_policy, scenario_of
+from training.policies import named_policy, policy_argument, scenario_of
 from training.versions import versions
 
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")
@@ -28,6 +31,9 @@ RECORDS = ("best_fixed_range.npz", "last_policy.npz")
 
 _PARTS = (("mean", ""), ("low", "_low"), ("high", "_high"))
 """Attributes of an estimate, and the ends of their columns."""
+
+_REFINEMENT = 5
+"""Distance of two ranges of the grid, divided by their distance near the best one."""
 
 
 def compare(args: CompareArgs) -> pl.DataFrame:
@@ -42,12 +48,17 @@ def compare(args: CompareArgs) -> pl.DataFrame:
     spec.check_defined_in(scenario)
     held_out = seeds.first_seeds(seeds.HELD_OUT, args.flocks)
     tuning = seeds.first_seeds(seeds.TUNING, args.tuning_flocks)
-    grid = np.linspace(0.0, args.max_range, args.grid_size)
+    coarse, step = np.linspace(
+        0.0, args.max_range, as_count(args.grid_size, "grid_size", least=2), retstep=True
+    )
     args.output.mkdir(parents=True, exist_ok=True)
     check_writable(args.output / "table.md")
 
-    best = _sweep("Grid search on tuning flocks", scenario, grid, tuning, args).best_range(args.objective)
-    search = _sweep("Grid search on held-out flocks", scenario, grid, held_out, args)
+    near = _sweep("Grid search on tuning flocks", scenario, coarse, tuning, args).best_range(args.objective)
+    fine = near + step / _REFINEMENT * np.arange(1 - _REFINEMENT, _REFINEMENT)
+    fine = fine[(fine >= 0.0) & (fine <= args.max_range)]
+    best = _sweep("Finer grid search", scenario, fine, tuning, args).best_range(args.objective)
+    search = _sweep("Grid search on held-out flocks", scenario, np.union1d(coarse, fine), held_out, args)
     search.to_parquet(args.output / "grid_search.parquet")
     at_best = int(np.flatnonzero(search.interaction_ranges == best)[0])
     fixed = search.values(args.objective)[at_best]
@@ -91,7 +102,18 @@ def compare(args: CompareArgs) -> pl.DataFrame:
         figures += [plots.flock_over_time(runs, spec, args.output)]
         figures += [plots.flock_under_attack(runs, spec, args.output)]
     print("\nFigures:", *figures, sep="\n  ")
+    if entries:
+        print("\nWatch this flock in the browser:", _watch_command(args, scenario, best, flock), sep="\n  ")
     return table
+
+
+def _watch_command(args: CompareArgs, scenario: FlockScenario, best: float, flock: int) -> str:
+    """Return the command that shows a flock under the best fixed range and under the last policy."""
+    shown = [str(args.output / file) for file in RECORDS]
+    if scenario == FlockScenario():
+        shown = ["--policies", f"fixed:{best:g}", policy_argument(args.policies[-1]), "--seed", str(flock)]
+    program = os.path.relpath(Path(sys.executable).with_name("flockesc"))
+    return shlex.join([program, "watch", *shown])
 
 
 def _sweep(

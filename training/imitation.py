@@ -52,8 +52,8 @@ class ImitationRounds(Rounds[ImitationArgs]):
         self._values: list[FloatArray] = []  # shape (flocks, candidates); nan: not drawn
         torch.set_num_threads(1)
 
-    def round(self) -> None:
-        """Value candidates on new flocks and fit the network again."""
+    def round(self) -> float:
+        """Value candidates on new flocks and fit the network again; return the mean value."""
         args, branches = self.args, self._branches
         flocks = training_seeds(args.seed, self.completed * args.flocks, args.flocks)
         policy = self._network or self._teacher
@@ -68,6 +68,7 @@ class ImitationRounds(Rounds[ImitationArgs]):
         examples = np.concatenate(self._observations), np.concatenate(self._values)
         self._network = fit(args, branches.spec, *examples, seed=int(rng.integers(2**31)))
         self.measured.episodes += args.flocks * args.branches
+        return float(np.nanmean(examples[1][-args.flocks :]))
 
     def policy(self) -> NetworkPolicy:
         """Return the policy that sets the best candidate."""

@@ -25,11 +25,16 @@ def named_policy(spec: str) -> NamedPolicy:
         ArgumentError: if ``spec`` is none of these.
         RecordError: if the file is damaged or is not a policy.
     """
-    file = Path(spec) / POLICY_FILE
     try:
-        return policy_of(str(file) if file.is_file() else spec)
+        return policy_of(policy_argument(spec))
     except ArgumentError as error:
         raise ArgumentError(error.field, f"one of {EXPECTED}", error.given) from None
+
+
+def policy_argument(spec: str) -> str:
+    """Return the policy file of a run's folder, or ``spec`` itself: what ``flockesc`` takes as a policy."""
+    file = Path(spec) / POLICY_FILE
+    return str(file) if file.is_file() else spec
 
 
 def scenario_of(entries: Iterable[NamedPolicy]) -> FlockScenario:

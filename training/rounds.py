@@ -9,6 +9,8 @@ from __future__ import annotations
 import time
 from abc import abstractmethod
 from functools import partial
+from math import nan
+from statistics import fmean
 from typing import Any, TypeVar
 
 import numpy as np
@@ -47,7 +49,8 @@ class SB3Rounds(Rounds[A]):
         self.steps = LINE_ACTIONS
         if isinstance(scenario, FlockScenario):
             self.steps = -(-scenario.num_steps // args.steps_per_action)
-        self._timed = _Timed(self.make_env(scenario, {**args.env_options(), "reward": args.reward}))
+        env = self.make_env(scenario, {**args.env_options(), "reward": args.reward})
+        self._timed = _Timed(env, args.spec.column)
         # Observations are already scaled; rewards are scaled to unit variance of returns.
         self._env = VecNormalize(self._timed, norm_obs=False, gamma=args.gamma)
         self.model = self.make(self._env)
@@ -84,8 +87,8 @@ class SB3Rounds(Rounds[A]):
         self.model.set_parameters(state["parameters"])
         self.model.num_timesteps, self._env.ret_rms = state["num_timesteps"], state["reward_scale"]
 
-    def round(self) -> None:
-        """Train on new flocks."""
+    def round(self) -> float:
+        """Train on new flocks; return the mean objective of their episodes."""
         args, model = self.args, self.model
         model.set_random_seed(int(np.random.SeedSequence([args.seed, self.completed]).generate_state(1)[0]))
         self._env.seed(training_seeds(args.seed, self.completed * args.num_flocks, args.num_flocks)[0])
@@ -93,15 +96,16 @@ class SB3Rounds(Rounds[A]):
         steps = self.steps * self._env.num_envs
         model.learn(steps, log_interval=None, reset_num_timesteps=False)  # type: ignore[arg-type]
         self.measured.samples = model.num_timesteps
-        self._timed.report(self.measured, self._env.num_envs // args.num_flocks)
+        return self._timed.report(self.measured, self._env.num_envs // args.num_flocks)
 
 
 class _Timed(VecEnvWrapper):
-    """Wrapper that measures the processor time spent in an environment and counts finished episodes."""
+    """Wrapper that measures processor time in an environment, and the objectives of finished episodes."""
 
-    def __init__(self, venv: VecEnv) -> None:
+    def __init__(self, venv: VecEnv, column: str) -> None:
         super().__init__(venv)
-        self._seconds, self._ended = 0.0, 0
+        self._column = column
+        self._seconds, self._objectives = 0.0, list[float]()
 
     def reset(self) -> VecEnvObs:
         begun = time.process_time()
@@ -113,11 +117,17 @@ class _Timed(VecEnvWrapper):
         begun = time.process_time()
         result = self.venv.step_wait()
         self._seconds += time.process_time() - begun
-        self._ended += int(result[2].sum())
+        _, _, dones, infos = result
+        self._objectives += [infos[slot][self._column] for slot in np.flatnonzero(dones)]
         return result
 
-    def report(self, measured: Measured, slots: int) -> None:
-        """Add time and episodes since the last call; the slots of a flock end together."""
+    def report(self, measured: Measured, slots: int) -> float:
+        """Add time and episodes since the last call, and return the mean objective of these episodes.
+
+        The slots of a flock end together.
+        """
         measured.environment_seconds = (measured.environment_seconds or 0.0) + self._seconds
-        measured.episodes += self._ended // slots
-        self._seconds, self._ended = 0.0, 0
+        measured.episodes += len(self._objectives) // slots
+        mean = fmean(self._objectives) if self._objectives else nan
+        self._seconds, self._objectives = 0.0, []
+        return mean

@@ -32,8 +32,8 @@ class SearchRounds(Rounds[SearchArgs]):
         self._optimizer = self._new_optimizer()
         self._best: FloatArray = np.zeros(0)  # the best center of a checkpoint on tuning flocks
 
-    def round(self) -> None:
-        """Evaluate one generation of policies and update the optimizer."""
+    def round(self) -> float:
+        """Evaluate one generation of policies and update the optimizer; return its mean objective."""
         args = self.args
         restart, since = divmod(self.completed, math.ceil(args.generations / args.restarts))
         if restart and not since:
@@ -44,10 +44,11 @@ class SearchRounds(Rounds[SearchArgs]):
         count = growing(args.flocks, args.final_flocks, since * args.restarts / args.generations)
         flocks = training_seeds(args.seed, self.measured.episodes // args.population, count)
 
-        maximize(self._optimizer, self._play, flocks)
+        values = maximize(self._optimizer, self._play, flocks)
         # A checkpoint stores one triangle of the covariance matrix. The copy does the same, so that
         # interrupted and uninterrupted runs give the same numbers.
         self._optimizer = deepcopy(self._optimizer)
+        return float(values.mean())
 
     def policy(self) -> Stored:
         """Return the policy at the mean of the search distribution."""

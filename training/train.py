@@ -49,8 +49,8 @@ class Rounds(ABC, Generic[A]):
         self.measured = Measured()
 
     @abstractmethod
-    def round(self) -> None:
-        """Do the next round, and add its episodes and samples to ``measured``."""
+    def round(self) -> float:
+        """Do the next round, add its episodes and samples to ``measured``; return their mean objective."""
 
     @abstractmethod
     def policy(self) -> Stored:
@@ -76,26 +76,37 @@ class Rounds(ABC, Generic[A]):
         measured.curve.append(point)
 
     def train(self) -> Path:
-        """Train, or continue an unfinished run; see ``train``."""
+        """Train, or continue an unfinished run; see ``train``.
+
+        Raises:
+            KeyboardInterrupt: on Ctrl-C, saying how much is saved.
+        """
         args, total = self.args, getattr(self.args, self.args.budget)
         record = begin(args)
         if (checkpoint := load_checkpoint(record)) is not None:
             self.completed, self.measured, state = checkpoint
             self.restore(state)
-        if self.measures_start and not self.measured.curve:
-            self.add_point()
-        with progress_bar(f"Train {args.run.name}", total, always=args.progress) as report:
-            while self.completed < total:
+        saved = self.completed
+        try:
+            if self.measures_start and not self.measured.curve:
+                self.add_point()
+            with progress_bar(f"Train {args.run.name}", total, always=args.progress) as report:
                 report(self.completed, total)
-                begun = time.process_time()
-                self.round()
-                self.completed += 1
-                self.measured.seconds += time.process_time() - begun
-                is_point = self.completed % args.checkpoint_every == 0
-                if is_point:
-                    self.add_point()
-                if is_point or self.completed == total:
-                    save_checkpoint(record, (self.completed, self.measured, self.state()))
+                while self.completed < total:
+                    begun = time.process_time()
+                    value = self.round()
+                    self.completed += 1
+                    self.measured.seconds += time.process_time() - begun
+                    report(self.completed, total, f"{args.spec.symbol} {args.spec.text(value)}")
+                    is_point = self.completed % args.checkpoint_every == 0
+                    if is_point:
+                        self.add_point()
+                    if is_point or self.completed == total:
+                        save_checkpoint(record, (self.completed, self.measured, self.state()))
+                        saved = self.completed
+        except KeyboardInterrupt:
+            kept = f"{saved} of {total} rounds are saved in {args.run}; the same command continues"
+            raise KeyboardInterrupt(kept if saved else "nothing is saved yet") from None
         if total % args.checkpoint_every:  # not in the checkpoint: a longer run lacks this point
             self.add_point()
         return finish(args, self.result(), self.measured)

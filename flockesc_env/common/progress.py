@@ -23,12 +23,20 @@ def reporting(progress: Progress | bool | None, title: str, total: int) -> Itera
 
 
 @contextmanager
-def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Progress]:
-    """Show a progress bar; yield a callback for the argument ``progress`` of ``sweep`` and ``rollout``."""
+def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Callable[..., None]]:
+    """Show a progress bar; yield a callback for the argument ``progress`` of ``sweep`` and ``rollout``.
+
+    It also takes a note, which the bar ends with.
+    """
     from tqdm import tqdm  # slow to import
 
     # None: tqdm hides it without a terminal.
     hidden = True if is_in_job() else False if always else None
     with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden) as bar:
-        yield lambda done, _: bar.update(done - bar.n)
+
+        def report(done: int, _: int, note: str = "") -> None:
+            bar.set_postfix_str(note, refresh=False)
+            bar.update(done - bar.n)
+
+        yield report
         bar.update(total - bar.n)  # the last callback may report less than the total

@@ -78,7 +78,6 @@ EIGHT_RULES = VISIBLE_RULES | {"win-stay-lose-shift-escape", "spread-out"}
 EIGHT_RULES |= {"turn-away", "keep-distance", "head-away", "step-aside"}
 FLOCK_RULES = {"fixed:RHO", "listen-while-fleeing"}
 FITTING = {
-    "demo": VISIBLE_RULES,
     "line": {"fixed:RHO"},
     "line-profile": {"fixed:RHO"},
     "per-agent-local": LOCAL_RULES,
@@ -146,7 +145,7 @@ def test_the_tasks_have_the_options_of_the_settings_with_one_range_per_agent() -
 RESULTS = Path("results/learned")
 
 
-@pytest.mark.parametrize("name", [name for name in presets() if name != "demo"])
+@pytest.mark.parametrize("name", presets())
 def test_every_trained_policy_fits_its_setting(name: str) -> None:
     files = sorted((RESULTS / name / "policies").glob("*.npz"))
     assert files

@@ -30,7 +30,7 @@ from training.presets import presets
 from training.seeds import HELD_OUT
 
 RESULTS = Path("results/learned")
-SETTINGS = [name for name in presets() if name != "demo"]
+SETTINGS = list(presets())
 FLOCKS = 5
 
 

@@ -69,9 +69,24 @@ def test_a_damaged_file_is_named(unfinished: Args, name: str, damage: Any, messa
     assert path.read_bytes() == damaged
 
 
-def test_a_record_of_an_earlier_version_is_read() -> None:
-    record = RunRecord.read(Path(__file__).parents[2] / "results" / "demo")
-    assert (record.args.kind, record.args.seed) == ("ppo", 0)
+def test_a_record_of_an_earlier_version_is_read(unfinished: Args) -> None:
+    path = unfinished.run / CONFIG_FILE
+    path.write_text(path.read_text().replace('"seed":', '"threads": 1, "seed":'))
+    assert RunRecord.read(unfinished.run).args == unfinished
+
+
+@pytest.mark.parametrize(
+    ("place", "message"), [(0, "nothing is saved yet"), (3, "2 of 4 rounds are saved in")]
+)
+def test_an_interrupted_run_says_what_is_saved(
+    place: int, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    round_ = SearchRounds.round
+    monkeypatch.setattr(SearchRounds, "round", lambda run: stop() if run.completed == place else round_(run))
+    args = small_run(tmp_path / "run", "search")
+    with pytest.raises(KeyboardInterrupt, match=message):
+        train(args)
+    assert (args.run / CHECKPOINT).exists() == (place > 0)
 
 
 def test_a_checkpoint_that_cannot_be_written_is_found_before_the_first_round(

@@ -153,9 +153,9 @@ def test_a_killed_study_continues(
         if record.args.run.name == "search-1":
             raise RuntimeError("killed")
 
-    def count(rounds: SearchRounds) -> None:
+    def count(rounds: SearchRounds) -> float:
         played.append(rounds.completed)
-        round_(rounds)
+        return round_(rounds)
 
     monkeypatch.setattr(SearchRounds, "round", count)
     with monkeypatch.context() as patch:

@@ -14,13 +14,13 @@ import pytest
 from small_runs import SMALL, small_run
 
 import flockesc_env as fe
-from flockesc_env.policies import FixedRange
+from flockesc_env.policies import FixedRange, load_policy
 from flockesc_env.policies.registry import NamedPolicy
 from training import seeds
 from training.__main__ import TRAINING
 from training.compare import CompareArgs, compare
 from training.config import PPOArgs, SB3Args
-from training.evaluation import policy_spec
+from training.evaluation import objective, policy_spec
 from training.policies import named_policy
 from training.presets import presets
 from training.record import RunRecord
@@ -80,11 +80,14 @@ def test_comparison_follows_from_its_records(run: Path, tmp_path: Path) -> None:
         flocks=6,
         tuning_flocks=5,
         max_range=20.0,
-        grid_size=5,
+        grid_size=3,
     )
     table = compare(args)
     held_out = range(2_000_000, 2_000_006)
-    best = fe.sweep(SMALL, np.linspace(0, 20, 5), range(1_000_000, 1_000_005)).best_range("mean")
+    tuning = range(1_000_000, 1_000_005)
+    near = fe.sweep(SMALL, [0, 10, 20], tuning).best_range("mean")
+    finer = {0: np.arange(0, 9, 2), 10: np.arange(2, 19, 2), 20: np.arange(12, 21, 2)}
+    best = fe.sweep(SMALL, finer[near], tuning).best_range("mean")
     fixed = fe.rollout(SMALL, FixedRange(best), held_out).min_mean_distance
     three = fe.rollout(SMALL, FixedRange(3), held_out).min_mean_distance
     rows = {row["policy"]: row for row in table.iter_rows(named=True)}
@@ -145,7 +148,7 @@ def test_commands_train_evaluate_and_compare(tmp_path: Path) -> None:
     args, out, evaluated = small_run(tmp_path / "run"), tmp_path / "out", tmp_path / "e"
     few = "--num-flocks 2 --num-episodes 2 --net-arch 8 --seed 3 --no-progress"
     for command in (
-        f"train demo-ppo --run {args.run} --scenario {args.scenario} {few}",
+        f"train per-agent-visible-ppo --run {args.run} --scenario {args.scenario} {few}",
         f"evaluate --policy {args.run} --flocks 3 --output {evaluated}",
         f"compare --policies {args.run} --flocks 3 --output {out} --tuning-flocks 2 --grid-size 3",
     ):
@@ -156,6 +159,24 @@ def test_commands_train_evaluate_and_compare(tmp_path: Path) -> None:
     alone = pl.read_parquet(evaluated)["min_mean_distance"]
     beside = pl.read_parquet(out / "episodes.parquet").filter(policy="run")["objective"]
     assert alone.to_list() == beside.to_list()
+
+
+def test_the_bar_shows_the_mean_objective_of_the_last_round(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    nearly_deterministic = {"learning_rate": 0.0, "log_std_init": -20.0}
+    args = small_run(tmp_path / "run", progress=True, num_episodes=1, **nearly_deterministic)
+    policy = load_policy(train(args)).policy
+    value = objective(args, policy, seeds.training_seeds(args.seed, 0, 2)).mean()
+    assert f"J_mean {value:.1f} m" in capsys.readouterr().err
+
+
+def test_the_help_of_train_fits_a_terminal(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    assert TRAINING.main(["train", "--help"]) == 0
+    assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
 
 
 def test_the_command_line_starts_without_the_learners() -> None:
