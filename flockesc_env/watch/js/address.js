@@ -51,7 +51,7 @@ function readAddress(hash, worlds, start) {
     const value = Number(entries.get(name) || NaN);
     if (value >= least && value <= most) numbers[name] = value;
   }
-  const seed = parseSeed(entries.get("seed") ?? "") ?? (world.start ? null : start.seed);
+  const seed = parseSeed(entries.get("seed") ?? "") ?? (world.start ? null : (start.seed ?? "0"));
   const path = isSteered ? unpackPath(entries.get("path") ?? "") : [];
   const asked = entries.get("policies")?.split(",").filter(Boolean);
   const ofWorld = world.name === start.world ? start.policies : [`fixed:${world.best ?? world.maxRange / 10}`];

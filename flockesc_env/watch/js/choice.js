@@ -61,12 +61,13 @@ class Choice {
     if (isFixed) this.slider.value = placeOf(range, world.maxRange);
     this.slider.classList.toggle("idle", !isFixed);
     this.slider.setAttribute("aria-valuetext", text);
-    const marks = [0, 0.01, 0.1, 0.3, 1].map((share) => {
-      const tick = element("span", {}, String(Number((share * world.maxRange).toFixed(1))));
-      tick.style.left = `${placeOf(share, 1)}%`;
+    const marks = [0, 1, 10, 30, 100].filter((mark) => mark < 0.8 * world.maxRange);
+    const ticks = [...marks, world.maxRange].map((mark) => {
+      const tick = element("span", {}, String(mark));
+      tick.style.left = `${placeOf(mark, world.maxRange)}%`;
       return tick;
     });
-    this.ticks.replaceChildren(...marks);
+    this.ticks.replaceChildren(...ticks);
     const press = (name, spec, note) => {
       this.buttons[name].setAttribute("aria-pressed", String(run.spec === spec));
       if (note) this.buttons[name].querySelector("small").textContent = note;

@@ -150,7 +150,7 @@ class Curves {
     context.font = `${10.5 * density}px system-ui, sans-serif`;
     context.textAlign = "right";
     const [x, y] = place(last);
-    context.fillText(`best ${policy.title}: ${lowestMean[last].toFixed(1)} m`, x, y - 6 * density);
+    if (this.yardstick.hasEnded) context.fillText(`best ${policy.title}: ${lowestMean[last].toFixed(1)} m`, x, y - 6 * density);
     context.restore();
   }
 

@@ -138,7 +138,9 @@ class LiveRun {
 
   /** Counts the components at all frames that lack the number. */
   countComponents() {
-    for (let step = this.counted; step <= this.last; step++) this.numComponents[step] = new Set(this.labelsAt(step)).size;
+    for (let step = this.counted; step <= this.last; step++) {
+      this.numComponents[step] = new Set(this.labelsAt(step).filter((label) => label < this.numAgents)).size;
+    }
     this.counted = this.last; // the ranges at the frame `last` may change
   }
 
@@ -206,7 +208,7 @@ class LiveRun {
     }
   }
 
-  /** The component of every agent under the ranges of the step that begins at a frame; caught agents are alone. */
+  /** The component of every agent under the ranges of the step that begins at a frame; a caught agent has one >= numAgents. */
   labelsAt(step) {
     return (this.labels[step] ??= this.computeLabels(step));
   }

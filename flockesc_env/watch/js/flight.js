@@ -25,9 +25,9 @@ const NUMBERS = {
     least: 1,
     most: 60,
     step: 0.5,
-    read: ({ predators }) => rounded1(speedOf(predators[0])),
+    read: ({ predators }) => rounded1(Math.max(...predators.map(speedOf))) || NaN,
     write({ predators }, value) {
-      for (const predator of predators) {
+      for (const predator of predators.filter(speedOf)) {
         const [part] = Object.values(predator);
         const scale = value / speedOf(predator);
         if (!part.velocity) continue; // it follows a given path
@@ -39,7 +39,7 @@ const NUMBERS = {
 };
 
 function speedOf(predator) {
-  const [part] = Object.values(predator ?? { none: {} });
+  const [part] = Object.values(predator);
   return part.velocity ? Math.hypot(...part.velocity) : NaN;
 }
 

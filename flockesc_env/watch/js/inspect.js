@@ -34,19 +34,18 @@ class Inspector {
     const heading = headingAt(run, step, agent);
     const mean = [0, 0, 0];
     for (const id of [agent, ...heard]) headingAt(run, step, id).forEach((part, axis) => (mean[axis] += part));
-    const heardAngle = heard.length ? turnBetween(heading, mean, run.dimension) : "-";
-    const next = step < run.last ? turnBetween(heading, headingAt(run, step + 1, agent), run.dimension) : "the next step shows";
+    const turned = step > 0 ? turnBetween(headingAt(run, step - 1, agent), heading, run.dimension) : "-";
     const facts = [
       ["listens within", `${Number(rangeOf(run, step, agent).toFixed(2))} ${run.rangeUnit}`],
       ["hears", `${heard.length} ${heard.length === 1 ? "agent" : "agents"}`],
-      ["their mean heading and its own", heardAngle],
-      ["turns in this step", next],
+      ["mean heading that it hears, seen from its own", turnBetween(heading, mean, run.dimension)],
+      ["turned in the last step", turned],
     ];
     const rows = (pairs) => pairs.map(([name, value]) => element("div", {}, element("dt", {}, name), element("dd", {}, value)));
     $("agent").textContent = `Agent ${agent}`;
     $("agent-facts").replaceChildren(...rows(facts));
     const { names, values } = this.observation(run, agent, step);
-    $("agent-view").textContent = names.length ? "What its policy observes" : "";
+    $("agent-view").textContent = run.kind === "fixed" ? "What a policy could observe" : "What its policy observes";
     $("agent-entries").replaceChildren(...rows(names.map((name, at) => [name.replaceAll("_", " "), values[at].toFixed(3)])));
   }
 

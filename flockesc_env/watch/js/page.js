@@ -34,7 +34,7 @@ class Page {
   /** Starts the flock and the policies of the address or, without one, of the document. */
   async restore() {
     const { flight, policies, time } = readAddress(location.hash, this.worlds, this.start);
-    this.flight = this.isLive ? new Flight(flight) : null;
+    this.flight = this.isLive ? (this.flightOf(flight) ?? new Flight({ ...flight, numbers: {} })) : null;
     this.camera.setDimension((this.flight?.document ?? this.recordings[0].document).dimension);
     this.window = new Window();
     for (const panel of this.panels.splice(0)) this.drop(panel);
@@ -121,6 +121,18 @@ class Page {
     this.showAll();
   }
 
+  /** The flock that is wanted; null, with a message, if its world cannot have the numbers. */
+  flightOf(wanted) {
+    try {
+      const flight = new Flight(wanted);
+      flight.newFlock().free();
+      return flight;
+    } catch (error) {
+      this.say(messageOf(error));
+      return null;
+    }
+  }
+
   /** Flies another flock: a world, a seed, numbers or a pilot. */
   fly(changes) {
     const { world, seed, numbers, isSteered } = this.flight;
@@ -128,15 +140,9 @@ class Page {
     if (changes.world) wanted.numbers = {};
     if (!wanted.world.steered) wanted.isSteered = false;
     if (!wanted.world.start && wanted.seed === null) wanted.seed = "0";
-    const before = this.flight;
-    try {
-      this.flight = new Flight(wanted);
-      this.flight.newFlock().free();
-    } catch (error) {
-      this.flight = before;
-      this.say(messageOf(error));
-      return this.showAll();
-    }
+    const flight = this.flightOf(wanted);
+    if (!flight) return this.showAll();
+    this.flight = flight;
     this.say("");
     this.camera.setDimension(this.flight.document.dimension);
     this.window = new Window();

@@ -44,6 +44,7 @@ class Rule {
   }
 
   start(run) {
+    if (run.rangeUnit !== "m") throw new Error("the rule sets ranges in m, and agents here listen to a number of neighbors");
     const observer = run.flight.observer(this.options);
     const { entries, rows } = observer;
     const at = entries.indexOf(this.entry);
@@ -91,7 +92,7 @@ class PolicyList {
       if (!(range >= 0 && Number.isFinite(range))) throw new Error(`${spec}: expected a range >= 0`);
       return new FixedRange(range, unit);
     }
-    if (spec in RULES) return new Rule(spec);
+    if (Object.hasOwn(RULES, spec)) return new Rule(spec);
     if (!this.loaded.has(spec)) {
       const entry = this.files.get(spec);
       if (!entry) throw new Error(`${spec}: unknown policy`);

@@ -23,7 +23,7 @@ function pythonCode(flight, policy, objective) {
   const [name, run] = {
     fixed: () => ["simulate", `simulate(${scenario}, ${asPython(policy.range)}, seed=${flight.seed})`],
     rule: () => ["record", `record(${scenario}, "${policy.spec}", ${flight.seed})`],
-    learned: () => ["load_policy", `load_policy("${policy.file}").record(${flight.seed}, ${scenario})`],
+    learned: () => ["load_policy", `load_policy(${JSON.stringify(policy.file)}).record(${flight.seed}, ${scenario})`],
   }[policy.kind]();
   const printed = objective === null ? "" : `  # ${asPython(objective)}`;
   return `from flockesc_env import ${[name, ...names].join(", ")}\nrun = ${run}\nprint(run.mean_distance.min())${printed}`;
