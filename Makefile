@@ -177,8 +177,9 @@ $(CARGO_TOOLS)/%:
 	cargo install --quiet --locked --root $(COMPAT)/cargo $*@$(VERSION)
 
 # wasm-bindgen has the version of the library in Cargo.lock. It is installed without --locked, which asks for versions
-# of unused dependencies that some registries lack. Its script resolves its own address, which fails inside a page that
-# has no address itself, such as the frame of a notebook; perl limits that to scripts in files.
+# of unused dependencies that some registries lack, and without optimizations, in half the time. Its script resolves its
+# own address, which fails inside a page that has no address, such as the frame of a notebook; perl limits that to
+# scripts in files.
 ENGINE := flockesc_env/watch/engine
 WASM_BINDGEN := $(CARGO_TOOLS)/wasm-bindgen
 BINDGEN_VERSION = $(shell sed -n '/^name = "wasm-bindgen"$$/{n;s/.*"\(.*\)"/\1/p}' Cargo.lock)
@@ -186,7 +187,7 @@ BINDGEN_VERSION = $(shell sed -n '/^name = "wasm-bindgen"$$/{n;s/.*"\(.*\)"/\1/p
 engine: ## build the core for web pages, in WebAssembly, into the package
 	rustup target add wasm32-unknown-unknown
 	$(WASM_BINDGEN) --version 2> /dev/null | grep -qF ' $(BINDGEN_VERSION)' || \
-	  cargo install --quiet --force --root $(COMPAT)/cargo --no-default-features wasm-bindgen-cli@$(BINDGEN_VERSION)
+	  cargo install --quiet --debug --force --root $(COMPAT)/cargo --no-default-features wasm-bindgen-cli@$(BINDGEN_VERSION)
 	RUSTFLAGS="-C target-feature=+simd128" \
 	  cargo build --locked --quiet --target wasm32-unknown-unknown --profile web --package flockesc-wasm
 	$(WASM_BINDGEN) --target no-modules --no-typescript --remove-name-section --remove-producers-section \
