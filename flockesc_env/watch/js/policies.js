@@ -66,7 +66,8 @@ class NetworkPolicy {
     Object.assign(this, { spec, title, file, sha256, kind: "learned", stepsPerAction: steps, parameters });
     this.architecture = JSON.stringify(architecture);
     const choices = architecture.ranges?.length ? architecture.ranges : architecture.candidate_inputs?.length ? profile : null;
-    this.ranges = Float64Array.from(choices ?? [least, rest.max_range ?? LARGEST_RANGE]);
+    // A chosen range is a float32 in Python, a set one is not.
+    this.ranges = Float64Array.from(choices?.map(Math.fround) ?? [least, rest.max_range ?? LARGEST_RANGE]);
     this.options = JSON.stringify({ ...rest, view: perAgent ? "agent" : "flock", profile_ranges: profile ?? [] });
   }
 

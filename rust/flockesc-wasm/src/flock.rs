@@ -107,7 +107,7 @@ impl Flock {
     /// None in a page, where nobody cancels.
     pub fn observe(&self) -> Result<Vec<f32>, JsError> {
         let mut rows = vec![0.0; self.rewards.len() * self.entries().len()];
-        self.episode.observe(&mut rows)?;
+        self.observe_as(&self.config, &mut rows)?;
         Ok(rows)
     }
 
@@ -185,7 +185,6 @@ trait Play {
         actions: &[f64],
         rewards: &mut [f64],
     ) -> flockesc_core::Result<()>;
-    fn observe(&self, rows: &mut [f32]) -> flockesc_core::Result<()>;
     fn observe_as(&self, config: &EpisodeConfig, rows: &mut [f32]) -> flockesc_core::Result<()>;
     fn positions(&self) -> Vec<f64>;
     fn velocities(&self) -> Vec<f64>;
@@ -205,10 +204,6 @@ impl<const D: usize> Play for Episode<D> {
         rewards: &mut [f64],
     ) -> flockesc_core::Result<()> {
         self.advance(ranges, actions, rewards, &Progress::default())
-    }
-
-    fn observe(&self, rows: &mut [f32]) -> flockesc_core::Result<()> {
-        Episode::observe(self, rows, &Progress::default())
     }
 
     fn observe_as(&self, config: &EpisodeConfig, rows: &mut [f32]) -> flockesc_core::Result<()> {
