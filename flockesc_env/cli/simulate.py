@@ -18,7 +18,7 @@ from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate, s
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
-_BEST_RANGE = 12.0
+BEST_RANGE = 12.0
 """The best fixed range for J_mean in the paper's flock, in m (docs/results.md)."""
 
 _MEANINGS = {
@@ -37,7 +37,7 @@ def run(
         float | None,
         *optional(
             "fixed interaction range rho, in m for a flock; give this or a policy",
-            f"for a flock {_BEST_RANGE:g}, the best fixed range of the paper's flock",
+            f"for a flock {BEST_RANGE:g}, the best fixed range of the paper's flock",
         ),
     ] = None,
     policy: Annotated[
@@ -68,7 +68,7 @@ def run(
     if interaction_range is None and policy is None:
         if isinstance(chosen, LineScenario):
             raise ArgumentError("interaction_range", "a range for a line", "none")
-        interaction_range = _BEST_RANGE
+        interaction_range = BEST_RANGE
     trajectory = _run(chosen, interaction_range, policy, seed)
     name = policy or f"range {interaction_range:g}"
     outcome = _outcome(trajectory)

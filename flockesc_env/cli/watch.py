@@ -13,6 +13,7 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Progress, ScenarioFlags, optional, switch
 from flockesc_env.cli.output import check_output, note, show
 from flockesc_env.cli.policies import EXPECTED, policy_of
+from flockesc_env.cli.simulate import BEST_RANGE
 from flockesc_env.common.checks import as_seed
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
@@ -45,7 +46,7 @@ def run(
     policies: Annotated[
         tuple[str, ...],
         arg(help=f"policies to run if no recorded runs are given: {EXPECTED}"),
-    ] = ("fixed:12", "stubborn-leaders"),
+    ] = (f"fixed:{BEST_RANGE:g}", "stubborn-leaders"),
     seed: Annotated[int, arg(help="seed of the flock")] = 242,
     output: Annotated[
         Path | None,
@@ -105,7 +106,7 @@ def _policy_page(policies: _Policies, seed: int, scenario: FlockScenario) -> str
         for spec, policy in policies
         if runs_in_page(policy) and policy.scenario is not None
     ]
-    name, documents = worlds(scenario)
+    name, documents = worlds(scenario, {"paper-flock": BEST_RANGE})
     start = {
         "world": name,
         "seed": str(as_seed(seed)),
