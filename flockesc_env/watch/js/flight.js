@@ -27,10 +27,9 @@ const NUMBERS = {
     step: 0.5,
     read: ({ predators }) => rounded1(Math.max(...predators.map(speedOf))) || NaN,
     write({ predators }, value) {
-      for (const predator of predators.filter(speedOf)) {
+      for (const predator of predators.filter(speedOf)) { // others rest, or follow a given path
         const [part] = Object.values(predator);
         const scale = value / speedOf(predator);
-        if (!part.velocity) continue; // it follows a given path
         part.velocity = part.velocity.map((speed) => speed * scale);
         if (part.max_speed != null) part.max_speed = Math.max(part.max_speed * scale, Math.hypot(...part.velocity));
       }
@@ -40,7 +39,7 @@ const NUMBERS = {
 
 function speedOf(predator) {
   const [part] = Object.values(predator);
-  return part.velocity ? Math.hypot(...part.velocity) : NaN;
+  return part.velocity ? Math.hypot(...part.velocity) : 0;
 }
 
 const rounded1 = (value) => Number(value.toFixed(1));

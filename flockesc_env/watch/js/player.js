@@ -64,8 +64,9 @@ function bindPlayer(player) {
   play.addEventListener("click", () => player.toggle());
   $("step").addEventListener("click", () => player.stepBy(1));
   scrub.addEventListener("input", () => {
+    const time = Number(scrub.value); // before the pause, which shows the present time
     player.pause();
-    player.seek(Number(scrub.value));
+    player.seek(time);
   });
   speed.addEventListener("change", () => (player.speed = Number(speed.value)));
   player.addEventListener("change", () => {
