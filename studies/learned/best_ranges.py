@@ -13,8 +13,8 @@ from flockesc_env.common.stats import Estimate, mean
 from studies.learned.results import Study
 from studies.tables import values_by
 
-COMPARED = (9.0, 12.0, 13.5)
-"""Ranges in m of the demo's grid that are compared: each is the best one for some grid and some flocks."""
+COMPARED = (10.0, 12.0, 14.0)
+"""Ranges in m that are compared: the paper's best one, the studies', and the largest of their intervals."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,9 @@ def best_ranges(results: Path, study: Study) -> BestRanges | None:
     (claim,) = (claim for claim in paper["claims"] if claim["where"] == "V, Fig. 9b")
     (preset,) = (preset for preset in robustness["presets"] if preset["name"] == "paper-flock")
     first, second = preset["grid"]["actions"][:2]
-    demo_step = arguments["max_range"] / (arguments["grid_size"] - 1)
+    values = values_by(pl.read_parquet(table), "interaction_range", column="min_mean_distance")
+    best = _demo_range(demo / "table.parquet")
+    below = max(value for value in values if value < best)
     choices = (
         _estimated("studies paper", 1.0, paper["trials"]["flocks"], claim["measured"][0]["value"]),
         _estimated(
@@ -67,11 +69,8 @@ def best_ranges(results: Path, study: Study) -> BestRanges | None:
         Choice(
             "studies learned", study.grid["interaction_range"][1], study.tuning_flocks, study.best_fixed_range
         ),
-        Choice(
-            "training compare", demo_step, arguments["tuning_flocks"], _demo_range(demo / "table.parquet")
-        ),
+        Choice("training compare", best - below, arguments["tuning_flocks"], best),
     )
-    values = values_by(pl.read_parquet(table), "interaction_range", column="min_mean_distance")
     pairs = [(COMPARED[0], COMPARED[1]), (COMPARED[2], COMPARED[1]), (COMPARED[0], COMPARED[2])]
     differences = {(one, other): mean(values[one] - values[other]) for one, other in pairs}
     return BestRanges(choices, differences, len(values[COMPARED[0]]))
