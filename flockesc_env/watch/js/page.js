@@ -34,6 +34,8 @@ class Page {
   /** Starts the flock and the policies of the address or, without one, of the document. */
   async restore() {
     const { flight, policies, time } = readAddress(location.hash, this.worlds, this.start);
+    // Files are read first, so that nothing draws the flocks between their end and the new ones.
+    await Promise.all(policies.map((spec) => this.policies.find(spec).catch(() => null)));
     this.flight = this.isLive ? (this.flightOf(flight) ?? new Flight({ ...flight, numbers: {} })) : null;
     this.camera.setDimension((this.flight?.document ?? this.recordings[0].document).dimension);
     this.window = new Window();
