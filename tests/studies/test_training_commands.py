@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import shlex
 import subprocess
 import sys
 from itertools import combinations
@@ -14,6 +15,7 @@ import pytest
 from small_runs import SMALL, small_run
 
 import flockesc_env as fe
+from flockesc_env.cli import main
 from flockesc_env.policies import FixedRange, load_policy
 from flockesc_env.policies.registry import NamedPolicy
 from training import seeds
@@ -159,6 +161,19 @@ def test_commands_train_evaluate_and_compare(tmp_path: Path) -> None:
     alone = pl.read_parquet(evaluated)["min_mean_distance"]
     beside = pl.read_parquet(out / "episodes.parquet").filter(policy="run")["objective"]
     assert alone.to_list() == beside.to_list()
+
+
+@pytest.mark.parametrize("is_default", [True, False])
+def test_a_comparison_ends_with_the_command_that_shows_it(
+    is_default: bool, run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    policy, page = "fixed:5" if is_default else str(run), tmp_path / "page.html"
+    few = f"--flocks 2 --tuning-flocks 2 --grid-size 2 --output {tmp_path / 'out'}"
+    assert TRAINING.main(f"compare --policies {policy} {few}".split()) == 0
+    program, *words = shlex.split(capsys.readouterr().out.splitlines()[-1])
+    assert Path(program).is_file()
+    assert main([*words, "--output", str(page)]) == 0
+    assert page.is_file()
 
 
 def test_the_bar_shows_the_mean_objective_of_the_last_round(
