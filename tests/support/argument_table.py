@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_args
-from unittest import mock
 
 import gymnasium
 import numpy as np
@@ -315,11 +314,6 @@ class Model:
         return np.zeros((len(observations), 1)), None
 
 
-def served(**arguments: Any) -> None:
-    with mock.patch("flockesc_env.watch.server.Server.serve_forever", side_effect=KeyboardInterrupt):
-        watch.serve(**arguments)
-
-
 PER_AGENT = floats(np.arange(1.0, 6.0), low=0.0, is_scalar_fine=True)
 POINT = floats([1.0, 2.0])
 FLOCK_FIELDS: dict[str, Kind] = {
@@ -465,15 +459,6 @@ POLICIES: dict[str, Row] = {
 RESULTS: dict[str, Row] = {
     "FlockSweepResult.best_range": Row(SWEPT.best_range),
     "watch.write_page": Row(watch.write_page, {"path": file("made.html")}),
-    "watch.serve": Row(
-        served,
-        {
-            "scenario": part(FLOCK, confusing=(LINE,)),
-            "port": integer(0, high=2**16 - 1),
-            "open_browser": flag(False),
-        },
-        like=watch.serve,
-    ),
     "video.write_video": Row(
         video.write_video,
         {

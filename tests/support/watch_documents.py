@@ -9,10 +9,14 @@ import zlib
 from typing import Any
 
 import numpy as np
+import pytest
 
 import flockesc_env as fe
 from flockesc_env.models.graph import component_labels
 from flockesc_env.policies import StubbornLeaders
+from flockesc_env.watch.live import has_engine
+
+needs_engine = pytest.mark.skipif(not has_engine(), reason="needs the module of `make engine`")
 
 FLOCK = fe.FlockScenario(num_agents=12, num_steps=9)
 TWO = (fe.ConstantVelocity(), fe.PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
@@ -36,6 +40,10 @@ def document_in(page: str) -> Any:
     (text,) = re.findall(r'<script type="application/json" id="document">(.*?)</script>', page)
     assert not set(text) & set("<>&")  # nothing that an HTML parser interprets
     return json.loads(text)
+
+
+def is_live(page: str) -> bool:
+    return '<script type="application/octet-stream" id="engine">' in page
 
 
 def numbers(column: dict[str, Any]) -> np.ndarray:

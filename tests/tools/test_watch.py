@@ -1,32 +1,31 @@
-"""The watch page holds the runs and runs no foreign text; the command and the server give the same page."""
+"""Pages hold runs, worlds and policies, and run no foreign text; the command writes pages and videos."""
 
 from __future__ import annotations
 
-import json
 import re
-import socket
-from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
-from threading import Thread
-from urllib.error import HTTPError
-from urllib.parse import urlencode
-from urllib.request import urlopen
 
 import imageio_ffmpeg
 import pytest
 from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file
-from watch_documents import FLOCK, RUNS, assert_shows, document_in
+from watch_documents import FLOCK, RUNS, assert_shows, document_in, is_live, needs_engine
 
-from flockesc_env import (
-    load_policy,
-    simulate,
-)
+from flockesc_env import simulate
 from flockesc_env.cli.exits import Exit
 from flockesc_env.models.records import save_run, versions
 from flockesc_env.policies.registry import built_in
 from flockesc_env.watch import write_page
-from flockesc_env.watch.server import Server
+from flockesc_env.watch.live import file_document
+from flockesc_env.watch.page import render, replay
+
+HAS_ENGINE = ["flockesc_env.cli.watch.has_engine", "flockesc_env.watch.page.has_engine"]
+
+
+@pytest.fixture
+def without_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in HAS_ENGINE:
+        monkeypatch.setattr(name, lambda: False)
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -34,11 +33,11 @@ def test_the_page_holds_the_run(name: str, tmp_path: Path) -> None:
     run = RUNS[name]()
     write_page([(name, run)], tmp_path / "page.html")
     document = document_in((tmp_path / "page.html").read_text("utf-8"))
-    (shown,) = document["runs"]
+    (shown,) = document["recordings"]
     assert shown["name"] == name
     assert_shows(shown, run)
     assert document["versions"] == versions()
-    assert document["live"] is None
+    assert document["start"]["policies"] == ["recording:0"]
 
 
 class Loads(HTMLParser):
@@ -69,24 +68,59 @@ HOSTILE = "</script><script>alert(1)</script><!-- <b>&amp;\u2028'\"$title ${data
 
 
 def test_names_cannot_end_their_element(tmp_path: Path) -> None:
-    run = simulate(FLOCK, 10.0, seed=3)
-    write_page([("plain", run)], tmp_path / "plain.html")
-    write_page([(HOSTILE, run)], tmp_path / "hostile.html")
-    plain, hostile = ((tmp_path / f"{name}.html").read_text("utf-8") for name in ("plain", "hostile"))
-    assert document_in(hostile)["runs"][0]["name"] == HOSTILE
+    run, file = simulate(FLOCK, 10.0, seed=3), policy_file(tmp_path / "mine.npz")
+    plain, hostile = (
+        render([(name, run)], replay([(name, run)], [file_document(file, name, name)]))
+        for name in ("plain", HOSTILE)
+    )
+    document = document_in(hostile)
+    assert document["recordings"][0]["name"] == HOSTILE
+    assert [entry["spec"] for entry in document["policies"]] == ([HOSTILE] if is_live(hostile) else [])
     assert Loads(hostile).tags == Loads(plain).tags
     assert "alert(1)</script>" not in hostile
 
 
-def test_a_page_of_policies_on_one_flock(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    page, expected = tmp_path / "page.html", tmp_path / "expected.html"
-    spec = str(policy_file(tmp_path / "mine.npz"))
-    policies = {"fixed:10": built_in("fixed:10"), "stubborn-leaders": built_in("stubborn-leaders")}
-    policies[spec] = load_policy(spec)
-    ran = Ran(capsys, "watch", "--policies", *policies, "--seed", 7, *SMALL_FLAGS, "--output", page)
-    assert (ran.code, ran.out) == (Exit.DONE, "")
-    write_page([(name, policy.record(7, SMALL)) for name, policy in policies.items()], expected)
-    assert page.read_bytes() == expected.read_bytes()
+@needs_engine
+@pytest.mark.parametrize("flags", [[], ["--output", "page.html"]])
+def test_a_page_of_policies_records_those_that_it_cannot_run(
+    flags: list[str],
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    mine = str(policy_file(tmp_path / "mine.npz"))
+    specs = ["fixed:10", "stubborn-witnesses", mine, "stubborn-leaders"]
+    command = ["watch", "--policies", *specs, "--seed", 2**64 - 1, *SMALL_FLAGS, "--no-browser", *flags]
+    ran = Ran(capsys, *command)
+    assert ran.code == Exit.DONE
+    assert ran.out.startswith("" if flags else "The page is ")
+    path = Path("page.html") if flags else Path(ran.out.strip().removeprefix("The page is "))
+    document = document_in(path.read_text("utf-8"))
+    assert document["start"] == {
+        "world": "given",
+        "seed": str(2**64 - 1),
+        "policies": ["fixed:10", "recording:0", mine, "stubborn-leaders"],
+        "headline": mine,
+    }
+    (recording,) = document["recordings"]
+    assert_shows(recording, built_in("stubborn-witnesses").record(2**64 - 1, SMALL))
+    assert [entry["spec"] for entry in document["policies"]] == [mine]
+
+
+@pytest.mark.usefixtures("without_engine")
+def test_without_the_engine_a_page_of_policies_is_recorded(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    page, specs = tmp_path / "page.html", ["fixed:10", str(policy_file(tmp_path / "mine.npz"))]
+    ran = Ran(capsys, "watch", "--policies", *specs, *SMALL_FLAGS, "--output", page)
+    assert ran.code == Exit.DONE
+    assert "make engine" in ran.err
+    text = page.read_text("utf-8")
+    assert not is_live(text)
+    document = document_in(text)
+    assert [shown["name"] for shown in document["recordings"]] == specs
+    assert (document["worlds"], document["policies"]) == ([], [])
 
 
 def test_a_page_of_recorded_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -100,73 +134,16 @@ def test_a_page_of_recorded_runs(capsys: pytest.CaptureFixture[str], tmp_path: P
     assert page.read_bytes() == expected.read_bytes()
 
 
-@pytest.mark.parametrize("suffix", ["mp4", "gif"])
-def test_a_video(suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("suffix", "frames", "duration"),
+    [("mp4", 10, 0.5), ("gif", 5, 2.4)],  # a GIF has a frame per 0.1 s and rests 2 s on the last one
+)
+def test_a_video(
+    suffix: str, frames: int, duration: float, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     path = tmp_path / f"flock.{suffix}"
     ran = Ran(capsys, "watch", "--policies", "fixed:10", *SMALL_FLAGS, "--output", path)
     assert (ran.code, ran.out) == (Exit.DONE, "")
     count, seconds = imageio_ffmpeg.count_frames_and_secs(path)
-    assert count == SMALL.num_steps + 1
-    assert seconds == pytest.approx(count * SMALL.time_step, abs=0.06)  # GIFs store times in units of 0.01 s
-
-
-TIMEOUT = 60  # seconds; reached only by a server that does not answer or stop
-
-
-@pytest.fixture(scope="module")
-def address() -> Iterator[str]:
-    with Server(0, b"page", FLOCK) as server:
-        thread = Thread(target=server.serve_forever, args=(0.05,))
-        thread.start()
-        yield server.address
-        server.shutdown()
-        thread.join()
-
-
-def get(address: str) -> bytes:
-    with urlopen(address, timeout=TIMEOUT) as response:  # noqa: S310, the server of this test
-        answer: bytes = response.read()
-    return answer
-
-
-def test_the_server_serves_the_page(address: str) -> None:
-    assert get(address) == b"page"
-
-
-@pytest.mark.parametrize(("policy", "seed"), [("fixed:13.5", 2**64 - 1), ("stubborn-leaders", 4)])
-def test_the_server_returns_the_runs_that_are_recorded_here(address: str, policy: str, seed: int) -> None:
-    answer = json.loads(get(f"{address}run?{urlencode({'seed': seed, 'policy': policy})}"))
-    assert answer["name"] == policy
-    assert_shows(answer, built_in(policy).record(seed, FLOCK))
-
-
-@pytest.mark.parametrize(
-    ("query", "field"),
-    [
-        ("policy=random", "seed"),
-        ("seed=&policy=random", "seed"),
-        (f"seed={'9' * 6000}&policy=random", "seed"),
-        ("seed=1", "policy"),
-        ("seed=1&policy=", "policy"),
-        ("seed=1&policy=nobody", "policy"),
-        ("seed=1&policy=fixed:-2", "policy"),
-        ("seed=1&policy=../../etc", "policy"),
-        ("", "policy"),
-    ],
-)
-def test_a_bad_query_is_named(address: str, query: str, field: str) -> None:
-    with pytest.raises(HTTPError) as caught:
-        get(f"{address}run?{query}")
-    with caught.value as error:
-        assert error.code == 400
-        refusal = json.load(error)
-    assert refusal["field"] == field
-    assert refusal["message"].startswith(f"{field}: expected ")
-
-
-def test_the_server_listens_only_to_this_machine(address: str) -> None:
-    port = int(address.rstrip("/").rpartition(":")[2])
-    socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT).close()
-    # A server on all addresses would answer on every address of the loopback network.
-    with pytest.raises(ConnectionRefusedError):
-        socket.create_connection(("127.0.0.2", port), timeout=TIMEOUT)
+    assert count == frames
+    assert seconds == pytest.approx(duration, abs=0.06)  # GIFs store times in units of 0.01 s

@@ -40,7 +40,7 @@ class Page {
     this.camera.setDimension((this.flight?.document ?? this.recordings[0].document).dimension);
     this.window = new Window();
     for (const panel of this.panels.splice(0)) this.drop(panel);
-    this.outcomes.clear();
+    this.forgetOutcomes();
     for (const spec of policies.slice(0, MAX_PANELS)) await this.addPanel(spec);
     if (!this.panels.length) await this.addPanel(this.isLive ? `fixed:${this.flight.world.best ?? 0}` : "recording:0");
     const isRecorded = this.panels.every(({ run }) => !run.isLive);
@@ -148,7 +148,7 @@ class Page {
     this.say("");
     this.camera.setDimension(this.flight.document.dimension);
     this.window = new Window();
-    this.outcomes.clear();
+    this.forgetOutcomes();
     for (const panel of this.panels) this.moveToFlight(panel, Boolean(changes.world));
     this.player.time = 0;
     this.showAll();
@@ -292,6 +292,11 @@ class Page {
     $("outcomes").replaceChildren(
       ...sorted.map(([name, value]) => element("li", {}, `${name} `, element("b", {}, `${value.toFixed(1)} m`))),
     );
+  }
+
+  forgetOutcomes() {
+    this.outcomes.clear();
+    $("outcomes").replaceChildren();
   }
 
   /** With two flocks, shows which is ahead and by how much. */

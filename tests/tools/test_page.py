@@ -1,0 +1,588 @@
+"""The page in a browser: it flies, answers pointer and keyboard, restores links, gives Python's numbers."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import re
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import chromium
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from chromium import open_page, wait
+from cli_runs import SMALL, Ran, policy_file
+from playwright.sync_api import Page
+from watch_documents import needs_engine
+
+import flockesc_env as fe
+from flockesc_env.models.graph import neighbor_pairs
+from flockesc_env.models.records import save_run
+from flockesc_env.policies.registry import built_in
+from flockesc_env.watch.live import RULES, has_engine
+from flockesc_env.watch.page import render, replay
+from playground.__main__ import HEADLINE, main
+
+pytest_plugins = ("watch_browser",)
+pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MISSING)
+
+ROOT = Path(__file__).parents[2]
+LEARNED = ROOT / "results" / "learned"
+BEST = LEARNED / "per-agent-visible" / "policies" / "search-0.npz"
+SEED = 7
+
+
+def lowest(run: fe.Trajectory) -> float:
+    return float(run.mean_distance.min())
+
+
+@pytest.fixture(scope="module")
+def playground(tmp_path_factory: pytest.TempPathFactory) -> str:
+    if not has_engine():
+        pytest.skip("needs the module of `make engine`")
+    folder = tmp_path_factory.mktemp("playground")
+    main(folder)
+    return (folder / "index.html").as_uri()
+
+
+@pytest.fixture
+def open_at(tab: Page, playground: str) -> Callable[[str], None]:
+    """Open the playground, paused, at an address."""
+
+    def open_at(address: str = "") -> None:
+        tab.goto("about:blank")
+        open_page(tab, f"{playground}#{address}&t=0", 1440)
+
+    return open_at
+
+
+def fly(tab: Page, changes: str, spec: str) -> float:
+    """Fly a policy on another flock to its end, and return the number that the page shows."""
+    script = f"""(async () => {{
+        page.fly({changes});
+        await page.choose(page.panels[0], {json.dumps(spec)});
+        page.seek(page.player.duration);
+        return page.panels[0].run.objective;
+    }})()"""
+    return float(tab.evaluate(script))
+
+
+def world(name: str, seed: int = SEED) -> str:
+    return f"{{ world: page.worlds.find(({{ name }}) => name === '{name}'), seed: '{seed}' }}"
+
+
+def text(tab: Page, selector: str) -> str:
+    return str(tab.evaluate(f"document.querySelector('{selector}').textContent"))
+
+
+def drop(tab: Page, name: str, content: bytes) -> None:
+    tab.set_input_files("#file", {"name": name, "mimeType": "application/octet-stream", "buffer": content})
+
+
+COLORED = """[...document.querySelectorAll(".panel canvas")].map((canvas) => {
+    // Pixels that are neither see-through nor grey: agents and the predator.
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    let colored = 0;
+    for (let at = 0; at < data.length; at += 4) {
+        const color = data.subarray(at, at + 3);
+        if (data[at + 3] > 200 && Math.max(...color) - Math.min(...color) > 60) colored++;
+    }
+    return colored;
+})"""
+BOTTOMS = """["canvas", ".ranges", "#play"].map(
+    (name) => document.querySelector(name).getBoundingClientRect().bottom
+)"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (830, 900), (1440, 900)])
+def test_the_flock_flies_at_once_in_the_first_screen(
+    width: int, height: int, tab: Page, playground: str
+) -> None:
+    requests: list[str] = []
+    tab.on("request", lambda request: requests.append(request.url))
+    tab.set_viewport_size({"width": width, "height": height})
+    tab.goto(playground)
+    tab.evaluate("startedPage.then(() => {})")
+    wait(tab, "page.player.time > 0.2")
+    assert min(tab.evaluate(COLORED)) > 1000
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    assert max(tab.evaluate(BOTTOMS)) <= height
+    before = tab.evaluate("[page.player.time, page.panels[0].canvas.toDataURL()]")
+    wait(tab, f"page.player.time > {before[0]}")
+    assert tab.evaluate("page.panels[0].canvas.toDataURL()") != before[1]
+    assert requests == [playground]
+
+
+def test_the_playground_is_small(playground: str) -> None:
+    assert len(gzip.compress(Path(playground.removeprefix("file://")).read_bytes())) < 500_000
+
+
+@pytest.mark.parametrize("name", ["paper-flock", "capture", "topological", "space"])
+def test_fixed_ranges_keep_the_distance_that_they_keep_in_python(
+    name: str, tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at()
+    for rho in (0.0, 12.0):
+        run = fe.simulate(name, rho, seed=SEED)
+        assert fly(tab, world(name), f"fixed:{rho:g}") == lowest(run)
+        assert text(tab, ".objective dd") == f"{lowest(run):.1f} m"
+        tab.evaluate("page.panels[0].run.countComponents()")
+        assert tab.evaluate("Array.from(page.panels[0].run.numComponents.subarray(0, 241))") == list(
+            run.num_components
+        )
+
+
+FILES = [
+    *sorted(LEARNED.glob("*/policies/search-0.npz")),
+    *sorted(LEARNED.glob("per-agent-visible-profile/policies/ppo-0.npz")),
+    *sorted(LEARNED.glob("shared/policies/*-0.npz")),
+]
+FLOCK_FILES = [path for path in FILES if isinstance(fe.load_policy(path).scenario, fe.FlockScenario)]
+
+
+def test_policy_files_keep_the_distance_that_they_keep_in_python(
+    tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at(f"seed={SEED}&policies=fixed:0")
+    assert len(FLOCK_FILES) > 13
+    for path in FLOCK_FILES:
+        spec = f"{path.parents[1].name} {path.stem}"
+        tab.evaluate("page.seek(0)")
+        drop(tab, f"{spec}.npz", path.read_bytes())
+        wait(tab, f"page.panels[0].run.spec === '{spec}'")
+        tab.evaluate("page.seek(12)")
+        expected = lowest(fe.load_policy(path).record(SEED, "paper-flock"))
+        assert tab.evaluate("page.panels[0].run.objective") == expected, spec
+
+
+@pytest.mark.parametrize("name", RULES)
+def test_rules_keep_the_distance_that_they_keep_in_python(
+    name: str, tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at()
+    for preset in ("paper-flock", "capture", "space"):
+        assert fly(tab, world(preset), name) == lowest(built_in(name).record(SEED, preset))
+    tab.evaluate(f"page.fly({world('topological')})")
+    assert "listen to a number of neighbors" in text(tab, "#message")
+    assert tab.evaluate("page.panels.map(({ run }) => run.kind)") == ["fixed"]
+
+
+def slide(tab: Page, place: float) -> None:
+    tab.evaluate(
+        f"(() => {{ const slider = document.querySelector('.choice .ranges'); slider.value = {place};"
+        " slider.dispatchEvent(new Event('input')); })()"
+    )
+
+
+def test_the_slider_acts_on_the_running_flock(tab: Page, open_at: Callable[..., None]) -> None:
+    open_at(f"seed={SEED}&policies=fixed:12")
+    tab.evaluate("page.seek(5); globalThis.past = page.panels[0].run.positions.slice(0, 61 * 600)")
+    schedule = np.full((240, 1), 12.0)
+    # 16 m from 3 s on, then 64 m from 7 s on and, back from the end, 25 m from 1 s on.
+    for start, rho in ((60, 16.0), (140, 64.0), (20, 25.0)):
+        tab.evaluate(f"page.seek({start * 0.05 - 0.01})")
+        slide(tab, 10 * rho**0.5)  # a square-root scale
+        wait(tab, f"page.panels[0].run.spec === 'fixed:{rho:g}'")
+        schedule[start:] = rho
+        tab.evaluate("page.seek(11.99)")
+        if start == 60:
+            same = "past.every((value, at) => value === page.panels[0].run.positions[at])"
+            assert tab.evaluate(same)
+        tab.evaluate("page.seek(12)")
+        expected = lowest(fe.simulate("paper-flock", schedule=schedule, seed=SEED))
+        assert tab.evaluate("page.panels[0].run.objective") == expected
+
+
+def test_the_keyboard_plays_and_moves_through_time(tab: Page, open_at: Callable[..., None]) -> None:
+    open_at()
+    tab.keyboard.press(" ")
+    wait(tab, "page.player.time > 0.2")
+    tab.keyboard.press(" ")
+    assert not tab.evaluate("page.player.isPlaying")
+    time = "page.player.time"
+    for key, expected in {
+        "Home": 0,
+        "ArrowRight": 0.05,
+        "Shift+ArrowRight": 1.05,
+        "ArrowLeft": 1.0,
+        "Shift+ArrowLeft": 0,
+        "End": 12,
+    }.items():
+        tab.keyboard.press(key)
+        assert tab.evaluate(time) == pytest.approx(expected), key
+
+
+def test_keys_and_two_fingers_move_the_camera(tab: Page, open_at: Callable[..., None]) -> None:
+    open_at()
+    camera = "[page.camera.zoomFactor, ...page.camera.shift, page.player.time]"
+    tab.focus(".panel canvas")
+    for key, expected in {
+        "+": [1.25, 0, 0, 0],
+        "ArrowRight": [1.25, -30, 0, 0],
+        "ArrowUp": [1.25, -30, 30, 0],
+        "0": [1, 0, 0, 0],
+        "-": [0.8, 0, 0, 0],
+    }.items():
+        tab.keyboard.press(key)
+        assert tab.evaluate(camera) == pytest.approx(expected), key
+    tab.keyboard.press("0")
+    box = tab.query_selector(".panel canvas").bounding_box()  # type: ignore[union-attr]
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    devtools = tab.context.new_cdp_session(tab)
+    for kind, apart in (("touchStart", 40), ("touchMove", 60), ("touchMove", 80)):
+        points = [{"x": x - apart, "y": y, "id": 0}, {"x": x + apart, "y": y, "id": 1}]
+        devtools.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    devtools.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    assert tab.evaluate("[page.camera.zoomFactor, page.player.time]") == pytest.approx([2, 0])
+
+
+def test_reduced_motion_starts_paused(tab: Page, playground: str) -> None:
+    tab.emulate_media(reduced_motion="reduce")
+    tab.goto(playground)
+    tab.evaluate("startedPage.then(() => {})")
+    assert tab.evaluate("page.player.isPlaying") is False
+
+
+STATE = """[page.flight.world.name, page.flight.seed, page.flight.numbers, page.flight.isSteered,
+            page.panels.map(({ run }) => run.spec)]"""
+OBJECTIVES = "(page.seek(page.player.duration), page.panels.map(({ run }) => run.objective))"
+
+
+def test_a_link_restores_flock_policies_numbers_and_steering(tab: Page, open_at: Callable[..., None]) -> None:
+    open_at(f"world=pursuit&seed={2**64 - 1}&policies=fixed:3.5,{HEADLINE}&agents=80&noise=0.3&steer=you")
+    steer = """for (let step = 0; step < 150; step++) {
+        page.pointer = step < 40 ? null : [90 - step / 3, step / 2 - 20];
+        page.seek((step + 1) * page.player.timeStep);
+    }"""
+    tab.evaluate(f"(() => {{ {steer} page.pointer = null; }})()")
+    expected = tab.evaluate(OBJECTIVES)
+    link = tab.evaluate("page.link()")
+    open_at(link)
+    assert tab.evaluate(STATE) == [
+        "pursuit",
+        str(2**64 - 1),
+        {"agents": 80, "noise": 0.3},
+        True,
+        ["fixed:3.5", HEADLINE],
+    ]
+    assert tab.evaluate(OBJECTIVES) == expected
+    open_at(re.sub("&path=.*", "", link))
+    assert tab.evaluate(OBJECTIVES) != expected
+
+
+@pytest.mark.parametrize(
+    ("address", "message"),
+    [
+        ("world=nowhere&seed=18446744073709551616&agents=1&noise=x&steer=maybe", ""),
+        ("policies=fixed:-3", "fixed:-3: expected a range >= 0"),
+        ("policies=toString", "toString: unknown policy"),
+        ("policies=,recording:0,", "recording:0: unknown policy"),
+        ("path=%%%&seed=-1", ""),
+    ],
+)
+def test_invalid_entries_of_a_link_fall_back(
+    address: str, message: str, tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at(address)
+    assert text(tab, "#message") == message
+    assert tab.evaluate(STATE) == ["paper-flock", "242", {}, False, ["fixed:12"]]
+
+
+def test_a_link_to_numbers_that_a_world_cannot_have_flies_the_world(
+    tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at("world=stubborn-leaders&agents=2")
+    assert text(tab, "#message").startswith("alignment_strength: expected")
+    assert tab.evaluate(STATE)[:3] == ["stubborn-leaders", "242", {}]
+    tab.evaluate("page.seek(1)")
+    assert tab.evaluate("page.panels[0].run.numAgents") == 300
+
+
+def test_predators_of_a_duel_follow_one_pointer(tab: Page, open_at: Callable[..., None]) -> None:
+    open_at("steer=you")
+    tab.click("#duel")
+    wait(tab, "page.panels.length === 2")
+    tab.hover(".panel canvas", position={"x": 200, "y": 120})
+    tab.evaluate("page.seek(12)")
+    predators = tab.evaluate("page.panels.map(({ run }) => Array.from(run.predators.subarray(-2)))")
+    assert predators[0] == predators[1]
+    assert predators[0] == pytest.approx(tab.evaluate("page.pointer"), abs=3)
+    seeds = tab.evaluate("page.panels.map(({ run }) => run.seed)")
+    assert seeds == ["242", "242"]
+    ahead, behind = sorted(tab.evaluate(OBJECTIVES), reverse=True)
+    title = tab.evaluate(f"page.panels.find(({{ run }}) => run.objective === {ahead}).run.title")
+    assert text(tab, "#score").startswith(f"{title} is ahead by {ahead - behind:.1f} m")
+    tab.click(".panel:last-child .close")
+    assert tab.evaluate("[page.panels.length, document.getElementById('score').hidden]") == [1, True]
+
+
+def test_four_flocks_at_most_fly_side_by_side(tab: Page, open_at: Callable[..., None]) -> None:
+    open_at("policies=fixed:1,fixed:2,fixed:3,fixed:4,fixed:5")
+    assert tab.evaluate(STATE)[4] == ["fixed:1", "fixed:2", "fixed:3", "fixed:4"]
+
+
+@pytest.mark.parametrize("name", ["paper-flock", "topological", "field-of-view"])
+def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
+    name: str, tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at(f"world={name}&seed={SEED}&policies=fixed:9")
+    tab.evaluate("page.seek(5); page.seek(4)")
+    run = fe.simulate(name, 9.0, seed=SEED)
+    x, y = tab.evaluate("page.panels[0].scene.points.subarray(30, 32)")
+    tab.click(".panel canvas", position={"x": x, "y": y})
+    agent, heard = tab.evaluate("[page.look.chosen.agent, page.look.chosen.heard]")
+    assert text(tab, "#agent") == f"Agent {agent}"
+    pairs = neighbor_pairs(run.scenario, run.positions[80], 9.0, velocities=run.velocities[80])
+    assert sorted(heard) == pairs[pairs[:, 0] == agent, 1].tolist()
+    env = fe.parallel_env(
+        name, action_mode="range", max_range=100.0, predator_sensing_range=None, steps_per_action=1
+    )
+    rows, _ = env.reset_array(seed=SEED)
+    for _ in range(80):
+        rows = env.step_array(np.full((len(rows), 1), 9.0, np.float32))[0]
+    shown = tab.evaluate(
+        "[...document.querySelectorAll('#agent-entries dd')].map((value) => Number(value.textContent))"
+    )
+    assert shown == [round(float(value), 3) for value in rows[agent]]
+
+
+@pytest.fixture
+def watched(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """Return the address of a page of `flockesc watch`: fixed, learned with memory, and recorded."""
+    (tmp_path / "small.json").write_text(SMALL.replace(num_steps=40).to_json())
+    specs = ["fixed:10", policy_file(tmp_path / "mine.npz"), "stubborn-witnesses"]
+    page = tmp_path / "page.html"
+    flags = ["--scenario", tmp_path / "small.json", "--seed", SEED, "--output", page]
+    assert Ran(capsys, "watch", "--policies", *specs, *flags).code == 0
+    return page.as_uri()
+
+
+@needs_engine
+def test_the_next_flock_is_played_by_all_policies_of_the_page(tab: Page, watched: str) -> None:
+    open_page(tab, watched)
+    mine = fe.load_policy(watched.removeprefix("file://").replace("page.html", "mine.npz"))
+    flock = SMALL.replace(num_steps=40)
+    for seed in (SEED, SEED + 1):
+        assert text(tab, "#outcomes") == ""
+        tab.evaluate("page.seek(2)")
+        runs = [fe.simulate(flock, 10.0, seed=seed), mine.record(seed, flock)]
+        lowest_shown = "page.panels.map(({ run }) => [run.seed, run.objective ?? null])"
+        assert tab.evaluate(lowest_shown) == [*([str(seed), lowest(run)] for run in runs), [str(SEED), None]]
+        assert f"fixed range 10 m {lowest(runs[0]):.1f} m" in text(tab, "#outcomes")
+        notes = tab.evaluate("[...document.querySelectorAll('.note')].map((note) => note.textContent)")
+        assert notes[2] == f"recorded, seed {SEED}"
+        tab.click("#next")
+
+
+@needs_engine
+def test_a_video_that_starts_during_playback_lasts_as_long_as_the_run(
+    tab: Page, watched: str, tmp_path: Path
+) -> None:
+    open_page(tab, watched)
+    tab.evaluate("page.player.play()")
+    wait(tab, "page.player.time > 0.1")
+    with tab.expect_download() as download:
+        tab.evaluate("document.getElementById('save-video').click()")
+    download.value.save_as(tmp_path / "flock.webm")
+    _, seconds = imageio_ffmpeg.count_frames_and_secs(tmp_path / "flock.webm")
+    assert seconds > 0.85 * 2  # with two clocks it would last 1 s; a slow machine makes it longer
+
+
+def test_a_picture_is_saved_as_png(tab: Page, open_at: Callable[..., None], tmp_path: Path) -> None:
+    open_at()
+    with tab.expect_download() as download:
+        tab.click("#save")
+    assert download.value.url.startswith("data:image/png;base64,")
+    assert download.value.suggested_filename == "flock-0.00s.png"
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "policies=fixed:0.5",
+        "agents=50&noise=0.25&policies=stubborn-leaders",
+        f"world=capture&policies={HEADLINE}",
+    ],
+)
+def test_the_code_plays_the_same_flock_in_python(
+    address: str, tab: Page, open_at: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    open_at(f"{address}&seed={SEED}")
+    tab.click("#python summary")
+    wait(tab, "document.getElementById('code').textContent.includes('#')")
+    code, printed = text(tab, "#code").split("  # ")
+    monkeypatch.chdir(ROOT)
+    names: dict[str, Any] = {"print": lambda value: names.update(value=value)}
+    exec(code, names)  # noqa: S102, the code that the page offers
+    assert names["value"] == float(printed)
+    tab.evaluate("page.seek(page.player.duration)")
+    assert tab.evaluate("page.panels[0].run.objective") == names["value"]
+
+
+def test_a_color_keeps_its_range(tab: Page, open_at: Callable[..., None]) -> None:
+    open_at("policies=fixed:10")
+    colors = "[...page.panels[0].scene.agentsByColor()].map(([color]) => color)"
+    (ten,) = tab.evaluate(colors)
+    fly(tab, "{}", "fixed:100")
+    assert tab.evaluate(colors) != [ten]
+    fly(tab, "{}", "fixed:10")
+    assert tab.evaluate(colors) == [ten]
+
+
+def test_the_numbers_in_the_texts_of_the_playground() -> None:
+    seeds = range(300)
+    fixed = fe.sweep("paper-flock", [0.0, 12.0, 100.0], seeds=seeds).min_mean_distance
+    learned = fe.rollout("paper-flock", str(BEST), seeds).min_mean_distance
+    kept = np.vstack([fixed, learned])
+    chapters, predict = (
+        (ROOT / "playground" / f"{name}.html").read_text() for name in ("chapters", "predict")
+    )
+    note = chapters.partition('id="chosen-note"')[2]
+    said = [float(number) for number in re.findall(r"\d+\.\d", note)]
+    assert said == [*kept[:, 242].round(1), *kept.mean(axis=1).round(1)]
+    assert re.findall(r"keeps ([\d.]+) m on average over (\d+) flocks", predict) == [
+        (f"{learned.mean():.1f}", "300")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("chapter", "spec"),
+    [("chapter-nobody", "fixed:0"), ("chapter-everybody", "fixed:100"), ("chapter-learned", HEADLINE)],
+)
+def test_chapters_fly_what_they_say(chapter: str, spec: str, tab: Page, open_at: Callable[..., None]) -> None:
+    open_at("world=capture&seed=1&agents=20&policies=fixed:3,fixed:4")
+    tab.click(f"#{chapter}")
+    wait(tab, f"page.panels.length === 1 && page.panels[0].run.spec === '{spec}' && page.player.isPlaying")
+    assert tab.evaluate(STATE) == ["paper-flock", "242", {}, False, [spec]]
+
+
+def test_the_answer_is_the_published_curve_and_flocks_of_the_page(
+    tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at()
+    tab.fill("#guess", "32")  # 10 m on the square-root scale
+    tab.click("#predict-show")
+    results = json.loads((ROOT / "results" / "robustness" / "results.json").read_text())
+    (entry,) = (entry for entry in results["presets"] if entry["name"] == "paper-flock")
+    curve = dict(zip(entry["grid"]["actions"], entry["outcomes"]["J_mean"]["curve"], strict=True))
+    wait(tab, "page.prediction.counts[1] >= 1")
+    said = text(tab, "#predict-text")
+    for rho in (10, 12):
+        assert f"{rho} m: {curve[rho]['mean']:.1f} m" in said
+    assert f"over {results['num_flocks']} flocks" in said
+    total, count = tab.evaluate("[page.prediction.sums[1], page.prediction.counts[1]]")
+    assert total == sum(lowest(fe.simulate("paper-flock", 2.0, seed=seed)) for seed in range(count))
+
+
+def test_files_that_no_page_can_play_are_named(
+    tab: Page, open_at: Callable[..., None], tmp_path: Path
+) -> None:
+    open_at("policies=fixed:3")
+    save_run(fe.simulate(SMALL, 10.0, seed=1), tmp_path / "run.npz")
+    files = {
+        "text": (b"not a policy", "expected a policy file"),
+        "cut": (BEST.read_bytes()[:-2000], "expected a policy file"),
+        "run": ((tmp_path / "run.npz").read_bytes(), "expected a policy file"),
+        "line": ((LEARNED / "line" / "policies" / "search-0.npz").read_bytes(), "a policy for a line"),
+        "rule": (
+            (LEARNED / "per-agent-local" / "policies" / "rule-0.npz").read_bytes(),
+            "runs in Python only",
+        ),
+    }
+    for name, (content, message) in files.items():
+        drop(tab, f"{name}.npz", content)
+        wait(tab, f"document.getElementById('message').textContent.startsWith('{name}.npz')")
+        assert message in text(tab, "#message")
+    assert tab.evaluate(STATE)[4] == ["fixed:3"]
+
+
+FLOCK = fe.FlockScenario(num_agents=40, num_steps=80)  # 4 s
+SPECS = ("fixed:15", "stubborn-leaders")
+TITLES = ["fixed range 15 m", "rule: stubborn leaders"]
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("pages") / "page.html"
+    runs = [(spec, built_in(spec).record(3, FLOCK)) for spec in SPECS]
+    path.write_text(render(runs, replay(runs), with_engine=False))
+    return path.as_uri()
+
+
+def test_without_the_engine_a_page_replays(tab: Page, recorded: str) -> None:
+    open_page(tab, recorded)
+    titles = "[...document.querySelectorAll('.panel h2')].map((title) => title.textContent)"
+    assert tab.evaluate(titles) == TITLES
+    assert tab.evaluate("document.title") == " / ".join(TITLES)
+    assert min(tab.evaluate(COLORED)) > 50
+    assert tab.evaluate("document.querySelectorAll('.chart canvas').length") == 3
+    live = "[...document.querySelectorAll('.live')].some((part) => part.checkVisibility())"
+    assert tab.evaluate(live) is False
+    assert text(tab, "#facts").endswith(f"seed 3 \u00b7 flockesc-env {version('flockesc-env')}")
+    tab.evaluate("page.seek(3.8); page.player.play()")
+    wait(tab, "!page.player.isPlaying")
+    assert text(tab, "#time") == "4.0 of 4 s"
+
+
+CURSORS = """[...document.querySelectorAll(".chart .u-over")].map((plot) => {
+    const [box, now] = [plot, plot.querySelector(".now")].map((part) => part.getBoundingClientRect());
+    return (now.left - box.left) / box.width;
+})"""
+
+
+def test_scrubbing_moves_the_cursor_the_flock_and_the_numbers(tab: Page, recorded: str) -> None:
+    open_page(tab, recorded)
+    before = tab.evaluate("page.panels[0].canvas.toDataURL()")
+    tab.fill("#scrub", "3")
+    assert tab.evaluate(CURSORS) == pytest.approx([0.75] * 3, abs=0.01)
+    assert tab.evaluate("page.panels[0].canvas.toDataURL()") != before
+    run = built_in("fixed:15").record(3, FLOCK)
+    expected = [
+        f"{run.mean_distance[60]:.1f} m",
+        f"{run.mean_distance[:61].min():.1f} m",
+        f"{run.min_distance[60]:.1f} m",
+        f"{run.num_components[60]}",
+        "15.0 m",
+    ]
+    shown = "[...page.panels[0].root.querySelectorAll('div:not([hidden]) > dd')].map((dd) => dd.textContent)"
+    assert tab.evaluate(shown) == expected
+
+
+def test_a_page_of_3000_agents_opens_and_seeks(tab: Page, tmp_path: Path) -> None:
+    run = fe.simulate(fe.FlockScenario(num_agents=3000), 10.0, seed=1)
+    runs = [("fixed:10", run)]
+    (tmp_path / "page.html").write_text(render(runs, replay(runs), with_engine=False))
+    open_page(tab, (tmp_path / "page.html").as_uri())
+    tab.evaluate("page.seek(6)")
+    assert text(tab, ".readout dd") == f"{run.mean_distance[120]:.1f} m"
+    assert min(tab.evaluate(COLORED)) > 1000
+
+
+def test_names_are_text(tab: Page, tmp_path: Path) -> None:
+    name = "<!--<script></script><img src=x onerror='window.hacked = 1'><script>window.hacked = 1</script>"
+    fe.watch.write_page([(name, fe.simulate(SMALL, 5.0, seed=3))], tmp_path / "page.html")
+    open_page(tab, (tmp_path / "page.html").as_uri())
+    assert text(tab, ".panel h2") == name
+    assert tab.evaluate("document.title") == name
+    assert tab.evaluate("[typeof window.hacked, document.images.length]") == ["undefined", 0]
+
+
+@needs_engine
+def test_a_given_start_flies_with_another_range(tab: Page, tmp_path: Path) -> None:
+    start = fe.simulate(SMALL, 10.0, seed=3)
+    arrays = {"initial_positions": start.positions[4], "initial_velocities": start.velocities[4]}
+    fe.watch.write_page([("given", fe.simulate(SMALL, 10.0, **arrays))], tmp_path / "page.html")
+    open_page(tab, (tmp_path / "page.html").as_uri())
+    assert text(tab, ".note") == "recorded, given start"
+    slide(tab, 50)
+    wait(tab, "page.panels[0].run.spec === 'fixed:25'")
+    expected = lowest(fe.simulate(SMALL, 25.0, **arrays))
+    assert tab.evaluate(OBJECTIVES) == [expected]
+    tab.goto("about:blank")
+    open_page(tab, f"{(tmp_path / 'page.html').as_uri()}#world=capture&policies=fixed:3&t=0")
+    assert tab.evaluate(STATE) == ["capture", "0", {}, False, ["fixed:3"]]
