@@ -60,8 +60,7 @@ def run(
 ) -> Exit:
     """Watch flocks in the browser: recorded runs, or policies on one flock.
 
-    The page is one file. It simulates fixed ranges, networks and simple rules itself, so its slider acts on
-    the running flock. Other policies are recorded.
+    The page plays fixed ranges, networks and simple rules; others are recorded.
 
     Example: flockesc watch --policies fixed:12 stubborn-leaders --seed 242
     """
