@@ -326,7 +326,7 @@ def test_four_flocks_at_most_fly_side_by_side(tab: Page, open_at: Callable[..., 
     assert tab.evaluate(STATE)[4] == ["fixed:1", "fixed:2", "fixed:3", "fixed:4"]
 
 
-@pytest.mark.parametrize("name", ["paper-flock", "topological", "field-of-view"])
+@pytest.mark.parametrize("name", ["paper-flock", "topological", "mutual", "field-of-view"])
 def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
     name: str, tab: Page, open_at: Callable[..., None]
 ) -> None:
