@@ -49,19 +49,25 @@ class Inspector {
     $("agent-entries").replaceChildren(...rows(names.map((name, at) => [name.replaceAll("_", " "), values[at].toFixed(3)])));
   }
 
-  /** The entries of the agent's observation at a frame. Earlier frames are played again. */
+  /** The entries of the agent's observation at a frame. */
   observation(run, agent, step) {
     const observer = run.flight.observer(run.policy.options);
     const names = observer.entries;
-    let { flock } = run;
-    if (step < run.last) {
-      flock = run.flight.newFlock();
-      for (let at = 0; at < step; at++) flock.step(run.rangesAt(at), run.pushes[at]);
-    }
-    const observed = observer.observe(flock);
-    if (flock !== run.flock) flock.free();
+    const observed = observer.observe(step < run.last ? this.flockAt(run, step) : run.flock);
     const row = observer.rows === 1 ? 0 : agent;
     return { names, values: observed.subarray(row * names.length, (row + 1) * names.length) };
+  }
+
+  /** The flock of a run at an earlier frame: played again, from the last frame that was asked for if it lies before. */
+  flockAt(run, step) {
+    // A run has another flock after its past has changed.
+    if (this.past?.of !== run.flock || this.past.flock.steps > step) {
+      this.past?.flock.free();
+      this.past = { of: run.flock, flock: run.flight.newFlock() };
+    }
+    const { flock } = this.past;
+    while (flock.steps < step) flock.step(run.rangesAt(flock.steps), run.pushes[flock.steps]);
+    return flock;
   }
 }
 
