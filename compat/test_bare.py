@@ -74,7 +74,7 @@ def test_missing_extras_are_named(arguments: tuple[str, ...], extra: str) -> Non
 
 
 @pytest.mark.parametrize(
-    ("module", "extra"), [("sb3", "train"), ("torchrl", "torchrl"), ("benchmarl", "benchmarl")]
+    ("module", "extra"), [("sb3", "sb3"), ("torchrl", "torchrl"), ("benchmarl", "benchmarl")]
 )
 def test_missing_frameworks_are_named(module: str, extra: str) -> None:
     with pytest.raises(ImportError, match=rf"flockesc-env\[{extra}\]"):
