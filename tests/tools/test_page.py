@@ -5,7 +5,10 @@ from __future__ import annotations
 import gzip
 import json
 import re
+import threading
 from collections.abc import Callable
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -157,6 +160,31 @@ def test_policy_files_keep_the_distance_that_they_keep_in_python(
         tab.evaluate("page.seek(12)")
         expected = lowest(fe.load_policy(path).record(SEED, "paper-flock"))
         assert tab.evaluate("page.panels[0].run.objective") == expected, spec
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, *args: object) -> None:
+        pass
+
+
+def test_a_page_on_a_server_reads_the_files_beside_it(tab: Page, playground: str) -> None:
+    folder = Path(playground.removeprefix("file://")).parent
+    spec = "shared/search-0"
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=folder)) as server:
+        threading.Thread(target=server.serve_forever).start()
+        open_page(tab, f"http://127.0.0.1:{server.server_port}/#seed={SEED}&policies={spec}&t=12")
+        server.shutdown()
+    expected = fe.load_policy(LEARNED / "shared" / "policies" / "search-0.npz").record(SEED, "paper-flock")
+    assert tab.evaluate("[page.panels[0].run.spec, page.panels[0].run.objective]") == [spec, lowest(expected)]
+
+
+def test_a_page_in_a_file_says_that_it_cannot_read_other_files(
+    tab: Page, open_at: Callable[..., None], problems: list[str]
+) -> None:
+    open_at("policies=shared/search-0")
+    assert text(tab, "#message").startswith("this page cannot read policies/shared/search-0.npz")
+    assert tab.evaluate("page.panels[0].run.spec") == "fixed:12"
+    problems.clear()  # the browser reports the file that it refuses to read
 
 
 @pytest.mark.parametrize("name", RULES)
@@ -342,13 +370,14 @@ def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
     env = fe.parallel_env(
         name, action_mode="range", max_range=100.0, predator_sensing_range=None, steps_per_action=1
     )
-    rows, _ = env.reset_array(seed=SEED)
-    for _ in range(80):
-        rows = env.step_array(np.full((len(rows), 1), 9.0, np.float32))[0]
-    shown = tab.evaluate(
-        "[...document.querySelectorAll('#agent-entries dd')].map((value) => Number(value.textContent))"
-    )
-    assert shown == [round(float(value), 3) for value in rows[agent]]
+    rows = [env.reset_array(seed=SEED)[0]]
+    rows += [env.step_array(np.full((300, 1), 9.0, np.float32))[0] for _ in range(100)]
+    for step in (80, 95, 60, 100):
+        tab.evaluate(f"page.seek({step} * page.player.timeStep)")
+        shown = tab.evaluate(
+            "[...document.querySelectorAll('#agent-entries dd')].map((value) => Number(value.textContent))"
+        )
+        assert shown == [round(float(value), 3) for value in rows[step][agent]]
 
 
 @pytest.fixture

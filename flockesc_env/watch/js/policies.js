@@ -104,7 +104,7 @@ class PolicyList {
 
   async fetch({ spec }) {
     const answer = await fetch(`policies/${spec}.npz`).catch(() => null);
-    if (!answer?.ok) throw new Error(`${spec}: the file does not lie beside this page. Drop it on the page instead.`);
+    if (!answer?.ok) throw new Error(`this page cannot read policies/${spec}.npz. Drop the file on the page instead.`);
     return new Uint8Array(await answer.arrayBuffer());
   }
 
