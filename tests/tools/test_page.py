@@ -231,6 +231,11 @@ def test_the_keyboard_plays_and_moves_through_time(tab: Page, open_at: Callable[
     wait(tab, "page.player.time > 0.2")
     tab.keyboard.press(" ")
     assert not tab.evaluate("page.player.isPlaying")
+    tab.focus(".choice .ranges")
+    for is_playing in (True, False):
+        tab.keyboard.press(" ")
+        assert tab.evaluate("page.player.isPlaying") is is_playing
+    tab.focus("#scrub")
     time = "page.player.time"
     for key, expected in {
         "Home": 0,

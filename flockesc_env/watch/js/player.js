@@ -85,8 +85,9 @@ function bindPlayer(player) {
     End: () => player.seek(player.duration),
   };
   document.addEventListener("keydown", (event) => {
-    const isScrub = event.target === scrub;
-    const isOthers = !isScrub && event.target.closest("input:not([type=checkbox]), select, summary");
+    // Other sliders need the arrows, but not the space bar.
+    const isOurs = event.target === scrub || (event.key === " " && event.target.type === "range");
+    const isOthers = !isOurs && event.target.closest("input:not([type=checkbox]), select, summary");
     const isPress = event.key === " " && event.target.closest("button, input[type=checkbox]");
     if (!(event.key in keys) || isOthers || isPress || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
