@@ -74,13 +74,13 @@ def published(measured: dict[str, Any]) -> dict[str, Any]:
 
 
 def policy_documents() -> list[dict[str, Any]]:
-    """Return the policy files that a page can run. The page holds the headline; the others lie beside it."""
+    """Return the policy files that a page can run. It holds a search of every setting; others lie beside it."""
     found = []
     for path in sorted(LEARNED.glob("*/policies/*.npz")):
         if runs_in_page(load_policy(path)):
             setting = path.parents[1].name
             spec = f"{setting}/{path.stem}"
-            entry = file_document(path, spec, setting, with_data=spec == HEADLINE)
+            entry = file_document(path, spec, setting, with_data=path.stem == "search-0")
             found.append({**entry, "file": f"results/learned/{setting}/policies/{path.name}"})
     return found
 

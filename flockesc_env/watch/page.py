@@ -20,12 +20,15 @@ from flockesc_env.render.palette import DARK, LIGHT
 from flockesc_env.watch.document import Run, check_runs, run_document
 from flockesc_env.watch.live import ENGINE, has_engine, safe_json, start_document, worlds
 
-_SCRIPTS = (
-    *("dom", "data", "npz", "groups", "theme", "camera", "ground", "scene", "steer", "engine", "flight"),
-    *("policies", "choice", "panel", "curves", "player", "save", "inspect", "predict", "address", "python"),
-    *("page", "world", "start"),
+_REPLAY = (
+    *("dom", "data", "groups", "theme", "camera", "ground", "scene", "panel", "curves", "player", "save"),
+    "page",
 )
-"""Scripts under ``js/``, in order of dependence."""
+_LIVE = (
+    *("npz", "steer", "engine", "flight", "policies", "choice", "inspect", "predict", "address", "python"),
+    *("live_page", "controls"),
+)
+"""Scripts under ``js/``, in order of dependence: of all pages, and of pages that simulate."""
 
 _LEAD = (
     "How far each agent listens decides whether the flock escapes. Change the range while the flock flies."
@@ -117,7 +120,8 @@ def render(runs: Sequence[Run], content: Content, *, with_engine: bool = True) -
     scripts = [(uplot / "uPlot.iife.min.js").read_text("utf-8")]
     if is_live:
         scripts.append((ENGINE / "flockesc_wasm.js").read_text("utf-8"))
-    scripts += [(here / "js" / f"{name}.js").read_text("utf-8") for name in _SCRIPTS]
+    names = (*_REPLAY, *(_LIVE if is_live else ()), "start")
+    scripts += [(here / "js" / f"{name}.js").read_text("utf-8") for name in names]
     titles = [run["title"] for run in recordings]
     return Template((here / "page.html").read_text("utf-8")).substitute(
         {"chapters": "", "predict": "", **(content.parts or {})},

@@ -114,7 +114,7 @@ def test_an_output_that_cannot_be_written_is_refused_before_the_work(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    for work in ("sweep.sweep", "sweep.run_all", "simulate.simulate", "watch._run_policies"):
+    for work in ("sweep.sweep", "sweep.run_all", "simulate.simulate", "watch._policy_page"):
         monkeypatch.setattr(f"flockesc_env.cli.{work}", never)
     name = f"{'x' * (256 - len(suffix))}{suffix}"  # one byte more than file systems take
     ran = Ran(capsys, *argv, "--output", tmp_path / name)
@@ -154,7 +154,7 @@ def test_a_film_that_is_not_complete_replaces_nothing(
     with small_files(1_000):
         ran = Ran(capsys, *WATCH, "--output", path)
     assert ran.code == Exit.REFUSED
-    assert "ffmpeg wrote 1 of 10 frames" in ran.err
+    assert "ffmpeg wrote 1 of 5 frames" in ran.err
     assert [(file, file.read_bytes()) for file in tmp_path.iterdir()] == [(path, b"old")]
 
 

@@ -181,8 +181,8 @@ def test_a_page_on_a_server_reads_the_files_beside_it(tab: Page, playground: str
 def test_a_page_in_a_file_says_that_it_cannot_read_other_files(
     tab: Page, open_at: Callable[..., None], problems: list[str]
 ) -> None:
-    open_at("policies=shared/search-0")
-    assert text(tab, "#message").startswith("this page cannot read policies/shared/search-0.npz")
+    open_at("policies=shared/imitation-1")
+    assert text(tab, "#message").startswith("this page cannot read policies/shared/imitation-1.npz")
     assert tab.evaluate("page.panels[0].run.spec") == "fixed:12"
     problems.clear()  # the browser reports the file that it refuses to read
 
@@ -484,6 +484,18 @@ def test_the_numbers_in_the_texts_of_the_playground() -> None:
     ]
 
 
+def test_the_chapters_say_what_their_flocks_do() -> None:
+    everybody, learned = fe.simulate("paper-flock", 100.0, seed=242), fe.load_policy(BEST).record(242)
+    assert everybody.polarization[10] > 0.99  # one heading after half a second
+    to_predator = learned.predator_positions[:60] - learned.positions[:60]  # the first 3 s
+    cosine = np.sum(to_predator * learned.velocities[:60], axis=-1)
+    cosine /= np.linalg.norm(to_predator, axis=-1) * np.linalg.norm(learned.velocities[:60], axis=-1)
+    angle, ranges = np.degrees(np.arccos(cosine)), learned.interaction_ranges[:60]
+    toward, past = ranges[angle < 60].mean(), ranges[(angle >= 90) & (angle < 135)].mean()
+    said = re.findall(r"within (\d+\.\d) m", (ROOT / "playground" / "chapters.html").read_text())
+    assert said == [f"{toward:.1f}", f"{past:.1f}"]
+
+
 @pytest.mark.parametrize(
     ("chapter", "spec"),
     [("chapter-nobody", "fixed:0"), ("chapter-everybody", "fixed:100"), ("chapter-learned", HEADLINE)],
@@ -504,13 +516,16 @@ def test_the_answer_is_the_published_curve_and_flocks_of_the_page(
     results = json.loads((ROOT / "results" / "robustness" / "results.json").read_text())
     (entry,) = (entry for entry in results["presets"] if entry["name"] == "paper-flock")
     curve = dict(zip(entry["grid"]["actions"], entry["outcomes"]["J_mean"]["curve"], strict=True))
-    wait(tab, "page.prediction.counts[1] >= 1")
+    wait(tab, "page.controls.prediction.total - page.controls.prediction.jobs.length > 12")
     said = text(tab, "#predict-text")
     for rho in (10, 12):
         assert f"{rho} m: {curve[rho]['mean']:.1f} m" in said
     assert f"over {results['num_flocks']} flocks" in said
-    total, count = tab.evaluate("[page.prediction.sums[1], page.prediction.counts[1]]")
-    assert total == sum(lowest(fe.simulate("paper-flock", 2.0, seed=seed)) for seed in range(count))
+    assert tab.evaluate("page.controls.prediction.means()") == [None] * 12  # a few flocks say little
+    tab.evaluate("page.controls.prediction.jobs = page.controls.prediction.jobs.filter(([at]) => at === 1)")
+    wait(tab, "page.controls.prediction.means()[1] !== null")
+    expected = np.mean([lowest(fe.simulate("paper-flock", 2.0, seed=seed)) for seed in range(16)])
+    assert tab.evaluate("page.controls.prediction.means()[1]") == pytest.approx(expected)
 
 
 def test_files_that_no_page_can_play_are_named(

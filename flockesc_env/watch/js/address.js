@@ -42,7 +42,6 @@ function unpackPath(text) {
 function readAddress(hash, worlds, start) {
   const entries = new URLSearchParams(hash.replace(/^#/, ""));
   const time = entries.get("t");
-  if (!worlds.length) return { policies: start.policies, time };
   const find = (name) => worlds.find((world) => world.name === name);
   const world = find(entries.get("world")) ?? find(start.world);
   const isSteered = entries.get("steer") === "you" && world.steered !== null;

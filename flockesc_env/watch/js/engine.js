@@ -6,12 +6,9 @@ const PER_AGENT = JSON.stringify({ view: "agent" });
 const NO_PUSHES = new Float64Array();
 const NEVER = 2 ** 32 - 1; // the step at which an agent is caught that never is
 
-/** Loads the engine that the page holds; returns whether it holds one. */
+/** Loads the engine that the page holds. */
 async function loadEngine() {
-  const holder = $("engine");
-  if (!holder) return false;
-  await wasm_bindgen({ module_or_path: await inflate(bytesOf(holder.textContent), "deflate") });
-  return true;
+  await wasm_bindgen({ module_or_path: await inflate(bytesOf($("engine").textContent), "deflate") });
 }
 
 /** Columns of a live run: type, and numbers per frame. */

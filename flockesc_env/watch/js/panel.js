@@ -1,6 +1,6 @@
 "use strict";
 
-// One run: its name, its scene, its numbers at the current time, and the choice of its policy.
+// One run: its name, its scene and its numbers at the current time.
 
 const STATS = [
   ["minDistance", "nearest agent"],
@@ -10,9 +10,7 @@ const STATS = [
 ];
 
 class Panel {
-  /** `page`: draws again, and answers clicks on agents, on the close button and on the choice. */
-  constructor(page, isLive) {
-    this.page = page;
+  constructor(page) {
     this.title = element("h2");
     this.note = element("span", { className: "note" });
     this.close = element("button", { type: "button", className: "close", ariaLabel: "Remove this flock", title: "Remove this flock" }, "\u00d7");
@@ -29,25 +27,17 @@ class Panel {
     );
     this.values = Object.fromEntries(STATS.map(([key]) => [key, element("dd")]));
     const stats = STATS.map(([key, text]) => element("div", {}, element("dt", {}, text), this.values[key]));
-    this.choice = isLive ? new Choice((spec) => page.choose(this, spec), page.policies) : null;
+    this.stats = element("dl", { className: "stats" }, ...stats);
+    this.choice = null; // `LivePage` adds one
     this.root = element(
       "article",
       { className: "panel" },
       element("header", {}, this.title, this.note, this.close),
       element("div", { className: "field" }, this.canvas, readout),
-      ...(this.choice ? [this.choice.root] : []),
-      element("dl", { className: "stats" }, ...stats),
+      this.stats,
     );
     this.scene = new Scene(this.canvas, page.camera);
     bindCamera(this.canvas, page.camera, () => page.draw());
-    let pressed = [0, 0];
-    this.canvas.addEventListener("pointerdown", ({ offsetX, offsetY }) => (pressed = [offsetX, offsetY]));
-    this.canvas.addEventListener("click", ({ offsetX, offsetY }) => {
-      const isDrag = Math.hypot(offsetX - pressed[0], offsetY - pressed[1]) > 4;
-      if (!isDrag) page.inspect(this, this.scene.agentAt(offsetX, offsetY));
-    });
-    for (const name of ["pointerdown", "pointermove"]) this.canvas.addEventListener(name, (event) => page.point(this, event));
-    for (const name of ["pointerleave", "pointercancel"]) this.canvas.addEventListener(name, () => page.point(this, null));
   }
 
   setRun(run) {
@@ -66,7 +56,7 @@ class Panel {
     this.values.survivors.parentElement.hidden = run.document.capture_radius === null;
     this.canvas.setAttribute("aria-label", `Flock under ${run.title}. Plus and minus zoom, arrows move the view.`);
     this.canvas.classList.toggle("steered", Boolean(run.flight?.isSteered));
-    if (this.choice) this.choice.show(run, page.flight, page.recordings);
+    this.choice?.show(run, page.flight, page.recordings);
   }
 
   draw(time, look) {

@@ -2,8 +2,6 @@
 
 // Policies that the page can run: fixed ranges, simple rules, and networks of policy files.
 
-const LARGEST_RANGE = 100; // m: everybody hears everybody
-
 /** One range for all agents. */
 class FixedRange {
   constructor(range, unit) {

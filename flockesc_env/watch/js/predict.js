@@ -9,7 +9,7 @@ const SLICE = 6; // ms of every frame
 class Prediction {
   /** `published`: `{ranges, mean, low, high, flocks}` of the published curve. */
   constructor(worlds, published, theme) {
-    Object.assign(this, { published, theme, sums: GUESS_RANGES.map(() => 0), counts: GUESS_RANGES.map(() => 0) });
+    Object.assign(this, { published, theme, sums: GUESS_RANGES.map(() => 0) });
     this.world = worlds.find(({ name }) => name === published.world);
     const [slider, shown] = [$("guess"), $("guessed")];
     const show = () => {
@@ -25,11 +25,11 @@ class Prediction {
   reveal() {
     $("predict-ask").hidden = true;
     $("predict-answer").hidden = false;
-    this.chart = new uPlot(this.options(), this.data(), $("predict-chart"));
-    new ResizeObserver(() => this.chart.setSize({ width: $("predict-chart").clientWidth, height: 200 })).observe($("predict-chart"));
     this.jobs = [];
     for (let seed = 0; seed < GUESS_SEEDS; seed++) GUESS_RANGES.forEach((_, at) => this.jobs.push([at, String(seed)]));
     this.total = this.jobs.length;
+    this.chart = new uPlot(this.options(), this.data(), $("predict-chart"));
+    new ResizeObserver(() => this.chart.setSize({ width: $("predict-chart").clientWidth, height: 200 })).observe($("predict-chart"));
     this.work();
   }
 
@@ -45,7 +45,6 @@ class Prediction {
       this.run.reach(Infinity, () => null, Math.max(end - performance.now(), 0.5));
       if (!this.run.hasEnded) break;
       this.sums[this.at] += this.run.objective;
-      this.counts[this.at] += 1;
       this.run.free();
       this.run = null;
       this.isChanged = true;
@@ -54,9 +53,10 @@ class Prediction {
     if (this.run || this.jobs.length) requestAnimationFrame(() => this.work());
   }
 
-  /** The mean objective of the page's flocks at every range; null where none has ended. */
+  /** The mean objective of the page's flocks at every range; null until all have ended, because a few say little. */
   means() {
-    return this.sums.map((sum, at) => (this.counts[at] ? sum / this.counts[at] : null));
+    const haveEnded = !this.run && !this.jobs.length;
+    return this.sums.map((sum) => (haveEnded ? sum / GUESS_SEEDS : null));
   }
 
   show() {
@@ -66,7 +66,7 @@ class Prediction {
     const { ranges, mean, flocks } = this.published;
     const at = (range) => `${range} m: ${interpolate(ranges, mean, range).toFixed(1)} m`;
     $("predict-text").textContent =
-      `Your guess, ${at(this.guess)} on average over ${flocks} flocks. The best fixed range, ${at(this.world.best)}. ` +
+      `Your guess, ${at(this.guess)} on average over ${flocks} flocks. The best fixed range, which was chosen on other flocks, ${at(this.world.best)}. ` +
       `This page has played ${done} of ${this.total} flocks.`;
   }
 

@@ -4,12 +4,11 @@
 
 const startedPage = (async () => {
   const content = JSON.parse($("document").textContent);
-  const decode = (document, index) => Recording.decode(document, index);
-  const [isLive, ...recordings] = await Promise.all([loadEngine(), ...content.recordings.map(decode)]);
-  const page = new Page(content, recordings, isLive && content.worlds.length > 0);
-  globalThis.page = page;
+  const recordings = await Promise.all(content.recordings.map((run, index) => Recording.decode(run, index)));
+  const isLive = Boolean($("engine"));
+  if (isLive) await loadEngine();
+  globalThis.page = isLive ? new LivePage(content, recordings) : new Page(content, recordings);
   await page.restore();
-  addEventListener("hashchange", () => page.restore());
   return page;
 })();
 startedPage.catch((error) => {
