@@ -115,7 +115,7 @@ def _moment(runs: Sequence[tuple[str, Trajectory]]) -> str:
         axes.set_title(f"{name}: {run.mean_distance[step]:.1f} m at {run.times[step]:.1f} s", fontsize=9)
         axes.set_aspect("equal")
     file = BytesIO()
-    figure.savefig(file, format="png", dpi=80)
+    figure.savefig(file, format="png", dpi=60)
     return f'<img alt="flocks" src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
 
 

@@ -74,7 +74,7 @@ def published(measured: dict[str, Any]) -> dict[str, Any]:
 
 
 def policy_documents() -> list[dict[str, Any]]:
-    """Return the policy files that a page can run. It holds a search of every setting; others lie beside it."""
+    """Return the policy files that a page can run: it holds one per setting, and others lie beside it."""
     found = []
     for path in sorted(LEARNED.glob("*/policies/*.npz")):
         if runs_in_page(load_policy(path)):
