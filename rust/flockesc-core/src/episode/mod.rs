@@ -160,8 +160,8 @@ impl<const D: usize> Episode<D> {
     ) -> Result<()> {
         let mut scene = self.scene_as(config);
         // The row of the flock has the mean range. The mean of equal numbers can differ from them by rounding.
-        let are_equal = scene.ranges.windows(2).all(|pair| pair[0] == pair[1]);
-        if !config.view.is_per_agent() && are_equal {
+        let are_equal = || scene.ranges.windows(2).all(|pair| pair[0] == pair[1]);
+        if !config.view.is_per_agent() && are_equal() {
             scene.ranges = &scene.ranges[..1];
         }
         scene.observe(config.view, out, progress)
