@@ -118,6 +118,8 @@ def test_one_iteration_of_ppo() -> None:
     assert math.isfinite(result["learners"]["shared"]["total_loss"])
 
 
+# RLlib registers its own environment once per algorithm.
+@pytest.mark.filterwarnings("ignore:.*rllib-multi-agent-env-v0 already in registry:UserWarning")
 @pytest.mark.parametrize("interface", ["slots", "pettingzoo"])
 def test_the_example_trains(
     interface: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

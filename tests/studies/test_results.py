@@ -19,7 +19,7 @@ from studies.learned.held_out import rules_of
 from studies.learned.kinds import Kind, best_by_kind, kind_of, tuning_objectives
 from studies.learned.page import DETAILS
 from studies.learned.questions import QUESTIONS
-from studies.learned.results import BEST_FIXED, ORACLE, Study, load_studies
+from studies.learned.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
 from studies.learned.summary import hidden
 from training.presets import presets
 from training.seeds import HELD_OUT
@@ -194,6 +194,13 @@ def test_committed_rules_have_tuning_flocks_and_held_out_flocks(study: Study) ->
 def test_learners_of_presets_have_committed_results(study: Study) -> None:
     learners = presets()[study.setting].learners
     assert set(study.learners) == {name for name, learner in learners.items() if learner.seeds}
+
+
+def test_the_headline_of_the_readme_is_that_of_committed_results() -> None:
+    study, readme = load_study(COMMITTED / "per-agent-visible"), (ROOT / "README.md").read_text("utf-8")
+    found, prose = aggregate(study.values("search"), study.values(BEST_FIXED)[0]), " ".join(readme.split())
+    assert f"{found.difference:.1f}".replace(" [", " m [") in prose.split("```", 1)[0]
+    assert f"{found.objective.mean:.1f} m against {study.values(BEST_FIXED).mean():.1f} m" in prose
 
 
 def test_the_committed_page_and_table_are_those_of_the_committed_results(
