@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import hashlib
 import json
 import re
 import threading
@@ -456,6 +457,8 @@ def test_the_code_plays_the_same_flock_in_python(
     assert names["value"] == float(printed)
     tab.evaluate("page.seek(page.player.duration)")
     assert tab.evaluate("page.panels[0].run.objective") == names["value"]
+    checksum = hashlib.sha256(BEST.read_bytes()).hexdigest()
+    assert (checksum in text(tab, "#code-note")) == (HEADLINE in address)
 
 
 def test_a_color_keeps_its_range(tab: Page, open_at: Callable[..., None]) -> None:

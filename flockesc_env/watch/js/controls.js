@@ -125,7 +125,8 @@ class Controls {
     const { run } = page.panels.find((panel) => panel.run.isLive) ?? {};
     const code = run ? pythonCode(page.flight, run.policy, null) : null;
     $("code").textContent = code ?? "";
-    $("code-note").textContent = codeNote(page.flight, code);
+    const { file, sha256 } = run?.policy ?? {};
+    $("code-note").textContent = codeNote(page.flight, code) + (sha256 ? ` sha256 of ${file}: ${sha256}` : "");
     if (!code) return;
     this.codeTimer = setTimeout(() => {
       const { flight } = page;
