@@ -20,7 +20,9 @@ function roundedPoint(point) {
 
 /** The pointer's path, a point or null per step, as text. */
 function packPath(path) {
-  const numbers = Int16Array.from(path.flatMap((point) => (point ? point.map((value) => Math.round(value * 10)) : [NOWHERE, NOWHERE])));
+  const numbers = Int16Array.from(
+    path.flatMap((point) => (point ? point.map((value) => Math.round(value * 10)) : [NOWHERE, NOWHERE])),
+  );
   const bytes = String.fromCharCode(...new Uint8Array(numbers.buffer));
   return btoa(bytes).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }

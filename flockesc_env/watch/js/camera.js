@@ -85,7 +85,10 @@ class Camera {
   /** Chooses the scale and the center so that all corners of the box are in the window. */
   fitToWindow() {
     Object.assign(this, { pixelsPerMetre: 1, middle: [0, 0] });
-    const [low, high] = [[Infinity, Infinity], [-Infinity, -Infinity]];
+    const [low, high] = [
+      [Infinity, Infinity],
+      [-Infinity, -Infinity],
+    ];
     for (let corner = 0; corner < 8; corner++) {
       const at = this.box.low.map((value, axis) => (corner & (1 << axis) ? this.box.high[axis] : value));
       const seen = this.project(...at, [0, 0, 0]);
@@ -156,7 +159,8 @@ class Window {
       const ends = [];
       if (axis < dimension) {
         const values = new Float64Array(numAgents);
-        for (let agent = 0; agent < numAgents; agent++) values[agent] = positions[(step * numAgents + agent) * dimension + axis];
+        for (let agent = 0; agent < numAgents; agent++)
+          values[agent] = positions[(step * numAgents + agent) * dimension + axis];
         values.sort();
         const skipped = Math.floor(STRAY * numAgents);
         ends.push(values[skipped] - ROOM, values[numAgents - 1 - skipped] + ROOM);

@@ -39,12 +39,20 @@ class Choice {
     this.root = element(
       "div",
       { className: "choice" },
-      element("div", { className: "title" }, element("span", {}, "How far each agent listens"), this.select, this.shown),
+      element(
+        "div",
+        { className: "title" },
+        element("span", {}, "How far each agent listens"),
+        this.select,
+        this.shown,
+      ),
       this.slider,
       this.ticks,
       element("div", { className: "buttons" }, ...Object.values(this.buttons)),
     );
-    this.slider.addEventListener("input", () => choose(`fixed:${rangeAt(Number(this.slider.value), this.world.maxRange)}`));
+    this.slider.addEventListener("input", () =>
+      choose(`fixed:${rangeAt(Number(this.slider.value), this.world.maxRange)}`),
+    );
     this.select.addEventListener("change", () => {
       if (this.select.value === "fixed") choose(`fixed:${rangeAt(Number(this.slider.value), this.world.maxRange)}`);
       else choose(this.select.value);
@@ -92,11 +100,15 @@ class Choice {
     const files = [...this.policies.files.values()];
     const groups = groupBy(files);
     const lists = [...groups].map(([label, entries]) =>
-      element("optgroup", { label }, ...entries.map(({ spec, label, sha256 }) => {
-        const option = named(spec, label);
-        if (sha256) option.title = `sha256 ${sha256}`;
-        return option;
-      })),
+      element(
+        "optgroup",
+        { label },
+        ...entries.map(({ spec, label, sha256 }) => {
+          const option = named(spec, label);
+          if (sha256) option.title = `sha256 ${sha256}`;
+          return option;
+        }),
+      ),
     );
     const rules = Object.keys(RULES).map((name) => named(name, name.replaceAll("-", " ")));
     this.select.replaceChildren(

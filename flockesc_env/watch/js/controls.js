@@ -25,7 +25,9 @@ class Controls {
       else page.fly({ seed });
       this.show();
     });
-    $("next").addEventListener("click", () => page.fly({ seed: String((BigInt(page.flight.seed ?? 0) + 1n) % 2n ** 64n) }));
+    $("next").addEventListener("click", () =>
+      page.fly({ seed: String((BigInt(page.flight.seed ?? 0) + 1n) % 2n ** 64n) }),
+    );
     $("steer").addEventListener("change", ({ target }) => page.fly({ isSteered: target.checked }));
     $("duel").addEventListener("click", async () => {
       const first = page.panels[0].run.spec;
@@ -40,7 +42,10 @@ class Controls {
     });
     $("copy").addEventListener("click", async () => {
       history.replaceState(null, "", `#${page.link()}`);
-      const copied = await navigator.clipboard?.writeText(location.href).then(() => true, () => false);
+      const copied = await navigator.clipboard?.writeText(location.href).then(
+        () => true,
+        () => false,
+      );
       $("announcement").textContent = copied ? "The link is copied." : "Copy the link from the address bar.";
     });
     $("python").addEventListener("toggle", () => this.showCode());
@@ -92,7 +97,11 @@ class Controls {
     $("steer-hint").hidden = !isSteered;
     $("duel").hidden = page.panels.length > 1;
     this.showNumbers();
-    const plain = writeAddress(page.flight, page.panels.map(({ run }) => run.spec), path);
+    const plain = writeAddress(
+      page.flight,
+      page.panels.map(({ run }) => run.spec),
+      path,
+    );
     if (location.hash !== `#${plain}`) history.replaceState(null, "", `#${plain}`);
     const isChosen = world.name === page.start.world && seed === page.start.seed;
     document.body.classList.toggle("chosen-flock", isChosen);
@@ -106,7 +115,13 @@ class Controls {
     $("numbers").replaceChildren(
       ...page.flight.editable.map((name) => {
         const { label, least, most, step, read } = NUMBERS[name];
-        const input = element("input", { type: "number", min: least, max: most, step, value: numbers[name] ?? read(scenario) });
+        const input = element("input", {
+          type: "number",
+          min: least,
+          max: most,
+          step,
+          value: numbers[name] ?? read(scenario),
+        });
         input.addEventListener("change", () => {
           const value = Number(input.value);
           if (value >= least && value <= most) page.fly({ numbers: { ...page.flight.numbers, [name]: value } });

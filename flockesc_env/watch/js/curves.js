@@ -68,7 +68,12 @@ class Curves {
 
   build(spec, container) {
     const title = spec.unit ? `${spec.title} (${spec.unit(this.runs[0])})` : spec.title;
-    const place = element("div", { className: "chart" }, element("h3", {}, title), element("p", {}, spec.key(this.runs[0])));
+    const place = element(
+      "div",
+      { className: "chart" },
+      element("h3", {}, title),
+      element("p", {}, spec.key(this.runs[0])),
+    );
     container.append(place);
     const chart = new uPlot(this.optionsOf(spec, place.clientWidth), this.dataOf(spec), place);
     chart.now = element("div", { className: "now" });
@@ -84,7 +89,9 @@ class Curves {
   dataOf({ series }) {
     const tables = this.runs.map((run) => [
       Array.from(run.times.subarray(0, run.last + 1)),
-      ...series.map(({ column }) => Array.from(run[column].subarray(0, run.last + 1), (value) => (Number.isFinite(value) ? value : null))),
+      ...series.map(({ column }) =>
+        Array.from(run[column].subarray(0, run.last + 1), (value) => (Number.isFinite(value) ? value : null)),
+      ),
     ]);
     return uPlot.join(tables);
   }
@@ -105,9 +112,7 @@ class Curves {
       })),
     );
     const bands = this.runs.flatMap((_, at) =>
-      spec.band
-        ? [{ series: spec.band.map((index) => 1 + at * perRun + index), fill: () => `${color(at)}26` }]
-        : [],
+      spec.band ? [{ series: spec.band.map((index) => 1 + at * perRun + index), fill: () => `${color(at)}26` }] : [],
     );
     return {
       width,
@@ -150,7 +155,8 @@ class Curves {
     context.font = `${10.5 * density}px system-ui, sans-serif`;
     context.textAlign = "right";
     const [x, y] = place(last);
-    if (this.yardstick.hasEnded) context.fillText(`best ${policy.title}: ${lowestMean[last].toFixed(1)} m`, x, y - 6 * density);
+    if (this.yardstick.hasEnded)
+      context.fillText(`best ${policy.title}: ${lowestMean[last].toFixed(1)} m`, x, y - 6 * density);
     context.restore();
   }
 
@@ -183,7 +189,8 @@ class Curves {
   }
 
   bindScrubbing(chart) {
-    const seek = (event) => this.player.seek(chart.posToVal(event.clientX - chart.over.getBoundingClientRect().left, "x"));
+    const seek = (event) =>
+      this.player.seek(chart.posToVal(event.clientX - chart.over.getBoundingClientRect().left, "x"));
     chart.over.addEventListener("pointerdown", (event) => {
       chart.over.setPointerCapture(event.pointerId);
       this.player.pause();

@@ -224,7 +224,8 @@ class LiveRun {
     const agents = this.agentsAt(step);
     const graph = this.graphAt(step, agents);
     const self = agents.indexOf(listener);
-    if (listener !== null && !this.document.mutual) graph[2].forEach((_, at, ranges) => at !== self && (ranges[at] = 0));
+    if (listener !== null && !this.document.mutual)
+      graph[2].forEach((_, at, ranges) => at !== self && (ranges[at] = 0));
     const pairs = wasm_bindgen.neighborPairs(this.flight.scenario, ...graph);
     const ids = [];
     for (let at = 0; at < pairs.length; at += 2) {

@@ -27,7 +27,8 @@ const NUMBERS = {
     step: 0.5,
     read: ({ predators }) => rounded1(Math.max(...predators.map(speedOf))) || NaN,
     write({ predators }, value) {
-      for (const predator of predators.filter(speedOf)) { // others rest, or follow a given path
+      for (const predator of predators.filter(speedOf)) {
+        // others rest, or follow a given path
         const [part] = Object.values(predator);
         const scale = value / speedOf(predator);
         part.velocity = part.velocity.map((speed) => speed * scale);
@@ -60,7 +61,9 @@ class Flight {
   newFlock() {
     const { scenario, seed, start } = this;
     if (start) {
-      const [positions, velocities] = [start.positions, start.velocities].map((text) => new Float64Array(bytesOf(text).buffer));
+      const [positions, velocities] = [start.positions, start.velocities].map(
+        (text) => new Float64Array(bytesOf(text).buffer),
+      );
       return wasm_bindgen.Flock.startedAt(scenario, PER_AGENT, 0n, positions, velocities);
     }
     return new wasm_bindgen.Flock(scenario, PER_AGENT, BigInt(seed));

@@ -52,7 +52,8 @@ function drawAxes(context, camera, theme) {
   for (const y of rows) line(context, 0, atY(y), width, atY(y));
   context.textAlign = "center";
   context.textBaseline = "bottom";
-  for (const x of columns) if (atX(x) > 40 && atX(x) < width - 30) label(context, rounded(x), atX(x), height - 4, theme);
+  for (const x of columns)
+    if (atX(x) > 40 && atX(x) < width - 30) label(context, rounded(x), atX(x), height - 4, theme);
   context.textAlign = "left";
   context.textBaseline = "middle";
   for (const y of rows) if (atY(y) > 12 && atY(y) < height - 26) label(context, rounded(y), 5, atY(y), theme);

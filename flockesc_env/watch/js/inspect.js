@@ -41,12 +41,15 @@ class Inspector {
       ["mean heading that it hears, seen from its own", turnBetween(heading, mean, run.dimension)],
       ["turned in the last step", turned],
     ];
-    const rows = (pairs) => pairs.map(([name, value]) => element("div", {}, element("dt", {}, name), element("dd", {}, value)));
+    const rows = (pairs) =>
+      pairs.map(([name, value]) => element("div", {}, element("dt", {}, name), element("dd", {}, value)));
     $("agent").textContent = `Agent ${agent}`;
     $("agent-facts").replaceChildren(...rows(facts));
     const { names, values } = this.observation(run, agent, step);
     $("agent-view").textContent = run.kind === "fixed" ? "What a policy could observe" : "What its policy observes";
-    $("agent-entries").replaceChildren(...rows(names.map((name, at) => [name.replaceAll("_", " "), values[at].toFixed(3)])));
+    $("agent-entries").replaceChildren(
+      ...rows(names.map((name, at) => [name.replaceAll("_", " "), values[at].toFixed(3)])),
+    );
   }
 
   /** The entries of the agent's observation at a frame. */

@@ -203,7 +203,11 @@ class LivePage extends Page {
   link() {
     const first = this.panels.find(({ run }) => run.isLive)?.run;
     const path = this.flight.isSteered ? (first?.targets ?? []) : [];
-    return writeAddress(this.flight, this.panels.map(({ run }) => run.spec), path);
+    return writeAddress(
+      this.flight,
+      this.panels.map(({ run }) => run.spec),
+      path,
+    );
   }
 
   showAll() {

@@ -121,7 +121,9 @@ class Page {
     const [ahead] = a >= b ? this.panels : this.panels.slice(1);
     const lead = Math.abs(a - b).toFixed(1);
     score.replaceChildren(
-      ...(lead === "0.0" ? ["No flock is ahead"] : [element("b", {}, ahead.run.title), ` is ahead by `, element("b", {}, `${lead} m`)]),
+      ...(lead === "0.0"
+        ? ["No flock is ahead"]
+        : [element("b", {}, ahead.run.title), ` is ahead by `, element("b", {}, `${lead} m`)]),
       element("small", {}, "difference of the lowest mean distances so far"),
     );
   }
@@ -161,7 +163,14 @@ class Page {
       $("key").replaceChildren("0", dot("var(--scale)", "ramp"), end);
     } else {
       const named = theme.groups.slice(0, NUM_GROUP_COLORS).map((name) => dot(name));
-      $("key").replaceChildren(...named, "largest", dot(theme.groups[OTHER_GROUP]), "others", dot(theme.groups[ALONE]), "alone");
+      $("key").replaceChildren(
+        ...named,
+        "largest",
+        dot(theme.groups[OTHER_GROUP]),
+        "others",
+        dot(theme.groups[ALONE]),
+        "alone",
+      );
     }
   }
 

@@ -13,7 +13,11 @@ class Panel {
   constructor(page) {
     this.title = element("h2");
     this.note = element("span", { className: "note" });
-    this.close = element("button", { type: "button", className: "close", ariaLabel: "Remove this flock", title: "Remove this flock" }, "\u00d7");
+    this.close = element(
+      "button",
+      { type: "button", className: "close", ariaLabel: "Remove this flock", title: "Remove this flock" },
+      "\u00d7",
+    );
     this.close.addEventListener("click", () => page.removePanel(this));
     this.canvas = element("canvas", { tabIndex: 0 });
     this.canvas.setAttribute("role", "img");

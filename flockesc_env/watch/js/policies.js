@@ -5,7 +5,13 @@
 /** One range for all agents. */
 class FixedRange {
   constructor(range, unit) {
-    Object.assign(this, { range, spec: `fixed:${range}`, title: `fixed range ${range} ${unit}`, kind: "fixed", stepsPerAction: 1 });
+    Object.assign(this, {
+      range,
+      spec: `fixed:${range}`,
+      title: `fixed range ${range} ${unit}`,
+      kind: "fixed",
+      stepsPerAction: 1,
+    });
     this.options = JSON.stringify({ view: "agent", predator_sensing_range: null });
   }
 
@@ -37,12 +43,20 @@ const RULES = {
 class Rule {
   constructor(name) {
     const { options, entry, rangeOf: rule } = RULES[name];
-    Object.assign(this, { entry, rule, spec: name, title: `rule: ${name.replaceAll("-", " ")}`, kind: "rule", stepsPerAction: 1 });
+    Object.assign(this, {
+      entry,
+      rule,
+      spec: name,
+      title: `rule: ${name.replaceAll("-", " ")}`,
+      kind: "rule",
+      stepsPerAction: 1,
+    });
     this.options = JSON.stringify(options);
   }
 
   start(run) {
-    if (run.rangeUnit !== "m") throw new Error("the rule sets ranges in m, and agents here listen to a number of neighbors");
+    if (run.rangeUnit !== "m")
+      throw new Error("the rule sets ranges in m, and agents here listen to a number of neighbors");
     const observer = run.flight.observer(this.options);
     const { entries, rows } = observer;
     const at = entries.indexOf(this.entry);
@@ -53,6 +67,9 @@ class Rule {
   }
 }
 
+// The options of a policy file that decide what it observes, as in EnvOptions.to_core.
+const OBSERVED = ["objective", "max_range", "predator_sensing_range", "extra_entries"];
+
 /** The network of a policy file. */
 class NetworkPolicy {
   /** `header` and `parameters` are the arrays of the file, see flockesc_env/policies/files.py. */
@@ -60,13 +77,17 @@ class NetworkPolicy {
     const { options, architecture, per_agent: perAgent, model } = header;
     if (model !== "flock") throw new Error(`${spec}: a policy for a line`);
     if (typeof architecture === "string") throw new Error(`${spec}: a rule with parameters, which runs in Python only`);
-    const { min_range: least = 0, range_grid: _, action_mode: __, count_components: ___, steps_per_action: steps = 1, profile_ranges: profile, ...rest } = options;
-    Object.assign(this, { spec, title, file, sha256, kind: "learned", stepsPerAction: steps, parameters });
+    Object.assign(this, { spec, title, file, sha256, parameters, kind: "learned" });
+    this.stepsPerAction = options.steps_per_action ?? 1;
     this.architecture = JSON.stringify(architecture);
-    const choices = architecture.ranges?.length ? architecture.ranges : architecture.candidate_inputs?.length ? profile : null;
+    const candidates = options.profile_ranges ?? [];
+    const choices = architecture.candidate_inputs?.length ? candidates : (architecture.ranges ?? []);
     // A chosen range is a float32 in Python, a set one is not.
-    this.ranges = Float64Array.from(choices?.map(Math.fround) ?? [least, rest.max_range ?? LARGEST_RANGE]);
-    this.options = JSON.stringify({ ...rest, view: perAgent ? "agent" : "flock", profile_ranges: profile ?? [] });
+    const bounds = [options.min_range ?? 0, options.max_range ?? LARGEST_RANGE];
+    this.ranges = Float64Array.from(choices.length ? choices.map(Math.fround) : bounds);
+    const observed = OBSERVED.filter((name) => name in options).map((name) => [name, options[name]]);
+    const view = perAgent ? "agent" : "flock";
+    this.options = JSON.stringify({ ...Object.fromEntries(observed), view, profile_ranges: candidates });
   }
 
   start(run) {

@@ -29,7 +29,9 @@ class Prediction {
     for (let seed = 0; seed < GUESS_SEEDS; seed++) GUESS_RANGES.forEach((_, at) => this.jobs.push([at, String(seed)]));
     this.total = this.jobs.length;
     this.chart = new uPlot(this.options(), this.data(), $("predict-chart"));
-    new ResizeObserver(() => this.chart.setSize({ width: $("predict-chart").clientWidth, height: 200 })).observe($("predict-chart"));
+    new ResizeObserver(() => this.chart.setSize({ width: $("predict-chart").clientWidth, height: 200 })).observe(
+      $("predict-chart"),
+    );
     this.work();
   }
 
@@ -113,7 +115,10 @@ class Prediction {
 
 /** The value at `x` on the line through points with increasing `xs`. */
 function interpolate(xs, ys, x) {
-  const above = Math.max(1, xs.findIndex((value) => value >= x) === -1 ? xs.length - 1 : xs.findIndex((value) => value >= x));
+  const above = Math.max(
+    1,
+    xs.findIndex((value) => value >= x) === -1 ? xs.length - 1 : xs.findIndex((value) => value >= x),
+  );
   const share = Math.min(Math.max((x - xs[above - 1]) / (xs[above] - xs[above - 1]), 0), 1);
   return ys[above - 1] + share * (ys[above] - ys[above - 1]);
 }

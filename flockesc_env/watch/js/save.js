@@ -28,7 +28,12 @@ class Sheet {
       const [x, y] = [(at % columns) * width, Math.floor(at / columns) * (height + bar)];
       const lowest = run.lowestMean[frameAt(run, page.player.time).step];
       context.fillStyle = theme.runs[run.color % theme.runs.length];
-      context.fillText(`${run.title}, ${page.player.time.toFixed(1)} s, lowest mean distance ${lowest.toFixed(1)} m`, x + bar / 3, y + 0.65 * bar, width - bar);
+      context.fillText(
+        `${run.title}, ${page.player.time.toFixed(1)} s, lowest mean distance ${lowest.toFixed(1)} m`,
+        x + bar / 3,
+        y + 0.65 * bar,
+        width - bar,
+      );
       context.fillStyle = theme.ground;
       context.fillRect(x, y + bar, width, height);
       context.drawImage(field, x, y + bar, width, height);

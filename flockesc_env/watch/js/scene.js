@@ -136,7 +136,11 @@ class Scene {
     const depths = this.depthsOfAgents();
     for (let depth = 0; depth < DEPTHS; depth++) {
       context.globalAlpha = 0.5 + (0.5 * depth) / (DEPTHS - 1);
-      for (const [color, agents] of byColor) drawMarks(color, agents.filter((agent) => depths[agent] === depth));
+      for (const [color, agents] of byColor)
+        drawMarks(
+          color,
+          agents.filter((agent) => depths[agent] === depth),
+        );
     }
   }
 
@@ -167,7 +171,10 @@ class Scene {
   drawTrails(byColor) {
     const { context, moment } = this;
     const { positions, numAgents, timeStep } = this.run;
-    const length = Math.min(Math.round(TRAIL / timeStep), Math.ceil(MAX_TRAIL_PARTS / (numAgents * this.look.numPanels)));
+    const length = Math.min(
+      Math.round(TRAIL / timeStep),
+      Math.ceil(MAX_TRAIL_PARTS / (numAgents * this.look.numPanels)),
+    );
     const first = Math.max(0, moment.step - length);
     const out = [0, 0, 0];
     context.globalAlpha = 0.35;
@@ -262,7 +269,12 @@ class Scene {
     context.beginPath();
     context.arc(x, y, 7, 0, 2 * Math.PI);
     context.stroke();
-    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+    for (const [dx, dy] of [
+      [1, 0],
+      [-1, 0],
+      [0, 1],
+      [0, -1],
+    ]) {
       line(context, x + 3 * dx, y + 3 * dy, x + 11 * dx, y + 11 * dy);
     }
   }
@@ -283,8 +295,7 @@ class Scene {
     const { context, run, moment, look, camera } = this;
     const { predators, numPredators, document } = run;
     for (let predator = 0; predator < numPredators; predator++) {
-      const project = (step, share) =>
-        this.projectBetween(predators, numPredators, predator, step, share, [0, 0, 0]);
+      const project = (step, share) => this.projectBetween(predators, numPredators, predator, step, share, [0, 0, 0]);
       const [x, y, scale] = project(moment.step, moment.share);
       context.fillStyle = context.strokeStyle = look.theme.predator;
       context.beginPath();

@@ -5,7 +5,10 @@
 function readTheme() {
   const style = getComputedStyle(document.documentElement);
   const value = (name) => style.getPropertyValue(`--${name}`).trim();
-  const list = (name) => value(name).split(",").map((color) => color.trim());
+  const list = (name) =>
+    value(name)
+      .split(",")
+      .map((color) => color.trim());
   return {
     ink: value("ink"),
     muted: value("muted"),
