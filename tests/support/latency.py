@@ -105,7 +105,7 @@ CALLS: dict[str, Callable[[], Call]] = {
     "neighbor_pairs": lambda: lambda: graph.neighbor_pairs(None, points[:30_000], 0.2),
     "component_labels": lambda: (
         lambda: graph.component_labels(
-            fe.FlockScenario(num_agents=60_000, blind_angle=1.0), points, 0.3, velocities=points
+            fe.FlockScenario(num_agents=60_000, blind_angle=1.0, mutual=True), points, 0.3, velocities=points
         )
     ),
 }
