@@ -14,7 +14,7 @@ from typing import Any
 from flockesc_env import load_policy, preset
 from flockesc_env.common.files import write_text
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.watch.live import file_document, runs_in_page, worlds
+from flockesc_env.watch.live import file_document, page_spec, worlds
 from flockesc_env.watch.page import Content, render
 
 HERE = Path(__file__).parent
@@ -77,7 +77,7 @@ def policy_documents() -> list[dict[str, Any]]:
     """Return the policy files that a page can run: it holds one per setting, and others lie beside it."""
     found = []
     for path in sorted(LEARNED.glob("*/policies/*.npz")):
-        if runs_in_page(load_policy(path)):
+        if page_spec(str(path), load_policy(path)):
             setting = path.parents[1].name
             spec = f"{setting}/{path.stem}"
             entry = file_document(path, spec, setting, with_data=path.stem == "search-0")

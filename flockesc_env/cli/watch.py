@@ -21,9 +21,10 @@ from flockesc_env.common.files import write_text
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.models import records
 from flockesc_env.models.simulate import Trajectory
+from flockesc_env.policies.files import SUFFIX
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.watch.live import file_document, has_engine, runs_in_page, worlds
+from flockesc_env.watch.live import file_document, has_engine, page_spec, worlds
 from flockesc_env.watch.page import Content, render, replay
 
 _Runs = list[tuple[str, Trajectory]]
@@ -97,19 +98,16 @@ def _policy_page(policies: _Policies, seed: int, scenario: FlockScenario) -> str
     if not has_engine():
         note("This build has no engine for pages: the page replays. `make engine` builds it in a checkout.")
         return _replay_page(_record(policies, seed, scenario))
-    recorded = [(spec, policy) for spec, policy in policies if not runs_in_page(policy)]
+    recorded = [(spec, policy) for spec, policy in policies if page_spec(spec, policy) is None]
     runs = _record(recorded, seed, scenario)
     indices = {spec: f"recording:{index}" for index, (spec, _) in enumerate(recorded)}
-    networks = [
-        file_document(Path(spec), spec, _GROUP)
-        for spec, policy in policies
-        if runs_in_page(policy) and policy.scenario is not None
-    ]
+    shown = [page_spec(spec, policy) or indices[spec] for spec, policy in policies]
+    networks = [file_document(Path(spec), spec, _GROUP) for spec in shown if spec.endswith(SUFFIX)]
     name, documents = worlds(scenario, {"paper-flock": BEST_RANGE})
     start = {
         "world": name,
         "seed": str(as_seed(seed)),
-        "policies": [indices.get(spec, spec) for spec, _ in policies],
+        "policies": shown,
         "headline": networks[0]["spec"] if networks else None,
     }
     return render(runs, Content(worlds=documents, policies=networks, start=start))

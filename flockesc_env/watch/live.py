@@ -13,7 +13,9 @@ import numpy as np
 
 from flockesc_env.common.errors import ScenarioError
 from flockesc_env.models.simulate import Trajectory
+from flockesc_env.policies.files import SUFFIX
 from flockesc_env.policies.network import NetworkPolicy
+from flockesc_env.policies.ranges import FixedRange
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.render.names import policy_title
 from flockesc_env.scenario.flock import FlockScenario
@@ -37,10 +39,19 @@ def has_engine() -> bool:
     return (ENGINE / "flockesc_wasm.js").is_file()
 
 
-def runs_in_page(policy: NamedPolicy) -> bool:
-    """Return whether a page can run a policy: a fixed range, a network of a flock, or one of ``RULES``."""
+def page_spec(spec: str, policy: NamedPolicy) -> str | None:
+    """Return the text by which a page runs a policy, or ``None`` if it cannot.
+
+    A page runs fixed ranges, ``RULES`` and files of a flock's network.
+
+    Args:
+        spec: the text that gave the policy: a name, a file or a user's ``module:function``.
+        policy: the policy.
+    """
+    if isinstance(policy.policy, FixedRange):
+        return f"fixed:{policy.policy.interaction_range!r}".removesuffix(".0")
     is_network = isinstance(policy.policy, NetworkPolicy) and isinstance(policy.scenario, FlockScenario)
-    return is_network or policy.name.startswith("fixed:") or policy.name in RULES
+    return spec if spec in RULES or (is_network and spec.endswith(SUFFIX)) else None
 
 
 def world_document(name: str, scenario: FlockScenario, best: float | None = None) -> dict[str, Any]:
@@ -58,7 +69,7 @@ def world_document(name: str, scenario: FlockScenario, best: float | None = None
         "title": PRESETS[name].description if name in PRESETS else "",
         "isPreset": name in PRESETS,
         "unit": unit,
-        "maxRange": LARGEST_RANGE if unit == "m" else float(scenario.num_agents - 1),
+        "maxRange": LARGEST_RANGE if unit == "m" else float(max(scenario.num_agents - 1, 1)),
         "best": best,
         "scenario": scenario.to_json(),
         "steered": _steered(scenario),
@@ -100,7 +111,7 @@ def file_document(path: Path, spec: str, group: str, *, with_data: bool = True) 
         "title": policy_title(path.name),
         "label": path.stem,
         "group": group,
-        "file": spec if spec.endswith(".npz") else f"{spec}.npz",
+        "file": spec if spec.endswith(SUFFIX) else f"{spec}{SUFFIX}",
         "sha256": hashlib.sha256(content).hexdigest(),
         "data": b64encode(content).decode() if with_data else None,
     }

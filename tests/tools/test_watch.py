@@ -11,7 +11,7 @@ import pytest
 from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file
 from watch_documents import FLOCK, RUNS, assert_shows, document_in, is_live, needs_engine
 
-from flockesc_env import simulate
+from flockesc_env import load_policy, simulate
 from flockesc_env.cli.exits import Exit
 from flockesc_env.models.records import save_run, versions
 from flockesc_env.policies.registry import built_in
@@ -90,7 +90,9 @@ def test_a_page_of_policies_records_those_that_it_cannot_run(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     mine = str(policy_file(tmp_path / "mine.npz"))
-    specs = ["fixed:10", "stubborn-witnesses", mine, "stubborn-leaders"]
+    code = "from flockesc_env import load_policy\ndef mine():\n    return load_policy('mine.npz')\n"
+    (tmp_path / "user_code.py").write_text(code)
+    specs = ["fixed:1e1", "stubborn-witnesses", mine, "stubborn-leaders", "user_code:mine"]
     command = ["watch", "--policies", *specs, "--seed", 2**64 - 1, *SMALL_FLAGS, "--no-browser", *flags]
     ran = Ran(capsys, *command)
     assert ran.code == Exit.DONE
@@ -100,11 +102,12 @@ def test_a_page_of_policies_records_those_that_it_cannot_run(
     assert document["start"] == {
         "world": "given",
         "seed": str(2**64 - 1),
-        "policies": ["fixed:10", "recording:0", mine, "stubborn-leaders"],
+        "policies": ["fixed:10", "recording:0", mine, "stubborn-leaders", "recording:1"],
         "headline": mine,
     }
-    (recording,) = document["recordings"]
-    assert_shows(recording, built_in("stubborn-witnesses").record(2**64 - 1, SMALL))
+    rule, own = document["recordings"]
+    assert_shows(rule, built_in("stubborn-witnesses").record(2**64 - 1, SMALL))
+    assert_shows(own, load_policy(mine).record(2**64 - 1, SMALL))
     assert [entry["spec"] for entry in document["policies"]] == [mine]
 
 

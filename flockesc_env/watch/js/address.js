@@ -54,7 +54,8 @@ function readAddress(hash, worlds, start) {
   }
   const seed = parseSeed(entries.get("seed") ?? "") ?? (world.start ? null : (start.seed ?? "0"));
   const path = isSteered ? unpackPath(entries.get("path") ?? "") : [];
-  const asked = entries.get("policies")?.split(",").filter(Boolean);
+  const listed = entries.get("policies")?.split(",").filter(Boolean);
+  const asked = listed?.map((spec) => spec.replaceAll("%2C", ",")); // a file's name can have commas
   const ofWorld = world.name === start.world ? start.policies : [`fixed:${world.best ?? world.maxRange / 10}`];
   return { flight: { world, seed, numbers, isSteered, path }, policies: asked?.length ? asked : ofWorld, time };
 }
@@ -63,7 +64,8 @@ function readAddress(hash, worlds, start) {
 function writeAddress({ world, seed, numbers, isSteered }, policies, path = []) {
   const entries = [["world", world.name]];
   if (seed !== null) entries.push(["seed", seed]);
-  entries.push(["policies", policies.join(",")], ...Object.entries(numbers));
+  const listed = policies.map((spec) => spec.replaceAll(",", "%2C")).join(",");
+  entries.push(["policies", listed], ...Object.entries(numbers));
   if (isSteered) entries.push(["steer", "you"]);
   if (path.length) entries.push(["path", packPath(path)]);
   const plain = (text) => encodeURIComponent(text).replace(/%(2F|3A|2C)/g, (code) => decodeURIComponent(code));
