@@ -1,12 +1,16 @@
-"""Fixtures for tests of the watch page in a browser: a plugin of such test files."""
+"""Fixtures for tests of the page in a browser: a plugin of such test files."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import chromium
 import pytest
+from chromium import open_page
 from playwright.sync_api import Browser, Page
+
+from flockesc_env.watch.live import has_engine
+from playground.__main__ import main
 
 
 @pytest.fixture(scope="module")
@@ -30,3 +34,23 @@ def tab(browser: Browser, problems: list[str]) -> Iterator[Page]:
         yield tab
         tab.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")
     assert problems == []
+
+
+@pytest.fixture(scope="module")
+def playground(tmp_path_factory: pytest.TempPathFactory) -> str:
+    if not has_engine():
+        pytest.skip("needs the module of `make engine`")
+    folder = tmp_path_factory.mktemp("playground")
+    main(folder)
+    return (folder / "index.html").as_uri()
+
+
+@pytest.fixture
+def open_at(tab: Page, playground: str) -> Callable[[str], None]:
+    """Open the playground, paused, at an address."""
+
+    def open_at(address: str = "") -> None:
+        tab.goto("about:blank")
+        open_page(tab, f"{playground}#{address}&t=0", 1440)
+
+    return open_at

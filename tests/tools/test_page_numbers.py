@@ -1,0 +1,177 @@
+"""The numbers of the page in a browser are Python's, to the last digit."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Callable
+from typing import Any
+
+import chromium
+import numpy as np
+import pytest
+from chromium import wait
+from pages import BEST, LEARNED, ROOT, SEED, drop, fly, lowest, text, world
+from playwright.sync_api import Page
+
+import flockesc_env as fe
+from flockesc_env.models.graph import neighbor_pairs
+from flockesc_env.policies.registry import built_in
+from flockesc_env.watch.live import RULES
+from playground.__main__ import HEADLINE
+
+pytest_plugins = ("watch_browser",)
+pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MISSING)
+
+
+@pytest.mark.parametrize("name", ["paper-flock", "capture", "topological", "space"])
+def test_fixed_ranges_keep_the_distance_that_they_keep_in_python(
+    name: str, tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at()
+    for rho in (0.0, 12.0):
+        run = fe.simulate(name, rho, seed=SEED)
+        assert fly(tab, world(name), f"fixed:{rho:g}") == lowest(run)
+        assert text(tab, ".objective dd") == f"{lowest(run):.1f} m"
+        tab.evaluate("page.panels[0].run.countComponents()")
+        assert tab.evaluate("Array.from(page.panels[0].run.numComponents.subarray(0, 241))") == list(
+            run.num_components
+        )
+
+
+FILES = [
+    *sorted(LEARNED.glob("*/policies/search-0.npz")),
+    *sorted(LEARNED.glob("per-agent-visible-profile/policies/ppo-0.npz")),
+    *sorted(LEARNED.glob("shared/policies/*-0.npz")),
+]
+
+
+FLOCK_FILES = [path for path in FILES if isinstance(fe.load_policy(path).scenario, fe.FlockScenario)]
+
+
+def test_policy_files_keep_the_distance_that_they_keep_in_python(
+    tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at(f"seed={SEED}&policies=fixed:0")
+    assert len(FLOCK_FILES) > 13
+    for path in FLOCK_FILES:
+        spec = f"{path.parents[1].name} {path.stem}"
+        tab.evaluate("page.seek(0)")
+        drop(tab, f"{spec}.npz", path.read_bytes())
+        wait(tab, f"page.panels[0].run.spec === '{spec}'")
+        tab.evaluate("page.seek(12)")
+        expected = lowest(fe.load_policy(path).record(SEED, "paper-flock"))
+        assert tab.evaluate("page.panels[0].run.objective") == expected, spec
+
+
+@pytest.mark.parametrize("name", RULES)
+def test_rules_keep_the_distance_that_they_keep_in_python(
+    name: str, tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at()
+    for preset in ("paper-flock", "capture", "space"):
+        assert fly(tab, world(preset), name) == lowest(built_in(name).record(SEED, preset))
+    tab.evaluate(f"page.fly({world('topological')})")
+    assert "listen to a number of neighbors" in text(tab, "#message")
+    assert tab.evaluate("page.panels.map(({ run }) => run.kind)") == ["fixed"]
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "policies=fixed:0.5",
+        "agents=50&noise=0.25&policies=stubborn-leaders",
+        f"world=capture&policies={HEADLINE}",
+    ],
+)
+def test_the_code_plays_the_same_flock_in_python(
+    address: str, tab: Page, open_at: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    open_at(f"{address}&seed={SEED}")
+    tab.click("#python summary")
+    wait(tab, "document.getElementById('code').textContent.includes('#')")
+    code, printed = text(tab, "#code").split("  # ")
+    monkeypatch.chdir(ROOT)
+    names: dict[str, Any] = {"print": lambda value: names.update(value=value)}
+    exec(code, names)  # noqa: S102, the code that the page offers
+    assert names["value"] == float(printed)
+    tab.evaluate("page.seek(page.player.duration)")
+    assert tab.evaluate("page.panels[0].run.objective") == names["value"]
+    checksum = hashlib.sha256(BEST.read_bytes()).hexdigest()
+    assert (checksum in text(tab, "#code-note")) == (HEADLINE in address)
+
+
+def test_the_numbers_in_the_texts_of_the_playground() -> None:
+    seeds = range(300)
+    fixed = fe.sweep("paper-flock", [0.0, 12.0, 100.0], seeds=seeds).min_mean_distance
+    learned = fe.rollout("paper-flock", str(BEST), seeds).min_mean_distance
+    kept = np.vstack([fixed, learned])
+    chapters, predict = (
+        (ROOT / "playground" / f"{name}.html").read_text() for name in ("chapters", "predict")
+    )
+    note = chapters.partition('id="chosen-note"')[2]
+    said = [float(number) for number in re.findall(r"\d+\.\d", note)]
+    assert said == [*kept[:, 242].round(1), *kept.mean(axis=1).round(1)]
+    assert re.findall(r"keeps ([\d.]+) m on average over (\d+) flocks", predict) == [
+        (f"{learned.mean():.1f}", "300")
+    ]
+
+
+def test_the_chapters_say_what_their_flocks_do() -> None:
+    everybody, learned = fe.simulate("paper-flock", 100.0, seed=242), fe.load_policy(BEST).record(242)
+    assert everybody.polarization[10] > 0.99  # one heading after half a second
+    to_predator = learned.predator_positions[:60] - learned.positions[:60]  # the first 3 s
+    cosine = np.sum(to_predator * learned.velocities[:60], axis=-1)
+    cosine /= np.linalg.norm(to_predator, axis=-1) * np.linalg.norm(learned.velocities[:60], axis=-1)
+    angle, ranges = np.degrees(np.arccos(cosine)), learned.interaction_ranges[:60]
+    toward, past = ranges[angle < 60].mean(), ranges[(angle >= 90) & (angle < 135)].mean()
+    said = re.findall(r"within (\d+\.\d) m", (ROOT / "playground" / "chapters.html").read_text())
+    assert said == [f"{toward:.1f}", f"{past:.1f}"]
+
+
+def test_the_answer_is_the_published_curve_and_flocks_of_the_page(
+    tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at()
+    tab.fill("#guess", "32")  # 10 m on the square-root scale
+    tab.click("#predict-show")
+    results = json.loads((ROOT / "results" / "robustness" / "results.json").read_text())
+    (entry,) = (entry for entry in results["presets"] if entry["name"] == "paper-flock")
+    curve = dict(zip(entry["grid"]["actions"], entry["outcomes"]["J_mean"]["curve"], strict=True))
+    wait(tab, "page.controls.prediction.total - page.controls.prediction.jobs.length > 12")
+    said = text(tab, "#predict-text")
+    for rho in (10, 12):
+        assert f"{rho} m: {curve[rho]['mean']:.1f} m" in said
+    assert f"over {results['num_flocks']} flocks" in said
+    assert tab.evaluate("page.controls.prediction.means()") == [None] * 12  # a few flocks say little
+    tab.evaluate("page.controls.prediction.jobs = page.controls.prediction.jobs.filter(([at]) => at === 1)")
+    wait(tab, "page.controls.prediction.means()[1] !== null")
+    expected = np.mean([lowest(fe.simulate("paper-flock", 2.0, seed=seed)) for seed in range(16)])
+    assert tab.evaluate("page.controls.prediction.means()[1]") == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("name", ["paper-flock", "topological", "mutual", "field-of-view"])
+def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
+    name: str, tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at(f"world={name}&seed={SEED}&policies=fixed:9")
+    tab.evaluate("page.seek(5); page.seek(4)")
+    run = fe.simulate(name, 9.0, seed=SEED)
+    x, y = tab.evaluate("page.panels[0].scene.points.subarray(30, 32)")
+    tab.click(".panel canvas", position={"x": x, "y": y})
+    agent, heard = tab.evaluate("[page.look.chosen.agent, page.look.chosen.heard]")
+    assert text(tab, "#agent") == f"Agent {agent}"
+    pairs = neighbor_pairs(run.scenario, run.positions[80], 9.0, velocities=run.velocities[80])
+    assert sorted(heard) == pairs[pairs[:, 0] == agent, 1].tolist()
+    env = fe.parallel_env(
+        name, action_mode="range", max_range=100.0, predator_sensing_range=None, steps_per_action=1
+    )
+    rows = [env.reset_array(seed=SEED)[0]]
+    rows += [env.step_array(np.full((300, 1), 9.0, np.float32))[0] for _ in range(100)]
+    for step in (80, 95, 60, 100):
+        tab.evaluate(f"page.seek({step} * page.player.timeStep)")
+        shown = tab.evaluate(
+            "[...document.querySelectorAll('#agent-entries dd')].map((value) => Number(value.textContent))"
+        )
+        assert shown == [round(float(value), 3) for value in rows[step][agent]]
