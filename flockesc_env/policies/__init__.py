@@ -17,6 +17,7 @@ from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
 from flockesc_env.policies.rules import ListenWhileFleeing, StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
+from flockesc_env.policies.torch import torch_network
 
 __all__ = [
     "NAMES",
@@ -49,4 +50,5 @@ __all__ = [
     "find_policy",
     "load_policy",
     "save_policy",
+    "torch_network",
 ]

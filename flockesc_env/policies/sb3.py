@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_flag
@@ -13,7 +11,9 @@ from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
-from flockesc_env.policies.network import Architecture, NetworkPolicy, Squash
+from flockesc_env.policies.network import NetworkPolicy, Squash
+from flockesc_env.policies.torch import layer_parameters as layer_parameters
+from flockesc_env.policies.torch import torch_network
 
 
 class SB3Policy(RowMemory):
@@ -77,16 +77,11 @@ class SB3Policy(RowMemory):
             layers = [*actor.latent_pi, actor.mu]
         elif hasattr(policy, "mlp_extractor") and not hasattr(policy, "lstm_actor"):
             layers = [*policy.mlp_extractor.policy_net, policy.action_net]
-        kinds = [type(layer).__name__ for layer in layers]
-        is_mlp = kinds == ["Linear", "Tanh"] * (len(layers) // 2) + ["Linear"]
-        if spec is None or spec.actions.mode != "normalized" or not is_plain or not is_mlp:
-            expected = "an MlpPolicy with tanh layers and its environment, with normalized actions"
-            raise ArgumentError(
-                "model", expected, f"{type(self.model).__name__} with {', '.join(kinds) or 'none'}"
-            )
-        hidden, parameters = layer_parameters(layers[::2])
+        if spec is None or spec.actions.mode != "normalized" or not is_plain or not layers:
+            expected = "an MlpPolicy with its environment, normalized actions and plain observations"
+            raise ArgumentError("model", expected, type(self.model).__name__)
         squash: Squash = "tanh" if hasattr(actor, "mu") else "clip"
-        return NetworkPolicy(Architecture(spec.layout.names, hidden, squash=squash), parameters)
+        return torch_network(layers, spec.layout.names, squash=squash)
 
     def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
         actions = spec.actions.space() if isinstance(spec, PolicySpec) else spec.space()
@@ -119,9 +114,3 @@ def _ranges(spec: PolicySpec) -> dict[str, Any]:
         "range_grid": None if actions.grid is None else actions.grid.tolist(),
         "profile_ranges": spec.profile_ranges,
     }
-
-
-def layer_parameters(linear: Sequence[Any]) -> tuple[tuple[int, ...], NDArray[np.float32]]:
-    """Return the hidden widths and the parameters, for ``NetworkPolicy``, of linear layers of torch."""
-    parts = [part.detach().cpu().numpy().ravel() for at in linear for part in (at.weight.T, at.bias)]
-    return tuple(at.out_features for at in linear[:-1]), np.concatenate(parts)

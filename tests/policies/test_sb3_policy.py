@@ -128,6 +128,8 @@ def test_models_that_are_no_network_of_the_package_are_refused() -> None:
     meters = PPO("MlpPolicy", FlockVecEnv(1, SCENARIO, action_mode="range"), **sizes)
     alone = PPO("MlpPolicy", env, **sizes)
     alone.env = None
-    for model in (relu, scaled, meters, alone, RecurrentPPO("MlpLstmPolicy", env, **sizes), Mood()):
+    with pytest.raises(ArgumentError, match=r"^layers: .* Linear, ReLU, Linear"):
+        SB3Policy(relu).network()
+    for model in (scaled, meters, alone, RecurrentPPO("MlpLstmPolicy", env, **sizes), Mood()):
         with pytest.raises(ArgumentError, match="model"):
             SB3Policy(model).network()
