@@ -6,6 +6,7 @@ from collections.abc import Callable
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.exits import Exit
 from studies.arms_race import command as arms_race
+from studies.benchmark import command as benchmark
 from studies.learned import command as learned
 from studies.paper import command as paper
 from studies.related import command as related
@@ -23,9 +24,10 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "learned-mechanism": learned.mechanism,
     "learned-coverage": learned.coverage,
     "learned-page": learned.page,
-    "learned-submit": learned.submit,
     "related": related.run,
     "arms-race": arms_race.run,
+    "benchmark-freeze": benchmark.freeze,
+    "benchmark-train": benchmark.train,
 }
 
 STUDIES = Application("python -m studies", "Studies made with flockesc_env.", COMMANDS)

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from flockesc_env import ArgumentError, load_policy
+from flockesc_env.benchmark.seeds import training_seeds
 from training.arguments import ExtendArgs
 from training.config import Args, PPOArgs, SB3Args, SearchArgs
 from training.outputs import CHECKPOINT, load_checkpoint, save_checkpoint
 from training.record import CONFIG_FILE, POLICY_FILE, RunRecord
-from training.seeds import training_seeds
 from training.train import train
 from training.versions import versions
 

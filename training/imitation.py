@@ -16,6 +16,7 @@ import torch
 from torch import nn
 
 from flockesc_env import Architecture, ArgumentError, NetworkPolicy
+from flockesc_env.benchmark.seeds import training_seeds
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import Observations
 from flockesc_env.episodes.spaces import PolicySpec
@@ -24,7 +25,6 @@ from training.branches import GROUP, Branches
 from training.config import ImitationArgs
 from training.policies import named_policy
 from training.scorer import candidate_columns, tanh_layers
-from training.seeds import training_seeds
 from training.train import Rounds
 
 _BATCH_SIZE = 256

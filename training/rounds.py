@@ -21,10 +21,10 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecEnvWrapper,
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from flockesc_env import FlockScenario, LineEscapeEnv, LineScenario, NetworkPolicy, SB3Policy
+from flockesc_env.benchmark.seeds import training_seeds
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 from training.config import SB3Args
 from training.outputs import Measured
-from training.seeds import training_seeds
 from training.train import Rounds
 
 LINE_ACTIONS = 64

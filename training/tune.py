@@ -10,11 +10,11 @@ import optuna
 from optuna.storages import JournalStorage, RDBStorage
 from optuna.storages.journal import JournalFileBackend
 
+from flockesc_env.benchmark import seeds
 from flockesc_env.common.checks import as_choice
 from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Arrays, Cache, Job, find_backend
 from flockesc_env.jobs import run as run_all
-from training import seeds
 from training.arguments import TuneArgs
 from training.config import Args, ImitationArgs, PPOArgs, SearchArgs
 from training.evaluation import objective

@@ -8,16 +8,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from flockesc_env.cli import presets, replay, simulate, sweep, watch
+from flockesc_env.cli import benchmark, presets, replay, simulate, sweep, watch
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.exits import Exit
 
-COMMANDS: dict[str, Callable[..., Exit]] = {
+BENCHMARK = Application(
+    "flockesc benchmark",
+    "Score policies on frozen tasks, and verify the scores of others.",
+    {
+        "tasks": benchmark.tasks,
+        "score": benchmark.score,
+        "verify": benchmark.verify,
+        "report": benchmark.report,
+    },
+    default="tasks",
+)
+
+COMMANDS: dict[str, Callable[..., Exit] | Application] = {
     "simulate": simulate.run,
     "sweep": sweep.run,
     "presets": presets.run,
     "watch": watch.run,
     "replay": replay.run,
+    "benchmark": BENCHMARK,
 }
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 
 from flockesc_env import Learned, save_policy
+from flockesc_env.benchmark.seeds import HELD_OUT, TUNING, first_seeds
 from flockesc_env.common.array_files import write_npz, write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Arrays
@@ -21,7 +22,6 @@ from studies.learned.results import load_study
 from studies.measurements import Runner, chunks
 from studies.study import document, machine
 from studies.tables import rows
-from training.seeds import HELD_OUT, TUNING, first_seeds
 from training.versions import versions
 
 BEST_FIXED, LEADERS = "best fixed range", "stubborn leaders"

@@ -10,7 +10,7 @@ from tyro.conf import Positional, arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend
-from flockesc_env.cli.output import check_folder, note, show
+from flockesc_env.cli.output import note, show
 from flockesc_env.common.extras import require
 from flockesc_env.jobs import Cache
 from studies.flags import prepare
@@ -205,34 +205,4 @@ def page(*, results: Results = RESULTS, page: Page = PAGE) -> Exit:
 
     show(*readme_table(LEARNED.write(results, page)).split("\n"))
     note(f"saved: {page}")
-    return Exit.DONE
-
-
-def submit(
-    setting: Setting,
-    policy: Annotated[
-        Positional[str],
-        arg(help="built-in policy, policy file, folder of a run, or module:function", metavar="POLICY"),
-    ],
-    name: Annotated[Positional[str], arg(help="name in tables and figures", metavar="NAME")],
-    *,
-    replace: Annotated[bool, arg(help="replace an earlier submission of this name")] = False,
-    dry_run: Annotated[bool, arg(help="print the result and write nothing")] = False,
-    results: Results = RESULTS,
-    page: Page = PAGE,
-) -> Exit:
-    """Run your own policy on the held-out flocks of a setting, add it to the results and write the page.
-
-    Prints its objective and its gain over the best fixed range. The page takes most of a minute.
-
-    Example: python -m studies learned-submit per-agent-visible my_module:my_policy "my policy"
-    """
-    if not dry_run:
-        check_folder(page.parent, "page")
-    prepare(None if dry_run else results, "train", field="results")
-    from studies.learned.submit import submit as run_submission
-
-    show(run_submission(setting, policy, name, results, page, replace=replace, dry_run=dry_run))
-    if not dry_run:
-        note(f"saved: {page}")
     return Exit.DONE

@@ -1,7 +1,7 @@
 """How often 95 % intervals contain the true mean: simulated training seeds and flocks.
 
-The intervals of ``studies.learned.aggregate`` against those of a percentile bootstrap that draws whole seeds
-and whole flocks (Owen, "The pigeonhole bootstrap", 2007), which are too narrow for few training seeds.
+The intervals of ``flockesc_env.benchmark.statistics`` against those of a percentile bootstrap that draws
+whole seeds and whole flocks (Owen, "The pigeonhole bootstrap", 2007). Those are too narrow for few seeds.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
+from flockesc_env.benchmark.statistics import intervals
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import CONFIDENCE, FloatArray
-from studies.learned.aggregate import intervals
 
 COVERAGE_FILE = "coverage.parquet"
 NUM_FLOCKS = 200

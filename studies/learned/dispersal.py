@@ -10,11 +10,11 @@ import polars as pl
 from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, Trajectory, built_in, record, rollout, simulate
+from flockesc_env.benchmark.seeds import HELD_OUT, first_seeds
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.jobs import Arrays, Job
 from studies.measurements import Runner, chunks
-from training.seeds import HELD_OUT, first_seeds
 
 DISPERSAL_FILE = "dispersal.parquet"
 DISPERSAL_FLOCKS = 200

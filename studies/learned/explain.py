@@ -12,6 +12,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from flockesc_env import Policy, PolicySpec, rollout
+from flockesc_env.benchmark import seeds
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.episodes.memory import reset_policy
@@ -24,7 +25,6 @@ from studies.learned.watching import Observations, watch
 from studies.measurements import Runner
 from studies.study import document
 from studies.tables import rows
-from training import seeds
 from training.config import Setting
 
 GROUPS: dict[str, tuple[str, ...]] = {

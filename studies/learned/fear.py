@@ -8,13 +8,13 @@ from typing import Final
 import polars as pl
 
 from flockesc_env import FlockScenario
+from flockesc_env.benchmark.seeds import HELD_OUT, first_seeds
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, mean
 from studies.learned.playing import play_job, policy_of
 from studies.learned.results import load_studies
 from studies.measurements import Runner
 from studies.tables import rows, values_by
-from training.seeds import HELD_OUT, first_seeds
 
 FEAR_FILE: Final = "fear.parquet"
 FEAR_FLOCKS: Final = 200

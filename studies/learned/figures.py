@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
+from flockesc_env.benchmark.statistics import Profile
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.objectives import OBJECTIVES
 from flockesc_env.render.palette import LIGHT
 from studies.forest import ROW, Group, draw_forest, num_lines
-from studies.learned.aggregate import Profile
 from studies.learned.kinds import kind_of
 from studies.learned.names import policy_title, setting_title
 from studies.learned.results import BEST_FIXED, ORACLE, Study

@@ -11,6 +11,7 @@ import numpy as np
 import polars as pl
 
 from flockesc_env import FlockScenario
+from flockesc_env.benchmark.seeds import TUNING, first_seeds, refuse_held_out
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.jobs import Job
@@ -23,8 +24,6 @@ from studies.measurements import Runner
 from studies.tables import rows
 from training.config import Setting
 from training.outputs import CURVE_FLOCKS
-from training.presets import presets
-from training.seeds import TUNING, first_seeds
 
 FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
 """Fixed ranges in m among which the best is chosen."""
@@ -63,9 +62,8 @@ class Played:
     grid: pl.DataFrame
 
     def write(self, folder: Path) -> None:
-        """Write both tables to the folder of the setting; policies that others submitted are kept."""
-        submitted = _submitted(self.episodes, self.setting, folder)
-        write_table(pl.concat([self.episodes, submitted]), folder / EPISODES_FILE)
+        """Write both tables to the folder of the setting."""
+        write_table(self.episodes, folder / EPISODES_FILE)
         write_table(self.grid, folder / GRID_FILE)
 
 
@@ -95,6 +93,7 @@ def play_all(
 
 def choose_range(setting: Setting, flocks: range, runner: Runner) -> float:
     """Return the fixed range of ``grid_of`` with the largest mean objective on tuning flocks."""
+    refuse_held_out(flocks)
     values = _fixed("Fixed ranges on tuning flocks", setting, flocks, runner)
     return grid_of(setting)[int(values.mean(axis=1).argmax())]
 
@@ -146,17 +145,3 @@ def _rules(setting: Setting) -> tuple[str, ...]:
     if setting.predator_visible:
         return PROFILE_RULES if informed else VISIBLE_RULES.get(setting.objective, ())
     return LOCAL_PROFILE_RULES if informed else LOCAL_RULES
-
-
-def _submitted(made: pl.DataFrame, setting: str, folder: Path) -> pl.DataFrame:
-    """Return the rows of an earlier file that others have submitted, if they are about the same flocks."""
-    if not (folder / EPISODES_FILE).is_file():
-        return made.clear()
-    own = {*made["policy"], *presets()[setting].learners}
-    # Policies trained here have a training seed, under any name.
-    others = pl.read_parquet(folder / EPISODES_FILE).filter(
-        ~pl.col("policy").is_in(own), pl.col("training_seed").is_null()
-    )
-    flocks = made["seed"].unique().sort()
-    parts = others.select(made.columns).partition_by("policy")
-    return pl.concat([made.clear(), *(part for part in parts if part["seed"].sort().equals(flocks))])

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from flockesc_env import rollout
+from flockesc_env.benchmark.seeds import HELD_OUT, first_seeds
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import mean
 from flockesc_env.jobs import Arrays, Job
@@ -19,7 +20,6 @@ from studies.measurements import Runner
 from studies.style import curve
 from studies.tables import rows, values_by
 from training.figure_style import WIDTH, label_ends
-from training.seeds import HELD_OUT, first_seeds
 
 INFORMATION_FILE = "information.parquet"
 

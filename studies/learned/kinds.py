@@ -27,7 +27,7 @@ TRAINED = (Kind.SEARCHED, *LEARNED)
 
 
 def kind_of(study: Study, policy: str) -> Kind | None:
-    """Return the kind of a policy; ``None`` for fixed ranges and for submitted policies."""
+    """Return the kind of a policy; ``None`` for fixed ranges."""
     if policy in study.learners:
         if study.learners[policy].kind in ("ppo", "tqc"):
             return Kind.REINFORCEMENT

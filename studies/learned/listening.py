@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, NamedPolicy
+from flockesc_env.benchmark.seeds import HELD_OUT, first_seeds
 from flockesc_env.common.array_files import write_npz
 from flockesc_env.render.palette import LIGHT
 from studies.learned.watching import watch
 from training.figure_style import RANGES, WIDTH
-from training.seeds import HELD_OUT, first_seeds
 
 SILENT = 1.0
 """Range in m below which an agent does not listen: it hardly ever has a neighbor."""

@@ -10,8 +10,8 @@ import numpy as np
 import polars as pl
 
 from flockesc_env import FlockScenario
+from flockesc_env.benchmark.statistics import difference
 from flockesc_env.common.stats import Estimate, FloatArray, mean
-from studies.learned.aggregate import difference
 from studies.learned.best_ranges import best_ranges
 from studies.learned.dispersal import DISPERSAL_FILE, dispersal_figures
 from studies.learned.fear import FEAR_FILE, FEAR_FLOCKS, fear_figures

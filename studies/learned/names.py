@@ -76,6 +76,6 @@ def setting_title(study: Study) -> str:
 
 
 def policy_title(study: Study, name: str) -> str:
-    """Return a readable name of a policy; a submitted one keeps its own."""
+    """Return a readable name of a policy."""
     began = searched_rule(study, name) if name in study.learners else ""
     return POLICIES[began].replace("rule", "searched rule") if began else POLICIES.get(name, name)

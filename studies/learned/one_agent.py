@@ -13,13 +13,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, NamedPolicy, built_in, load_policy
+from flockesc_env.benchmark.seeds import HELD_OUT, first_seeds
 from flockesc_env.common.array_files import write_npz
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.render.palette import LIGHT
 from studies.learned.results import load_study
 from studies.learned.watching import watch
 from training.figure_style import RANGES, WIDTH
-from training.seeds import HELD_OUT, first_seeds
 
 AGENT_FILE = "one_agent.npz"
 CANDIDATES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0)

@@ -7,16 +7,15 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from flockesc_env.benchmark.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
+from flockesc_env.benchmark.statistics import profile
 from flockesc_env.common.stats import CONFIDENCE
 from studies.learned import figures
-from studies.learned.aggregate import profile
 from studies.learned.cells import LOSSES_FILE, read_cells
 from studies.learned.coverage import COVERAGE_FILE, NUM_FLOCKS, NUM_TRIALS, SEEDS, read_coverage
 from studies.learned.dispersal import DISPERSAL_FLOCKS
 from studies.learned.information import INFORMATION_FILE, STEPS_PER_ACTION, UNAWARE_RANGE, draw_information
 from studies.learned.kinds import TRAINED, Kind
-from studies.learned.leaderboard import PAGE as LEADERBOARD
-from studies.learned.leaderboard import leaderboard_page
 from studies.learned.listening import LISTENING_FILE, LISTENING_FLOCKS, WATCHED, draw_listening
 from studies.learned.loss_tables import loss_tables
 from studies.learned.named import numbers
@@ -31,7 +30,6 @@ from studies.learned.tables import ablation_table, transfer_tables, versions
 from studies.pages import path_from, render
 from studies.study import Pages
 from training.outputs import CURVE_FLOCKS
-from training.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 
 DETAILS = "results-details.md"
 """The page beside that of results: tables per setting, ablation, transfer, throughput."""
@@ -144,11 +142,10 @@ def _figures(summaries: Sequence[Summary]) -> dict[str, Figure]:
 
 
 def _pages(summaries: Sequence[Summary], results: Path, page: Path) -> dict[Path, str]:
-    details, board = page.with_name(DETAILS), page.with_name(LEADERBOARD)
+    details = page.with_name(DETAILS)
     return {
         page: markdown_page(summaries, results, page),
         details: details_page(summaries, results, details),
-        board: leaderboard_page(summaries, board),
     }
 
 

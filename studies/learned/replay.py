@@ -10,12 +10,12 @@ from pathlib import Path
 import polars as pl
 
 from flockesc_env import ArgumentError
+from flockesc_env.benchmark import seeds
 from flockesc_env.common.files import write_text
 from studies.learned.held_out import Played, PolicyFile, choose_range, play_all, rules_of, write_rules
 from studies.learned.results import EPISODES_FILE, GRID_FILE, POLICIES, STUDY_FILE, Study, load_studies
 from studies.measurements import Runner
 from studies.study import document
-from training import seeds
 from training.config import Setting
 from training.presets import presets
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import polars as pl
 
 from flockesc_env import ArgumentError
+from flockesc_env.benchmark import seeds
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Backend, Cache, find_backend, run
@@ -21,7 +22,6 @@ from studies.learned.references import write_references
 from studies.learned.results import POLICIES, STUDY_FILE, load_study
 from studies.measurements import Runner
 from studies.study import document, machine
-from training import seeds
 from training.config import Args
 from training.presets import Preset, presets
 from training.record import CURVE_FILE, POLICY_FILE, RUN_FILE, RunRecord

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flockesc_env.benchmark.statistics import Aggregate, aggregate, means
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate
-from studies.learned.aggregate import Aggregate, aggregate, means
 from studies.learned.kinds import LEARNED as LEARNED_KINDS
 from studies.learned.kinds import TRAINED, Kind, best_by_kind, kind_of, searched_rule, tuning_objectives
 from studies.learned.questions import QUESTIONS, question_of

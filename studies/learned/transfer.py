@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import polars as pl
 
 from flockesc_env import FlockScenario, NamedPolicy
+from flockesc_env.benchmark.seeds import HELD_OUT, TUNING, first_seeds
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View, env_options
@@ -21,7 +22,6 @@ from studies.learned.summary import BEST_THERE, LEARNED
 from studies.measurements import Runner, chunks
 from studies.robustness.plan import METERS, NEIGHBORS, attacked_presets, grid_of
 from studies.tables import rows
-from training.seeds import HELD_OUT, TUNING, first_seeds
 
 SIZES = (100, 1_000, 10_000)
 """Numbers of agents of the paper's flock in which policies are tried."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from flockesc_env import load_policy, record
+from flockesc_env.benchmark.seeds import HELD_OUT
 from flockesc_env.render.options import RenderOptions
 from flockesc_env.render.video import write_video
 from studies.learned.results import FIGURES, load_study
-from training.seeds import HELD_OUT
 
 VIDEO_FILE = "policies.gif"
 SHOWN = ("per-agent-local-profile", "per-agent-visible-derived", "per-agent-visible-profile")

@@ -9,13 +9,13 @@ from typing import Final
 import numpy as np
 
 from flockesc_env import ConstantVelocity, FlockScenario, Topological
+from flockesc_env.benchmark.seeds import HELD_OUT, TUNING, first_seeds
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import seed_jobs
 from studies.robustness.findings import OBJECTIVES
-from training.seeds import HELD_OUT, TUNING, first_seeds
 
 SPEEDS: Final = (0.5, 1.0, 2.0, 4.0)
 """Speeds of the predator, in units of the paper's."""

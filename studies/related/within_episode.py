@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 
 from flockesc_env import FlockScenario, rollout
+from flockesc_env.benchmark.seeds import HELD_OUT, TUNING, first_seeds
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays, Job
@@ -23,7 +24,6 @@ from studies.measurements import Runner
 from studies.related.bandit import RangeBandit, across_episodes
 from studies.robustness.findings import OBJECTIVES
 from studies.tables import rows
-from training.seeds import HELD_OUT, TUNING, first_seeds
 
 BANDIT: Final = "bandit over fixed ranges"
 """Name of the policy in tables."""

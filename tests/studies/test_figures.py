@@ -14,8 +14,8 @@ from study_folders import write_study
 
 from benchmarks import plots
 from benchmarks.measure import Record
+from flockesc_env.benchmark.statistics import profile
 from studies.learned import figures
-from studies.learned.aggregate import profile
 from studies.learned.results import BEST_FIXED, load_studies
 from studies.learned.story import story
 from studies.learned.summary import summarize

@@ -12,6 +12,7 @@ import pytest
 import torch
 from small_runs import small_run
 
+from flockesc_env.benchmark.seeds import TUNING, first_seeds
 from flockesc_env.policies.files import load_policy
 from training.config import PPOArgs
 from training.evaluation import objective, policy_spec
@@ -19,7 +20,6 @@ from training.outputs import CURVE_FLOCKS
 from training.ppo import PPORounds
 from training.record import CURVE_FILE, RUN_FILE
 from training.rounds import SB3Rounds
-from training.seeds import TUNING, first_seeds
 from training.tqc import TQCRounds
 
 LINE: dict[str, Any] = {

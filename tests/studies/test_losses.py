@@ -11,6 +11,7 @@ import pytest
 from tiny_studies import TINY, write_preset
 
 from flockesc_env import built_in, load_policy, rollout, sweep
+from flockesc_env.benchmark.seeds import HELD_OUT, TUNING
 from flockesc_env.jobs import find_backend
 from studies.learned import losses, retrained
 from studies.learned.cells import LOSSES_FILE, read_cells
@@ -20,7 +21,6 @@ from studies.learned.results import load_study
 from studies.learned.study import StudyArgs, study
 from studies.learned.summary import BEST_THERE, LEARNED
 from studies.learned.transfer import refusal, worlds
-from training.seeds import HELD_OUT, TUNING
 
 OTHER = TINY.replace(num_agents=5)
 FLOCKS = 6

@@ -9,6 +9,7 @@ import polars as pl
 import pytest
 
 import flockesc_env as fe
+from flockesc_env.benchmark.seeds import HELD_OUT
 from flockesc_env.jobs import Cache, find_backend
 from studies.learned.dispersal import dispersal
 from studies.learned.fear import RULES, fear_figures, measure_fear
@@ -17,7 +18,6 @@ from studies.learned.named import Named, largest_turn
 from studies.learned.results import load_study
 from studies.learned.summary import summarize
 from studies.measurements import Runner
-from training.seeds import HELD_OUT
 
 COMMITTED = Path(__file__).parents[2] / "results" / "learned"
 

@@ -11,6 +11,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from flockesc_env import ArgumentError, FixedRange, FlockScenario, PurePursuit, rollout, simulate
+from flockesc_env.benchmark.seeds import HELD_OUT, TUNING
 from flockesc_env.policies import find_policy
 from flockesc_env.scenario.approach import approach
 from studies.learned import references
@@ -26,7 +27,6 @@ from studies.learned.references import (
 from studies.learned.results import Study, load_studies
 from training.config import Setting
 from training.presets import presets
-from training.seeds import HELD_OUT, TUNING
 
 COMMITTED = Path(__file__).parents[2] / "results" / "learned"
 OBJECTIVES = ["mean", "minimum"]

@@ -15,6 +15,7 @@ from study_folders import write_study
 from tiny_studies import write_preset
 
 from flockesc_env import ArgumentError, FlockScenario, PolicySpec, rollout
+from flockesc_env.benchmark.seeds import HELD_OUT
 from flockesc_env.cli.exits import Exit
 from flockesc_env.jobs import Cache, find_backend
 from flockesc_env.policies import StubbornLeaders
@@ -27,7 +28,6 @@ from studies.learned.study import StudyArgs, study
 from studies.learned.submit import submit
 from studies.measurements import Runner
 from training.presets import presets
-from training.seeds import HELD_OUT
 
 RESULTS = Path("results/learned")
 SETTINGS = list(presets())

@@ -11,9 +11,10 @@ import pytest
 from scipy.stats import t, trim_mean, ttest_1samp, ttest_ind
 from study_folders import check_results, skip_bootstraps, without_intervals, write_study
 
+from flockesc_env.benchmark.seeds import HELD_OUT
+from flockesc_env.benchmark.statistics import aggregate, difference, intervals, means, profile
 from flockesc_env.common.errors import RecordError
 from flockesc_env.common.stats import Estimate
-from studies.learned.aggregate import aggregate, difference, intervals, means, profile
 from studies.learned.coverage import SEEDS, VARIATIONS, coverage, two_way
 from studies.learned.held_out import rules_of
 from studies.learned.kinds import Kind, best_by_kind, kind_of, tuning_objectives
@@ -22,7 +23,6 @@ from studies.learned.questions import QUESTIONS
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
 from studies.learned.summary import hidden
 from training.presets import presets
-from training.seeds import HELD_OUT
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "learned"

@@ -13,17 +13,17 @@ import pytest
 from tiny_studies import TINY, Spy, write_preset
 
 from flockesc_env import load_policy, rollout, sweep
+from flockesc_env.benchmark import seeds
+from flockesc_env.benchmark.seeds import HELD_OUT, TRAINING, TUNING
 from studies.learned import explain
 from studies.learned.held_out import FLOCK_GRID
 from studies.learned.names import FREE_HEADINGS
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_study
 from studies.learned.study import StudyArgs, study
 from studies.learned.submit import submit
-from training import seeds
 from training.outputs import save_checkpoint
 from training.record import RunRecord
 from training.search import SearchRounds
-from training.seeds import HELD_OUT, TRAINING, TUNING
 
 FLOCKS = 70  # more flocks than a rollout steps together
 

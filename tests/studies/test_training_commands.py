@@ -15,10 +15,10 @@ import pytest
 from small_runs import SMALL, small_run
 
 import flockesc_env as fe
+from flockesc_env.benchmark import seeds
 from flockesc_env.cli import main
 from flockesc_env.policies import FixedRange, load_policy
 from flockesc_env.policies.registry import NamedPolicy
-from training import seeds
 from training.__main__ import TRAINING
 from training.compare import CompareArgs, compare
 from training.config import PPOArgs, SB3Args

@@ -12,13 +12,13 @@ import polars as pl
 import pytest
 from tiny_studies import Spy, write_preset
 
+from flockesc_env.benchmark.seeds import HELD_OUT, TRAINING, TUNING, TUNING_RUN, training_seeds
 from training.arguments import TuneArgs
 from training.config import SearchArgs
 from training.evaluation import objective
 from training.policies import named_policy
 from training.presets import train_presets
 from training.record import RunRecord
-from training.seeds import HELD_OUT, TRAINING, TUNING, TUNING_RUN, training_seeds
 from training.tune import _as_trial, completed, suggest, tune
 
 

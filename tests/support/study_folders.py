@@ -13,13 +13,13 @@ import numpy as np
 import polars as pl
 import pytest
 
+from flockesc_env.benchmark.seeds import HELD_OUT, TUNING
 from flockesc_env.common import stats
 from studies.arms_race.page import markdown_page as race_page
 from studies.arms_race.results import load_race
 from studies.learned.page import DETAILS, details_page, markdown_page, readme_table
 from studies.learned.results import load_studies
 from studies.learned.summary import Summary, summarize
-from training.seeds import HELD_OUT, TUNING
 
 LEARNER = {"kind": "search", "arguments": {}, "note": ""}
 

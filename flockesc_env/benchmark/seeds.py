@@ -4,7 +4,9 @@ Environments give seeds of 2^32 or more to the episodes that autoreset starts (`
 above all of these ranges.
 """
 
-from flockesc_env import ArgumentError
+from collections.abc import Iterable
+
+from flockesc_env.common.errors import ArgumentError
 
 TUNING = range(1_000_000, 2_000_000)
 """Flocks for choosing the best fixed range, hyperparameters and checkpoints."""
@@ -51,3 +53,15 @@ def first_seeds(purpose: range, count: int) -> range:
     if not 1 <= count <= len(purpose):
         raise ArgumentError("flocks", f"an integer from 1 to {len(purpose)}", count)
     return purpose[:count]
+
+
+def refuse_held_out(flocks: Iterable[int]) -> None:
+    """Check that seeds by which something is chosen are not held out.
+
+    Raises:
+        ArgumentError: if a seed is in ``HELD_OUT``.
+    """
+    for seed in flocks:
+        if seed in HELD_OUT:
+            expected = f"seeds outside of the held-out ones, {HELD_OUT.start} to {HELD_OUT.stop - 1}"
+            raise ArgumentError("seeds", expected, seed)

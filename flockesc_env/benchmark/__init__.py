@@ -1,0 +1,1 @@
+"""The benchmark: frozen tasks, normalized scores and results that anyone can verify bit for bit."""

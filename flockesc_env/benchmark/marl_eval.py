@@ -1,0 +1,32 @@
+"""``marl_eval``: results as the JSON document that the library marl-eval reads.
+
+The format is that of Gorsane et al., "Towards a Standardised Performance Evaluation Protocol for Cooperative
+MARL" (2022): environment, task, algorithm, run. A run has its evaluation after training only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Final
+
+from flockesc_env.benchmark.results import Result
+from flockesc_env.benchmark.tasks import task_of
+
+ENVIRONMENT: Final = "flockesc"
+
+
+def marl_eval(results: Iterable[Result]) -> dict[str, Any]:
+    """Return the document of some results: the score and the mean objective of every run."""
+    found: dict[str, Any] = {}
+    for result in results:
+        task, training = task_of(result.task), result.training
+        seeds = training.seeds if training else range(len(result.policies))
+        values = {f"{task.spec.column} in {name}": result.values(name).mean(axis=1) for name in task.worlds}
+        values["score"] = result.scores()
+        runs = {}
+        for at, seed in enumerate(seeds):
+            metrics = {name: [float(column[at])] for name, column in values.items()}
+            steps = {"step_count": training.samples if training else 0, **metrics}
+            runs[f"seed_{seed}"] = {"step_0": steps, "absolute_metrics": metrics}
+        found.setdefault(result.task, {})[result.learner] = runs
+    return {ENVIRONMENT: found}

@@ -1,0 +1,175 @@
+"""Comparison of results: scores, aggregates over tasks and profiles; needs the extra ``analysis``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.figure import Figure
+from rliable import metrics
+from rliable.library import get_interval_estimates
+
+from flockesc_env.benchmark.results import Result
+from flockesc_env.benchmark.statistics import intervals, profile
+from flockesc_env.benchmark.tasks import task_of
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.stats import Estimate, FloatArray
+
+RESAMPLES: Final = 2000
+_THRESHOLDS: Final = np.linspace(-0.5, 1.2, 171)
+
+
+@dataclass(frozen=True)
+class Row:
+    """The score of a learner on a task.
+
+    Attributes:
+        result: the result.
+        score: mean score with its 95 % t interval over training seeds and flocks.
+        iqm: interquartile mean over training seeds.
+        low: score of the worst training seed.
+        high: score of the best training seed.
+        better: probability that a run has a higher score than one of the next learner in the table, with its
+            stratified bootstrap interval; None for the last learner.
+    """
+
+    result: Result
+    score: Estimate
+    iqm: float
+    low: float
+    high: float
+    better: Estimate | None
+
+
+@dataclass(frozen=True)
+class Aggregate:
+    """Interquartile mean and mean of a learner over tasks, with stratified bootstrap intervals."""
+
+    learner: str
+    seeds: int
+    iqm: Estimate
+    mean: Estimate
+
+
+def scores_of(result: Result) -> FloatArray:
+    """Return the score of every policy on every flock, shape (policies, flocks); the mean over worlds."""
+    task = task_of(result.task)
+    parts = [world.score(result.values(name)) for name, world in task.worlds.items()]
+    scores: FloatArray = np.mean(parts, axis=0)
+    return scores
+
+
+def rows(results: Sequence[Result]) -> dict[str, list[Row]]:
+    """Return the rows of every task, the highest score first.
+
+    Raises:
+        ArgumentError: if a learner has two results on a task.
+    """
+    found: dict[str, list[Row]] = {}
+    for task in dict.fromkeys(result.task for result in results):
+        ranked = sorted((one for one in results if one.task == task), key=lambda one: -one.scores().mean())
+        names = [one.learner for one in ranked]
+        if len(set(names)) < len(names):
+            raise ArgumentError("results", f"one result per learner on {task}", ", ".join(names))
+        better = [_improvement(one, other) for one, other in pairwise(ranked)]
+        found[task] = [_row(one, chance) for one, chance in zip(ranked, [*better, None], strict=True)]
+    return found
+
+
+def aggregates(results: Sequence[Result]) -> list[Aggregate]:
+    """Return the aggregates of the learners that have results on all tasks, the highest first.
+
+    A learner counts with as many training seeds as it has on every task.
+    """
+    names = sorted({result.task for result in results})
+    found: dict[str, FloatArray] = {}
+    for learner in dict.fromkeys(result.learner for result in results):
+        own = {result.task: result.scores() for result in results if result.learner == learner}
+        if set(own) == set(names):
+            seeds = min(map(len, own.values()))
+            found[learner] = np.stack([own[name][:seeds] for name in names], axis=1)
+    if not found:
+        return []
+    points, ends = _bootstrap(found, _aggregate)
+    entries = [Aggregate(name, len(found[name]), *_estimates(points[name], ends[name])) for name in found]
+    return sorted(entries, key=lambda entry: -entry.iqm.mean)
+
+
+def profiles(results: Sequence[Result]) -> Figure:
+    """Return a figure with one panel per task: the share of episodes whose score is above each threshold."""
+    names = list(dict.fromkeys(result.task for result in results))
+    columns = min(3, len(names))
+    figure = Figure(figsize=(4 * columns, 3 * -(-len(names) // columns)), layout="constrained")
+    for index, name in enumerate(names):
+        axes = figure.add_subplot(-(-len(names) // columns), columns, index + 1)
+        for result in (one for one in results if one.task == name):
+            found = profile(scores_of(result), _THRESHOLDS)
+            (line,) = axes.plot(_THRESHOLDS, found.share, label=result.learner)
+            axes.fill_between(_THRESHOLDS, found.low, found.high, color=line.get_color(), alpha=0.2)
+        axes.set(title=name, xlabel="score", ylabel="share of episodes above", ylim=(0, 1))
+        axes.legend(fontsize="small")
+    return figure
+
+
+def page(results: Sequence[Result]) -> str:
+    """Return the comparison as Markdown."""
+    lines = ["# Report", ""]
+    for task, entries in rows(results).items():
+        lines += [f"## {task}", ""]
+        lines += ["| learner | seeds | score | IQM | worst to best seed | better than the next |"]
+        lines += ["|---|---|---|---|---|---|", *map(_line, entries), ""]
+    if totals := aggregates(results):
+        lines += ["## All tasks", "", "| learner | seeds | IQM | mean |", "|---|---|---|---|"]
+        lines += [f"| {entry.learner} | {entry.seeds} | {entry.iqm} | {entry.mean} |" for entry in totals]
+        lines += [""]
+    lines += [
+        "Scores have 95 % t intervals over training seeds and flocks. With one seed they cover the flocks.",
+        "*Better than the next* is the probability of improvement. It and the figures over all tasks have",
+        "stratified bootstrap intervals over training seeds (rliable).",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _line(row: Row) -> str:
+    mark = " (played by its author's code)" if row.result.is_code else ""
+    return (
+        f"| {row.result.learner}{mark} | {len(row.result.policies)} | {row.score:.3f} | {row.iqm:.3f}"
+        f" | {row.low:.3f} to {row.high:.3f} | {row.better or '-'} |"
+    )
+
+
+def _row(result: Result, better: Estimate | None) -> Row:
+    own = result.scores()
+    mean, low, high = (float(end[0]) for end in intervals(scores_of(result)[np.newaxis]))
+    iqm = float(metrics.aggregate_iqm(own))
+    return Row(result, Estimate(mean, low, high), iqm, float(own.min()), float(own.max()), better)
+
+
+def _improvement(one: Result, other: Result) -> Estimate:
+    pair = {"": (one.scores()[:, np.newaxis], other.scores()[:, np.newaxis])}
+    points, ends = _bootstrap(pair, metrics.probability_of_improvement)
+    return Estimate(float(points[""]), *map(float, ends[""][:, 0]))
+
+
+def _bootstrap(scores: Mapping[str, Any], statistic: Callable[..., Any]) -> tuple[Any, Any]:
+    """Return the statistic of every learner, and the ends of its stratified bootstrap interval."""
+    rng = np.random.RandomState(0)
+    found: tuple[Any, Any] = get_interval_estimates(scores, statistic, reps=RESAMPLES, random_state=rng)
+    return found
+
+
+def _aggregate(scores: FloatArray) -> FloatArray:
+    return np.array([metrics.aggregate_iqm(scores), metrics.aggregate_mean(scores)])
+
+
+def _estimates(points: FloatArray, ends: FloatArray) -> list[Estimate]:
+    return [Estimate(*map(float, row)) for row in zip(points, ends[0], ends[1], strict=True)]
+
+
+def write_figure(results: Sequence[Result], path: Path) -> None:
+    """Write the figure of ``profiles``."""
+    profiles(results).savefig(path, dpi=150)

@@ -1,0 +1,222 @@
+"""The commands ``flockesc benchmark ..``: the tasks; score, verify and compare policies."""
+
+from __future__ import annotations
+
+import json as json_format
+import tomllib
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from tyro.conf import Positional, arg
+
+from flockesc_env.benchmark.marl_eval import marl_eval
+from flockesc_env.benchmark.results import SUFFIX, Result, Training, read_result, write_result
+from flockesc_env.benchmark.scoring import score as play_all
+from flockesc_env.benchmark.scoring import verify as play_again
+from flockesc_env.benchmark.tasks import FLOCKS, VERSION, task_of
+from flockesc_env.benchmark.tasks import tasks as all_tasks
+from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.flags import Json, optional
+from flockesc_env.cli.output import check_output, note, show, show_json, table
+from flockesc_env.cli.policies import EXPECTED, policy_of
+from flockesc_env.common.errors import ArgumentError, FlockescError
+from flockesc_env.common.extras import require
+from flockesc_env.common.files import write_text
+
+MARL_EVAL = ".marl-eval.json"
+_TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
+
+TaskName = Annotated[str, arg(help="name of a task; flockesc benchmark lists them")]
+ResultFiles = Annotated[
+    Positional[tuple[Path, ...]],
+    arg(
+        help="results that flockesc benchmark score wrote",
+        metavar="FILE ..",
+        help_behavior_hint="(at least one)",
+    ),
+]
+
+
+def tasks(*, json: Json = False) -> Exit:
+    """List the tasks and what normalizes their scores.
+
+    docs/benchmark.md describes every task, and has the results of all learners.
+
+    Example: flockesc benchmark
+    """
+    if json:
+        show_json(
+            {
+                "command": "benchmark",
+                "version": VERSION,
+                "tasks": {name: _plain(name) for name in all_tasks()},
+            }
+        )
+        return Exit.DONE
+    head = ["task", "range per", "J", "samples", "scored in", "score 0", "score 1", "reference"]
+    rows = [
+        [
+            *(task.name, "agent" if task.per_agent else task.spec.model, task.spec.symbol),
+            *(
+                f"{task.samples:,}",
+                name,
+                task.spec.text(world.zero),
+                task.spec.text(world.one),
+                world.reference,
+            ),
+        ]
+        for task in all_tasks().values()
+        for name, world in task.worlds.items()
+    ]
+    show(*table(head, rows))
+    show(
+        f"Policies are scored on {len(FLOCKS):,} held-out flocks, from seed {FLOCKS.start:,} on.",
+        "Score 0: the best fixed range. Score 1: the reference.",
+    )
+    return Exit.DONE
+
+
+def score(
+    policies: Annotated[
+        Positional[tuple[str, ...]],
+        arg(
+            help=f"all training seeds of a learner, or a rule: {EXPECTED}",
+            metavar="POLICY ..",
+            help_behavior_hint="(at least one)",
+        ),
+    ],
+    *,
+    task: TaskName,
+    learner: Annotated[str, arg(help="name of the learner or rule")] = "",
+    training: Annotated[
+        Path | None, *optional(f"how the learner was trained: {_TRAINING}", "nothing is said")
+    ] = None,
+    output: Annotated[Path | None, *optional("write the result (.json)", "print it only")] = None,
+    json: Json = False,
+) -> Exit:
+    """Play policies on the held-out flocks of a task and print their score.
+
+    A learner is all its training seeds, not the best one: give all of its policy files.
+
+    Example: flockesc benchmark score ppo-0.npz ppo-1.npz --task per-agent-local --output result.json
+    """
+    if not policies:
+        raise ArgumentError("policies", "at least one policy", "none")
+    check_output(output, [SUFFIX])
+    chosen = task_of(task)
+    found = [(spec, policy_of(spec)) for spec in policies]
+    result = play_all(
+        found,
+        chosen,
+        learner=learner or found[0][1].name,
+        output=output or Path(SUFFIX),
+        training=None if training is None else _read_training(training),
+        report=lambda spec: note(f"playing {spec}"),
+    )
+    if output is not None:
+        write_result(result, output)
+        write_text(output.with_suffix(MARL_EVAL), json_format.dumps(marl_eval([result]), indent=1))
+        note(f"saved: {output}")
+    if json:
+        show_json(
+            {"command": "benchmark score", **msgspec.to_builtins(result), "scores": result.scores().tolist()}
+        )
+    else:
+        show(*_lines(result))
+    return Exit.DONE
+
+
+def verify(
+    files: ResultFiles,
+    *,
+    flocks: Annotated[
+        int | None, *optional("play some flocks only, drawn by the file's checksum", "all")
+    ] = None,
+) -> Exit:
+    """Play results again and refuse them unless every objective has the same bits.
+
+    The task, the flocks and the checksums of files must match, too. The exit code is 2 if one is refused.
+
+    Example: flockesc benchmark verify result.json
+    """
+    if not files:
+        raise ArgumentError("files", "at least one file", "none")
+    code = Exit.DONE
+    for path in files:
+        try:
+            result = play_again(path, flocks=flocks)
+        except (FlockescError, OSError) as error:
+            note(f"refused: {error}")
+            code = Exit.REFUSED
+        else:
+            count = min(len(FLOCKS), flocks or len(FLOCKS))
+            show(f"{path}: verified, {len(result.policies)} policies on {count:,} flocks", *_lines(result))
+    return code
+
+
+def report(
+    files: ResultFiles,
+    *,
+    output: Annotated[
+        Path | None,
+        *optional("write the report (.md), a figure and marl-eval's JSON beside it", "print it only"),
+    ] = None,
+) -> Exit:
+    """Compare learners: scores with intervals, and aggregates over tasks by rliable.
+
+    Example: flockesc benchmark report results/*.json --output report.md
+    """
+    if not files:
+        raise ArgumentError("files", "at least one file", "none")
+    check_output(output, [".md"])
+    require("analysis", ["matplotlib", "rliable", "scipy"])
+    from flockesc_env.benchmark.report import page, write_figure
+
+    results = [read_result(path) for path in files]
+    text = page(results)
+    if output is None:
+        show(*text.splitlines())
+        return Exit.DONE
+    write_figure(results, output.with_suffix(".png"))
+    write_text(output.with_suffix(MARL_EVAL), json_format.dumps(marl_eval(results), indent=1))
+    write_text(output, text)
+    note(f"saved: {output}")
+    return Exit.DONE
+
+
+def _plain(name: str) -> dict[str, object]:
+    task = task_of(name)
+    return {
+        "asks": task.asks,
+        "per_agent": task.per_agent,
+        "objective": task.spec.column,
+        "samples": task.samples,
+        "options": dict(task.options),
+        "scenario": json_format.loads(task.scenario.to_json()),
+        "worlds": msgspec.to_builtins(task.worlds),
+        "sha256": task.sha256,
+    }
+
+
+def _lines(result: Result) -> list[str]:
+    """Return the score of a result with the mean objective in every world."""
+    task, scores = task_of(result.task), result.scores()
+    spread = f" (training seeds: {scores.min():.3f} to {scores.max():.3f})" if len(scores) > 1 else ""
+    marks = "; played by its author's code" if result.is_code else ""
+    lines = [f"{task.name}, {result.learner}: score {scores.mean():.3f}{spread}{marks}"]
+    for name, world in task.worlds.items():
+        reached = result.values(name).mean()
+        gain = task.spec.text(reached - world.zero, "+")
+        lines.append(
+            f"  {name}: {task.spec.symbol} {task.spec.text(reached)}, {gain} over the best fixed range,"
+            f" {world.best_fixed_range:g}"
+        )
+    return lines
+
+
+def _read_training(path: Path) -> Training:
+    try:
+        return msgspec.convert(tomllib.loads(path.read_text("utf-8")), Training)
+    except (ValueError, msgspec.ValidationError) as error:
+        raise ArgumentError("training", _TRAINING, f"{path}: {error}") from None

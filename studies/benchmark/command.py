@@ -1,0 +1,57 @@
+"""The commands ``python -m studies benchmark-*``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import arg
+
+from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.flags import Backend
+from flockesc_env.cli.output import note
+from flockesc_env.jobs import Cache
+from studies.flags import prepare
+
+RUNS = Path("runs/benchmark")
+
+
+def freeze(
+    *,
+    output: Annotated[Path, arg(help="file of the tasks")] = Path("flockesc_env/benchmark/v1.toml"),
+    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = RUNS,
+    backend: Backend = "processes",
+) -> Exit:
+    """Measure what normalizes scores, and write the file of the tasks (about 15 minutes).
+
+    Example: python -m studies benchmark-freeze --output v2.toml
+    """
+    jobs = prepare(runs, "train", backend=backend)
+    from studies.benchmark.freeze import freeze as write
+    from studies.measurements import Runner
+
+    write(output, Runner(Cache(runs / "cache"), jobs, progress=True))
+    note(f"saved: {output}")
+    return Exit.DONE
+
+
+def train(
+    *,
+    learners: Annotated[tuple[str, ...], arg(help="some of the learners; none: all")] = (),
+    tasks: Annotated[tuple[str, ...], arg(help="some of the tasks; none: all")] = (),
+    most_seeds: Annotated[int, arg(help="at most this number of training seeds")] = 10,
+    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = RUNS,
+    backend: Backend = "processes",
+) -> Exit:
+    """Train the baselines (some hours); finished runs are kept, so it continues after an interrupt.
+
+    Example: python -m studies benchmark-train --learners sb3-ppo --tasks shared
+    """
+    jobs = prepare(runs, "train", backend=backend)
+    from studies.benchmark.baselines import train_all, trainings
+    from studies.measurements import Runner
+
+    chosen = trainings(learners, tasks, most_seeds)
+    train_all(chosen, Runner(Cache(runs / "cache"), jobs, progress=True))
+    note(f"{len(chosen)} training runs are in {runs / 'cache'}")
+    return Exit.DONE
