@@ -18,19 +18,8 @@ HEAVY = {
     *("imageio_ffmpeg", "moviepy", "jinja2", "tqdm", "tyro", "ray", "submitit"),
 }
 ROOMS = (
-    *(
-        "_core",
-        "common",
-        "scenario",
-        "episodes",
-        "models",
-        "policies",
-        "benchmark",
-        "render",
-        "watch",
-        "notebook",
-    ),
-    *("envs", "sb3", "torchrl", "benchmarl", "jobs", "cli", "__main__"),
+    *("_core", "common", "scenario", "episodes", "models", "policies", "render", "watch", "notebook"),
+    *("envs", "sb3", "torchrl", "benchmark", "benchmarl", "jobs", "cli", "__main__"),
 )
 LAYERS = [*(f"flockesc_env.{room}" for room in ROOMS), "flockesc_env"]
 LAYERS += ["training", "studies", "benchmarks", "playground"]
