@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -22,7 +23,8 @@ from gymnasium.wrappers.vector import NormalizeReward
 from torch import nn
 from torch.distributions import Normal
 
-from flockesc_env import FixedRange, rollout
+from flockesc_env import FixedRange, FlockScenario, NamedPolicy, parallel_env, rollout, save_policy
+from flockesc_env.policies import torch_network
 
 OPTIONS: dict[str, Any] = {
     "reward": "individual_running_minimum",
@@ -43,6 +45,7 @@ class Args:
         flocks: number of flocks, with one slot per agent.
         seed: seed of the networks, of the actions and of the flocks.
         held_out: number of flocks of the final comparison.
+        output: file for the trained policy.
         num_steps: actions of a slot per iteration; 60 are one episode.
         learning_rate: learning rate of Adam, which falls linearly to 0.
         gamma: discount factor.
@@ -58,6 +61,7 @@ class Args:
     flocks: int = 4
     seed: int = 0
     held_out: int = 200
+    output: Path | None = None
     num_steps: int = 60
     learning_rate: float = 1e-3
     gamma: float = 0.98
@@ -78,9 +82,7 @@ def _network(inputs: int, outputs: int, gain: float) -> nn.Sequential:
 
 
 class Agent(nn.Module):
-    """Actor and critic. As a policy of ``rollout``, it acts with the mean of its distribution."""
-
-    per_agent = True
+    """Actor and critic."""
 
     def __init__(self, entries: int) -> None:
         super().__init__()
@@ -96,12 +98,6 @@ class Agent(nn.Module):
     def distribution(self, observations: torch.Tensor) -> Normal:
         """Return the distribution of the actions."""
         return Normal(self.actor_mean(observations), self.actor_log_std.exp())
-
-    @torch.no_grad()
-    def act(self, observations: np.ndarray, spec: Any) -> np.ndarray:  # noqa: ARG002
-        """Return the action of every row."""
-        actions: np.ndarray = self.actor_mean(torch.from_numpy(observations)).clamp(-1, 1).numpy()
-        return actions
 
 
 class Rollout:
@@ -201,9 +197,12 @@ def train(args: Args) -> Agent:
 
 def main(args: Args) -> None:
     """Train, and compare with the best fixed range on held-out flocks."""
-    agent = train(args)
+    layers = train(args).actor_mean
+    policy = torch_network(layers, parallel_env(**OPTIONS).policy_spec.layout.names)
+    if args.output:
+        save_policy(NamedPolicy("PPO in one file", policy, True, OPTIONS, FlockScenario()), args.output)
     flock_seeds = range(2_000_000, 2_000_000 + args.held_out)
-    learned = rollout("paper-flock", agent, flock_seeds, **OPTIONS)
+    learned = rollout("paper-flock", policy, flock_seeds, per_agent=True, **OPTIONS)
     fixed = rollout("paper-flock", FixedRange(BEST_FIXED_RANGE), flock_seeds)
     gains = learned.min_mean_distance - fixed.min_mean_distance
     error = 1.96 * gains.std(ddof=1) / args.held_out**0.5

@@ -7,6 +7,7 @@ python examples/sb3_ppo.py --iterations 45
 """
 
 import time
+from pathlib import Path
 from typing import Any
 
 import torch
@@ -14,7 +15,7 @@ import tyro
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
-from flockesc_env import FixedRange, SB3Policy, rollout
+from flockesc_env import FixedRange, FlockScenario, NamedPolicy, SB3Policy, rollout, save_policy
 from flockesc_env.sb3 import AgentVecEnv
 
 OPTIONS: dict[str, Any] = {
@@ -27,7 +28,9 @@ STEPS = 60  # actions of an episode: 240 model steps, 4 per action
 BEST_FIXED_RANGE = 12.0  # in m, chosen on other flocks than the held-out ones
 
 
-def main(iterations: int = 45, flocks: int = 4, seed: int = 0, held_out: int = 200) -> None:
+def main(
+    iterations: int = 45, flocks: int = 4, seed: int = 0, held_out: int = 200, output: Path | None = None
+) -> None:
     """Train, and compare with the best fixed range on held-out flocks.
 
     Args:
@@ -35,6 +38,7 @@ def main(iterations: int = 45, flocks: int = 4, seed: int = 0, held_out: int = 2
         flocks: number of flocks; each has a slot per agent.
         seed: seed of the training run.
         held_out: number of flocks of the comparison.
+        output: file for the trained policy.
     """
     torch.set_num_threads(1)  # the network is small
     agents = AgentVecEnv(flocks, **OPTIONS)
@@ -58,8 +62,11 @@ def main(iterations: int = 45, flocks: int = 4, seed: int = 0, held_out: int = 2
     seconds, count = time.process_time() - start, model.num_timesteps
     print(f"{count} samples in {seconds:.1f} s of CPU time, {count / seconds:.0f} samples/s")
 
+    policy = SB3Policy(model).network()
+    if output:
+        save_policy(NamedPolicy("stable-baselines3 PPO", policy, True, OPTIONS, FlockScenario()), output)
     flock_seeds = range(2_000_000, 2_000_000 + held_out)
-    learned = rollout("paper-flock", SB3Policy(model), flock_seeds, per_agent=True, **OPTIONS)
+    learned = rollout("paper-flock", policy, flock_seeds, per_agent=True, **OPTIONS)
     fixed = rollout("paper-flock", FixedRange(BEST_FIXED_RANGE), flock_seeds)
     gains = learned.min_mean_distance - fixed.min_mean_distance
     error = 1.96 * gains.std(ddof=1) / held_out**0.5

@@ -148,11 +148,11 @@ def main(
     seconds, count = time.process_time() - start, iterations * flocks * AGENTS * STEPS
     print(f"{count} samples in {seconds:.1f} s of CPU time, {count / seconds:.0f} samples/s")
 
-    network = torch_network(mean, parallel_env(**OPTIONS).policy_spec.layout.names)
+    policy = torch_network(mean, parallel_env(**OPTIONS).policy_spec.layout.names)
     if output:
-        save_policy(NamedPolicy("TorchRL PPO", network, True, OPTIONS, FlockScenario()), output)
+        save_policy(NamedPolicy("TorchRL PPO", policy, True, OPTIONS, FlockScenario()), output)
     flock_seeds = range(2_000_000, 2_000_000 + held_out)
-    learned = rollout("paper-flock", network, flock_seeds, per_agent=True, **OPTIONS)
+    learned = rollout("paper-flock", policy, flock_seeds, per_agent=True, **OPTIONS)
     fixed = rollout("paper-flock", FixedRange(BEST_FIXED_RANGE), flock_seeds)
     gains = learned.min_mean_distance - fixed.min_mean_distance
     error = 1.96 * gains.std(ddof=1) / held_out**0.5

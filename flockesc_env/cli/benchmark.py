@@ -14,17 +14,19 @@ from flockesc_env.benchmark.marl_eval import marl_eval
 from flockesc_env.benchmark.results import SUFFIX, Result, Training, read_result, write_result
 from flockesc_env.benchmark.scoring import score as play_all
 from flockesc_env.benchmark.scoring import verify as play_again
-from flockesc_env.benchmark.tasks import FLOCKS, VERSION, task_of
+from flockesc_env.benchmark.tasks import FLOCKS, VERSION, Task, task_of
 from flockesc_env.benchmark.tasks import tasks as all_tasks
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, optional
 from flockesc_env.cli.output import check_output, note, show, show_json, table
-from flockesc_env.cli.policies import EXPECTED, policy_of
+from flockesc_env.cli.policies import EXPECTED, MODEL_SUFFIX, model_policy, policy_of
 from flockesc_env.common.errors import ArgumentError, FlockescError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import write_text
+from flockesc_env.policies.registry import NamedPolicy
 
 MARL_EVAL = ".marl-eval.json"
+MODEL = "PPO:FILE.zip (a model of stable-baselines3)"
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
 
 TaskName = Annotated[str, arg(help="name of a task; flockesc benchmark lists them")]
@@ -81,7 +83,7 @@ def score(
     policies: Annotated[
         Positional[tuple[str, ...]],
         arg(
-            help=f"all training seeds of a learner, or a rule: {EXPECTED}",
+            help=f"all training seeds of a learner, or a rule: {EXPECTED}, or {MODEL}",
             metavar="POLICY ..",
             help_behavior_hint="(at least one)",
         ),
@@ -105,7 +107,7 @@ def score(
         raise ArgumentError("policies", "at least one policy", "none")
     check_output(output, [SUFFIX])
     chosen = task_of(task)
-    found = [(spec, policy_of(spec)) for spec in policies]
+    found = [(spec, _policy(spec, chosen)) for spec in policies]
     result = play_all(
         found,
         chosen,
@@ -183,6 +185,12 @@ def report(
     write_text(output, text)
     note(f"saved: {output}")
     return Exit.DONE
+
+
+def _policy(spec: str, task: Task) -> NamedPolicy:
+    if spec.endswith(MODEL_SUFFIX):
+        return model_policy(spec, per_agent=task.per_agent, options=task.options)
+    return policy_of(spec)
 
 
 def _plain(name: str) -> dict[str, object]:

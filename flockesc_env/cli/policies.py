@@ -1,16 +1,24 @@
-"""Policies of command-line arguments: built-in ones, policy files and a user's own ``module:function``."""
+"""Policies of command-line arguments: built-in ones, policy files, ``module:function`` and models of SB3."""
 
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.extras import require
 from flockesc_env.policies.files import SUFFIX, find_policy
 from flockesc_env.policies.registry import NAMES, NamedPolicy
+from flockesc_env.policies.sb3 import SB3Policy
 
 EXPECTED = f"{', '.join(NAMES)}, a policy file or module:function"
+
+MODEL_SUFFIX = ".zip"
+_SB3 = ("stable_baselines3", "sb3_contrib")
 
 
 def policy_of(spec: str, argument: str = "policies") -> NamedPolicy:
@@ -37,3 +45,27 @@ def policy_of(spec: str, argument: str = "policies") -> NamedPolicy:
     if not isinstance(policy, NamedPolicy):
         raise ArgumentError(argument, f"a NamedPolicy from {spec}", type(policy).__name__)
     return policy
+
+
+def model_policy(spec: str, *, per_agent: bool, options: Mapping[str, Any]) -> NamedPolicy:
+    """Return the policy of a model that stable-baselines3 saved. Loading executes code in the file.
+
+    Args:
+        spec: class of the algorithm and path of the file, for example ``PPO:model.zip``.
+        per_agent: whether the policy sets one range per agent.
+        options: options of the environment in which the model was trained.
+
+    Raises:
+        ArgumentError: if there is no such class, or the file is not a model of it.
+        MissingExtraError: if stable-baselines3 is not installed.
+    """
+    require("sb3", ["stable_baselines3"])
+    name, _, path = spec.rpartition(":")
+    try:
+        packages = [importlib.import_module(package) for package in _SB3 if importlib.util.find_spec(package)]
+        (algorithm,) = {getattr(package, name) for package in packages if hasattr(package, name)}
+        model = algorithm.load(path, device="cpu")
+    except (Exception, SystemExit) as error:  # the class, its code and the file are the user's
+        expected = "ALGORITHM:FILE.zip with a class of stable-baselines3 or sb3-contrib, as PPO:model.zip"
+        raise ArgumentError("policies", expected, f"{spec!r} ({error!r})") from error
+    return NamedPolicy(Path(path).stem, SB3Policy(model), per_agent, dict(options))
