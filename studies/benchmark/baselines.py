@@ -2,55 +2,64 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from typing import Any, Final, NamedTuple
 
-from flockesc_env.benchmark.tasks import tasks
+from flockesc_env.benchmark.tasks import Task, tasks
 from flockesc_env.jobs import Arrays, Job
+from studies.benchmark import examples, sb3
 from studies.measurements import Runner
 
-_SECONDS = 60.0
+_SECONDS: Final = 60.0
 """Estimated processor time of a training run."""
 
 
-@dataclass(frozen=True)
-class Baseline:
-    """A learner, the tasks on which it is trained, and the number of training seeds."""
+class Run(NamedTuple):
+    """A training run."""
 
     learner: str
-    tasks: tuple[str, ...]
-    seeds: int
+    task: str
+    seed: int
 
 
-_AGENTS = (
-    "per-agent-local",
-    "per-agent-visible-profile",
-    "steering-predator",
-    "warned-agents",
-    "warned-nearest",
+AGENT_TASKS: Final = (
+    *("per-agent-visible", "per-agent-local", "per-agent-visible-profile", "steering-predator"),
+    *("warned-agents", "warned-nearest"),
 )
+FLOCK_TASKS: Final = ("shared", "warned-flock", "line")
 
-BASELINES = (
-    Baseline("sb3-ppo", ("per-agent-visible", "shared"), 10),
-    Baseline("sb3-ppo", (*_AGENTS, "warned-flock", "line"), 5),
-    Baseline("sb3-tqc", ("shared", "warned-flock", "per-agent-visible"), 5),
-)
+SEEDS: Final[Mapping[str, Mapping[str, int]]] = {
+    "sb3-ppo": {**dict.fromkeys((*AGENT_TASKS, *FLOCK_TASKS), 5), "per-agent-visible": 10, "shared": 10},
+    "sb3-tqc": {"shared": 5, "warned-flock": 5, "per-agent-visible": 5},
+    **examples.SEEDS,
+}
+"""Number of training seeds by learner and task."""
 
 
-def trainings(
-    learners: Iterable[str], names: Iterable[str], most_seeds: int
-) -> dict[tuple[str, str, int], Job]:
-    """Return the job of every training run by learner, task and seed; empty names mean all."""
-    wanted, chosen = set(learners), set(names) or set(tasks())
+def trainings(learners: Iterable[str], names: Iterable[str], most_seeds: int) -> dict[Run, Job]:
+    """Return the job of every training run; empty learners or names mean all."""
+    wanted, chosen = set(learners) or set(SEEDS), set(names) or set(tasks())
     return {
-        (entry.learner, task, seed): Job("studies.benchmark.sb3:train", (entry.learner, task, seed), _SECONDS)
-        for entry in BASELINES
-        for task in entry.tasks
-        for seed in range(min(entry.seeds, most_seeds))
-        if task in chosen and (not wanted or entry.learner in wanted)
+        Run(learner, task, seed): _job(Run(learner, task, seed))
+        for learner, counts in SEEDS.items()
+        for task, count in counts.items()
+        for seed in range(min(count, most_seeds))
+        if learner in wanted and task in chosen
     }
 
 
-def train_all(jobs: dict[tuple[str, str, int], Job], runner: Runner) -> dict[tuple[str, str, int], Arrays]:
+def train_all(jobs: Mapping[Run, Job], runner: Runner) -> dict[Run, Arrays]:
     """Run the training jobs; those in the cache are not run again."""
     return runner.each(jobs, "Training")
+
+
+def hyperparameters_of(learner: str, task: Task) -> dict[str, Any]:
+    """Return the hyperparameters of a learner on a task."""
+    if learner in examples.SEEDS:
+        return {"command": examples.command(learner, task.name, 0)}
+    return sb3.hyperparameters(learner, task)
+
+
+def _job(run: Run) -> Job:
+    module = examples if run.learner in examples.SEEDS else sb3
+    return Job(f"{module.__name__}:train", tuple(run), _SECONDS)

@@ -1,0 +1,56 @@
+"""Baselines of other frameworks: the examples of this project, each in the environment of its framework."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from flockesc_env.jobs import Arrays
+
+_COMMANDS: Final[Mapping[str, tuple[str, str]]] = {
+    "one-file-ppo": (".venv", "examples/ppo_single_file.py"),
+    "torchrl-ippo": (".compat/torchrl", "examples/torchrl_ppo.py"),
+    "benchmarl-ippo": (".compat/benchmarl", "examples/benchmarl_mappo.py --algorithm ippo"),
+    "benchmarl-mappo": (".compat/benchmarl", "examples/benchmarl_mappo.py --algorithm mappo"),
+    "benchmarl-iql": (".compat/benchmarl", "examples/benchmarl_mappo.py --algorithm iql"),
+    "rllib-ppo": (".compat/rllib", "examples/rllib_ppo.py"),
+}
+"""Virtual environment and script of every learner; `make compat-NAME` creates .compat/NAME."""
+
+SEEDS: Final[Mapping[str, Mapping[str, int]]] = {}
+"""Number of training seeds by learner and task."""
+
+_SPEED: Final = re.compile(r"(\d+) samples in ([\d.]+) s of CPU time")
+
+
+def command(learner: str, task: str, seed: int) -> str:
+    """Return the command of a training run, without its output file."""
+    environment, script = _COMMANDS[learner]
+    return f"{environment}/bin/python {script} --task {task} --seed {seed}"
+
+
+def train(learner: str, task: str, seed: int) -> Arrays:
+    """Run an example; return the bytes of its policy file, the samples and the processor time."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "policy.npz"
+        environment = {**os.environ, "PYTHONPATH": str(Path.cwd()), "OMP_NUM_THREADS": "1"}
+        ran = subprocess.run(  # noqa: S603, the commands are constants
+            [*command(learner, task, seed).split(), "--held-out", "2", "--output", str(file)],
+            check=True,
+            capture_output=True,
+            text=True,
+            env=environment,
+        )
+        samples, seconds = _SPEED.findall(ran.stdout)[-1]
+        return {
+            "policy": np.frombuffer(file.read_bytes(), np.uint8),
+            "samples": np.array(int(samples)),
+            "cpu_seconds": np.array(float(seconds)),
+        }

@@ -1,0 +1,176 @@
+"""Submissions of this project: the policies of its studies, its rules, and the trained baselines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal
+
+import msgspec
+
+from flockesc_env import ArgumentError, built_in
+from flockesc_env.benchmark.fitting import check_fits
+from flockesc_env.benchmark.results import Result, Training, read_result, write_result
+from flockesc_env.benchmark.scoring import score
+from flockesc_env.benchmark.tasks import Task, tasks
+from flockesc_env.cli.output import note
+from flockesc_env.common.files import atomic_write
+from flockesc_env.jobs import Arrays, Cache
+from flockesc_env.models.records import versions
+from flockesc_env.policies import NAMES, find_policy
+from studies.benchmark.baselines import hyperparameters_of, trainings
+from studies.learned.results import load_studies
+
+SUBMISSIONS: Final = Path("benchmark/submissions")
+CARD: Final = "card.toml"
+Kind = Literal["rule", "search", "imitation", "reinforcement learning"]
+
+SETTINGS: Final[Mapping[str, str]] = {
+    "shared": "shared",
+    "per-agent-visible": "per-agent-visible",
+    "per-agent-local": "per-agent-local",
+    "per-agent-visible-profile": "per-agent-visible-profile",
+    "steering-predator": "steering-predator",
+    "line": "line",
+    "held-out-worlds": "per-agent-visible",
+    "held-out-sizes": "per-agent-visible",
+    "warned-nearest": "per-agent-local-minimum",
+}
+"""Setting of the study of learned ranges whose policies fit each task."""
+
+STUDIED: Final[Mapping[str, str]] = {
+    "search": "study-search",
+    "rule": "study-searched-rule",
+    "imitation": "study-imitation",
+    "ppo": "study-ppo",
+    "tqc": "study-tqc",
+}
+"""Learners of the study, and the names of their submissions."""
+
+
+class Card(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a person says about a submission: the file ``card.toml`` in its folder.
+
+    Attributes:
+        kind: ``"rule"`` (nobody trained it), ``"search"``, ``"imitation"`` or ``"reinforcement learning"``.
+        summary: one or two sentences.
+        authors: names.
+        code: where the code is; a link or a command.
+        license: license of the policy files.
+    """
+
+    kind: Kind
+    summary: str
+    authors: str
+    code: str
+    license: str
+
+
+@dataclass(frozen=True)
+class Submission:
+    """A folder of ``benchmark/submissions`` with its card and results."""
+
+    name: str
+    card: Card
+    results: Mapping[str, Result]
+
+
+def load_submissions(folder: Path = SUBMISSIONS) -> list[Submission]:
+    """Read all submissions; results are checked, but not played again.
+
+    Raises:
+        RecordError: if a result is damaged.
+        ArgumentError: if a card is.
+    """
+    found = []
+    for path in sorted(folder.iterdir()):
+        card = path / CARD
+        try:
+            read = msgspec.toml.decode(card.read_bytes(), type=Card)
+        except (FileNotFoundError, msgspec.DecodeError) as error:
+            raise ArgumentError(str(card), "kind, summary, authors, code and license", error) from None
+        results = {file.stem: read_result(file) for file in result_files(path)}
+        found.append(Submission(path.name, read, results))
+    return found
+
+
+def result_files(folder: Path) -> list[Path]:
+    """Return the results in a folder, without marl-eval's documents beside them."""
+    return sorted(file for file in folder.rglob("*.json") if not file.name.endswith(".marl-eval.json"))
+
+
+def write_own(cache: Cache, folder: Path = SUBMISSIONS) -> None:
+    """Score everything of this project that has no result yet, and write the results."""
+    for name, task, found, training in (*_rules(), *_studied(), *_trained(cache, folder)):
+        output = folder / name / f"{task.name}.json"
+        if output.is_file() and read_result(output).training == training:
+            continue
+        note(f"{output}: {len(found)} policies")
+        output.parent.mkdir(parents=True, exist_ok=True)
+        policies = [(spec, find_policy(spec)) for spec in found]
+        write_result(score(policies, task, learner=name, output=output, training=training), output)
+
+
+_Own = tuple[str, Task, list[str], Training | None]
+
+
+def _rules() -> Iterator[_Own]:
+    """Yield the built-in rules on every task that they fit."""
+    for rule in NAMES[1:]:
+        for task in tasks().values():
+            try:
+                check_fits(built_in(rule), task)
+            except ArgumentError:
+                continue
+            if task.spec.model == "flock" or rule == "random":
+                yield rule, task, [rule], None
+
+
+def _studied() -> Iterator[_Own]:
+    """Yield the learners of the study of learned ranges."""
+    studies = {study.setting: study for study in load_studies(Path("results/learned"))}
+    for name, setting in SETTINGS.items():
+        study = studies[setting]
+        for learner, title in STUDIED.items():
+            if learner not in study.learners:
+                continue
+            runs = study.runs.filter(learner=learner).sort("training_seed")
+            seeds = runs["training_seed"].to_list()
+            yield (
+                title,
+                tasks()[name],
+                [str(study.file(learner, seed)) for seed in seeds],
+                Training(
+                    seeds=seeds,
+                    samples=int(runs["samples"].max()),  # type: ignore[arg-type]
+                    cpu_minutes=[round(minutes, 2) for minutes in runs["minutes"]],
+                    versions=study.versions,
+                    hyperparameters=study.learners[learner].arguments,
+                ),
+            )
+
+
+def _trained(cache: Cache, folder: Path) -> Iterator[_Own]:
+    """Yield the baselines whose training runs are in the cache; write their policy files."""
+    groups: dict[tuple[str, str], dict[int, Arrays]] = {}
+    for run, job in trainings((), (), 10).items():
+        found = cache.find(job)
+        if found is not None:
+            groups.setdefault((run.learner, run.task), {})[run.seed] = found
+    for (learner, name), runs in groups.items():
+        files = [folder / learner / "policies" / f"{name}-{seed}.npz" for seed in runs]
+        files[0].parent.mkdir(parents=True, exist_ok=True)
+        for file, found in zip(files, runs.values(), strict=True):
+            with atomic_write(file) as opened:
+                opened.write(found["policy"].tobytes())
+        training = Training(
+            seeds=list(runs),
+            samples=max(int(found["samples"]) for found in runs.values()),
+            cpu_minutes=[round(float(found["cpu_seconds"]) / 60, 2) for found in runs.values()],
+            versions=versions("torch", "stable-baselines3", "sb3-contrib"),
+            hyperparameters=hyperparameters_of(learner, tasks()[name]),
+        )
+        for task in tasks().values():
+            if SETTINGS.get(task.name, task.name) == SETTINGS.get(name, name):
+                yield learner, task, list(map(str, files)), training
