@@ -27,7 +27,6 @@ from studies.__main__ import STUDIES
         ["learned-replay", "line", "--write", "--results"],
         ["learned-information", "--results"],
         ["learned-mechanism", "--results"],
-        ["learned-submit", "line", "my:policy", "it", "--results"],
     ],
     ids=lambda words: words[0],
 )

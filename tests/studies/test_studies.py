@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,6 @@ from studies.learned.held_out import FLOCK_GRID
 from studies.learned.names import FREE_HEADINGS
 from studies.learned.results import BEST_FIXED, ORACLE, Study, load_study
 from studies.learned.study import StudyArgs, study
-from studies.learned.submit import submit
 from training.outputs import save_checkpoint
 from training.record import RunRecord
 from training.search import SearchRounds
@@ -172,23 +170,3 @@ def test_a_killed_study_continues(
     again = load_study(tmp_path / "results" / "tiny")
     for name in ("episodes", "grid", "ablation"):
         assert getattr(again, name).equals(getattr(found, name)), name
-
-
-def test_submissions_of_others_are_kept(found: Study, folder: Path, tmp_path: Path) -> None:
-    results, page = tmp_path / "results", tmp_path / "page.md"
-    args = study_args(folder, output=results)
-    study(args)
-    submit("tiny", "stubborn-leaders", "thumb", results, page)
-    path = results / "tiny" / "episodes.parquet"
-    before = pl.read_parquet(path)
-    assert set(before["policy"]) == {*found.policies, "thumb"}
-
-    stale = before.filter(policy="search").with_columns(policy=pl.lit("formerly"))
-    partial = before.filter(policy="thumb").head(5).with_columns(policy=pl.lit("five flocks"))
-    unreported = before.filter(policy="thumb").with_columns(policy=pl.lit("unreported"))
-    pl.concat([before, stale, partial, unreported]).write_parquet(path)
-    study(args)
-    assert pl.read_parquet(path).equals(before)
-
-    study(dataclasses.replace(args, held_out_flocks=10))  # flocks different from those of the submissions
-    assert load_study(results / "tiny").policies == found.policies

@@ -9,7 +9,7 @@ import pytest
 from cli_runs import SMALL_FLAGS, Ran, plain, sweep_flags
 
 from flockesc_env import __version__
-from flockesc_env.cli import COMMANDS
+from flockesc_env.cli import BENCHMARK, COMMANDS
 from flockesc_env.cli.exits import MEANINGS, Exit
 
 
@@ -45,7 +45,7 @@ BAD = {
         ["simulate", "--interaction-range", "1", "--scenario", "escape"],
         "scenario: expected a file or one of paper-flock, paper-line,",
     ),
-    "command": (["wacth"], "simulate, sweep, presets, watch, replay, got 'wacth' (did you mean watch?)"),
+    "command": (["wacth"], "watch, replay, benchmark, got 'wacth' (did you mean watch?)"),
     "range of a line": (
         ["simulate", "--scenario", "paper-line"],
         "interaction_range: expected a range for a line, got none",
@@ -81,11 +81,15 @@ def test_a_missing_extra_is_named(
     assert "intervals are omitted: scipy is not installed; run `pip install" in ran.err
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_help_explains_every_flag(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    ran = Ran(capsys, command, "--help")
+NAMES = [[name] for name in COMMANDS if name != "benchmark"]
+NAMES += [["benchmark", name] for name in BENCHMARK.commands]
+
+
+@pytest.mark.parametrize("names", NAMES, ids=" ".join)
+def test_help_explains_every_flag(names: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    ran = Ran(capsys, *names, "--help")
     assert (ran.code, ran.err) == (Exit.DONE, "")
-    assert f"Example: flockesc {command}" in ran.out
+    assert f"Example: flockesc {' '.join(names).removesuffix(' tasks')}" in ran.out
     assert max(map(len, ran.out.splitlines())) <= 80
     assert len(ran.out.splitlines()) <= 60
     _, *entries = re.split(r"\n--(?=[a-z])", plain(ran.out))
