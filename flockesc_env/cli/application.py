@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import tyro
 
@@ -19,6 +19,9 @@ from flockesc_env._core import __version__
 from flockesc_env.cli.exits import MEANINGS, Exit
 from flockesc_env.cli.output import flush, note, prepare_terminal, show
 from flockesc_env.common.errors import ArgumentError, FlockescError, JobError, printable, shown_name
+
+_WIDTH: Final = 80
+"""Columns of a usage line that names all flags."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,7 @@ def _listed() -> Exit:
 
 
 class _ShortUsage:
-    """A stream that omits the names of subcommands from the usage line of a help text.
+    """A stream that omits the names of subcommands, and of flags if there are many, from a usage line.
 
     tyro does not wrap this line, which lists all of them.
     """
@@ -127,7 +130,10 @@ class _ShortUsage:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        written: int = self._stream.write(re.sub(r"(usage:.*?)\{[\w-]+(,[\w-]+)+\}", r"\1SUBCOMMAND", text))
+        text = re.sub(r"(usage:.*?)\{[\w-]+(,[\w-]+)+\}", r"\1SUBCOMMAND", text)
+        if text.startswith("usage:") and len(text.partition("\n")[0]) > _WIDTH:
+            text = re.sub(r"\[--.*\]", "[OPTIONS]", text, count=1)
+        written: int = self._stream.write(text)
         return written
 
 

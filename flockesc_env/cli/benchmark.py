@@ -10,7 +10,7 @@ from typing import Annotated
 import msgspec
 from tyro.conf import Positional, arg
 
-from flockesc_env.benchmark.marl_eval import marl_eval
+from flockesc_env.benchmark.marl_eval import write_marl_eval
 from flockesc_env.benchmark.results import SUFFIX, Result, Training, read_result, write_result
 from flockesc_env.benchmark.scoring import score as play_all
 from flockesc_env.benchmark.scoring import verify as play_again
@@ -25,7 +25,6 @@ from flockesc_env.common.extras import require
 from flockesc_env.common.files import write_text
 from flockesc_env.policies.registry import NamedPolicy
 
-MARL_EVAL = ".marl-eval.json"
 MODEL = "PPO:FILE.zip (a model of stable-baselines3)"
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
 
@@ -99,9 +98,9 @@ def score(
 ) -> Exit:
     """Play policies on the held-out flocks of a task and print their score.
 
-    A learner is all its training seeds, not the best one: give all of its policy files.
+    A learner is all its training seeds, not the best one: give all of its files.
 
-    Example: flockesc benchmark score ppo-0.npz ppo-1.npz --task per-agent-local --output result.json
+    Example: flockesc benchmark score ppo-0.npz ppo-1.npz --task per-agent-local
     """
     if not policies:
         raise ArgumentError("policies", "at least one policy", "none")
@@ -118,7 +117,7 @@ def score(
     )
     if output is not None:
         write_result(result, output)
-        write_text(output.with_suffix(MARL_EVAL), json_format.dumps(marl_eval([result]), indent=1))
+        write_marl_eval([result], output)
         note(f"saved: {output}")
     if json:
         show_json(
@@ -138,7 +137,9 @@ def verify(
 ) -> Exit:
     """Play results again and refuse them unless every objective has the same bits.
 
-    The task, the flocks and the checksums of files must match, too. The exit code is 2 if one is refused.
+    The task, the flocks and the checksums of files must match, too.
+
+    The exit code is 2 if one is refused.
 
     Example: flockesc benchmark verify result.json
     """
@@ -181,7 +182,7 @@ def report(
         show(*text.splitlines())
         return Exit.DONE
     write_figure(results, output.with_suffix(".png"))
-    write_text(output.with_suffix(MARL_EVAL), json_format.dumps(marl_eval(results), indent=1))
+    write_marl_eval(results, output)
     write_text(output, text)
     note(f"saved: {output}")
     return Exit.DONE
