@@ -43,9 +43,9 @@ def check_fits(entry: NamedPolicy, task: Task) -> None:
     - ``per_agent``: the view is the task's. The flock view sums up the whole flock, which no agent sees.
     - ``predator_sensing_range``: at most the task's.
     - ``profile_ranges``: some of the task's candidates.
-    - ``extra_entries``: some of the task's. Agents also may have ``"closest_approach"`` if there is one
-      predator, because it follows from that predator's entries; ``"escape_direction"`` does not, because it
-      depends on the whole flock.
+    - ``extra_entries``: some of the task's. Agents also may have ``"closest_approach"`` if every
+      world has one predator, because it follows from that predator's entries; ``"escape_direction"`` does
+      not, because it depends on the whole flock.
     - ``objective``: the task's, which decides the entry ``running_minimum``.
 
     ``FREE`` lists the other options. Memory is free, because tasks say what is observed and not what is
@@ -68,7 +68,9 @@ def check_fits(entry: NamedPolicy, task: Task) -> None:
     _check_some("profile_ranges", chosen.profile_ranges or (), shown.profile_ranges or ())
     if not isinstance(model, FlockScenario):
         return
-    follows = ("closest_approach",) if task.per_agent and len(model.predators) == 1 else ()
+    played = [world for world in task.scenarios.values() if isinstance(world, FlockScenario)]
+    is_alone = all(len(world.predators) == 1 for world in played)
+    follows = ("closest_approach",) if task.per_agent and is_alone else ()
     _check_some("extra_entries", chosen.extra_entries, (*shown.extra_entries, *follows))
     if "objective" in entry.options and chosen.objective != shown.objective:
         raise ArgumentError("objective", f"{shown.objective!r}, as in the task", repr(chosen.objective))

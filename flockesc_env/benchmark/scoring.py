@@ -29,7 +29,7 @@ _SHOWN: Final = 3
 Report = Callable[[str], None]
 
 
-def play(entry: NamedPolicy, task: Task, world: str, flocks: Sequence[int] = FLOCKS) -> FloatArray:
+def play(entry: NamedPolicy, task: Task, world: str, flocks: Sequence[int]) -> FloatArray:
     """Play a policy with its own options in a world of a task; return the objective, shape (flocks,)."""
     scenario = task.scenarios[world]
     options = {"objective": task.spec.name} if isinstance(scenario, FlockScenario) else {}
@@ -69,7 +69,7 @@ def score(
     for spec, entry in policies:
         report(spec)
         is_file = spec.endswith(SUFFIX)
-        objectives = {world: play(entry, task, world).tolist() for world in task.worlds}
+        objectives = {world: play(entry, task, world, FLOCKS).tolist() for world in task.worlds}
         found.append(
             PolicyResult(
                 policy=_relative(Path(spec), output.parent) if is_file else spec,
@@ -130,7 +130,7 @@ def verify(path: Path, *, flocks: int | None = None, report: Report = lambda _: 
 def _played(entry: NamedPolicy, task: Task, world: str, drawn: Sequence[int]) -> FloatArray:
     """Return the objectives of some flocks; the numbers of a random policy depend on all flocks before."""
     if isinstance(entry.policy, RandomRange):
-        return play(entry, task, world)[drawn]
+        return play(entry, task, world, FLOCKS)[drawn]
     return play(entry, task, world, [FLOCKS[at] for at in drawn])
 
 
