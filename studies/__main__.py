@@ -28,6 +28,8 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "arms-race": arms_race.run,
     "benchmark-freeze": benchmark.freeze,
     "benchmark-train": benchmark.train,
+    "benchmark-submit": benchmark.submit,
+    "benchmark-page": benchmark.page,
 }
 
 STUDIES = Application("python -m studies", "Studies made with flockesc_env.", COMMANDS)

@@ -1,4 +1,4 @@
-"""``marl_eval``: results as the JSON document that the library marl-eval reads.
+"""``write_marl_eval``: results as the JSON document that the library marl-eval reads.
 
 The format is that of Gorsane et al., "Towards a Standardised Performance Evaluation Protocol for Cooperative
 MARL" (2022): environment, task, algorithm, run. A run has its evaluation after training only.
@@ -6,13 +6,17 @@ MARL" (2022): environment, task, algorithm, run. A run has its evaluation after 
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any, Final
 
 from flockesc_env.benchmark.results import Result
 from flockesc_env.benchmark.tasks import task_of
+from flockesc_env.common.files import write_text
 
 ENVIRONMENT: Final = "flockesc"
+SUFFIX: Final = ".marl-eval.json"
 
 
 def marl_eval(results: Iterable[Result]) -> dict[str, Any]:
@@ -30,3 +34,8 @@ def marl_eval(results: Iterable[Result]) -> dict[str, Any]:
             runs[f"seed_{seed}"] = {"step_0": steps, "absolute_metrics": metrics}
         found.setdefault(result.task, {})[result.learner] = runs
     return {ENVIRONMENT: found}
+
+
+def write_marl_eval(results: Iterable[Result], path: Path) -> None:
+    """Write the document of some results beside a file, with the same name and another suffix."""
+    write_text(path.with_suffix(SUFFIX), json.dumps(marl_eval(results), indent=1) + "\n")

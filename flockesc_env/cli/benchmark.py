@@ -14,6 +14,7 @@ from flockesc_env.benchmark.marl_eval import write_marl_eval
 from flockesc_env.benchmark.results import SUFFIX, Result, Training, read_result, write_result
 from flockesc_env.benchmark.scoring import score as play_all
 from flockesc_env.benchmark.scoring import verify as play_again
+from flockesc_env.benchmark.standings import standings
 from flockesc_env.benchmark.tasks import FLOCKS, VERSION, Task, task_of
 from flockesc_env.benchmark.tasks import tasks as all_tasks
 from flockesc_env.cli.exits import Exit
@@ -70,7 +71,9 @@ def tasks(*, json: Json = False) -> Exit:
         for task in all_tasks().values()
         for name, world in task.worlds.items()
     ]
-    show(*table(head, rows))
+    show(*table(head, rows), "")
+    best = [[name, one.learner, one.kind, f"{one.score:.3f}"] for name, one in standings().items()]
+    show(*table(["task", "present best", "kind", "score"], best), "")
     show(
         f"Policies are scored on {len(FLOCKS):,} held-out flocks, from seed {FLOCKS.start:,} on.",
         "Score 0: the best fixed range. Score 1: the reference.",

@@ -7,6 +7,7 @@ from typing import Any, Final, NamedTuple
 
 from flockesc_env.benchmark.tasks import Task, tasks
 from flockesc_env.jobs import Arrays, Job
+from flockesc_env.models.records import versions
 from studies.benchmark import examples, sb3
 from studies.measurements import Runner
 
@@ -58,6 +59,13 @@ def hyperparameters_of(learner: str, task: Task) -> dict[str, Any]:
     if learner in examples.SEEDS:
         return {"command": examples.command(learner, task.name, 0)}
     return sb3.hyperparameters(learner, task)
+
+
+def versions_of(learner: str) -> dict[str, str]:
+    """Return the versions with which a learner trains."""
+    if learner in examples.SEEDS:
+        return examples.versions_of(learner)
+    return versions("torch", "stable-baselines3", "sb3-contrib")
 
 
 def _job(run: Run) -> Job:

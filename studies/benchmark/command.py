@@ -55,3 +55,39 @@ def train(
     train_all(chosen, Runner(Cache(runs / "cache"), jobs, progress=True))
     note(f"{len(chosen)} training runs are in {runs / 'cache'}")
     return Exit.DONE
+
+
+def submit(*, runs: Annotated[Path, arg(help="folder that keeps finished parts")] = RUNS) -> Exit:
+    """Score the rules, the policies of the study of learned ranges and the trained baselines (about an hour).
+
+    Results that exist are kept. Learning curves go into results/benchmark.
+
+    Example: python -m studies benchmark-submit
+    """
+    prepare(None, "train")
+    from studies.benchmark.baselines import trainings
+    from studies.benchmark.page import write_curves
+    from studies.benchmark.submissions import write_own
+
+    cache = Cache(runs / "cache")
+    found = {run: cache.find(job) for run, job in trainings((), (), 10).items()}
+    trained = {run: arrays for run, arrays in found.items() if arrays is not None}
+    write_own(trained)
+    write_curves(trained)
+    return Exit.DONE
+
+
+def page(*, page: Annotated[Path, arg(help="file of the Markdown page")] = Path("docs/benchmark.md")) -> Exit:
+    """Write the page of the benchmark from its submissions.
+
+    Example: python -m studies benchmark-page
+    """
+    prepare(None, "train", page=page)
+    import polars as pl
+
+    from studies.benchmark.page import CURVES_FILE, RESULTS, write_page
+    from studies.benchmark.submissions import load_submissions
+
+    write_page(load_submissions(), pl.read_parquet(RESULTS / CURVES_FILE), page)
+    note(f"saved: {page}")
+    return Exit.DONE

@@ -14,15 +14,16 @@ import numpy as np
 
 from flockesc_env.jobs import Arrays
 
-_COMMANDS: Final[Mapping[str, tuple[str, str]]] = {
-    "one-file-ppo": (".venv", "examples/ppo_single_file.py"),
-    "torchrl-ippo": (".compat/torchrl", "examples/torchrl_ppo.py"),
-    "benchmarl-ippo": (".compat/benchmarl", "examples/benchmarl_mappo.py --algorithm ippo"),
-    "benchmarl-mappo": (".compat/benchmarl", "examples/benchmarl_mappo.py --algorithm mappo"),
-    "benchmarl-iql": (".compat/benchmarl", "examples/benchmarl_mappo.py --algorithm iql"),
-    "rllib-ppo": (".compat/rllib", "examples/rllib_ppo.py"),
+_MARL: Final = ("benchmarl", "torchrl", "torch")
+_COMMANDS: Final[Mapping[str, tuple[str, str, tuple[str, ...]]]] = {
+    "one-file-ppo": (".venv", "examples/ppo_single_file.py", ("torch",)),
+    "torchrl-ippo": (".compat/torchrl", "examples/torchrl_ppo.py", ("torchrl", "torch")),
+    "benchmarl-ippo": (".compat/benchmarl", "examples/benchmarl_mappo.py --algorithm ippo", _MARL),
+    "benchmarl-mappo": (".compat/benchmarl", "examples/benchmarl_mappo.py --algorithm mappo", _MARL),
+    "benchmarl-iql": (".compat/benchmarl", "examples/benchmarl_mappo.py --algorithm iql", _MARL),
+    "rllib-ppo": (".compat/rllib", "examples/rllib_ppo.py", ("ray", "torch")),
 }
-"""Virtual environment and script of every learner; `make compat-NAME` creates .compat/NAME."""
+"""Virtual environment, script and packages of every learner; `make compat-NAME` creates .compat/NAME."""
 
 SEEDS: Final[Mapping[str, Mapping[str, int]]] = {}
 """Number of training seeds by learner and task."""
@@ -32,8 +33,17 @@ _SPEED: Final = re.compile(r"(\d+) samples in ([\d.]+) s of CPU time")
 
 def command(learner: str, task: str, seed: int) -> str:
     """Return the command of a training run, without its output file."""
-    environment, script = _COMMANDS[learner]
+    environment, script, _ = _COMMANDS[learner]
     return f"{environment}/bin/python {script} --task {task} --seed {seed}"
+
+
+def versions_of(learner: str) -> dict[str, str]:
+    """Return the versions of a learner's packages in its environment."""
+    environment, _, packages = _COMMANDS[learner]
+    code = "import sys, importlib.metadata as m; print(*map(m.version, sys.argv[1:]))"
+    python = f"{environment}/bin/python"
+    ran = subprocess.run([python, "-c", code, *packages], check=True, capture_output=True, text=True)  # noqa: S603
+    return dict(zip(packages, ran.stdout.split(), strict=True))
 
 
 def train(learner: str, task: str, seed: int) -> Arrays:

@@ -9,17 +9,16 @@ from typing import Final, Literal
 
 import msgspec
 
-from flockesc_env import ArgumentError, built_in
-from flockesc_env.benchmark.fitting import check_fits
+from flockesc_env import ArgumentError
+from flockesc_env.benchmark.marl_eval import SUFFIX, write_marl_eval
 from flockesc_env.benchmark.results import Result, Training, read_result, write_result
 from flockesc_env.benchmark.scoring import score
 from flockesc_env.benchmark.tasks import Task, tasks
 from flockesc_env.cli.output import note
 from flockesc_env.common.files import atomic_write
-from flockesc_env.jobs import Arrays, Cache
-from flockesc_env.models.records import versions
-from flockesc_env.policies import NAMES, find_policy
-from studies.benchmark.baselines import hyperparameters_of, trainings
+from flockesc_env.jobs import Arrays
+from flockesc_env.policies import find_policy
+from studies.benchmark.baselines import Run, hyperparameters_of, versions_of
 from studies.learned.results import load_studies
 
 SUBMISSIONS: Final = Path("benchmark/submissions")
@@ -47,6 +46,16 @@ STUDIED: Final[Mapping[str, str]] = {
     "tqc": "study-tqc",
 }
 """Learners of the study, and the names of their submissions."""
+
+
+RULES: Final[Mapping[str, tuple[str, ...]]] = {
+    "per-agent-visible": ("win-stay-lose-shift",),
+    "per-agent-local": ("listen-while-threatened",),
+    "per-agent-visible-profile": ("head-away",),
+    "warned-agents": ("listen-while-threatened",),
+    "warned-nearest": ("stubborn-witnesses",),
+}
+"""Further built-in rules of single tasks."""
 
 
 class Card(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -97,34 +106,31 @@ def load_submissions(folder: Path = SUBMISSIONS) -> list[Submission]:
 
 def result_files(folder: Path) -> list[Path]:
     """Return the results in a folder, without marl-eval's documents beside them."""
-    return sorted(file for file in folder.rglob("*.json") if not file.name.endswith(".marl-eval.json"))
+    return sorted(file for file in folder.rglob("*.json") if not file.name.endswith(SUFFIX))
 
 
-def write_own(cache: Cache, folder: Path = SUBMISSIONS) -> None:
+def write_own(trained: Mapping[Run, Arrays], folder: Path = SUBMISSIONS) -> None:
     """Score everything of this project that has no result yet, and write the results."""
-    for name, task, found, training in (*_rules(), *_studied(), *_trained(cache, folder)):
+    for name, task, found, training in (*_rules(), *_studied(), *_trained(trained, folder)):
         output = folder / name / f"{task.name}.json"
         if output.is_file() and read_result(output).training == training:
             continue
         note(f"{output}: {len(found)} policies")
         output.parent.mkdir(parents=True, exist_ok=True)
         policies = [(spec, find_policy(spec)) for spec in found]
-        write_result(score(policies, task, learner=name, output=output, training=training), output)
+        result = score(policies, task, learner=name, output=output, training=training)
+        write_result(result, output)
+        write_marl_eval([result], output)
 
 
 _Own = tuple[str, Task, list[str], Training | None]
 
 
 def _rules() -> Iterator[_Own]:
-    """Yield the built-in rules on every task that they fit."""
-    for rule in NAMES[1:]:
-        for task in tasks().values():
-            try:
-                check_fits(built_in(rule), task)
-            except ArgumentError:
-                continue
-            if task.spec.model == "flock" or rule == "random":
-                yield rule, task, [rule], None
+    """Yield the known shortcut of every task, random ranges, and ``RULES``."""
+    for task in tasks().values():
+        for rule in dict.fromkeys((task.shortcuts[0].policy, "random", *RULES.get(task.name, ()))):
+            yield rule, task, [rule], None
 
 
 def _studied() -> Iterator[_Own]:
@@ -151,13 +157,11 @@ def _studied() -> Iterator[_Own]:
             )
 
 
-def _trained(cache: Cache, folder: Path) -> Iterator[_Own]:
-    """Yield the baselines whose training runs are in the cache; write their policy files."""
+def _trained(trained: Mapping[Run, Arrays], folder: Path) -> Iterator[_Own]:
+    """Yield the trained baselines; write their policy files."""
     groups: dict[tuple[str, str], dict[int, Arrays]] = {}
-    for run, job in trainings((), (), 10).items():
-        found = cache.find(job)
-        if found is not None:
-            groups.setdefault((run.learner, run.task), {})[run.seed] = found
+    for run, found in trained.items():
+        groups.setdefault((run.learner, run.task), {})[run.seed] = found
     for (learner, name), runs in groups.items():
         files = [folder / learner / "policies" / f"{name}-{seed}.npz" for seed in runs]
         files[0].parent.mkdir(parents=True, exist_ok=True)
@@ -168,7 +172,7 @@ def _trained(cache: Cache, folder: Path) -> Iterator[_Own]:
             seeds=list(runs),
             samples=max(int(found["samples"]) for found in runs.values()),
             cpu_minutes=[round(float(found["cpu_seconds"]) / 60, 2) for found in runs.values()],
-            versions=versions("torch", "stable-baselines3", "sb3-contrib"),
+            versions=versions_of(learner),
             hyperparameters=hyperparameters_of(learner, tasks()[name]),
         )
         for task in tasks().values():

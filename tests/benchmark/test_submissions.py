@@ -1,0 +1,38 @@
+"""Submissions: every result verifies on flocks that its checksum draws, and the page shows all of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import flockesc_env
+from flockesc_env.benchmark.scoring import verify
+from flockesc_env.benchmark.standings import standings
+from flockesc_env.benchmark.tasks import tasks
+from studies.benchmark.page import entries_of
+from studies.benchmark.submissions import SUBMISSIONS, load_submissions, result_files
+
+ROOT = Path(flockesc_env.__file__).parents[1]
+FILES = [path.relative_to(ROOT).as_posix() for path in result_files(ROOT / SUBMISSIONS)]
+NUM_FLOCKS = 10
+"""`python -m flockesc_env benchmark verify FILE` plays all 1,000 flocks."""
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_a_submission_verifies(file: str) -> None:
+    result = verify(ROOT / file, flocks=NUM_FLOCKS)
+    assert not result.is_code
+    assert file == f"{SUBMISSIONS}/{result.learner}/{result.task}.json"
+
+
+def test_the_present_best_and_the_page_are_those_of_the_submissions() -> None:
+    entries = entries_of(load_submissions(ROOT / SUBMISSIONS))
+    best = {name: (shown[0].result.learner, shown[0].row.score.mean) for name, shown in entries.items()}
+    assert {name: (one.learner, one.score) for name, one in standings().items()} == best
+    assert set(entries) == set(tasks())
+    page = (ROOT / "docs/benchmark.md").read_text()
+    for shown in entries.values():
+        for entry in shown:
+            assert f"[{entry.result.learner}]" in page
+            assert f"| {entry.row.score:.3f} |" in page
