@@ -145,5 +145,8 @@ def _check_objectives(policy: PolicyResult, task: Task, field: str) -> None:
     if set(policy.objectives) != set(task.worlds):
         raise ArgumentError(field, f"the worlds {', '.join(task.worlds)}", ", ".join(policy.objectives))
     for world, values in policy.objectives.items():
-        if len(values) != len(FLOCKS) or not all(map(math.isfinite, values)):
-            raise ArgumentError(f"{field}.{world}", f"{len(FLOCKS)} finite numbers", f"{len(values)} values")
+        finite, given = sum(map(math.isfinite, values)), len(values)
+        if not finite == given == len(FLOCKS):
+            raise ArgumentError(
+                f"{field}.{world}", f"{len(FLOCKS)} finite numbers", f"{finite} finite of {given}"
+            )

@@ -14,7 +14,7 @@ import numpy as np
 from flockesc_env.benchmark.fitting import check_fits, is_checkable
 from flockesc_env.benchmark.results import PolicyResult, Result, Training, read_result
 from flockesc_env.benchmark.tasks import FLOCKS, VERSION, Task, task_of
-from flockesc_env.common.checks import FloatArray
+from flockesc_env.common.checks import FloatArray, as_count
 from flockesc_env.common.errors import ArgumentError, RecordError
 from flockesc_env.models.records import versions
 from flockesc_env.policies.files import SUFFIX, find_policy
@@ -99,6 +99,7 @@ def verify(path: Path, *, flocks: int | None = None, report: Report = lambda _: 
         report: called with the name of every policy before it plays.
 
     Raises:
+        ArgumentError: if ``flocks`` is below 1.
         RecordError: if the result is not about this version's tasks and flocks, a policy file has another
             checksum, a policy does not fit the task, an objective differs, or the policies are code.
     """
@@ -160,7 +161,7 @@ def _is_reproducible(spec: str, entry: NamedPolicy) -> bool:
 
 def _draw(path: Path, flocks: int | None) -> list[int]:
     """Return indices of flocks: all, or some that depend on every byte of the result."""
-    if flocks is None or flocks >= len(FLOCKS):
+    if flocks is None or as_count(flocks, "flocks") >= len(FLOCKS):
         return list(range(len(FLOCKS)))
     seed = int.from_bytes(hashlib.sha256(path.read_bytes()).digest()[:8])
     chosen = np.random.default_rng(seed).choice(len(FLOCKS), flocks, replace=False)
