@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 from flockesc_env.benchmark.tasks import Task, tasks
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models.records import versions
-from studies.benchmark import examples, sb3
+from studies.benchmark import examples, rl_zoo3, sb3
 from studies.measurements import Runner
 
 _SECONDS: Final = 60.0
@@ -31,7 +31,8 @@ FLOCK_TASKS: Final = ("shared", "warned-flock", "line")
 
 SEEDS: Final[Mapping[str, Mapping[str, int]]] = {
     "sb3-ppo": {**dict.fromkeys((*AGENT_TASKS, *FLOCK_TASKS), 5), "per-agent-visible": 10, "shared": 10},
-    "sb3-tqc": {"shared": 5, "warned-flock": 5, "per-agent-visible": 5},
+    "sb3-tqc": {"shared": 3, "warned-flock": 3, "per-agent-visible": 3},
+    **rl_zoo3.SEEDS,
     **examples.SEEDS,
 }
 """Number of training seeds by learner and task."""
@@ -55,7 +56,9 @@ def train_all(jobs: Mapping[Run, Job], runner: Runner) -> dict[Run, Arrays]:
 
 
 def hyperparameters_of(learner: str, task: Task) -> dict[str, Any]:
-    """Return the hyperparameters of a learner on a task."""
+    """Return the hyperparameters of a learner on a task, or the command that has them."""
+    if learner in rl_zoo3.SEEDS:
+        return {"command": rl_zoo3.command(0)}
     if learner in examples.SEEDS:
         return {"command": examples.command(learner, task.name, 0)}
     return sb3.hyperparameters(learner, task)
@@ -63,11 +66,13 @@ def hyperparameters_of(learner: str, task: Task) -> dict[str, Any]:
 
 def versions_of(learner: str) -> dict[str, str]:
     """Return the versions with which a learner trains."""
+    if learner in rl_zoo3.SEEDS:
+        return examples.versions(rl_zoo3.PYTHON, rl_zoo3.PACKAGES)
     if learner in examples.SEEDS:
         return examples.versions_of(learner)
     return versions("torch", "stable-baselines3", "sb3-contrib")
 
 
 def _job(run: Run) -> Job:
-    module = examples if run.learner in examples.SEEDS else sb3
+    module = next((one for one in (examples, rl_zoo3) if run.learner in one.SEEDS), sb3)
     return Job(f"{module.__name__}:train", tuple(run), _SECONDS)

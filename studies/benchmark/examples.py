@@ -6,7 +6,7 @@ import os
 import re
 import subprocess
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -40,8 +40,12 @@ def command(learner: str, task: str, seed: int) -> str:
 def versions_of(learner: str) -> dict[str, str]:
     """Return the versions of a learner's packages in its environment."""
     environment, _, packages = _COMMANDS[learner]
+    return versions(f"{environment}/bin/python", packages)
+
+
+def versions(python: str, packages: Sequence[str]) -> dict[str, str]:
+    """Return the versions of packages in the environment of an interpreter."""
     code = "import sys, importlib.metadata as m; print(*map(m.version, sys.argv[1:]))"
-    python = f"{environment}/bin/python"
     ran = subprocess.run([python, "-c", code, *packages], check=True, capture_output=True, text=True)  # noqa: S603
     return dict(zip(packages, ran.stdout.split(), strict=True))
 
