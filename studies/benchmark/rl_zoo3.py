@@ -1,4 +1,4 @@
-"""Baseline of rl_zoo3: its command trains on the task `shared` with the hyperparameters of examples/rl_zoo3."""
+"""Baseline of rl_zoo3: its command trains on the task `shared`, as examples/rl_zoo3 says."""
 
 from __future__ import annotations
 
