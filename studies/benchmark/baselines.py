@@ -60,7 +60,7 @@ def hyperparameters_of(learner: str, task: Task) -> dict[str, Any]:
     if learner in rl_zoo3.SEEDS:
         return {"command": rl_zoo3.command(0)}
     if learner in examples.SEEDS:
-        return {"command": examples.command(learner, task.name, 0)}
+        return {"command": examples.command(learner, 0)}
     return sb3.hyperparameters(learner, task)
 
 
