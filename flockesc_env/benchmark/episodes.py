@@ -17,7 +17,7 @@ from gymnasium.envs.registration import EnvSpec
 
 from flockesc_env._core import __version__
 from flockesc_env.benchmark.croissant import AUTHORS, croissant
-from flockesc_env.benchmark.fitting import check_fits
+from flockesc_env.benchmark.fitting import fitted
 from flockesc_env.benchmark.seeds import refuse_held_out
 from flockesc_env.benchmark.tasks import VERSION, Task, task_of
 from flockesc_env.common.errors import ArgumentError
@@ -29,7 +29,6 @@ from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.files import SUFFIX
-from flockesc_env.policies.ranges import FixedRange, RandomRange
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -231,10 +230,8 @@ def _normalized(options: dict[str, Any]) -> dict[str, Any]:
 
 def _fitted(spec: str, entry: NamedPolicy, task: Task) -> NamedPolicy:
     """Return a policy with the options of the environment in which it plays."""
-    if isinstance(entry.policy, FixedRange | RandomRange):  # they fit every action space and observe nothing
-        return NamedPolicy(entry.name, entry.policy, task.per_agent, dict(task.options))
     try:
-        check_fits(entry, task)
+        entry = fitted(entry, task)
     except ArgumentError as error:
         raise ArgumentError(f"{spec}: {error.field}", error.expected, error.given) from None
     own = {name: value for name, value in entry.options.items() if name not in _SAME_FOR_ALL}

@@ -35,6 +35,22 @@ _ROW_BY_ROW = (
 )
 
 
+def fitted(entry: NamedPolicy, task: Task) -> NamedPolicy:
+    """Return a policy as it plays a task.
+
+    ``FixedRange`` and ``RandomRange`` observe nothing and set one range per agent or one for the flock. They
+    take the view and the options of the task.
+
+    Raises:
+        ArgumentError: if the policy does not fit; see ``check_fits``.
+    """
+    if isinstance(entry.policy, FixedRange | RandomRange):
+        options = {**task.options, **entry.options}
+        return dataclasses.replace(entry, per_agent=task.per_agent, options=options)
+    check_fits(entry, task)
+    return entry
+
+
 def check_fits(entry: NamedPolicy, task: Task) -> None:
     """Refuse a policy for another problem, or one whose options show more than the task does.
 

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, Final
 
 from flockesc_env.benchmark.results import Result
-from flockesc_env.benchmark.tasks import task_of
 from flockesc_env.common.files import write_text
 
 ENVIRONMENT: Final = "flockesc"
@@ -20,16 +19,17 @@ SUFFIX: Final = ".marl-eval.json"
 
 
 def marl_eval(results: Iterable[Result]) -> dict[str, Any]:
-    """Return the document of some results: the score and the mean objective of every run."""
+    """Return the document of some results: the score of every run.
+
+    Objectives are left out, because marl-eval needs the same metrics in all tasks.
+    """
     found: dict[str, Any] = {}
     for result in results:
-        task, training = task_of(result.task), result.training
+        training = result.training
         seeds = training.seeds if training else range(len(result.policies))
-        values = {f"{task.spec.column} in {name}": result.values(name).mean(axis=1) for name in task.worlds}
-        values["score"] = result.scores()
         runs = {}
-        for at, seed in enumerate(seeds):
-            metrics = {name: [float(column[at])] for name, column in values.items()}
+        for seed, score in zip(seeds, result.scores(), strict=True):
+            metrics = {"score": [float(score)]}
             steps = {"step_count": training.samples if training else 0, **metrics}
             runs[f"seed_{seed}"] = {"step_0": steps, "absolute_metrics": metrics}
         found.setdefault(result.task, {})[result.learner] = runs

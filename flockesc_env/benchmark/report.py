@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
+from warnings import catch_warnings, filterwarnings
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -158,7 +159,9 @@ def _improvement(one: Result, other: Result) -> Estimate:
 def _bootstrap(scores: Mapping[str, Any], statistic: Callable[..., Any]) -> tuple[Any, Any]:
     """Return the statistic of every learner, and the ends of its stratified bootstrap interval."""
     rng = np.random.RandomState(0)
-    found: tuple[Any, Any] = get_interval_estimates(scores, statistic, reps=RESAMPLES, random_state=rng)
+    with catch_warnings():
+        filterwarnings("ignore", "random_state is deprecated", FutureWarning)  # from a library of rliable
+        found: tuple[Any, Any] = get_interval_estimates(scores, statistic, reps=RESAMPLES, random_state=rng)
     return found
 
 

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from flockesc_env.benchmark.fitting import check_fits, is_checkable
+from flockesc_env.benchmark.fitting import fitted, is_checkable
 from flockesc_env.benchmark.results import PolicyResult, Result, Training, read_result
 from flockesc_env.benchmark.tasks import FLOCKS, VERSION, Task, task_of
 from flockesc_env.common.checks import FloatArray, as_count
@@ -60,13 +60,14 @@ def score(
     Raises:
         ArgumentError: if a policy does not fit the task.
     """
+    fitting = []
     for spec, entry in policies:
         try:
-            check_fits(entry, task)
+            fitting.append((spec, fitted(entry, task)))
         except ArgumentError as error:
             raise ArgumentError(f"{spec}: {error.field}", error.expected, error.given) from None
     found = []
-    for spec, entry in policies:
+    for spec, entry in fitting:
         report(spec)
         is_file = spec.endswith(SUFFIX)
         objectives = {world: play(entry, task, world, FLOCKS).tolist() for world in task.worlds}
@@ -111,7 +112,7 @@ def verify(path: Path, *, flocks: int | None = None, report: Report = lambda _: 
         entry = _find(policy, path.parent, field)
         report(policy.policy)
         try:
-            check_fits(entry, task)
+            entry = fitted(entry, task)
         except ArgumentError as error:
             raise RecordError(f"{field}: {error.field}", error.expected, error.given) from None
         for world, recorded in policy.objectives.items():

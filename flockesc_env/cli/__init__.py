@@ -8,18 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from flockesc_env.cli import benchmark, presets, replay, simulate, sweep, watch
+from flockesc_env.cli import benchmark, episodes, presets, replay, simulate, sweep, watch
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.exits import Exit
 
 BENCHMARK = Application(
     "flockesc benchmark",
-    "Score policies on frozen tasks, and verify the scores of others.",
+    "Score policies on frozen tasks, verify the scores of others, and record episodes.",
     {
         "tasks": benchmark.tasks,
         "score": benchmark.score,
         "verify": benchmark.verify,
         "report": benchmark.report,
+        "episodes": episodes.run,
     },
     default="tasks",
 )

@@ -1,0 +1,93 @@
+"""Every task can be played, its scores are normalized, and its checksum covers what defines it."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+
+import numpy as np
+import pytest
+
+from flockesc_env import ArgumentError, NamedPolicy, sweep
+from flockesc_env.benchmark.fitting import check_fits
+from flockesc_env.benchmark.scoring import play
+from flockesc_env.benchmark.seeds import HELD_OUT, TRAINING, TUNING, refuse_held_out
+from flockesc_env.benchmark.tasks import VERSION, read_tasks, tasks
+from flockesc_env.policies import FixedRange, find_policy
+from studies.learned.held_out import choose_range
+from training.config import Setting
+
+TASKS = tasks()
+HELD_OUT_TASKS = {"held-out-worlds", "held-out-sizes"}
+RHO = 0.5
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_a_fixed_range_reaches_with_the_options_of_a_task_what_it_reaches_in_a_sweep(name: str) -> None:
+    task, flocks = TASKS[name], TUNING[:2]
+    entry = NamedPolicy("fixed", FixedRange(RHO), task.per_agent, dict(task.options))
+    check_fits(entry, task)
+    for world, scenario in task.scenarios.items():
+        expected = sweep(scenario, [RHO], flocks).values(task.spec.name)[0]
+        np.testing.assert_array_equal(play(entry, task, world, flocks), expected)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_policies_are_trained_in_the_world_that_scores_them_except_in_held_out_tasks(name: str) -> None:
+    task = TASKS[name]
+    assert (task.scenario not in task.scenarios.values()) == (name in HELD_OUT_TASKS)
+    assert len(task.scenarios) == 1 + (name in HELD_OUT_TASKS)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_the_scores_of_the_best_fixed_range_and_of_the_reference_are_0_and_1(name: str) -> None:
+    task = TASKS[name]
+    for score in (0, 1, -0.25):
+        objectives = {at: world.zero + score * (world.one - world.zero) for at, world in task.worlds.items()}
+        assert task.score(objectives) == pytest.approx(score, abs=1e-12)
+    assert all(world.zero < world.one for world in task.worlds.values())
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_a_simple_policy_shows_what_is_no_progress(name: str) -> None:
+    task = TASKS[name]
+    assert task.shortcuts
+    for shortcut in task.shortcuts:
+        check_fits(find_policy(shortcut.policy), task)
+        assert shortcut.score < 1
+
+
+def test_tasks_about_warnings_have_controls_in_which_the_gain_needs_the_escape_force() -> None:
+    assert {name for name in TASKS if TASKS[name].controls} == {name for name in TASKS if "warned" in name}
+    for task in TASKS.values():
+        for control in task.controls:
+            _, low, _ = control.gain
+            _, _, high = control.gain_without_force
+            assert low > max(0, high), (task.name, control)
+
+
+CHANGES = {
+    "size": ("num_agents = 1000\n", "num_agents = 999\n", {"held-out-sizes"}),
+    "second predator": ("130.0,\n", "131.0,\n", {"held-out-worlds"}),
+    "option": ("max_range = 60.0\n", "max_range = 50.0\n", {"warned-nearest"}),
+    "sentence": ('asks = "One range for the flock: ', 'asks = "One range: ', {"shared"}),
+    "version": (f'version = "{VERSION}"', 'version = "v2"', set(TASKS)),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_change_of_the_file_changes_the_checksums_of_the_tasks_that_it_is_about(name: str) -> None:
+    old, new, expected = CHANGES[name]
+    text = files("flockesc_env.benchmark").joinpath(f"{VERSION}.toml").read_text("utf-8")
+    assert old in text
+    changed = read_tasks(text.replace(old, new, 1))
+    assert {task for task in TASKS if changed[task].sha256 != TASKS[task].sha256} == expected
+
+
+@pytest.mark.parametrize("seed", [HELD_OUT[0], HELD_OUT[-1]])
+def test_nothing_is_chosen_on_held_out_flocks(seed: int) -> None:
+    message = f"seeds: expected seeds outside of the held-out ones, 2000000 to 2999999, got {seed}"
+    with pytest.raises(ArgumentError, match=message):
+        refuse_held_out([TUNING[-1], seed])
+    with pytest.raises(ArgumentError, match=message):
+        choose_range(Setting(), range(seed, seed + 1), None)  # type: ignore[arg-type]  # plays nothing
+    refuse_held_out([TUNING[-1], TRAINING[0]])
