@@ -16,7 +16,7 @@ from benchmarl.models.deepsets import DeepsetsConfig
 from benchmarl.models.mlp import MlpConfig
 from torchrl.envs import check_env_specs
 
-from flockesc_env import FlockScenario
+from flockesc_env import FlockScenario, load_policy
 from flockesc_env.benchmarl import FlockTask
 from flockesc_env.common.errors import OptionError
 
@@ -110,14 +110,22 @@ def test_training_with_discrete_actions(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("algorithm", "interface"), [("mappo", "flocks"), ("ippo", "flocks"), ("mappo", "pettingzoo")]
+    ("algorithm", "interface", "ranges"),
+    [
+        ("mappo", "flocks", ()),
+        ("ippo", "flocks", ()),
+        ("iql", "flocks", (0.0, 5.0, 10.0, 15.0, 20.0)),
+        ("mappo", "pettingzoo", ()),
+    ],
 )
-def test_the_example(algorithm: str, interface: str, tmp_path: Path) -> None:
+def test_the_example(algorithm: str, interface: str, ranges: tuple[float, ...], tmp_path: Path) -> None:
     command = [sys.executable, "-W", "ignore", ROOT / "examples" / "benchmarl_mappo.py"]
     short = ["--iterations", "1", "--flocks", "1", "--held-out", "4", "--folder", tmp_path]
-    chosen = ["--algorithm", algorithm, "--interface", interface]
+    output = tmp_path / "policy.npz"
+    chosen = ["--algorithm", algorithm, "--interface", interface, "--output", output]
     done = subprocess.run([*command, *short, *chosen], capture_output=True, text=True, check=True)  # noqa: S603
     assert "over the best fixed range" in done.stdout.splitlines()[-1]
+    assert load_policy(output).policy.architecture.ranges == ranges
 
 
 def test_snippets_of_the_docs() -> None:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import ray
+import torch
 from ray.rllib.algorithms.ppo import PPOConfig
 from ray.rllib.env.single_agent_env_runner import SingleAgentEnvRunner
 from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
@@ -75,6 +76,18 @@ def test_one_iteration_of_ppo_over_slots() -> None:
     assert result["env_runners"]["num_episodes"] == 8
     assert result["env_runners"]["episode_len_mean"] == SCENARIO.num_steps
     assert math.isfinite(result["learners"]["default_policy"]["total_loss"])
+
+
+def test_the_policy_of_the_example_acts_with_the_mean() -> None:
+    example = runpy.run_path(str(EXAMPLE))
+    algorithm = example["configure"]("slots", 1, 1, 0).build_algo()
+    module = algorithm.get_module()
+    spec = parallel_env(**example["OPTIONS"]).policy_spec
+    rows = np.random.default_rng(0).uniform(-1, 1, (50, len(spec.layout.names))).astype(np.float32)
+    outputs = module.forward_inference({"obs": torch.from_numpy(rows)})["action_dist_inputs"]
+    actions = example["mean_action"](module).act(rows, spec)
+    np.testing.assert_allclose(actions, outputs[:, :1].detach().numpy().clip(-1, 1), rtol=0, atol=1e-6)
+    algorithm.stop()
 
 
 def wrapped(_: Any = None) -> ParallelPettingZooEnv:

@@ -24,6 +24,7 @@ from flockesc_env import (
     FlockScenario,
     Intercept,
     PurePursuit,
+    load_policy,
     parallel_env,
 )
 from flockesc_env.common.errors import ActionError, ArgumentError, ResetNeededError
@@ -233,16 +234,19 @@ def test_a_rollout_of_the_wrapper_equals_that_of_the_environment() -> None:
 
 
 @pytest.mark.parametrize("interface", ["flocks", "pettingzoo"])
-def test_the_example_is_seeded(interface: str) -> None:
+def test_the_example_is_seeded(interface: str, tmp_path: Path) -> None:
     command = [sys.executable, "-W", "ignore", ROOT / "examples" / "torchrl_ppo.py", "--interface", interface]
     short = ["--iterations", "1", "--flocks", "1", "--held-out", "4"]
+    files = [tmp_path / "first.npz", tmp_path / "second.npz"]
     runs = [
-        subprocess.run([*command, *short], capture_output=True, text=True, check=True)  # noqa: S603
-        for _ in range(2)
+        subprocess.run([*command, *short, "--output", file], capture_output=True, text=True, check=True)  # noqa: S603
+        for file in files
     ]
     gains = {run.stdout.splitlines()[-1] for run in runs}
     assert len(gains) == 1
     assert "over the best fixed range" in gains.pop()
+    first, second = (load_policy(file).policy.parameters for file in files)
+    np.testing.assert_array_equal(first, second)
 
 
 def test_snippets_of_the_docs() -> None:

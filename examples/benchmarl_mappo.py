@@ -1,8 +1,8 @@
-"""MAPPO or IPPO of BenchMARL trains one policy that all agents share; each agent sets its own range.
+"""MAPPO, IPPO, IQL or QMIX of BenchMARL trains one policy that all agents share; each sets its own range.
 
 ```
 pip install "flockesc-env[benchmarl]"
-python examples/benchmarl_mappo.py --iterations 20
+python examples/benchmarl_mappo.py --algorithm ippo --iterations 45
 ```
 """
 
@@ -12,37 +12,42 @@ from typing import Literal
 
 import torch
 import tyro
-from benchmarl.algorithms import IppoConfig, MappoConfig
+from benchmarl.algorithms import IppoConfig, IqlConfig, MappoConfig, QmixConfig
 from benchmarl.experiment import Experiment, ExperimentConfig
 from benchmarl.models import DeepsetsConfig, MlpConfig
-from tensordict import TensorDict
-from torchrl.envs import PettingZooWrapper
-from torchrl.envs.utils import ExplorationType, MarlGroupMapType, set_exploration_type
+from torchrl.envs import ClipTransform, PettingZooWrapper, RewardScaling
+from torchrl.envs.utils import MarlGroupMapType
+from torchrl.modules import MultiAgentMLP
 
-from flockesc_env import FixedRange, parallel_env, rollout
-from flockesc_env.benchmarl import FlockTask, FlockTaskClass
+from flockesc_env import FixedRange, FlockScenario, NamedPolicy, parallel_env, rollout, save_policy
+from flockesc_env.benchmarl import FlockTaskClass
+from flockesc_env.policies import torch_network
 
+OPTIONS = {
+    "reward": "individual_running_minimum",
+    "predator_sensing_range": None,
+    "max_range": 20.0,
+    "steps_per_action": 4,
+}
+RANGES = (0.0, 5.0, 10.0, 15.0, 20.0)  # in m, of the discrete actions of IQL and QMIX
+ALGORITHMS = {"mappo": MappoConfig, "ippo": IppoConfig, "iql": IqlConfig, "qmix": QmixConfig}
 AGENTS, STEPS = 300, 60  # agents of the paper's flock; actions of an episode
+MINIBATCH = 20  # frames: 6000 samples
 BEST_FIXED_RANGE = 12.0  # in m, chosen on other flocks than the held-out ones
 
 
-class Learned:
-    """The policy of an experiment, without exploration, as a policy of ``rollout``."""
+class ScaledTask(FlockTaskClass):
+    """The task with scaled rewards, which the critic learns faster, and with clipped actions."""
 
-    per_agent = True
-
-    def __init__(self, experiment):
-        self.policy = experiment.policy
-
-    def act(self, observations, spec):
-        """Return the action of every observation row."""
-        rows = torch.from_numpy(observations).unflatten(0, (-1, spec.num_agents))
-        flocks = TensorDict({"agents": {"observation": rows}}, rows.shape[:1])
-        with torch.no_grad(), set_exploration_type(ExplorationType.DETERMINISTIC):
-            return self.policy(flocks)["agents", "action"].flatten(0, 1).numpy()
+    def get_env_transforms(self, env):  # noqa: ARG002
+        """Return the transforms of the environment."""
+        transforms = [RewardScaling(loc=0.0, scale=0.1, in_keys=[("agents", "reward")])]
+        if "range_grid" not in self.config:
+            transforms.append(ClipTransform(in_keys_inv=[("agents", "action")], low=-1.0, high=1.0))
+        return transforms
 
 
-class PettingZooTask(FlockTaskClass):
+class PettingZooTask(ScaledTask):
     """The same task through PettingZoo's dicts of agents, for comparison."""
 
     def get_env_fun(self, num_envs, continuous_actions, seed, device):  # noqa: ARG002
@@ -56,67 +61,85 @@ class PettingZooTask(FlockTaskClass):
         return {}
 
 
-def networks(algorithm):
-    """Return the configurations of the algorithm, its actor and its critic."""
-    actor, local_critic, critic = (
+def networks():
+    """Return the networks of the policy, of a critic of an agent and of a critic of the flock."""
+    policy, critic, flock_critic = (
         Config.get_from_yaml() for Config in (MlpConfig, MlpConfig, DeepsetsConfig)
     )
-    actor.num_cells = local_critic.num_cells = [32, 32]
-    critic.local_nn_num_cells = critic.global_nn_num_cells = [32, 32]
-    critic.aggr, critic.out_features_local_nn = "mean", 32
-    if algorithm == "ippo":  # the critic sees the observation of its agent
-        return IppoConfig.get_from_yaml(), actor, local_critic
-    return (
-        MappoConfig.get_from_yaml(),
-        actor,
-        critic,
-    )  # the critic sees the observations of all agents as a set
+    policy.num_cells = critic.num_cells = [32, 32]
+    flock_critic.local_nn_num_cells = flock_critic.global_nn_num_cells = [32, 32]
+    flock_critic.aggr, flock_critic.out_features_local_nn = "mean", 32
+    return policy, critic, flock_critic
+
+
+def configure(iterations, flocks, folder):
+    """Return the configuration of the experiment."""
+    config = ExperimentConfig.get_from_yaml()
+    config.max_n_frames, config.max_n_iters = None, iterations
+    config.lr, config.gamma = 1e-3, 0.98
+    config.on_policy_n_envs_per_worker = config.off_policy_n_envs_per_worker = flocks
+    frames = flocks * STEPS  # a frame holds all agents of a flock
+    config.on_policy_collected_frames_per_batch = config.off_policy_collected_frames_per_batch = frames
+    config.on_policy_minibatch_size = config.off_policy_train_batch_size = MINIBATCH
+    config.on_policy_n_minibatch_iters = 5
+    config.off_policy_n_optimizer_steps = 60
+    config.off_policy_memory_size = iterations * frames
+    config.evaluation, config.loggers, config.save_folder = False, ["csv"], str(folder)
+    return config
 
 
 def main(
-    iterations: int = 20,
-    flocks: int = 8,
+    algorithm: Literal["mappo", "ippo", "iql", "qmix"] = "mappo",
+    iterations: int = 45,
+    flocks: int = 4,
     seed: int = 0,
     held_out: int = 200,
-    algorithm: Literal["mappo", "ippo"] = "mappo",
     interface: Literal["flocks", "pettingzoo"] = "flocks",
     folder: Path = Path("runs"),
+    output: Path | None = None,
 ) -> None:
     """Train, and compare with the best fixed range on held-out flocks.
 
     Args:
+        algorithm: ``"mappo"``: a critic of the flock; ``"ippo"``: a critic of each agent; ``"iql"``: Q values
+            of each agent for a few ranges; ``"qmix"``: the same with a mixing network.
         iterations: number of iterations, each of one episode per flock.
         flocks: number of flocks.
         seed: seed of the training run.
         held_out: number of flocks of the comparison.
-        algorithm: ``"mappo"``: a critic of the flock; ``"ippo"``: a critic of each agent.
         interface: ``"flocks"``: all flocks at once; ``"pettingzoo"``: dicts of agents, many times slower.
         folder: folder for the logs of BenchMARL.
+        output: file for the trained policy.
     """
     torch.set_num_threads(1)  # the networks are small
     folder.mkdir(exist_ok=True)
-    config = ExperimentConfig.get_from_yaml()
-    config.max_n_frames, config.max_n_iters = None, iterations
-    config.on_policy_n_envs_per_worker = flocks
-    config.on_policy_collected_frames_per_batch = flocks * STEPS  # a frame holds all agents of a flock
-    config.on_policy_minibatch_size = 54  # 16,200 samples
-    config.on_policy_n_minibatch_iters = 5
-    config.lr, config.gamma = 1e-3, 0.98
-    config.evaluation, config.loggers, config.save_folder = False, ["csv"], str(folder)
-    ppo, actor, critic = networks(algorithm)
-    ppo.lmbda = 0.95
-    task = FlockTask.PER_AGENT_VISIBLE.get_task()
-    if interface == "pettingzoo":
-        task = PettingZooTask(task.name, task.config)
-    experiment = Experiment(task, ppo, actor, seed, config, critic_model_config=critic)
+    policy, critic, flock_critic = networks()
+    learner, options, ranges = ALGORITHMS[algorithm].get_from_yaml(), OPTIONS, ()
+    if algorithm in ("mappo", "ippo"):
+        learner.lmbda, learner.use_tanh_normal = 0.95, False
+    else:
+        options, ranges = {**OPTIONS, "action_mode": "discrete", "range_grid": RANGES}, RANGES
+    task_class = ScaledTask if interface == "flocks" else PettingZooTask
+    experiment = Experiment(
+        task_class("PER_AGENT_VISIBLE", {"scenario": "paper-flock", **options}),
+        learner,
+        policy,
+        seed,
+        configure(iterations, flocks, folder),
+        critic_model_config=flock_critic if algorithm == "mappo" else critic,
+    )
     start = time.process_time()
     experiment.run()
     seconds, count = time.process_time() - start, iterations * flocks * AGENTS * STEPS
     print(f"{count} samples in {seconds:.1f} s of CPU time, {count / seconds:.0f} samples/s")
 
-    options = {name: value for name, value in task.config.items() if name != "scenario"}
+    mlp = next(part for part in experiment.policy.modules() if isinstance(part, MultiAgentMLP))
+    inputs = parallel_env(**options).policy_spec.layout.names
+    network = torch_network(mlp.get_stateful_net(), inputs, ranges=ranges)
+    if output:
+        save_policy(NamedPolicy(f"BenchMARL {algorithm}", network, True, options, FlockScenario()), output)
     flock_seeds = range(2_000_000, 2_000_000 + held_out)
-    learned = rollout("paper-flock", Learned(experiment), flock_seeds, **options)
+    learned = rollout("paper-flock", network, flock_seeds, per_agent=True, **options)
     fixed = rollout("paper-flock", FixedRange(BEST_FIXED_RANGE), flock_seeds)
     gains = learned.min_mean_distance - fixed.min_mean_distance
     error = 1.96 * gains.std(ddof=1) / held_out**0.5

@@ -2,7 +2,7 @@
 
 ```
 pip install flockesc-env "ray[rllib]" torch
-python examples/rllib_ppo.py --iterations 20
+python examples/rllib_ppo.py --iterations 45  # four minutes
 ```
 
 With a slot per agent, RLlib's single-agent runner steps all flocks as one vector environment.
@@ -11,9 +11,9 @@ With a slot per agent, RLlib's single-agent runner steps all flocks as one vecto
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
 import ray
 import torch
 import tyro
@@ -22,7 +22,8 @@ from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
 from ray.tune import register_env
 
-from flockesc_env import FixedRange, parallel_env, rollout
+from flockesc_env import FixedRange, FlockScenario, NamedPolicy, parallel_env, rollout, save_policy
+from flockesc_env.policies import NetworkPolicy, torch_network
 
 OPTIONS: dict[str, Any] = {
     "reward": "individual_running_minimum",
@@ -34,20 +35,10 @@ AGENTS, STEPS = 300, 60  # agents of the paper's flock; actions of an episode
 BEST_FIXED_RANGE = 12.0  # in m, chosen on other flocks than the held-out ones
 
 
-class ModulePolicy:
-    """A trained RLModule as a policy of ``rollout``: it acts with the mean of its distribution."""
-
-    per_agent = True
-
-    def __init__(self, module: Any) -> None:
-        self.module = module
-
-    def act(self, observations: np.ndarray, spec: Any) -> np.ndarray:  # noqa: ARG002
-        """Return the action of every row."""
-        with torch.no_grad():
-            outputs = self.module.forward_inference({"obs": torch.from_numpy(observations)})
-        actions: np.ndarray = outputs["action_dist_inputs"][:, :1].clamp(-1, 1).numpy()
-        return actions
+def mean_action(module: Any) -> NetworkPolicy:
+    """Return the mean of a trained RLModule's distribution as a policy."""
+    layers = [*module.encoder.actor_encoder.net.mlp, *module.pi.net.mlp]
+    return torch_network(layers, parallel_env(**OPTIONS).policy_spec.layout.names)
 
 
 def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOConfig:
@@ -91,11 +82,12 @@ def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOCon
 
 
 def main(
-    iterations: int = 20,
-    flocks: int = 2,
+    iterations: int = 45,
+    flocks: int = 4,
     seed: int = 0,
     held_out: int = 200,
     interface: Literal["slots", "pettingzoo"] = "slots",
+    output: Path | None = None,
 ) -> None:
     """Train, and compare with the best fixed range on held-out flocks.
 
@@ -105,6 +97,7 @@ def main(
         seed: seed of the training run.
         held_out: number of flocks of the comparison.
         interface: ``"slots"``: a slot per agent; ``"pettingzoo"``: dicts of agents, many times slower.
+        output: file for the trained policy.
     """
     torch.set_num_threads(1)  # the network is small
     ray.init(num_cpus=1, include_dashboard=False)
@@ -116,9 +109,11 @@ def main(
     seconds, count = time.process_time() - start, iterations * flocks * AGENTS * STEPS
     print(f"{count} samples in {seconds:.1f} s of CPU time, {count / seconds:.0f} samples/s")
 
-    module = algorithm.get_module("default_policy" if interface == "slots" else "shared")
+    policy = mean_action(algorithm.get_module("default_policy" if interface == "slots" else "shared"))
+    if output:
+        save_policy(NamedPolicy("RLlib PPO", policy, True, OPTIONS, FlockScenario()), output)
     flock_seeds = range(2_000_000, 2_000_000 + held_out)
-    learned = rollout("paper-flock", ModulePolicy(module), flock_seeds, **OPTIONS)
+    learned = rollout("paper-flock", policy, flock_seeds, per_agent=True, **OPTIONS)
     fixed = rollout("paper-flock", FixedRange(BEST_FIXED_RANGE), flock_seeds)
     gains = learned.min_mean_distance - fixed.min_mean_distance
     error = 1.96 * gains.std(ddof=1) / held_out**0.5
