@@ -157,7 +157,8 @@ $(ENVIRONMENTS:%=compat-%): compat-%: wheel
 	$(UV) pip install --quiet --python $(COMPAT)/$* --requirement compat/$*.txt
 	$(UV) pip install --quiet --python $(COMPAT)/$* --no-deps dist/*$$(uname -m).whl
 	$(UV) pip check --quiet --python $(COMPAT)/$*
-	$(WITHOUT_RUST) $(COMPAT)/$*/bin/python -P -m pytest compat/test_wheel.py $(TESTS)
+	$(WITHOUT_RUST) $(COMPAT)/$*/bin/python -P -m pytest --junitxml=$(COMPAT)/$*.xml compat/test_wheel.py $(TESTS)
+	$(COMPAT)/$*/bin/python compat/record.py $* $(COMPAT)/$*.xml
 
 # Pins of .venv and of `make compat`. `make pins UPGRADE=` keeps existing pins if they are still valid.
 UPGRADE := --upgrade

@@ -142,9 +142,10 @@ DEFINITIONS = {
         says="An agent stops listening once it heads past the predator.",
     ),
     "warned-flock": Definition(
-        asks="The flock flies toward the predator and few agents see it: how far should warnings go?",
+        asks="The flock flies toward the predator: how far should warnings go, if the nearest agent counts?",
         worlds=("head-on",),
         per_agent=False,
+        objective="minimum",
         samples=300_000,
         options=SHARED,
         shortcut="listen-while-fleeing",
