@@ -135,10 +135,13 @@ def _check(result: Result) -> None:
     sums = [policy.sha256 or policy.policy for policy in result.policies]
     if len(set(sums)) < len(sums):
         raise ArgumentError("policies", "different policies", "one of them twice")
-    if result.training and len(set(result.training.seeds)) != len(sums):
-        raise ArgumentError(
-            "training.seeds", f"{len(sums)} different seeds, one per policy", result.training.seeds
-        )
+    check_seeds(result.training, len(sums))
+
+
+def check_seeds(training: Training | None, policies: int) -> None:
+    """Refuse a training whose seeds are not one per policy."""
+    if training and not len(set(training.seeds)) == len(training.seeds) == policies:
+        raise ArgumentError("training.seeds", f"{policies} different seeds, one per policy", training.seeds)
 
 
 def _check_objectives(policy: PolicyResult, task: Task, field: str) -> None:

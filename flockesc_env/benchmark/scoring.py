@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from flockesc_env.benchmark.fitting import fitted, is_checkable
-from flockesc_env.benchmark.results import PolicyResult, Result, Training, read_result
+from flockesc_env.benchmark.results import PolicyResult, Result, Training, check_seeds, read_result
 from flockesc_env.benchmark.tasks import FLOCKS, VERSION, Task, task_of
 from flockesc_env.common.checks import FloatArray, as_count
 from flockesc_env.common.errors import ArgumentError, RecordError
@@ -58,8 +58,9 @@ def score(
         report: called with the name of every policy before it plays.
 
     Raises:
-        ArgumentError: if a policy does not fit the task.
+        ArgumentError: if a policy does not fit the task, or the training seeds are not one per policy.
     """
+    check_seeds(training, len(policies))
     fitting = []
     for spec, entry in policies:
         try:
