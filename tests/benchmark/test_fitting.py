@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from flockesc_env import ArgumentError, FlockScenario, LineScenario, NamedPolicy, load_policy
-from flockesc_env.benchmark.fitting import FREE, check_fits, is_checkable
+from flockesc_env.benchmark.fitting import FREE, check_fits, fitted, is_checkable
 from flockesc_env.benchmark.tasks import Task, task_of, tasks
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.policies import NAMES, FixedRange, RandomRange, ScheduledRange, StubbornLeaders, built_in
@@ -72,19 +72,20 @@ def test_every_option_is_checked_or_free() -> None:
     assert known == checked | {*FREE}
 
 
-LOCAL_RULES = {"random", "stubborn-leaders-local", "stubborn-witnesses"}
+BLIND = {"fixed:RHO", "random"}
+LOCAL_RULES = BLIND | {"stubborn-leaders-local", "stubborn-witnesses"}
 NO_APPROACH = LOCAL_RULES | {"stubborn-leaders"}
 VISIBLE_RULES = NO_APPROACH | {"listen-while-threatened", "win-stay-lose-shift"}
 EIGHT_RULES = VISIBLE_RULES | {"win-stay-lose-shift-escape", "spread-out"}
 EIGHT_RULES |= {"turn-away", "keep-distance", "head-away", "step-aside"}
-FLOCK_RULES = {"fixed:RHO", "listen-while-fleeing"}
+FLOCK_RULES = BLIND | {"listen-while-fleeing"}
 FITTING = {
     "shared": FLOCK_RULES,
     "per-agent-visible": VISIBLE_RULES,
     "per-agent-local": LOCAL_RULES | {"listen-while-threatened"},
     "per-agent-visible-profile": EIGHT_RULES,
     "steering-predator": VISIBLE_RULES,
-    "line": {"fixed:RHO"},
+    "line": BLIND,
     "held-out-worlds": NO_APPROACH,
     "held-out-sizes": VISIBLE_RULES,
     "warned-flock": FLOCK_RULES,
@@ -96,7 +97,7 @@ FITTING = {
 
 def fits(entry: NamedPolicy, task: Task) -> bool:
     try:
-        check_fits(entry, task)
+        fitted(entry, task)
     except ArgumentError:
         return False
     return True

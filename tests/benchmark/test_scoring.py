@@ -95,7 +95,10 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "no file": ({"policies.0.policy": "none.npz"}, "an existing policy file, got 'none.npz'"),
     "code": ({"policies.1.policy": "my:rule"}, "which can be played again, got 'my:rule', played by its"),
     "sees more": ({"policies.1.policy": "turn-away"}, "[1]: profile_ranges: expected none, as in the task"),
-    "flock's view": ({"policies.1.policy": "fixed:10"}, "[1]: per_agent: expected True, as in the task"),
+    "flock's view": (
+        {"policies.1.policy": "listen-while-fleeing"},
+        "per_agent: expected True, as in the task",
+    ),
     "first flock": ({"flocks": [2_000_001, 6]}, "number (2000000, 6), got (2000001, 6)"),
     "fewer flocks": ({"flocks": [2_000_000, 5]}, "number (2000000, 6), got (2000000, 5)"),
     "version": ({"benchmark": "v2"}, "benchmark: expected v1, got 'v2'"),

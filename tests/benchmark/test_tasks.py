@@ -7,28 +7,28 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from flockesc_env import ArgumentError, NamedPolicy, sweep
-from flockesc_env.benchmark.fitting import check_fits
+from flockesc_env import ArgumentError, built_in, sweep
+from flockesc_env.benchmark.fitting import fitted
 from flockesc_env.benchmark.scoring import play
 from flockesc_env.benchmark.seeds import HELD_OUT, TRAINING, TUNING, refuse_held_out
 from flockesc_env.benchmark.tasks import VERSION, read_tasks, tasks
-from flockesc_env.policies import FixedRange, find_policy
 from studies.learned.held_out import choose_range
 from training.config import Setting
 
 TASKS = tasks()
 HELD_OUT_TASKS = {"held-out-worlds", "held-out-sizes"}
-RHO = 0.5
 
 
 @pytest.mark.parametrize("name", TASKS)
-def test_a_fixed_range_reaches_with_the_options_of_a_task_what_it_reaches_in_a_sweep(name: str) -> None:
+def test_the_best_fixed_range_reaches_in_a_task_what_it_reaches_in_a_sweep(
+    name: str,
+) -> None:
     task, flocks = TASKS[name], TUNING[:2]
-    entry = NamedPolicy("fixed", FixedRange(RHO), task.per_agent, dict(task.options))
-    check_fits(entry, task)
-    for world, scenario in task.scenarios.items():
-        expected = sweep(scenario, [RHO], flocks).values(task.spec.name)[0]
-        np.testing.assert_array_equal(play(entry, task, world, flocks), expected)
+    for at, world in task.worlds.items():
+        best = world.best_fixed_range
+        entry = fitted(built_in(f"fixed:{best}"), task)
+        expected = sweep(task.scenarios[at], [best], flocks).values(task.spec.name)[0]
+        np.testing.assert_array_equal(play(entry, task, at, flocks), expected)
 
 
 @pytest.mark.parametrize("name", TASKS)
@@ -52,7 +52,7 @@ def test_a_simple_policy_shows_what_is_no_progress(name: str) -> None:
     task = TASKS[name]
     assert task.shortcuts
     for shortcut in task.shortcuts:
-        check_fits(find_policy(shortcut.policy), task)
+        fitted(built_in(shortcut.policy), task)
         assert shortcut.score < 1
 
 
@@ -62,7 +62,8 @@ def test_tasks_about_warnings_have_controls_in_which_the_gain_needs_the_escape_f
         for control in task.controls:
             _, low, _ = control.gain
             _, _, high = control.gain_without_force
-            assert low > max(0, high), (task.name, control)
+            assert low > high, (task.name, control)
+        assert not task.controls or any(control.gain[1] > 0 for control in task.controls), task.name
 
 
 CHANGES = {
