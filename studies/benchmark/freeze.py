@@ -166,7 +166,7 @@ DEFINITIONS = {
         options={**LOCAL, "max_range": 60.0},
         shortcut="listen-while-threatened",
         says="An agent listens while its closest approach to a predator that it sees is short.",
-        controls=(("listen-while-threatened", "best"), ("stubborn-witnesses", "best")),
+        controls=(("listen-while-threatened", "best"),),
     ),
 }
 

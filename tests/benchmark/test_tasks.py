@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from importlib.resources import files
 
 import numpy as np
@@ -92,3 +93,11 @@ def test_nothing_is_chosen_on_held_out_flocks(seed: int) -> None:
     with pytest.raises(ArgumentError, match=message):
         choose_range(Setting(), range(seed, seed + 1), None)  # type: ignore[arg-type]  # plays nothing
     refuse_held_out([TUNING[-1], TRAINING[0]])
+
+
+def test_the_tasks_are_frozen() -> None:
+    """A change of a task is another version of the benchmark, in another file."""
+    content = files("flockesc_env.benchmark").joinpath("v1.toml").read_bytes()
+    assert hashlib.sha256(content).hexdigest() == (
+        "42e08aefeb3a4cbb3d31825e9a526cfba467cdb94d66112a8347f4de77a013fc"
+    )
