@@ -35,7 +35,7 @@ class Row:
         low: score of the worst training seed.
         high: score of the best training seed.
         better: probability that a run has a higher score than one of the next learner in the table, with its
-            stratified bootstrap interval; None for the last learner.
+            stratified bootstrap interval; None for the last learner, and if one of the two has a single run.
     """
 
     result: Result
@@ -119,12 +119,18 @@ def profiles(results: Sequence[Result]) -> Figure:
 def page(results: Sequence[Result]) -> str:
     """Return the comparison as Markdown."""
     lines = ["# Report", ""]
-    for task, entries in rows(results).items():
+    tasks = rows(results)
+    for task, entries in tasks.items():
         lines += [f"## {task}", ""]
         lines += ["| learner | seeds | score | IQM | worst to best seed | better than the next |"]
         lines += ["|---|---|---|---|---|---|", *map(_line, entries), ""]
     if totals := aggregates(results):
-        lines += ["## All tasks", "", "| learner | seeds | IQM | mean |", "|---|---|---|---|"]
+        lines += [
+            f"## All {len({result.task for result in results})} tasks",
+            "",
+            "| learner | seeds | IQM | mean |",
+            "|---|---|---|---|",
+        ]
         lines += [f"| {entry.learner} | {entry.seeds} | {entry.iqm} | {entry.mean} |" for entry in totals]
         lines += [""]
     lines += [
@@ -150,7 +156,9 @@ def _row(result: Result, better: Estimate | None) -> Row:
     return Row(result, Estimate(mean, low, high), iqm, float(own.min()), float(own.max()), better)
 
 
-def _improvement(one: Result, other: Result) -> Estimate:
+def _improvement(one: Result, other: Result) -> Estimate | None:
+    if min(len(one.policies), len(other.policies)) < 2:  # a bootstrap of one seed has no width
+        return None
     pair = {"": (one.scores()[:, np.newaxis], other.scores()[:, np.newaxis])}
     points, ends = _bootstrap(pair, metrics.probability_of_improvement)
     return Estimate(float(points[""]), *map(float, ends[""][:, 0]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any, Final
 
@@ -117,9 +118,16 @@ def read_result(path: Path) -> Result:
     return result
 
 
+def check_learner(name: str) -> None:
+    """Check the name of a learner, which gets into tables and names of folders."""
+    if not re.fullmatch(r"[\w.+:-]+", name, re.ASCII):
+        raise ArgumentError("learner", "letters, digits and _ . + : -", shown(name))
+
+
 def _check(result: Result) -> None:
     if result.benchmark != VERSION:
         raise ArgumentError("benchmark", VERSION, shown(result.benchmark))
+    check_learner(result.learner)
     task = task_of(result.task)
     if result.task_sha256 != task.sha256:
         raise ArgumentError(

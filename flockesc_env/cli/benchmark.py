@@ -11,7 +11,7 @@ import msgspec
 from tyro.conf import Positional, arg
 
 from flockesc_env.benchmark.marl_eval import write_marl_eval
-from flockesc_env.benchmark.results import SUFFIX, Result, Training, read_result, write_result
+from flockesc_env.benchmark.results import SUFFIX, Result, Training, check_learner, read_result, write_result
 from flockesc_env.benchmark.scoring import score as play_all
 from flockesc_env.benchmark.scoring import verify as play_again
 from flockesc_env.benchmark.standings import standings
@@ -110,10 +110,12 @@ def score(
     check_output(output, [SUFFIX])
     chosen = task_of(task)
     found = [(spec, _policy(spec, chosen)) for spec in policies]
+    name = learner or found[0][1].name
+    check_learner(name)
     result = play_all(
         found,
         chosen,
-        learner=learner or found[0][1].name,
+        learner=name,
         output=output or Path(SUFFIX),
         training=None if training is None else _read_training(training),
         report=lambda spec: note(f"playing {spec}"),
