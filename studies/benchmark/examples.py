@@ -27,12 +27,12 @@ _COMMANDS: Final[Mapping[str, tuple[str, str, tuple[str, ...]]]] = {
 
 _TASK: Final = "per-agent-visible"  # the examples train on its scenario and options
 SEEDS: Final[Mapping[str, Mapping[str, int]]] = {
-    "one-file-ppo": {_TASK: 10},
-    "torchrl-ippo": {_TASK: 10},
-    "benchmarl-ippo": {_TASK: 10},
-    "benchmarl-mappo": {_TASK: 10},
+    "one-file-ppo": {_TASK: 5},
+    "torchrl-ippo": {_TASK: 5},
+    "benchmarl-ippo": {_TASK: 5},
+    "benchmarl-mappo": {_TASK: 5},
     "benchmarl-iql": {_TASK: 5},
-    "rllib-ppo": {_TASK: 5},
+    "rllib-ppo": {_TASK: 3},
 }
 """Number of training seeds by learner and task."""
 
