@@ -99,6 +99,7 @@ def write_page(submissions: Sequence[Submission], curves: pl.DataFrame, page: Pa
         lost=[
             (name, entry) for name, entry in every if entry.result.training and entry.over_shortcut.high < 0
         ],
+        below=[(name, entry) for name, entry in every if entry.result.training and entry.row.score.high < 0],
         trained=sum(entry.result.training is not None for _, entry in every),
         equal=equal,
         submissions=submissions,
