@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, Final
 from warnings import catch_warnings, filterwarnings
@@ -82,7 +83,7 @@ def rows(results: Sequence[Result]) -> dict[str, list[Row]]:
 
 
 def aggregates(results: Sequence[Result]) -> list[Aggregate]:
-    """Return the aggregates of the learners that have results on all tasks, the highest first.
+    """Return the aggregates of learners with two or more training seeds on every task, the highest first.
 
     A learner counts with as many training seeds as it has on every task.
     """
@@ -92,6 +93,8 @@ def aggregates(results: Sequence[Result]) -> list[Aggregate]:
         own = {result.task: result.scores() for result in results if result.learner == learner}
         if set(own) == set(names):
             seeds = min(map(len, own.values()))
+            if seeds < 2:  # a bootstrap of one seed has no width
+                continue
             found[learner] = np.stack([own[name][:seeds] for name in names], axis=1)
     if not found:
         return []
@@ -102,17 +105,19 @@ def aggregates(results: Sequence[Result]) -> list[Aggregate]:
 
 def profiles(results: Sequence[Result]) -> Figure:
     """Return a figure with one panel per task: the share of episodes whose score is above each threshold."""
-    names = list(dict.fromkeys(result.task for result in results))
+    names, learners = (list(dict.fromkeys(map(attrgetter(name), results))) for name in ("task", "learner"))
     columns = min(3, len(names))
-    figure = Figure(figsize=(4 * columns, 3 * -(-len(names) // columns)), layout="constrained")
+    figure = Figure(figsize=(4 * columns + 2, 3 * -(-len(names) // columns)), layout="constrained")
+    lines = {}
     for index, name in enumerate(names):
         axes = figure.add_subplot(-(-len(names) // columns), columns, index + 1)
         for result in (one for one in results if one.task == name):
-            found = profile(scores_of(result), _THRESHOLDS)
-            (line,) = axes.plot(_THRESHOLDS, found.share, label=result.learner)
-            axes.fill_between(_THRESHOLDS, found.low, found.high, color=line.get_color(), alpha=0.2)
+            found, at = profile(scores_of(result), _THRESHOLDS), learners.index(result.learner)
+            style: Any = {"color": f"C{at}", "linestyle": ("-", "--", ":", "-.")[at // 10 % 4]}
+            (lines[result.learner],) = axes.plot(_THRESHOLDS, found.share, **style)
+            axes.fill_between(_THRESHOLDS, found.low, found.high, color=f"C{at}", alpha=0.2)
         axes.set(title=name, xlabel="score", ylabel="share of episodes above", ylim=(0, 1))
-        axes.legend(fontsize="small")
+    figure.legend([lines[name] for name in learners], learners, loc="outside right upper", fontsize="small")
     return figure
 
 
