@@ -82,9 +82,20 @@ def test_the_tables_of_the_pages_show_the_committed_run(path: Path, monkeypatch:
 def test_the_table_of_frameworks_shows_the_committed_measurements(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(Path(__file__).parents[2])
     text = frameworks.PAGE.read_text("utf-8")
-    assert text.count("\n| stable-baselines3: [sb3_ppo.py]") == 1
+    assert text.count("\n| stable-baselines3 PPO: [sb3_ppo.py]") == 1
     assert frameworks.rendered(text) == text
-    found = json.loads((frameworks.RESULTS / "sb3_ppo.json").read_text())
-    low, high = found["interval"]
+    run = json.loads((frameworks.RESULTS / "sb3_ppo.json").read_text())["runs"][0]
+    low, high = run["interval"]
     readme = " ".join(Path("README.md").read_text("utf-8").split())
-    assert f"`{found['gain']:+.1f} m [{low:+.1f}, {high:+.1f}] over the best fixed range`" in readme
+    assert f"`{run['gain']:+.1f} m [{low:+.1f}, {high:+.1f}] over the best fixed range`" in readme
+
+
+@pytest.mark.parametrize("example", frameworks.CHANGES)
+def test_the_changes_of_examples_still_fit(example: str) -> None:
+    text = (Path(__file__).parents[2] / "examples" / f"{example}.py").read_text("utf-8")
+    for change in frameworks.CHANGES[example]:
+        changed = change.applied(text)
+        assert changed != text
+        compile(changed, example, "exec")
+    with pytest.raises(ValueError, match="2 times"):
+        frameworks.Change("ambiguous", {"a": "b"}).applied("a a")
