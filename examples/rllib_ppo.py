@@ -14,15 +14,26 @@ import time
 from pathlib import Path
 from typing import Any, Literal
 
+import gymnasium
 import ray
 import torch
 import tyro
+from gymnasium.vector import VectorEnv
+from gymnasium.wrappers.vector import TransformReward
 from ray.rllib.algorithms.ppo import PPOConfig
 from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
 from ray.tune import register_env
 
-from flockesc_env import FixedRange, FlockScenario, NamedPolicy, parallel_env, rollout, save_policy
+from flockesc_env import (
+    AgentVectorEnv,
+    FixedRange,
+    FlockScenario,
+    NamedPolicy,
+    parallel_env,
+    rollout,
+    save_policy,
+)
 from flockesc_env.policies import NetworkPolicy, torch_network
 
 OPTIONS: dict[str, Any] = {
@@ -41,6 +52,11 @@ def mean_action(module: Any) -> NetworkPolicy:
     return torch_network(layers, parallel_env(**OPTIONS).policy_spec.layout.names)
 
 
+def scaled_flock(num_envs: int, **options: Any) -> VectorEnv:
+    """Return a slot per agent with scaled rewards, which the critic learns faster."""
+    return TransformReward(AgentVectorEnv(num_envs, **options), lambda rewards: 0.1 * rewards)
+
+
 def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOConfig:
     """Return the configuration of PPO."""
     samples = STEPS * AGENTS * flocks  # of an iteration
@@ -55,18 +71,26 @@ def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOCon
             clip_param=0.2,
             vf_clip_param=float("inf"),
             use_kl_loss=False,
-            num_epochs=10,
-            minibatch_size=3000,
+            num_epochs=5,
+            minibatch_size=6000,
         )
         .rl_module(
             model_config=DefaultModelConfig(
-                fcnet_hiddens=[32, 32], fcnet_activation="tanh", vf_share_layers=False, free_log_std=True
+                fcnet_hiddens=[32, 32],
+                fcnet_activation="tanh",
+                fcnet_kernel_initializer="orthogonal_",
+                fcnet_kernel_initializer_kwargs={"gain": 2**0.5},
+                head_fcnet_kernel_initializer="orthogonal_",
+                head_fcnet_kernel_initializer_kwargs={"gain": 0.01},
+                vf_share_layers=False,
+                free_log_std=True,
             )
         )
         .debugging(seed=seed)
     )
     if interface == "slots":
-        return config.environment("flockesc_env:flockesc/FlockAgents-v0", env_config=OPTIONS).env_runners(
+        gymnasium.register("ScaledFlock-v0", vector_entry_point=scaled_flock)
+        return config.environment("ScaledFlock-v0", env_config=OPTIONS).env_runners(
             num_envs_per_env_runner=AGENTS * flocks, gym_env_vectorize_mode="vector_entry_point"
         )
     register_env("flock", lambda _: ParallelPettingZooEnv(parallel_env(**OPTIONS)))

@@ -20,7 +20,7 @@ from flockesc_env.benchmark.seeds import training_seeds
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import Observations
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies.sb3 import layer_parameters
+from flockesc_env.policies.torch import layer_parameters
 from training.branches import GROUP, Branches
 from training.config import ImitationArgs
 from training.policies import named_policy

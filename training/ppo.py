@@ -16,7 +16,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepR
 
 from flockesc_env import Architecture, ArgumentError, FlockScenario, LineScenario, NetworkPolicy
 from flockesc_env.episodes.spaces import RangeActions
-from flockesc_env.policies.sb3 import layer_parameters
+from flockesc_env.policies.torch import layer_parameters
 from training.choices import ChoicePolicy
 from training.config import PPOArgs
 from training.evaluation import policy_spec

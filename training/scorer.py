@@ -14,7 +14,7 @@ from torch import nn
 
 from flockesc_env import Architecture, NetworkPolicy
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies.sb3 import layer_parameters
+from flockesc_env.policies.torch import layer_parameters
 
 _FIRST_GAIN = 0.01
 """Gain of the weights of the last layer at the start."""

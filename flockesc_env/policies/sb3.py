@@ -12,7 +12,6 @@ from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
 from flockesc_env.policies.network import NetworkPolicy, Squash
-from flockesc_env.policies.torch import layer_parameters as layer_parameters
 from flockesc_env.policies.torch import torch_network
 
 
