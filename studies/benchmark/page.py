@@ -21,7 +21,7 @@ from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import CONFIDENCE, Estimate
 from flockesc_env.jobs import Arrays
-from studies.benchmark.baselines import Run
+from studies.benchmark.baselines import SEEDS, Run
 from studies.benchmark.submissions import SUBMISSIONS, Submission
 from studies.pages import path_from, render
 from training.figure_style import save_figure
@@ -90,7 +90,7 @@ def write_page(submissions: Sequence[Submission], curves: pl.DataFrame, page: Pa
     every = [(name, entry) for name, shown in entries.items() for entry in shown]
     equal: dict[str, dict[str, Entry]] = {}
     for name, entry in every:
-        if entry.is_equal:
+        if entry.is_equal and entry.result.learner in SEEDS:
             equal.setdefault(entry.result.learner, {})[name] = entry
     text = render(
         "benchmark/benchmark.md",
