@@ -31,7 +31,7 @@ FLOCK_TASKS: Final = ("shared", "warned-flock", "line")
 
 SEEDS: Final[Mapping[str, Mapping[str, int]]] = {
     "sb3-ppo": {**dict.fromkeys((*AGENT_TASKS, *FLOCK_TASKS), 5), "per-agent-visible": 10, "shared": 10},
-    "sb3-tqc": {"shared": 3, "warned-flock": 3, "per-agent-visible": 3},
+    "sb3-tqc": {"shared": 3},
     **rl_zoo3.SEEDS,
     **examples.SEEDS,
 }
