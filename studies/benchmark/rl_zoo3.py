@@ -24,6 +24,10 @@ PACKAGES: Final = ("rl_zoo3", "stable-baselines3", "torch")
 PYTHON: Final = ".compat/rl_zoo3/bin/python"
 
 
+_SCHEDULES: Final = dict.fromkeys(("learning_rate", "lr_schedule", "clip_range"), 0.0)
+"""Schedules of training in the file are functions of rl_zoo3, which is not installed here."""
+
+
 def command(seed: int) -> str:
     """Return the command of a training run, without its folder."""
     return (
@@ -44,7 +48,7 @@ def train(_: str, name: str, seed: int) -> Arrays:
         subprocess.run(words, check=True, capture_output=True, env=environment)  # noqa: S603, constants
         seconds = os.times().children_user + os.times().children_system - start
         (saved,) = Path(folder).rglob("flockesc-FlockEscape-v0.zip")
-        model = PPO.load(saved, FlockVecEnv(1, **options), device="cpu")
+        model = PPO.load(saved, FlockVecEnv(1, **options), device="cpu", custom_objects=_SCHEDULES)
         file = Path(folder) / "policy.npz"
         network = SB3Policy(model).network()
         save_policy(NamedPolicy(f"{LEARNER}-{seed}", network, False, options, task.scenario), file)
