@@ -79,10 +79,7 @@ CHANGES = {
         ),
     ],
     "rllib_ppo": [
-        Change(
-            "20 iterations of 2 flocks: 720,000 samples",
-            {"iterations: int = 45,": "iterations: int = 20,", "flocks: int = 4,": "flocks: int = 2,"},
-        ),
+        Change("minibatches are not shuffled", {"            shuffle_batch_per_epoch=True,\n": ""}),
     ],
 }
 """Changes of each example whose gains docs/trainers.md states."""

@@ -73,6 +73,7 @@ def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOCon
             use_kl_loss=False,
             num_epochs=5,
             minibatch_size=6000,
+            shuffle_batch_per_epoch=True,
         )
         .rl_module(
             model_config=DefaultModelConfig(
