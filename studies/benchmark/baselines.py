@@ -31,7 +31,6 @@ FLOCK_TASKS: Final = ("shared", "warned-flock", "line")
 
 SEEDS: Final[Mapping[str, Mapping[str, int]]] = {
     "sb3-ppo": {**dict.fromkeys((*AGENT_TASKS, *FLOCK_TASKS), 5), "per-agent-visible": 10, "shared": 10},
-    "sb3-tqc": {"shared": 3},
     **rl_zoo3.SEEDS,
     **examples.SEEDS,
 }
@@ -61,7 +60,7 @@ def hyperparameters_of(learner: str, task: Task) -> dict[str, Any]:
         return {"command": rl_zoo3.command(0)}
     if learner in examples.SEEDS:
         return {"command": examples.command(learner, 0)}
-    return sb3.hyperparameters(learner, task)
+    return sb3.hyperparameters(task)
 
 
 def versions_of(learner: str) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Baselines of stable-baselines3 and sb3-contrib: PPO and TQC train on the tasks of the benchmark."""
+"""Baseline of stable-baselines3: PPO trains on the tasks of the benchmark."""
 
 from __future__ import annotations
 
@@ -9,9 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 import torch
-from sb3_contrib import TQC
 from stable_baselines3 import PPO
-from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 
@@ -40,18 +38,13 @@ PPO_FLOCKS: Final[dict[str, Any]] = {
 }
 """Hyperparameters of PPO with one range for the flock or the line."""
 
-TQC_AGENTS: Final[dict[str, Any]] = {"flocks": 4, "gradient_steps": 2, "batch_size": 256, "gamma": 0.98}
-TQC_FLOCKS: Final[dict[str, Any]] = {"flocks": 64, "gradient_steps": 2, "batch_size": 256, "gamma": 0.99}
-_TQC: Final[dict[str, Any]] = {"learning_rate": 5e-4, "buffer_size": 300_000, "net_arch": [64, 64]}
 _LINE_STEPS: Final = 64
 """Actions of a line in a round; its episodes last about 7."""
 
 
-def hyperparameters(learner: str, task: Task) -> dict[str, Any]:
-    """Return the hyperparameters of a learner, ``sb3-ppo`` or ``sb3-tqc``, on a task."""
-    if learner == "sb3-ppo":
-        return {**(PPO_AGENTS if task.per_agent else PPO_FLOCKS), "n_epochs": 5, "reward": _reward(task)}
-    return {**(TQC_AGENTS if task.per_agent else TQC_FLOCKS), **_TQC, "reward": _reward(task)}
+def hyperparameters(task: Task) -> dict[str, Any]:
+    """Return the hyperparameters of PPO on a task."""
+    return {**(PPO_AGENTS if task.per_agent else PPO_FLOCKS), "n_epochs": 5, "reward": _reward(task)}
 
 
 def train(learner: str, name: str, seed: int) -> Arrays:
@@ -64,10 +57,10 @@ def train(learner: str, name: str, seed: int) -> Arrays:
     """
     torch.set_num_threads(1)
     task = task_of(name)
-    chosen = hyperparameters(learner, task)
+    chosen = hyperparameters(task)
     env = VecNormalize(_env(task, chosen["flocks"]), norm_obs=False, gamma=chosen["gamma"])
     curve = _Curve(task.spec.column, _episode_actions(task))
-    model = (_ppo if learner == "sb3-ppo" else _tqc)(task, env, chosen, seed)
+    model = _ppo(task, env, chosen, seed)
     start = time.process_time()
     model.learn(task.samples, callback=curve)
     cpu_seconds = time.process_time() - start
@@ -108,7 +101,7 @@ def _episode_actions(task: Task) -> int:
     return -(-scenario.num_steps // steps) if isinstance(scenario, FlockScenario) else _LINE_STEPS
 
 
-def _ppo(task: Task, env: VecEnv, chosen: dict[str, Any], seed: int) -> BaseAlgorithm:
+def _ppo(task: Task, env: VecEnv, chosen: dict[str, Any], seed: int) -> PPO:
     return PPO(
         "MlpPolicy",
         env,
@@ -118,22 +111,6 @@ def _ppo(task: Task, env: VecEnv, chosen: dict[str, Any], seed: int) -> BaseAlgo
         n_epochs=chosen["n_epochs"],
         gamma=chosen["gamma"],
         policy_kwargs={"net_arch": chosen["net_arch"], "log_std_init": chosen["log_std_init"]},
-        seed=seed,
-        device="cpu",
-    )
-
-
-def _tqc(task: Task, env: VecEnv, chosen: dict[str, Any], seed: int) -> BaseAlgorithm:  # noqa: ARG001
-    return TQC(
-        "MlpPolicy",
-        env,
-        learning_rate=chosen["learning_rate"],
-        buffer_size=chosen["buffer_size"],
-        learning_starts=5000,
-        batch_size=chosen["batch_size"],
-        gamma=chosen["gamma"],
-        gradient_steps=chosen["gradient_steps"],
-        policy_kwargs={"net_arch": chosen["net_arch"], "activation_fn": torch.nn.Tanh},
         seed=seed,
         device="cpu",
     )
