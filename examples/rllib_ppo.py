@@ -90,7 +90,8 @@ def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOCon
         .debugging(seed=seed)
     )
     if interface == "slots":
-        gymnasium.register("ScaledFlock-v0", vector_entry_point=scaled_flock)
+        if "ScaledFlock-v0" not in gymnasium.registry:
+            gymnasium.register("ScaledFlock-v0", vector_entry_point=scaled_flock)
         return config.environment("ScaledFlock-v0", env_config=OPTIONS).env_runners(
             num_envs_per_env_runner=AGENTS * flocks, gym_env_vectorize_mode="vector_entry_point"
         )
