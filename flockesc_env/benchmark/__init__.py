@@ -1,11 +1,14 @@
 """The benchmark: frozen tasks, normalized scores and results that anyone can verify bit for bit."""
 
-from flockesc_env.benchmark.results import Result, Training, read_result, write_result
+from flockesc_env.benchmark.results import PolicyResult, Result, Training, read_result, write_result
 from flockesc_env.benchmark.scoring import score, verify
-from flockesc_env.benchmark.tasks import Task, World, task_of
+from flockesc_env.benchmark.tasks import Control, Shortcut, Task, World, task_of
 
 __all__ = [
+    "Control",
+    "PolicyResult",
     "Result",
+    "Shortcut",
     "Task",
     "Training",
     "World",
