@@ -218,7 +218,7 @@ def _world(entry: Definition, name: str, runner: Runner) -> dict[str, Any]:
     is_line = name == "paper-line"
     grid = LINE_GRID if is_line else FLOCK_GRID
     column = _column(entry)
-    tuning = first_seeds(TUNING, 200 if name == "flock-1000" else 1000)  # large flocks differ less
+    tuning = first_seeds(TUNING, 200 if name == "flock-1000" else 1000)  # large flocks are slow
     jobs = {"": seed_jobs(OUTCOMES, SCENARIOS[name], tuple(map(float, grid)), tuning)}
     tuned = runner.groups(jobs, f"Fixed ranges in {name}")[""][column]
     best = float(grid[int(tuned.mean(axis=1).argmax())])
@@ -298,7 +298,7 @@ def reference(kind: str, document: str, objective: str, max_range: float, flocks
 
 
 def _hindsight() -> FloatArray:
-    """Return the largest escape distance on every line: of fixed ranges, and of the networks of a search."""
+    """Return the largest escape distance on every line, of all fixed ranges and policies of the study."""
     episodes = pl.read_parquet(RESULTS / "line" / EPISODES_FILE)
     best = episodes.filter(pl.col("seed").is_in(FLOCKS)).group_by("seed").agg(pl.col("objective").max())
     values: FloatArray = best.sort("seed")["objective"].to_numpy()

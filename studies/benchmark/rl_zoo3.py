@@ -12,10 +12,10 @@ from typing import Any, Final
 import numpy as np
 from stable_baselines3 import PPO
 
-from flockesc_env import NamedPolicy, SB3Policy, save_policy
 from flockesc_env.benchmark.tasks import task_of
 from flockesc_env.jobs import Arrays
 from flockesc_env.sb3 import FlockVecEnv
+from studies.benchmark.sb3 import policy_bytes
 
 LEARNER: Final = "rl_zoo3-ppo"
 TASK: Final = "shared"
@@ -49,11 +49,8 @@ def train(_: str, name: str, seed: int) -> Arrays:
         seconds = os.times().children_user + os.times().children_system - start
         (saved,) = Path(folder).rglob("flockesc-FlockEscape-v0.zip")
         model = PPO.load(saved, FlockVecEnv(1, **options), device="cpu", custom_objects=_SCHEDULES)
-        file = Path(folder) / "policy.npz"
-        network = SB3Policy(model).network()
-        save_policy(NamedPolicy(f"{LEARNER}-{seed}", network, False, options, task.scenario), file)
         return {
-            "policy": np.frombuffer(file.read_bytes(), np.uint8),
+            "policy": policy_bytes(model, task, f"{LEARNER}-{seed}"),
             "samples": np.array(model.num_timesteps),
             "cpu_seconds": np.array(seconds),
         }

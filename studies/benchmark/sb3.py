@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
@@ -64,22 +65,24 @@ def train(learner: str, name: str, seed: int) -> Arrays:
     start = time.process_time()
     model.learn(task.samples, callback=curve)
     cpu_seconds = time.process_time() - start
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "policy.npz"
-        policy = SB3Policy(model).network()
-        save_policy(
-            NamedPolicy(f"{learner}-{seed}", policy, task.per_agent, dict(task.options), task.scenario), file
-        )
-        content = np.frombuffer(file.read_bytes(), np.uint8)
     rows = np.array(curve.rows, np.float64).reshape(-1, 3)
     return {
-        "policy": content,
+        "policy": policy_bytes(model, task, f"{learner}-{seed}"),
         "cpu_seconds": np.array(cpu_seconds),
         "samples": np.array(model.num_timesteps),
         "curve_samples": rows[:, 0],
         "curve_cpu_seconds": rows[:, 1],
         "curve_objective": rows[:, 2],
     }
+
+
+def policy_bytes(model: PPO, task: Task, name: str) -> NDArray[np.uint8]:
+    """Return the bytes of the policy file of a model that was trained on a task."""
+    entry = NamedPolicy(name, SB3Policy(model).network(), task.per_agent, dict(task.options), task.scenario)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "policy.npz"
+        save_policy(entry, file)
+        return np.frombuffer(file.read_bytes(), np.uint8)
 
 
 def _reward(task: Task) -> str:
