@@ -11,6 +11,7 @@ from studies.learned import command as learned
 from studies.paper import command as paper
 from studies.related import command as related
 from studies.robustness import command as robustness
+from studies.validation import command as validation
 
 COMMANDS: dict[str, Callable[..., Exit]] = {
     "paper": paper.run,
@@ -25,6 +26,7 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "learned-coverage": learned.coverage,
     "learned-page": learned.page,
     "related": related.run,
+    "validation": validation.run,
     "arms-race": arms_race.run,
     "benchmark-freeze": benchmark.freeze,
     "benchmark-train": benchmark.train,

@@ -1,0 +1,1 @@
+"""Published results of other models and flocks, measured again with this simulator."""
