@@ -1,7 +1,8 @@
 """Reinforcement-learning environments of a flock under attack, whose action is the interaction range.
 
-- Models: ``simulate``, ``simulate_line``, ``sweep``; neighbor graphs by ``component_labels``,
-  ``neighbor_pairs``, ``laplacian`` and ``perron_matrix``.
+- Models: ``simulate``, ``simulate_line``, ``sweep``, ``scan``; neighbor graphs by ``component_labels``,
+  ``neighbor_pairs``, ``laplacian`` and ``perron_matrix``; measures of order by ``rotation``, ``density``,
+  ``nearest_neighbor_distances``, ``correlation_length`` and ``binder_cumulant``.
 - Environments: ``flockesc/FlockEscape-v0``, ``flockesc/FlockAgents-v0``, ``flockesc/FlockPursuit-v0`` and
   ``flockesc/LineEscape-v0`` (Gymnasium), ``parallel_env`` and ``env`` (PettingZoo), ``flockesc_env.sb3``
   (stable-baselines3).
@@ -35,7 +36,15 @@ from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.episodes.seeds import episode_seed
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.models.graph import component_labels, laplacian, neighbor_pairs, perron_matrix
+from flockesc_env.models.order import (
+    binder_cumulant,
+    correlation_length,
+    density,
+    nearest_neighbor_distances,
+    rotation,
+)
 from flockesc_env.models.records import RecordedRun, load_run, replay_run, run_differences, save_run
+from flockesc_env.models.scan import ScanResult, scan
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate, simulate_line
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 from flockesc_env.policies.base import Policy, bind
@@ -139,6 +148,7 @@ __all__ = [
     "Reynolds",
     "Ring",
     "SB3Policy",
+    "ScanResult",
     "ScenarioError",
     "ScheduledRange",
     "Segment",
@@ -155,13 +165,17 @@ __all__ = [
     "__version__",
     "approach",
     "bind",
+    "binder_cumulant",
     "built_in",
     "component_labels",
+    "correlation_length",
+    "density",
     "env",
     "episode_seed",
     "laplacian",
     "load_policy",
     "load_run",
+    "nearest_neighbor_distances",
     "neighbor_pairs",
     "parallel_env",
     "perron_matrix",
@@ -171,9 +185,11 @@ __all__ = [
     "record",
     "replay_run",
     "rollout",
+    "rotation",
     "run_differences",
     "save_policy",
     "save_run",
+    "scan",
     "simulate",
     "simulate_line",
     "sweep",

@@ -51,7 +51,22 @@ def mean(values: FloatArray) -> Estimate:
     if np.ptp(values) == 0:  # all resamples are equal
         return Estimate(float(values[0]), float(values[0]), float(values[0]))
     low, high = _interval(values, np.mean)
-    return Estimate(float(values.mean()), low, high)
+    return Estimate(float(values.mean()), float(low), float(high))
+
+
+def mean_with_interval(values: FloatArray, confidence: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the mean over seeds, and the ends of its percentile bootstrap interval.
+
+    Args:
+        values: one value per seed in the last axis.
+        confidence: confidence level, between 0 and 1.
+    """
+    if values.shape[-1] < 2:
+        raise ArgumentError("seeds", "at least 2 for an interval", values.shape[-1])
+    level = float(as_floats(confidence, "confidence", ()))
+    if not 0 < level < 1:
+        raise ArgumentError("confidence", "a number between 0 and 1", level)
+    return values.mean(axis=-1), *_interval(values, np.mean, 2000, level)
 
 
 def improvement(values: FloatArray, baseline: FloatArray) -> Estimate:
@@ -100,7 +115,7 @@ def argmax(positions: FloatArray, values: FloatArray) -> Estimate:
         return found
 
     low, high = _interval(np.arange(values.shape[1]), place, resamples=999)
-    return Estimate(float(positions[np.argmax(values.mean(axis=1))]), low, high)
+    return Estimate(float(positions[np.argmax(values.mean(axis=1))]), float(low), float(high))
 
 
 def _per_flock(values: Any, field: str) -> FloatArray:
@@ -111,15 +126,20 @@ def _per_flock(values: Any, field: str) -> FloatArray:
 
 
 def _interval(
-    sample: NDArray[Any], statistic: Callable[..., Any], resamples: int = RESAMPLES
-) -> tuple[float, float]:
+    sample: NDArray[Any],
+    statistic: Callable[..., Any],
+    resamples: int = RESAMPLES,
+    confidence: float = CONFIDENCE,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the ends of the interval of a statistic of the last axis."""
     interval = bootstrap(
         (sample,),
         statistic,
-        confidence_level=CONFIDENCE,
+        axis=-1,
+        confidence_level=confidence,
         n_resamples=resamples,
         method="percentile",
         batch=50,
         rng=np.random.default_rng(0),
     ).confidence_interval
-    return float(interval.low), float(interval.high)
+    return interval.low, interval.high

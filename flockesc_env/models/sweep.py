@@ -112,25 +112,9 @@ class SweepResult(Displayed):
             MissingExtraError: if the ``analysis`` extra is not installed.
         """
         require("analysis", ["scipy"])
-        from scipy.stats import bootstrap  # optional and slow to import
+        from flockesc_env.common.stats import mean_with_interval  # optional and slow to import
 
-        values = self.values(objective)
-        if len(self.seeds) < 2:
-            raise ArgumentError("seeds", "at least 2 for an interval", len(self.seeds))
-        level = float(as_floats(confidence, "confidence", ()))
-        if not 0 < level < 1:
-            raise ArgumentError("confidence", "a number between 0 and 1", level)
-        band = bootstrap(
-            (values,),
-            np.mean,
-            axis=1,
-            confidence_level=level,
-            method="percentile",
-            n_resamples=2000,
-            batch=50,
-            rng=np.random.default_rng(0),
-        ).confidence_interval
-        return values.mean(axis=1), band.low, band.high
+        return mean_with_interval(self.values(objective), confidence)
 
     def plot(self, objective: str | None = None) -> Figure:
         """Draw the objective against the range with its 95 % interval, as Figures 9 and 10 of the paper.

@@ -34,7 +34,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
 from flockesc_env import policies, watch
-from flockesc_env.models import graph, records
+from flockesc_env.models import graph, order, records
 from flockesc_env.policies import network, registry
 from flockesc_env.policies import predators as predator_policies
 from flockesc_env.render import draw, video
@@ -255,6 +255,26 @@ FUNCTIONS: dict[str, Row] = {
         {
             "scenario": part(FLOCK, confusing=(fe.Disc(),)),
             "interaction_ranges": floats([0.0, 4.0], low=0.0, is_any_length=True),
+        },
+    ),
+    "scan": Row(
+        fe.scan,
+        {
+            "values": floats([1.0, 2.0], low=0.0, is_any_length=True),
+            "interaction_range": number(4.0, low=0.0),
+            "skip": integer(2, high=24),
+        },
+        named={"values": ("values", "speed")},
+    ),
+    "rotation": Row(order.rotation),
+    "nearest_neighbor_distances": Row(order.nearest_neighbor_distances),
+    "density": Row(order.density),
+    "correlation_length": Row(order.correlation_length),
+    "binder_cumulant": Row(
+        order.binder_cumulant,
+        {
+            "order_parameter": Kind([0.5, 0.25], near=([0.5, np.nan],), accepts=("many axes",)),
+            "axis": Kind(0, True, near=(1, -2, (0, 0), 0.5), accepts=("nothing",)),
         },
     ),
     "rollout": Row(fe.rollout, {"scenario": part(FLOCK, True, confusing=(fe.Disc(),))}, others=ENV_OPTIONS),

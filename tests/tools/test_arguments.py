@@ -43,7 +43,7 @@ MODULES: dict[str, ModuleType] = {"sb3": sb3, "watch": watch}
 
 # Classes that only this package constructs.
 MADE_HERE = {
-    *("Trajectory", "LineTrajectory", "SweepResult", "FlockSweepResult", "LineSweepResult"),
+    *("Trajectory", "LineTrajectory", "SweepResult", "FlockSweepResult", "LineSweepResult", "ScanResult"),
     *("Episodes", "LineEpisodes", "RecordedRun", "PolicySpec"),
 }
 

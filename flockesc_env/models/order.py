@@ -1,0 +1,196 @@
+"""Measures of order of a recorded flock: rotation, distances, density, correlation, Binder cumulant.
+
+Caught agents do not count. ``Trajectory.polarization`` is recorded with every run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flockesc_env.common.checks import FloatArray, as_array, as_floats, as_instance, as_integer
+from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.common.extras import require
+from flockesc_env.models.simulate import Trajectory
+
+
+def rotation(trajectory: Trajectory) -> FloatArray:
+    """Return the group rotation (Couzin et al. 2002, J Theor Biol 218, 1), shape (T + 1,).
+
+    It is the norm of the mean over agents of unit(r_i - c) x unit(v_i), where c is the centroid: 1 in a
+    perfect mill, 0 in a swarm or a parallel flock.
+
+    Raises:
+        ArgumentError: if the argument is not a run of a flock, or the world is periodic and so has no
+            centroid.
+    """
+    run = as_instance(trajectory, "trajectory", Trajectory)
+    if run.scenario.periodic_side is not None:
+        raise ArgumentError("trajectory", "a run in an open world", "one in a periodic world")
+    alive = _alive(run)[..., None]
+    count = np.maximum(alive.sum(axis=1, keepdims=True), 1)
+    center = (run.positions * alive).sum(axis=1, keepdims=True) / count
+    to_space = ((0, 0), (0, 0), (0, 3 - run.scenario.dimension))
+    arms, headings = (np.pad(_unit(each), to_space) for each in (run.positions - center, run.velocities))
+    # A caught agent has velocity 0 and adds 0 to the sum.
+    found: FloatArray = np.linalg.norm(np.cross(arms, headings).sum(axis=1) / count[:, 0], axis=-1)
+    return found
+
+
+def nearest_neighbor_distances(trajectory: Trajectory) -> FloatArray:
+    """Return each agent's distance in m to the nearest other agent (Clark and Evans 1954, Ecology 35, 445).
+
+    Returns:
+        Distances, shape (T + 1, n): NaN for caught agents, infinite for the last agent left.
+
+    Raises:
+        ArgumentError: if the argument is not a run of a flock.
+        MissingExtraError: if the ``analysis`` extra is not installed.
+    """
+    run = as_instance(trajectory, "trajectory", Trajectory)
+    alive = _alive(run)
+    distances = np.full(alive.shape, np.nan)
+    for time, points in enumerate(_points(run, alive)):
+        distances[time, alive[time]] = _nearest(points, run.scenario.periodic_side)
+    return distances
+
+
+def density(trajectory: Trajectory) -> FloatArray:
+    """Return the number of agents per m^D, shape (T + 1,).
+
+    In a periodic world it refers to the domain (Vicsek et al. 1995, PRL 75, 1226), otherwise to the convex
+    hull of the agents (Cavagna et al. 2008, Anim Behav 76, 237). It is infinite if the hull has no volume,
+    and NaN if no agent is left.
+
+    Raises:
+        ArgumentError: if the argument is not a run of a flock.
+        MissingExtraError: if the ``analysis`` extra is not installed.
+    """
+    run = as_instance(trajectory, "trajectory", Trajectory)
+    alive = _alive(run)
+    side = run.scenario.periodic_side
+    volumes = (
+        np.array([_hull_volume(points) for points in _points(run, alive)])
+        if side is None
+        else np.float64(side) ** run.scenario.dimension
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found: FloatArray = alive.sum(axis=1) / volumes
+    return found
+
+
+def correlation_length(trajectory: Trajectory) -> FloatArray:
+    """Return the correlation length in m of the velocity fluctuations (Cavagna et al. 2010, PNAS 107, 11865).
+
+    It is the smallest distance at which C(r), the mean of u_i . u_j over pairs at distance r, is zero, where
+    u_i is v_i minus the mean velocity. Distances are grouped in bins as wide as the mean distance between
+    nearest neighbors, and C is interpolated linearly from C(0), the mean of u_i . u_i. All pairs of one time
+    are in memory.
+
+    Returns:
+        Lengths, shape (T + 1,): NaN if all velocities or all positions are equal.
+
+    Raises:
+        ArgumentError: if the argument is not a run of a flock.
+        MissingExtraError: if the ``analysis`` extra is not installed.
+    """
+    run = as_instance(trajectory, "trajectory", Trajectory)
+    alive = _alive(run)
+    pairs = zip(_points(run, alive), run.velocities, alive, strict=True)
+    side = run.scenario.periodic_side
+    return np.array([_first_zero(points, velocities[here], side) for points, velocities, here in pairs])
+
+
+def binder_cumulant(
+    order_parameter: ArrayLike, *, axis: int | tuple[int, ...] | None = None
+) -> FloatArray | np.float64:
+    """Return the Binder cumulant 1 - <v^4> / (3 <v^2>^2) (Binder 1981, Z Phys B 43, 119).
+
+    It is 2/3 for a constant order parameter and 1/3 for the norm of a Gaussian vector in the plane
+    (disorder). A minimum below the disordered value is a sign of a discontinuous transition. It is NaN if
+    all values are 0.
+
+    Args:
+        order_parameter: values v, for example polarizations of several flocks over time.
+        axis: axes that the means <> run over; ``None``: all.
+
+    Raises:
+        ArgumentError: if there are no values, they are not finite, or an axis does not exist.
+    """
+    squares = as_floats(order_parameter, "order_parameter") ** 2
+    if not squares.size:
+        raise ArgumentError("order_parameter", "at least one value", "none")
+    axes = range(squares.ndim) if axis is None else np.ravel(as_array(axis, "axis")).tolist()
+    over = tuple(as_integer(each, "axis") for each in axes)
+    try:
+        fourth, second = (squares**2).mean(axis=over), squares.mean(axis=over)
+    except (ValueError, OverflowError):  # an axis that does not exist, or one twice
+        expected = f"different axes of an array of shape {squares.shape}"
+        raise ArgumentError("axis", expected, shown(axis)) from None
+    with np.errstate(invalid="ignore"):
+        found: FloatArray | np.float64 = 1 - fourth / (3 * second**2)
+    return found
+
+
+def _alive(run: Trajectory) -> NDArray[np.bool]:
+    """Return which agents are not caught at each time, shape (T + 1, n)."""
+    alive: NDArray[np.bool] = (run.caught_at < 0) | (np.arange(len(run.times))[:, None] < run.caught_at)
+    return alive
+
+
+def _points(run: Trajectory, alive: NDArray[np.bool]) -> Iterator[FloatArray]:
+    """Yield the positions of the agents that are not caught, for each time."""
+    return (positions[here] for positions, here in zip(run.positions, alive, strict=True))
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    norms = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    unit: FloatArray = np.divide(vectors, norms, out=np.zeros_like(vectors), where=norms > 0)
+    return unit
+
+
+def _nearest(points: FloatArray, side: float | None) -> FloatArray:
+    require("analysis", ["scipy"])
+    from scipy.spatial import cKDTree  # optional and slow to import
+
+    if not len(points):
+        return np.empty(0)
+    distances: FloatArray = cKDTree(points, boxsize=side).query(points, k=2)[0][:, 1]
+    return distances
+
+
+def _hull_volume(points: FloatArray) -> float:
+    require("analysis", ["scipy"])
+    from scipy.spatial import ConvexHull, QhullError  # optional and slow to import
+
+    if not len(points):
+        return 0.0
+    try:
+        return float(ConvexHull(points).volume)
+    except QhullError:  # too few agents, or all on a line or a plane
+        return 0.0
+
+
+def _first_zero(points: FloatArray, velocities: FloatArray, side: float | None) -> float:
+    """Return the distance at which the correlation of velocity fluctuations is first zero, or NaN."""
+    width = _nearest(points, side).mean() if len(points) > 1 else 0.0
+    fluctuations = velocities - velocities.mean(axis=0) if len(points) else velocities
+    strength = (fluctuations**2).sum()
+    if width == 0 or strength == 0:
+        return np.nan
+    first, second = np.triu_indices(len(points), 1)
+    offsets = points[first] - points[second]
+    if side is not None:
+        offsets -= side * np.rint(offsets / side)
+    distances = np.linalg.norm(offsets, axis=1)
+    products = (fluctuations[first] * fluctuations[second]).sum(axis=1)
+    bins = np.rint(distances / width).astype(np.int64)
+    counts = np.bincount(bins)
+    used = counts > 0
+    r = np.r_[0.0, np.bincount(bins, distances)[used] / counts[used]]
+    c = np.r_[strength / len(points), np.bincount(bins, products)[used] / counts[used]]
+    # The fluctuations sum to 0, so the products of pairs do not have a positive sum: C has a zero.
+    at = int(np.argmax(c <= 0))
+    return float(r[at - 1] + (r[at] - r[at - 1]) * c[at - 1] / (c[at - 1] - c[at]))

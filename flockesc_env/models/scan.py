@@ -1,0 +1,184 @@
+"""``scan``: the order parameter of a flock against one number of its scenario, for several seeds."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flockesc_env import _core
+from flockesc_env.common.checks import FloatArray, as_count, as_floats, as_seeds, as_text, as_threads
+from flockesc_env.common.errors import ArgumentError, shown_name
+from flockesc_env.common.extras import require
+from flockesc_env.common.notebook import Displayed
+from flockesc_env.common.progress import Progress, reporting
+from flockesc_env.models.order import binder_cumulant
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.presets import as_scenario
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ScanResult(Displayed):
+    """Results of ``scan``.
+
+    Attributes:
+        scenario: the scenario whose field changes.
+        field: name or dotted path of the field.
+        values: values of the field, shape (values,).
+        interaction_range: rho in m, or in the unit of the neighbor rule.
+        seeds: the seeds, shape (seeds,).
+        skip: number of steps before the first time that counts in means.
+        polarization: norm of the mean heading at every time, shape (values, seeds, T + 1).
+    """
+
+    scenario: FlockScenario
+    field: str
+    values: FloatArray
+    interaction_range: float
+    seeds: NDArray[np.uint64]
+    skip: int
+    polarization: FloatArray
+
+    def _summary(self) -> dict[str, object]:
+        return {"field": self.field, "num_values": len(self.values), "num_seeds": len(self.seeds)}
+
+    def order_parameter(self) -> FloatArray:
+        """Return the mean over time of the polarization after ``skip`` steps, shape (values, seeds)."""
+        mean: FloatArray = self.polarization[..., self.skip :].mean(axis=-1)
+        return mean
+
+    def mean_with_interval(self, *, confidence: float = 0.95) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the mean over seeds of the order parameter with its percentile bootstrap interval.
+
+        Args:
+            confidence: confidence level, between 0 and 1.
+
+        Returns:
+            Mean, lower end and upper end of the interval, three arrays of shape (values,).
+
+        Raises:
+            ArgumentError: if there is only one seed, or ``confidence`` is not between 0 and 1.
+            MissingExtraError: if the ``analysis`` extra is not installed.
+        """
+        require("analysis", ["scipy"])
+        from flockesc_env.common.stats import mean_with_interval  # optional and slow to import
+
+        return mean_with_interval(self.order_parameter(), confidence)
+
+    def binder_cumulant(self) -> FloatArray:
+        """Return the Binder cumulant of the polarization after ``skip`` steps, shape (values,).
+
+        Its means run over times and seeds; see ``flockesc_env.binder_cumulant``.
+        """
+        return np.array(binder_cumulant(self.polarization[..., self.skip :], axis=(1, 2)))
+
+    def plot(self) -> Figure:
+        """Draw the order parameter against the values with its 95 % interval; with one seed without it.
+
+        Returns:
+            A Matplotlib figure; ``figure.savefig("order.png")`` writes it.
+
+        Raises:
+            MissingExtraError: if the ``analysis`` extra is not installed.
+        """
+        require("analysis", ["matplotlib", "scipy"])
+        from matplotlib.figure import Figure  # optional and slow to import
+
+        figure = Figure(figsize=(5.5, 3.5), layout="constrained")
+        axes = figure.subplots()
+        mean = self.order_parameter().mean(axis=1)
+        errors = None
+        if len(self.seeds) > 1:
+            _, low, high = self.mean_with_interval()
+            errors = (mean - low, high - mean)
+        axes.errorbar(self.values, mean, errors, fmt=".-", color="0.25", capsize=2)
+        axes.set_xlabel(self.field)
+        axes.set_ylabel("polarization")
+        axes.set_title(f"seeds: {len(self.seeds):,}", loc="left", fontsize="medium")
+        axes.set_ylim(0, 1)
+        return figure
+
+
+def scan(
+    scenario: FlockScenario | str,
+    field: str,
+    values: ArrayLike,
+    interaction_range: float,
+    seeds: Iterable[int],
+    *,
+    skip: int = 0,
+    num_threads: int | None = None,
+    progress: Progress | bool | None = None,
+) -> ScanResult:
+    """Run a flock with every value of one field on every seed, and keep the polarization at every time.
+
+    Only the flock that runs is in memory with its positions.
+
+    Args:
+        scenario: the flock model's parameters, or a preset's name.
+        field: a number of the scenario, as a name or a dotted path, for example ``"angular_noise"`` or
+            ``"motion.cohesion_strength"``.
+        values: values of the field, shape (values,).
+        interaction_range: rho in m, or in the unit of the neighbor rule.
+        seeds: seeds of the flocks. ``simulate(seed=k)`` plays the same flock.
+        skip: number of steps before the first time that counts in means, at most ``scenario.num_steps``.
+        num_threads: number of threads for a large flock; ``None``: one per core. Results do not depend on it.
+        progress: ``True``: show a progress bar on stderr. A function: called after every run with
+            (finished runs, all runs); an exception that it raises stops the scan.
+
+    Raises:
+        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite, the field
+            does not exist, or a run or the polarizations do not fit into memory.
+        ScenarioError: if the name is not a preset of a flock, or a value is out of bounds.
+
+    Examples:
+        >>> result = scan("vicsek", "angular_noise", [0.0, 3.0, 6.0], 10.0, seeds=range(5), skip=50)
+        >>> result.order_parameter().shape
+        (3, 5)
+    """
+    model = as_scenario(scenario, FlockScenario)
+    path = as_text(field, "field")
+    if path == "num_steps":
+        raise ArgumentError("field", "a field other than num_steps, on which shapes depend", path)
+    given = as_floats(values, "values")
+    if given.ndim != 1 or not given.size:
+        raise ArgumentError("values", "shape (k,) with k >= 1", f"shape {given.shape}")
+    scenarios = [_replaced(model, path, value, path) for value in given.tolist()]
+    rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
+    checked = as_seeds(seeds)
+    first = as_count(skip, "skip", least=0, most=model.num_steps)
+    threads = as_threads(num_threads)
+    shape = (given.size, len(checked), model.num_steps + 1)
+    _core.check_memory("seeds", 8 * shape[0] * shape[1] * shape[2])
+    polarization = np.empty(shape)
+    total = given.size * len(checked)
+    with reporting(progress, "Scan", total) as report:
+        for done, (index, slot) in enumerate(np.ndindex(shape[:2]), start=1):
+            document, seed = scenarios[index].to_json(), checked[slot]
+            run = _core.simulate_flock(document, np.array([[rho]]), seed, None, None, threads)
+            polarization[index, slot] = run["polarization"]
+            if report is not None:
+                report(done, total)
+    return ScanResult(model, path, given, rho, np.array(checked, np.uint64), first, polarization)
+
+
+def _replaced(part: Any, path: str, value: float, field: str) -> Any:
+    """Return a scenario or part with another value of a field; ``field`` is the whole path, for errors."""
+    name, _, rest = path.partition(".")
+    known = [each.name for each in dataclasses.fields(part)] if dataclasses.is_dataclass(part) else []
+    if name not in known:
+        expected = f"a number of the scenario; {name!r} is not one of {', '.join(known) or 'no fields'}"
+        raise ArgumentError("field", expected, shown_name(field, known))
+    old = getattr(part, name)
+    if rest:
+        new = _replaced(old, rest, value, field)
+    else:
+        new = int(value) if isinstance(old, int) and value.is_integer() else value
+    return dataclasses.replace(part, **{name: new})

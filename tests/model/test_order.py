@@ -1,0 +1,168 @@
+"""Measures of order against exact cases, and scans against ``simulate``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from option_table import DIMENSIONS, small_flock
+
+import flockesc_env as fe
+from flockesc_env.common.errors import ArgumentError, FlockescError
+
+dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
+
+
+def run_of(positions: Any, velocities: Any, **fields: Any) -> fe.Trajectory:
+    """Return a run that starts with these positions and velocities."""
+    n, dimension = np.shape(positions)
+    scenario = fe.FlockScenario(num_agents=n, dimension=dimension, num_steps=2, **{"predators": (), **fields})
+    return fe.simulate(scenario, 0.0, seed=1, initial_positions=positions, initial_velocities=velocities)
+
+
+def circle(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return points of the unit circle, and the tangents there."""
+    angles = np.arange(n) * 2 * np.pi / n
+    return np.stack([np.cos(angles), np.sin(angles)], axis=1), np.stack([-np.sin(angles), np.cos(angles)], 1)
+
+
+def in_space(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors of the plane in a tilted plane."""
+    return vectors @ np.array([[0.6, 0.0, 0.8], [0.0, 1.0, 0.0]])
+
+
+def test_a_ring_rotates_and_a_parallel_flock_does_not() -> None:
+    points, tangents = circle(12)
+    for place in (lambda v: v, in_space):
+        assert fe.rotation(run_of(7 * place(points), 3 * place(tangents)))[0] == pytest.approx(1)
+        assert fe.rotation(run_of(7 * place(points), 3 * place(points)))[0] == pytest.approx(0)
+        counter = place(tangents) * np.repeat([1, -1, 1, 1], 3)[:, None]
+        assert fe.rotation(run_of(place(points), counter))[0] == pytest.approx(0.5)
+    with pytest.raises(ArgumentError, match="periodic"):
+        fe.rotation(run_of(7 * points, tangents, periodic_side=30.0))
+
+
+@dimensions
+def test_distances_and_density_of_a_lattice(dimension: int) -> None:
+    lattice = np.stack(np.meshgrid(*[np.arange(4.0)] * dimension), -1).reshape(-1, dimension) * 2.5
+    headings = np.ones_like(lattice)
+    opened, periodic = (run_of(lattice, headings, periodic_side=side) for side in (None, 10.0))
+    for run in (opened, periodic):
+        np.testing.assert_allclose(fe.nearest_neighbor_distances(run), np.full((3, 4**dimension), 2.5))
+    np.testing.assert_allclose(fe.density(opened), [(4 / 7.5) ** dimension] * 3)
+    np.testing.assert_allclose(fe.density(periodic), [(4 / 10) ** dimension] * 3)
+    ends = run_of([[0.5] * dimension, [9.5] * dimension], headings[:2], periodic_side=10.0)
+    np.testing.assert_allclose(fe.nearest_neighbor_distances(ends)[0], dimension**0.5)
+    assert (fe.density(run_of(lattice[:2], headings[:2])) == np.inf).all()
+
+
+def test_correlation_length_of_a_sheared_row() -> None:
+    """With u_i = i - 6, i = 1, .., 11, the sum of u_i u_(i + k) is 0 at k = 4: (11 - k)^2 - 1 = 3 k^2."""
+    row = np.stack([np.arange(11.0) * 0.7, np.zeros(11)], axis=1)
+    shear = np.stack([np.full(11, 20.0), np.arange(11.0)], axis=1)
+    assert fe.correlation_length(run_of(row, shear))[0] == pytest.approx(4 * 0.7)
+    assert np.isnan(fe.correlation_length(run_of(row, np.ones_like(row)))).all()
+
+
+def test_correlation_length_of_a_wave_in_a_periodic_world() -> None:
+    """The correlation of a sine wave is a cosine, which is zero at a quarter of the wavelength."""
+    row = np.stack([np.arange(16.0), np.full(16, 8.0)], axis=1)
+    wave = np.stack([np.full(16, 20.0), np.sin(np.arange(16) * np.pi / 8)], axis=1)
+    assert fe.correlation_length(run_of(row, wave, periodic_side=16.0))[0] == pytest.approx(4)
+
+
+@pytest.mark.parametrize(
+    ("measure", "if_none_is_left"), [(fe.rotation, 0), (fe.density, np.nan), (fe.correlation_length, np.nan)]
+)
+def test_caught_agents_do_not_count(measure: Any, if_none_is_left: float) -> None:
+    scenario = fe.preset("capture").replace(num_agents=60, capture_radius=12.0)
+    run = fe.simulate(scenario, 10.0, seed=2)
+    left = run.caught_at < 0
+    assert 3 < left.sum() < 60
+    rest = run_of(run.positions[-1, left], run.velocities[-1, left])
+    assert measure(run)[-1] == pytest.approx(measure(rest)[0])
+    assert np.isnan(fe.nearest_neighbor_distances(run)[-1]).tolist() == (~left).tolist()
+    everywhere = fe.simulate(scenario.replace(capture_radius=1e3), 10.0, seed=2)
+    np.testing.assert_equal(measure(everywhere)[-1], if_none_is_left)
+
+
+def test_binder_cumulants_of_known_distributions() -> None:
+    assert fe.binder_cumulant(np.full(9, 0.4)) == pytest.approx(2 / 3)
+    gaussian = np.random.default_rng(0).normal(size=(2, 3, 400_000))
+    np.testing.assert_allclose(
+        fe.binder_cumulant(np.linalg.norm(gaussian, axis=0), axis=-1), 1 / 3, atol=0.01
+    )
+    two_phases = np.zeros(100)
+    two_phases[:5] = 1.0  # <v^2> = <v^4> = 0.05
+    assert fe.binder_cumulant(two_phases) == pytest.approx(1 - 1 / 0.15)
+
+
+SCANNED = [
+    (small_flock(num_agents=30), "speed", [1.0, 12.0]),
+    (small_flock(num_agents=30, motion=fe.Reynolds()), "motion.cohesion_strength", [0.0, 3.0]),
+    (small_flock(num_agents=30, predators=(), periodic_side=20.0), "angular_noise", [0.0, 4.0]),
+    (small_flock(num_agents=30, predators=(fe.Learned(),), capture_radius=15.0), "num_agents", [4.0, 30.0]),
+]
+
+
+@pytest.mark.parametrize(("scenario", "field", "values"), SCANNED, ids=[field for _, field, _ in SCANNED])
+def test_a_scan_plays_the_flocks_of_simulate(
+    scenario: fe.FlockScenario, field: str, values: list[float]
+) -> None:
+    seeds = [3, 2**64 - 1, 8]
+    result = fe.scan(scenario, field, values, 9.0, seeds, num_threads=2)
+    part, _, name = field.rpartition(".")
+    for value, flocks in zip(values, result.polarization, strict=True):
+        each: dict[str, Any] = (
+            {part: fe.Reynolds(cohesion_strength=value)}
+            if part
+            else {name: type(getattr(scenario, name))(value)}
+        )
+        for seed, order in zip(seeds, flocks, strict=True):
+            expected = fe.simulate(scenario.replace(**each), 9.0, seed=seed).polarization
+            assert order.tobytes() == expected.tobytes()
+
+
+def test_means_of_a_scan_leave_out_the_first_steps() -> None:
+    scenario = fe.preset("vicsek").replace(num_agents=40, num_steps=30)
+    calls: list[tuple[int, int]] = []
+    result = fe.scan(
+        scenario,
+        "angular_noise",
+        [0.5, 5.0],
+        20.0,
+        range(4),
+        skip=10,
+        progress=lambda *now: calls.append(now),
+    )
+    assert calls == [(done, 8) for done in range(1, 9)]
+    late = result.polarization[..., 10:]
+    order = result.order_parameter()
+    np.testing.assert_array_equal(order, late.mean(axis=-1))
+    np.testing.assert_array_equal(result.binder_cumulant(), fe.binder_cumulant(late, axis=(1, 2)))
+    mean, low, high = result.mean_with_interval()
+    np.testing.assert_array_equal(mean, order.mean(axis=1))
+    assert (order.min(axis=1) <= low).all()
+    assert (low < mean).all()
+    assert (mean < high).all()
+    (axes,) = result.plot().axes
+    np.testing.assert_array_equal(axes.lines[0].get_ydata(), mean)
+    assert axes.get_xlabel() == "angular_noise"
+
+
+@pytest.mark.parametrize(
+    ("field", "values", "named"),
+    [
+        ("angular_nois", [1.0], "field"),
+        ("motion.nothing", [1.0], "field"),
+        ("speed.x", [1.0], "field"),
+        ("num_steps", [1.0], "field"),
+        ("num_agents", [2.5], "num_agents"),
+        ("angular_noise", [1.0, 7.0], "angular_noise"),
+    ],
+)
+def test_refused_fields_and_values(field: str, values: list[float], named: str) -> None:
+    with pytest.raises(FlockescError) as caught:
+        fe.scan(small_flock(), field, values, 5.0, [1])
+    assert caught.value.field == named
