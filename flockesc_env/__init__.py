@@ -75,9 +75,10 @@ from flockesc_env.scenario.initial import (
 )
 from flockesc_env.scenario.initial_files import read_initial_state
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.motion import Inertial, Reynolds, Vicsek
+from flockesc_env.scenario.motion import FirstOrder, Inertial, PreferredDistance, Reynolds, Vicsek, Zones
 from flockesc_env.scenario.neighbors import Metric, NeighborRule, Topological, Voronoi
 from flockesc_env.scenario.predators import (
+    Attracted,
     ConstantVelocity,
     Encircle,
     Herd,
@@ -97,6 +98,7 @@ __all__ = [
     "AlignedHeadings",
     "Architecture",
     "ArgumentError",
+    "Attracted",
     "Choice",
     "Clusters",
     "ConstantVelocity",
@@ -105,6 +107,7 @@ __all__ = [
     "EnvOptions",
     "EpisodeError",
     "Episodes",
+    "FirstOrder",
     "FixedRange",
     "FlockEscapeEnv",
     "FlockParallelEnv",
@@ -136,6 +139,7 @@ __all__ = [
     "OptionError",
     "Policy",
     "PolicySpec",
+    "PreferredDistance",
     "PrescribedPath",
     "PurePursuit",
     "Pursue",
@@ -162,6 +166,7 @@ __all__ = [
     "Vicsek",
     "Voronoi",
     "Wandering",
+    "Zones",
     "__version__",
     "approach",
     "bind",

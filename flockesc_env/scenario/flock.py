@@ -41,8 +41,11 @@ class FlockScenario(Document):
             agents do not flee.
         alignment_strength: weight a of the consensus with neighbors, one number for all agents or one per
             agent; 0: agents ignore their neighbors.
-        motion: law that turns forces into velocities: ``Inertial()``, ``Vicsek()`` or
-            ``Reynolds(separation_strength, cohesion_strength, separation_range)``.
+        motion: law that turns forces into velocities: ``Inertial()``, ``Vicsek()``,
+            ``Reynolds(separation_strength, cohesion_strength, separation_range)``,
+            ``PreferredDistance(strength, distance, width)``,
+            ``Zones(repulsion_radius, orientation_radius, max_turn_rate)`` or
+            ``FirstOrder(repulsion, attraction)``.
         angular_noise: width eta in rad of the noise added to the heading in every step, from 0 to 2 pi.
         sensing_noise: length of the noise vector added to the neighbors' mean velocity, in units of v0.
         sensing_delay: number of steps between sensing neighbors and reacting to them.

@@ -36,4 +36,52 @@ class Reynolds:
     separation_range: float = 5.0
 
 
-Motion = Inertial | Vicsek | Reynolds
+@dataclass(frozen=True)
+class PreferredDistance:
+    """Newton's law with an additional force that keeps neighbors at a preferred distance.
+
+    Attributes:
+        strength: weight of the force, dimensionless.
+        distance: distance in m at which a neighbor neither attracts nor repels.
+        width: difference in m from ``distance`` at which the force reaches 76 % of its largest norm.
+    """
+
+    kind: ClassVar[str] = "preferred_distance"
+    strength: float = 1.0
+    distance: float = 5.0
+    width: float = 2.5
+
+
+@dataclass(frozen=True)
+class Zones:
+    """The model of Couzin et al. (2002): zones of repulsion, orientation and attraction, and limited turns.
+
+    Neighbors beyond ``orientation_radius`` attract, so the interaction range is the radius of attraction.
+
+    Attributes:
+        repulsion_radius: distance in m within which neighbors repel. One such neighbor outweighs all others.
+        orientation_radius: distance in m within which other neighbors align.
+        max_turn_rate: largest turn rate in rad/s.
+    """
+
+    kind: ClassVar[str] = "zones"
+    repulsion_radius: float = 1.0
+    orientation_radius: float = 15.0
+    max_turn_rate: float = 1.0
+
+
+@dataclass(frozen=True)
+class FirstOrder:
+    """The model of Chen and Kolokolnikov (2014): forces are velocities, at most the agent's speed.
+
+    Attributes:
+        repulsion: strength in m^2/s of the repulsion between neighbors, which falls as 1 / distance.
+        attraction: strength in 1/s of the attraction between neighbors, which grows with the distance.
+    """
+
+    kind: ClassVar[str] = "first_order"
+    repulsion: float = 1.0
+    attraction: float = 1.0
+
+
+Motion = Inertial | Vicsek | Reynolds | PreferredDistance | Zones | FirstOrder

@@ -166,4 +166,32 @@ class PrescribedPath:
     interval: float | None = None
 
 
-Predator = ConstantVelocity | PurePursuit | Intercept | Wandering | Encircle | Herd | Learned | PrescribedPath
+@dataclass(frozen=True, kw_only=True)
+class Attracted(Start):
+    """A predator that moves toward all agents at once, toward near ones more (Chen and Kolokolnikov 2014).
+
+    Inherits the attributes of ``Start``.
+
+    Attributes:
+        strength: strength c of the attraction in m^p/s.
+        exponent: exponent p; an agent at the distance d adds a speed proportional to d^(1 - p).
+        max_speed: largest speed in m/s.
+    """
+
+    kind: ClassVar[str] = "attracted"
+    strength: float = 10_000.0
+    exponent: float = 3.0
+    max_speed: float = 15.0
+
+
+Predator = (
+    ConstantVelocity
+    | PurePursuit
+    | Intercept
+    | Wandering
+    | Encircle
+    | Herd
+    | Learned
+    | PrescribedPath
+    | Attracted
+)

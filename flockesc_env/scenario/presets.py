@@ -1,4 +1,4 @@
-"""Presets: named scenarios, the paper's and variations that differ from it in one respect."""
+"""Presets: named scenarios, the paper's, variations that differ from it in one respect, and other models."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial import AlignedHeadings, Clusters, Disc
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.motion import Reynolds, Vicsek
+from flockesc_env.scenario.motion import FirstOrder, PreferredDistance, Reynolds, Vicsek, Zones
 from flockesc_env.scenario.neighbors import Topological, Voronoi
 from flockesc_env.scenario.predators import (
+    Attracted,
     ConstantVelocity,
     Encircle,
     Herd,
@@ -157,7 +158,48 @@ _STARTS = {
     ),
 }
 
-PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(_PAPER | _PREDATORS | _NEIGHBORS | _MOTION | _STARTS)
+LITERATURE: Final = {
+    "cohesive": _flock(
+        "a school in which neighbors keep a distance of 5 m",
+        motion=PreferredDistance(),
+        initial_positions=Disc(radius=40.0),
+    ),
+    "order": _flock(
+        "the model of Vicsek et al. in their periodic world, which 10 m orders at little noise",
+        num_agents=400,
+        speed=6.0,
+        motion=Vicsek(),
+        angular_noise=2.0,
+        periodic_side=100.0,
+        predators=(),
+    ),
+    "torus": _flock(
+        "the model of Couzin et al., in which 60 m makes a school that mills; the attack comes late",
+        num_agents=200,
+        num_steps=1000,
+        motion=Zones(),
+        blind_angle=math.pi / 2,
+        angular_noise=0.1,
+        initial_positions=Disc(radius=30.0),
+        predators=(ConstantVelocity((-300.0, -300.0)),),
+    ),
+    "ring": _flock(
+        "the model of Chen and Kolokolnikov, in which agents form a ring around the predator",
+        speed=30.0,
+        constant_speed=False,
+        motion=FirstOrder(repulsion=900.0, attraction=1.0),
+        alignment_strength=0.0,
+        repulsion_strength=180.0,
+        predator_range=1000.0,
+        predators=(Attracted(velocity=(0.0, 0.0)),),
+    ),
+}
+
+"""Models of other authors, which differ from the paper's flock in several respects."""
+
+PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
+    _PAPER | _PREDATORS | _NEIGHBORS | _MOTION | _STARTS | LITERATURE
+)
 
 
 def preset(name: str) -> Scenario:

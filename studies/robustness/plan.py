@@ -1,4 +1,4 @@
-"""The measurements: every flock preset with predators, on the grid of its neighbor rule, in two halves."""
+"""The measurements: every attacked variation of the paper's flock, on its grid of actions, in two halves."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.jobs.sweeps import OUTCOMES
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.predators import Learned
-from flockesc_env.scenario.presets import PRESETS
+from flockesc_env.scenario.presets import LITERATURE, PRESETS
 from studies.measurements import Measurement
 
 LEAST_FLOCKS: Final = 2
@@ -43,8 +43,9 @@ def grid_of(scenario: FlockScenario) -> Grid:
 
 
 def attacked_presets(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
-    """Return the scenarios of presets or files by name; ``None``: all presets of flocks that are attacked."""
-    known = {name: entry.scenario for name, entry in PRESETS.items() if _is_attacked(entry.scenario)}
+    """Return scenarios of presets or files by name; ``None``: every attacked variation of the paper's."""
+    variations = {name: entry.scenario for name, entry in PRESETS.items() if name not in LITERATURE}
+    known = {name: scenario for name, scenario in variations.items() if _is_attacked(scenario)}
     chosen = known if names is None else {}
     for name in names or ():
         scenario = scenario_named(name) if Path(name).suffix else known.get(name)

@@ -28,7 +28,14 @@ RULES: dict[str, dict[str, Any]] = {
         },
     },
 }
-MOTIONS = (fe.Inertial(), fe.Vicsek(), fe.Reynolds(1.3, 0.7, 4.1))
+MOTIONS = (
+    fe.Inertial(),
+    fe.Vicsek(),
+    fe.Reynolds(1.3, 0.7, 4.1),
+    fe.PreferredDistance(1.3, 4.1, 0.7),
+    fe.Zones(1.3, 4.1, 7.0),
+    fe.FirstOrder(41.0, 0.7),
+)
 # By names that say what is their own; none of them draws, or prefers a side.
 PREDATORS: dict[str, tuple[Any, ...]] = {
     "straight": (fe.ConstantVelocity((-3.0, -5.0), (11.0, 7.0)),),
@@ -39,6 +46,7 @@ PREDATORS: dict[str, tuple[Any, ...]] = {
     "intercept": (fe.Intercept((-3.0, -5.0), (11.0, 7.0)),),
     "encircle": tuple(fe.Encircle((x, y), (1.0, 9.0)) for x, y in ((-31.0, -5.0), (40.0, 3.0), (7.0, 50.0))),
     "herd": (fe.ConstantVelocity((-3.0, -5.0), (11.0, 7.0)), fe.Herd((30.0, 41.0), (-2.0, -9.0), partner=0)),
+    "attracted": (fe.Attracted((-3.0, -5.0), (11.0, 7.0)),),
     "coasting": (fe.Learned((-3.0, -5.0), (11.0, 7.0)),),
 }
 DRAWING = (

@@ -39,6 +39,7 @@ PACKS: dict[str, Any] = {
         fe.Herd(*s[1], distance=20.0, **FAST),
         fe.Herd(*s[2], partner=1),
     ],
+    "attracted": lambda s: [fe.Attracted(*s[0]), fe.Attracted(*s[1], strength=50.0, exponent=1.0)],
     "path": lambda s: [fe.PrescribedPath([place for place, _ in s], interval=0.5)],
     "all at once": lambda s: [
         fe.Wandering(*s[0], angular_diffusion=1.0),

@@ -16,7 +16,7 @@ from flockesc_env.scenario.predators import Predator, Target
 SIDE = 40.0
 HUGE = 1e200  # its square is not a finite number
 STEPS = 5
-KINDS = ("straight", "wandering", "pursuit", "confused", "intercept", "encircle", "herd", "path")
+KINDS = ("straight", "wandering", "pursuit", "confused", "intercept", "encircle", "herd", "path", "attracted")
 LINE_STEPS = 8
 
 seeds = st.integers(0, 2**32 - 1)
@@ -32,6 +32,11 @@ def predators(draw: st.DrawFn, dimension: int) -> tuple[Any, ...]:
             return fe.ConstantVelocity(position, velocity)
         if kind == "wandering":
             return fe.Wandering(position, velocity, angular_diffusion=draw(st.sampled_from([0.0, 2.0])))
+        if kind == "attracted":
+            exponent = draw(st.sampled_from([0.0, 1.0, 3.0]))
+            return fe.Attracted(
+                position, velocity, strength=draw(st.sampled_from([5.0, 1e4])), exponent=exponent
+            )
         if kind == "path":
             positions = np.cumsum(rng.normal(0, 6, (draw(st.integers(2, 8)), dimension)), axis=0)
             return fe.PrescribedPath(positions, interval=draw(st.sampled_from([None, 0.02, 0.11, 0.3])))
@@ -74,6 +79,10 @@ def flock_scenarios(draw: st.DrawFn) -> fe.FlockScenario:
                 fe.Reynolds(1.0, 0.7),
                 fe.Reynolds(2.0, 0.5, 12.0),
                 fe.Reynolds(3.0, 0.0, HUGE),
+                fe.PreferredDistance(2.0, 4.0, 1.5),
+                fe.Zones(2.0, 12.0, 3.0),
+                fe.Zones(0.0, HUGE, 100.0),
+                fe.FirstOrder(30.0, 0.4),
             ]
         )
     )
@@ -89,7 +98,7 @@ def flock_scenarios(draw: st.DrawFn) -> fe.FlockScenario:
         alignment_strength=draw(per_agent(agents, (0.0, 0.7, 1.0))),
         motion=motion,
         sensing_delay=draw(st.sampled_from([0, 1, 3, STEPS])),
-        constant_speed=motion == fe.Vicsek() or draw(st.booleans()),
+        constant_speed=isinstance(motion, fe.Vicsek | fe.Zones) or draw(st.booleans()),
         predators=draw(predators(dimension)),
     )
 

@@ -376,6 +376,8 @@ BOUNDS: dict[type[Any], dict[str, Kind]] = {
         "interval": number(0.5, low=0.0, is_above=True),
     },
     fe.Learned: {"max_speed": number(15.0, low=0.0, is_above=True)},
+    fe.Attracted: {"exponent": number(3.0, low=0.0, high=10.0), "max_speed": number(15.0, low=0.0)},
+    fe.PreferredDistance: {"width": number(2.5, low=0.0, is_above=True)},
     fe.Disc: RADIUS,
     fe.Ring: RADIUS | {"width": number(4.0, low=0.0, high=16.0)},
     fe.Segment: {"start": POINT, "end": POINT},

@@ -12,7 +12,7 @@ import flockesc_env as fe
 SMALLEST, LARGEST = 1e-20, 1e20
 
 DIVIDING = ("time_step", "mass", "speed", "initial_side")
-COMPUTED = ("repulsion_strength", "alignment_strength", "sensing_noise")
+COMPUTED = ("repulsion_strength", "alignment_strength")
 
 Numbers = st.SearchStrategy[float]
 
@@ -43,6 +43,9 @@ def predators(draw: st.DrawFn, numbers: Bounds) -> tuple[Any, ...]:
         fe.PurePursuit(**steering, confusion_rate=draw(computed), sight=draw(numbers.compared)),
         fe.PurePursuit(**steering, target=draw(st.sampled_from(["centroid", "most_isolated", "assigned"]))),
         fe.Intercept(**steering, navigation_constant=draw(computed)),
+        fe.Attracted(
+            **start, strength=draw(computed), exponent=draw(st.floats(0, 10)), max_speed=draw(computed)
+        ),
         fe.Encircle(**steering, radius=draw(computed), closing_speed=draw(computed)),
     ]
     chosen = tuple(draw(st.lists(st.sampled_from(kinds), min_size=1, max_size=3)))
@@ -54,6 +57,9 @@ def predators(draw: st.DrawFn, numbers: Bounds) -> tuple[Any, ...]:
 @st.composite
 def flocks(draw: st.DrawFn, numbers: Bounds) -> fe.FlockScenario:
     motions = st.builds(fe.Reynolds, numbers.computed, numbers.computed, numbers.compared)
+    motions |= st.builds(fe.PreferredDistance, numbers.computed, numbers.computed, numbers.dividing)
+    motions |= st.builds(fe.Zones, numbers.compared, numbers.compared, numbers.computed)
+    motions |= st.builds(fe.FirstOrder, numbers.computed, numbers.computed)
     motion = draw(st.sampled_from([fe.Inertial(), fe.Vicsek()]) | motions)
     dimension = draw(st.sampled_from([2, 3]))
     rule = draw(st.sampled_from([fe.Topological(), fe.Voronoi()])) if dimension == 2 else fe.Topological()
@@ -63,10 +69,11 @@ def flocks(draw: st.DrawFn, numbers: Bounds) -> fe.FlockScenario:
         num_steps=6,
         **{name: draw(numbers.dividing) for name in DIVIDING},
         **{name: draw(numbers.computed) for name in COMPUTED},
+        sensing_noise=0.0 if isinstance(motion, fe.Zones) else draw(numbers.computed),
         predator_range=draw(numbers.compared),
         capture_radius=draw(numbers.compared | st.none()),
         motion=motion,
-        constant_speed=motion == fe.Vicsek() or draw(st.booleans()),
+        constant_speed=isinstance(motion, fe.Vicsek | fe.Zones) or draw(st.booleans()),
         angular_noise=draw(st.sampled_from([0.0, 1.0])),
         sensing_delay=draw(st.sampled_from([0, 2])),
         blind_angle=draw(st.sampled_from([0.0, 2.0])),

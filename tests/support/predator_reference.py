@@ -41,6 +41,12 @@ def steered(
             case fe.PrescribedPath():
                 new[k] = (path_position(predator, minds.steps + 1, dt) - places[k]) / dt
                 continue
+            case fe.Attracted():
+                offsets = r - places[k]
+                distances = np.linalg.norm(offsets, axis=1, keepdims=True)
+                pull = predator.strength * (offsets / distances**predator.exponent).mean(axis=0)
+                new[k] = pull * min(1, predator.max_speed / np.linalg.norm(pull))
+                continue
             case fe.Wandering():
                 new[k] = wandered(own, predator.angular_diffusion * dt, minds.draws)
                 continue

@@ -11,7 +11,7 @@ import predator_reference
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from flockesc_env import FlockScenario, LineScenario, Reynolds, Vicsek
+from flockesc_env import FirstOrder, FlockScenario, LineScenario, PreferredDistance, Reynolds, Vicsek, Zones
 
 Floats = NDArray[np.float64]
 
@@ -61,21 +61,45 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
         mean = v[neighbors[i]].mean(axis=0)
         if mean.any():
             heard[i] = alignment[i] * speed[i] * mean / length(mean)
-        if isinstance(scenario.motion, Reynolds):
-            heard[i] += speed[i] * flocking_force(scenario.motion, r[i], r[neighbors[i]])
+        near = neighbors[i] & (np.arange(len(r)) != i)
+        match scenario.motion:
+            case Reynolds() as law:
+                heard[i] += speed[i] * flocking_force(law, r[i], r[neighbors[i]])
+            case PreferredDistance() as law:
+                heard[i] += speed[i] * spacing_force(law, r[near] - r[i])
+            case Zones() as law:
+                heard[i] = alignment[i] * speed[i] * unit(zones_direction(law, r[near] - r[i], v[near]))
+            case FirstOrder() as law:
+                heard[i] += swarming_velocity(law, r[near] - r[i]) / len(r)
     forces = [*state.heard, heard]
     force = forces[max(0, len(forces) - 1 - scenario.sensing_delay)].copy()
     for i in range(len(r)):
         for predator in state.predator_positions:
             distance = length(r[i] - predator)
             if 0 < distance <= scenario.predator_range:
-                force[i] += repulsion[i] * (r[i] - predator) / distance
+                power = 2 if isinstance(scenario.motion, FirstOrder) else 1
+                force[i] += repulsion[i] * (r[i] - predator) / distance**power
     new_r = r + scenario.time_step * v
-    is_vicsek = isinstance(scenario.motion, Vicsek)
-    new_v = force if is_vicsek else v + scenario.time_step / mass[:, None] * force
+    match scenario.motion:
+        case Vicsek():
+            new_v = force
+        case Zones() as law:
+            limit = law.max_turn_rate * scenario.time_step
+            start = np.where(v.any(axis=1, keepdims=True), v, force)
+            turned = [predator_reference.turned(*each, limit) for each in zip(start, force, strict=True)]
+            new_v = np.where(force.any(axis=1, keepdims=True), turned, 0.0)
+        case FirstOrder():
+            new_v = force.copy()
+            if not scenario.constant_speed:
+                norms = np.maximum(np.linalg.norm(force, axis=1), speed)
+                new_v *= (speed / norms)[:, None]
+        case _:
+            new_v = v + scenario.time_step / mass[:, None] * force
     if scenario.constant_speed:
         for i in range(len(r)):
             new_v[i] = speed[i] * new_v[i] / length(new_v[i]) if new_v[i].any() else v[i]
+    if isinstance(scenario.motion, FirstOrder):
+        new_r = r + scenario.time_step * new_v
     new_predators = state.predator_positions + scenario.time_step * state.predator_velocities
     if scenario.capture_radius is not None:
         escapes = predator_distances(new_r, new_predators) > scenario.capture_radius
@@ -96,6 +120,31 @@ def flocking_force(law: Reynolds, own: Floats, neighbors: Floats) -> Floats:
     center = neighbors.mean(axis=0) - own if (distances > 0).any() else np.zeros_like(own)
     apart = ((own - neighbors[close]) / distances[close, None] ** 2).sum(axis=0)
     return law.cohesion_strength * unit(center) + law.separation_strength * unit(apart)
+
+
+def spacing_force(law: PreferredDistance, offsets: Floats) -> Floats:
+    """Return the force over v0 of an agent with other neighbors at ``offsets``."""
+    pulls = [np.tanh((length(offset) - law.distance) / law.width) * unit(offset) for offset in offsets]
+    return law.strength * np.sum(pulls, axis=0) / max(1, len(pulls))
+
+
+def zones_direction(law: Zones, offsets: Floats, velocities: Floats) -> Floats:
+    """Return the direction that an agent with other neighbors at ``offsets`` wants to fly."""
+    away = along = np.zeros(offsets.shape[1])
+    for offset, velocity in zip(offsets, velocities, strict=True):
+        if length(offset) <= law.repulsion_radius:
+            away = away - unit(offset)
+        else:
+            along = along + unit(velocity if length(offset) <= law.orientation_radius else offset)
+    return away if away.any() else along
+
+
+def swarming_velocity(law: FirstOrder, offsets: Floats) -> Floats:
+    """Return n times the velocity of an agent with other neighbors at ``offsets``."""
+    apart = offsets[offsets.any(axis=1)]
+    return (law.attraction * apart - law.repulsion * apart / (apart**2).sum(axis=1, keepdims=True)).sum(
+        axis=0
+    )
 
 
 def length(vector: Floats) -> float:

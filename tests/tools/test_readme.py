@@ -53,7 +53,7 @@ def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) ->
     options: dict[str, Any] = {"max_range": 150.0, **entry.options}
     were_caught = 0
     for scenario in (preset.scenario for preset in PRESETS.values()):
-        if not isinstance(scenario, FlockScenario):
+        if not isinstance(scenario, FlockScenario) or not scenario.predators:
             continue
         count = scenario.num_agents
         unlike = {

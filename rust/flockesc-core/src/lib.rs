@@ -26,8 +26,9 @@ pub use base::error::{Error, Result};
 pub use base::rng::episode_seed;
 pub use episode::{Batch, Episode, EpisodeConfig, EpisodeOutcome, Metrics, Running};
 pub use flock::{
-    Distribution, FlockConfig, InitialHeadings, InitialPositions, InitialState, Motion,
-    PredatorDistance, Reynolds, Schedule, Trajectory, World, check_record, simulate_flock,
+    Distribution, FirstOrder, FlockConfig, InitialHeadings, InitialPositions, InitialState, Motion,
+    PredatorDistance, PreferredDistance, Reynolds, Schedule, Trajectory, World, Zones,
+    check_record, simulate_flock,
 };
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use kinds::kinds;

@@ -188,7 +188,7 @@ impl FlockConfig {
         ] {
             strength.check(field, self.num_agents, quantity)?;
         }
-        self.motion.check(self.constant_speed)?;
+        self.motion.check(self.constant_speed, self.sensing_noise)?;
         within_bounds("angular_noise", self.angular_noise, 0.0, TAU)?;
         quantity("sensing_noise", self.sensing_noise)?;
         within("sensing_delay", self.sensing_delay, 0, MAX_STEPS)?;

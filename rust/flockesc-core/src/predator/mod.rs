@@ -1,6 +1,7 @@
 //! Predators and their strategies, one per file. A strategy sets the predator's next velocity (step 5).
 //! `PredatorConfig` is the enum of all strategies.
 
+mod attracted;
 mod constant_velocity;
 mod encircle;
 mod herd;
@@ -16,6 +17,7 @@ use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 use strum::{AsRefStr, VariantNames};
 
+pub use attracted::Attracted;
 pub use constant_velocity::ConstantVelocity;
 pub use encircle::Encircle;
 pub use herd::Herd;
@@ -58,6 +60,8 @@ pub enum PredatorConfig {
     Learned(Learned),
     /// Follows a prescribed path.
     PrescribedPath(PrescribedPath),
+    /// Moves toward all agents at once.
+    Attracted(Attracted),
 }
 
 impl PredatorConfig {
@@ -90,6 +94,7 @@ impl PredatorConfig {
             Self::Herd(own) => Start::Given(&own.position, &own.velocity),
             Self::Learned(own) => Start::Given(&own.position, &own.velocity),
             Self::PrescribedPath(path) => Start::Path(path),
+            Self::Attracted(own) => Start::Given(&own.position, &own.velocity),
         }
     }
 
@@ -117,6 +122,7 @@ impl PredatorConfig {
             Self::Herd(own) => own.check(&path, index, count),
             Self::Learned(own) => own.check(&path),
             Self::PrescribedPath(own) => own.check(&path, dimension),
+            Self::Attracted(own) => own.check(&path),
         }
     }
 
@@ -137,13 +143,17 @@ impl PredatorConfig {
             Self::Herd(own) => own.steer(index, predators, surroundings),
             Self::Learned(own) => own.steer(&mut predators[index]),
             Self::PrescribedPath(own) => own.steer(&mut predators[index], time_step),
+            Self::Attracted(own) => own.steer(&mut predators[index], surroundings),
         }
     }
 
     /// Serializes the fields of a predator that the strategy remembers between steps.
     fn memory_of<const D: usize>(&self, predator: &Predator<D>) -> Vec<u8> {
         match self {
-            Self::ConstantVelocity(_) | Self::Intercept(_) | Self::Wandering(_) => Vec::new(),
+            Self::ConstantVelocity(_)
+            | Self::Intercept(_)
+            | Self::Wandering(_)
+            | Self::Attracted(_) => Vec::new(),
             Self::PurePursuit(_) => write(&(predator.target, predator.aim)),
             Self::Encircle(_) => write(&(predator.steps, predator.aim)),
             Self::Herd(_) => write(&predator.aim),
@@ -155,7 +165,10 @@ impl PredatorConfig {
     /// Restores the fields that [`Self::memory_of`] serialized.
     fn remember<const D: usize>(&self, predator: &mut Predator<D>, memory: &[u8]) -> Result<()> {
         match self {
-            Self::ConstantVelocity(_) | Self::Intercept(_) | Self::Wandering(_) => {}
+            Self::ConstantVelocity(_)
+            | Self::Intercept(_)
+            | Self::Wandering(_)
+            | Self::Attracted(_) => {}
             Self::PurePursuit(_) => (predator.target, predator.aim) = read(memory)?,
             Self::Encircle(_) => (predator.steps, predator.aim) = read(memory)?,
             Self::Herd(_) => predator.aim = read(memory)?,

@@ -34,7 +34,7 @@ pub(super) fn consensus_force<const D: usize>(
 }
 
 /// Adds the escape force s (r_i - r_p) / ||r_i - r_p|| to agents with a `distance` to the predator above 0
-/// and up to `range`, the predator range rho_p in m.
+/// and up to `range`, the predator range rho_p in m. If it `decays`, it is divided by the distance.
 #[inline(always)]
 pub(super) fn add_escape_force<const D: usize>(
     range: f64,
@@ -42,6 +42,7 @@ pub(super) fn add_escape_force<const D: usize>(
     group: &Group<D>,
     predator: &[f64; D],
     distance: &Column<f64>,
+    decays: bool,
     force: &mut Force<D>,
 ) {
     for lane in 0..GROUP {
@@ -50,6 +51,11 @@ pub(super) fn add_escape_force<const D: usize>(
             columns.repulsion[lane] / distance[lane]
         } else {
             0.0
+        };
+        let factor = if decays && is_felt {
+            factor / distance[lane]
+        } else {
+            factor
         };
         for axis in 0..D {
             force[axis][lane] += (group.position[axis][lane] - predator[axis]) * factor;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use strum::{AsRefStr, VariantNames};
 
-use crate::base::check::{not_negative, quantity};
+use crate::base::check::{not_negative, positive_quantity, quantity};
 use crate::base::error::{Error, Result};
 
 /// The law of motion: how forces change velocities.
@@ -17,27 +17,40 @@ pub enum Motion {
     Vicsek {},
     /// Forces change velocities, and neighbors also attract and repel each other.
     Reynolds(Reynolds),
+    /// Forces change velocities, and neighbors also keep a preferred distance.
+    PreferredDistance(PreferredDistance),
+    /// Headings turn at a limited rate toward the direction of zones with priority.
+    Zones(Zones),
+    /// Forces, among them attraction and repulsion of neighbors, are velocities.
+    FirstOrder(FirstOrder),
 }
 
 impl Motion {
     /// Names of all laws in a scenario.
     pub const KINDS: &[&str] = <Self as VariantNames>::VARIANTS;
 
-    /// Checks the law's parameters.
-    pub(crate) fn check(&self, constant_speed: bool) -> Result<()> {
+    /// Checks the law's parameters, and fields of the scenario that it cannot use.
+    pub(crate) fn check(&self, constant_speed: bool, sensing_noise: f64) -> Result<()> {
+        if matches!(self, Self::Vicsek {} | Self::Zones(_)) && !constant_speed {
+            let expected = format!("true if motion is {}", self.as_ref());
+            return Err(Error::config("constant_speed", expected, constant_speed));
+        }
+        if matches!(self, Self::Zones(_)) && sensing_noise > 0.0 {
+            let expected = "0 if motion is zones";
+            return Err(Error::config("sensing_noise", expected, sensing_noise));
+        }
         match self {
-            Self::Vicsek {} if !constant_speed => {
-                let expected = "true if motion is vicsek";
-                Err(Error::config("constant_speed", expected, constant_speed))
-            }
             Self::Inertial {} | Self::Vicsek {} => Ok(()),
             Self::Reynolds(law) => law.check(),
+            Self::PreferredDistance(law) => law.check(),
+            Self::Zones(law) => law.check(),
+            Self::FirstOrder(law) => law.check(),
         }
     }
 
     /// Returns whether the law has forces between pairs of neighbors.
     pub(crate) fn needs_pairs(&self) -> bool {
-        matches!(self, Self::Reynolds(_))
+        !matches!(self, Self::Inertial {} | Self::Vicsek {})
     }
 }
 
@@ -59,5 +72,65 @@ impl Reynolds {
         quantity(&field("separation_strength"), self.separation_strength)?;
         quantity(&field("cohesion_strength"), self.cohesion_strength)?;
         not_negative(&field("separation_range"), self.separation_range)
+    }
+}
+
+/// Forces change velocities, and neighbors also keep a preferred distance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PreferredDistance {
+    /// Weight of the force, at least 0.
+    pub strength: f64,
+    /// Distance in m at which a neighbor neither attracts nor repels, at least 0.
+    pub distance: f64,
+    /// Difference in m from that distance at which the force has tanh(1) of its largest norm, from 1e-20 to 1e20.
+    pub width: f64,
+}
+
+impl PreferredDistance {
+    fn check(&self) -> Result<()> {
+        let field = |name: &str| format!("motion.preferred_distance.{name}");
+        quantity(&field("strength"), self.strength)?;
+        quantity(&field("distance"), self.distance)?;
+        positive_quantity(&field("width"), self.width)
+    }
+}
+
+/// Headings turn at a limited rate toward the direction of zones with priority.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Zones {
+    /// Distance in m up to which neighbors repel, at least 0. If there is one, all others are ignored.
+    pub repulsion_radius: f64,
+    /// Distance in m up to which neighbors beyond align, at least 0. All others attract.
+    pub orientation_radius: f64,
+    /// Largest turn rate in rad/s, at least 0.
+    pub max_turn_rate: f64,
+}
+
+impl Zones {
+    fn check(&self) -> Result<()> {
+        let field = |name: &str| format!("motion.zones.{name}");
+        not_negative(&field("repulsion_radius"), self.repulsion_radius)?;
+        not_negative(&field("orientation_radius"), self.orientation_radius)?;
+        quantity(&field("max_turn_rate"), self.max_turn_rate)
+    }
+}
+
+/// Forces, among them attraction and repulsion of neighbors, are velocities.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FirstOrder {
+    /// Strength in m^2/s of the repulsion between neighbors, at least 0.
+    pub repulsion: f64,
+    /// Strength in 1/s of the attraction between neighbors, at least 0.
+    pub attraction: f64,
+}
+
+impl FirstOrder {
+    fn check(&self) -> Result<()> {
+        let field = |name: &str| format!("motion.first_order.{name}");
+        quantity(&field("repulsion"), self.repulsion)?;
+        quantity(&field("attraction"), self.attraction)
     }
 }

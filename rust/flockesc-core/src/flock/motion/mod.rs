@@ -1,15 +1,18 @@
 //! Motion of the agents (steps 2 to 4 of docs/model.md): forces, noise, and the laws of motion.
 
 mod columns;
+mod first_order;
 mod forces;
 mod inertial;
 mod law;
 mod noise;
+mod preferred_distance;
 mod response;
 mod reynolds;
 mod step;
 mod vicsek;
+mod zones;
 
-pub use law::{Motion, Reynolds};
+pub use law::{FirstOrder, Motion, PreferredDistance, Reynolds, Zones};
 pub(super) use response::{Response, ResponseState};
 pub(super) use step::{Predators, advance};

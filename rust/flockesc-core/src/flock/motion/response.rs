@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::columns::ParameterColumns;
 use super::forces::{Force, consensus_force};
-use super::law::{Motion, Reynolds};
+use super::law::Motion;
 use super::noise::Noise;
 use crate::agents::{Agents, GROUP};
 use crate::base::error::Result;
@@ -103,8 +103,8 @@ impl<const D: usize> Response<D> {
             return None;
         }
         self.consensus(config, agents, neighborhood);
-        if let Motion::Reynolds(law) = &config.motion {
-            self.add_boids_forces(law, config, agents, neighborhood);
+        if config.motion.needs_pairs() {
+            self.add_pair_forces(config, agents, neighborhood);
         }
         if config.sensing_delay > 0 {
             self.delay(config, agents.ids());
@@ -134,14 +134,13 @@ impl<const D: usize> Response<D> {
     }
 
     /// Adds the forces between pairs of neighbors.
-    fn add_boids_forces(
+    fn add_pair_forces(
         &mut self,
-        law: &Reynolds,
         config: &FlockConfig,
         agents: &Agents<D>,
         neighborhood: &Neighborhood<D>,
     ) {
-        let pairs = neighborhood.pairs(agents);
+        let (pairs, sums) = (neighborhood.pairs(agents), neighborhood.sums());
         let (low, high) = neighborhood.bounds();
         let extent = (0..D).fold(0.0, |most: f64, axis| most.max(high[axis] - low[axis]));
         let scale = Scale::for_registers(extent, agents.len());
@@ -152,7 +151,21 @@ impl<const D: usize> Response<D> {
             let mut columns = ParameterColumns::of_first(config);
             for (group, force) in (first..).zip(forces) {
                 columns.load(config, agents.ids_of(group));
-                law.add_forces(&pairs, group, scale, &columns, buffers, force);
+                match &config.motion {
+                    Motion::Inertial {} | Motion::Vicsek {} => {}
+                    Motion::Reynolds(law) => {
+                        law.add_forces(&pairs, group, scale, &columns, buffers, force);
+                    }
+                    Motion::PreferredDistance(law) => {
+                        law.add_forces(&pairs, group, &sums[group], &columns, buffers, force);
+                    }
+                    Motion::Zones(law) => {
+                        law.set_forces(agents, &pairs, group, &columns, buffers, force);
+                    }
+                    Motion::FirstOrder(law) => {
+                        law.add_forces(agents.len(), &pairs, group, buffers, force);
+                    }
+                }
             }
             buffers.trim();
         });

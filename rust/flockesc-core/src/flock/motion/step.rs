@@ -5,7 +5,7 @@ use multiversion::multiversion;
 use super::columns::ParameterColumns;
 use super::forces::{Force, add_escape_force, consensus_force};
 use super::law::Motion;
-use super::{inertial, vicsek};
+use super::{first_order, inertial, vicsek};
 use crate::agents::{GROUP, Group};
 use crate::flock::metrics::distances;
 use crate::flock::scenario::FlockConfig;
@@ -29,6 +29,7 @@ pub(crate) fn advance<const D: usize>(
     forces: Option<&[Force<D>]>,
 ) {
     let range = config.predator_range;
+    let decays = matches!(config.motion, Motion::FirstOrder(_));
     let mut columns = ParameterColumns::of_first(config);
     let agents = groups.iter_mut().zip(sums).zip(ids.chunks(GROUP));
     for (index, ((group, sums), ids)) in agents.enumerate() {
@@ -39,19 +40,26 @@ pub(crate) fn advance<const D: usize>(
         };
         match predators.before {
             // With one predator, the stored distance to the nearest predator can be used.
-            [only] => add_escape_force(range, &columns, group, only, &group.distance, &mut force),
+            [only] => {
+                let distance = &group.distance;
+                add_escape_force(range, &columns, group, only, distance, decays, &mut force);
+            }
             many => {
                 for predator in many {
                     let distance = distances(&group.position, &[*predator]);
-                    add_escape_force(range, &columns, group, predator, &distance, &mut force);
+                    add_escape_force(
+                        range, &columns, group, predator, &distance, decays, &mut force,
+                    );
                 }
             }
         }
-        match config.motion {
-            Motion::Inertial {} | Motion::Reynolds(_) => {
+        match &config.motion {
+            Motion::Inertial {} | Motion::Reynolds(_) | Motion::PreferredDistance(_) => {
                 inertial::integrate(config, &columns, &force, group);
             }
             Motion::Vicsek {} => vicsek::integrate(config, &columns, &force, group),
+            Motion::Zones(law) => law.integrate(config, &columns, &force, group),
+            Motion::FirstOrder(_) => first_order::integrate(config, &columns, &force, group),
         }
         group.distance = distances(&group.position, predators.after);
     }

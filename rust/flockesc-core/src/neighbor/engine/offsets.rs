@@ -1,5 +1,5 @@
-//! Sums over the offsets from every agent to its neighbors: of the offsets, and of the offsets from close neighbors
-//! divided by the squared distances.
+//! Sums over the offsets from every agent to its neighbors: of the offsets, of the offsets from close neighbors
+//! divided by the squared distances, and of any terms.
 
 use bytemuck::cast_slice;
 use pulp::{Arch, Simd, WithSimd};
@@ -28,7 +28,7 @@ pub(crate) struct OffsetSums<const D: usize> {
 pub(crate) struct OffsetBuffers<const D: usize> {
     tiles: Vec<u32>,
     candidates: Candidates,
-    /// Lanes, and terms of their sums over close neighbors in 1/m.
+    /// The terms of sums: the index of the sum times [`GROUP`] plus the lane, and the term.
     terms: Vec<(u32, [f64; D])>,
 }
 
@@ -83,10 +83,31 @@ impl<const D: usize> Pairs<'_, D> {
                 push_close(terms, lane, offset, range);
             });
         }
+        let [from_close] = add_up(&buffers.terms);
         OffsetSums {
             toward_all: sums,
-            from_close: sum_terms(&buffers.terms),
+            from_close,
         }
+    }
+
+    /// Returns K sums over the other neighbors of every agent of a group. `term(place, offset)` returns the index of a
+    /// sum and the term that the neighbor at `place` adds to it. `offset` leads to the neighbor, in m.
+    pub(crate) fn sum_terms<const K: usize>(
+        &self,
+        group: usize,
+        buffers: &mut OffsetBuffers<D>,
+        term: impl Fn(usize, [f64; D]) -> Option<(usize, [f64; D])>,
+    ) -> [[Column<f64>; D]; K] {
+        let OffsetBuffers { tiles, terms, .. } = buffers;
+        terms.clear();
+        self.visit(group, tiles, |lane, place| {
+            let own = group * GROUP + lane;
+            if place != own {
+                let found = term(place, self.distances().offset(own, place));
+                terms.extend(found.map(|(sum, term)| ((sum * GROUP + lane) as u32, term)));
+            }
+        });
+        add_up(terms)
     }
 }
 
@@ -104,24 +125,31 @@ fn push_close<const D: usize>(
     }
 }
 
-/// Returns the exact sum of the terms of every agent. Terms differ by many orders of magnitude, so the scale of an
-/// agent's sum follows from its largest term.
-fn sum_terms<const D: usize>(terms: &[(u32, [f64; D])]) -> [Column<f64>; D] {
-    let (mut largest, mut counts) = ([0.0; GROUP], [0; GROUP]);
-    for (lane, term) in terms {
-        let lane = *lane as usize % GROUP;
-        largest[lane] = term.iter().fold(largest[lane], |l, x| larger(l, x.abs()));
-        counts[lane] += 1;
+/// Returns K exact sums of the terms of every agent. Terms differ by many orders of magnitude, so the scale of a sum
+/// follows from its largest term.
+fn add_up<const K: usize, const D: usize>(terms: &[(u32, [f64; D])]) -> [[Column<f64>; D]; K] {
+    let (mut largest, mut counts) = ([[0.0; GROUP]; K], [[0; GROUP]; K]);
+    let place = |index: u32| (index as usize / GROUP, index as usize % GROUP);
+    for (index, term) in terms {
+        let (sum, lane) = place(*index);
+        let most = largest[sum][lane];
+        largest[sum][lane] = term.iter().fold(most, |most, x| larger(most, x.abs()));
+        counts[sum][lane] += 1;
     }
-    let scales: Column<Scale> = std::array::from_fn(|lane| Scale::new(largest[lane], counts[lane]));
-    let mut sums = [[0; GROUP]; D];
-    for (lane, term) in terms {
-        let lane = *lane as usize % GROUP;
+    let scales: [Column<Scale>; K] = std::array::from_fn(|sum| {
+        std::array::from_fn(|lane| Scale::new(largest[sum][lane], counts[sum][lane]))
+    });
+    let mut totals = [[[0; GROUP]; D]; K];
+    for (index, term) in terms {
+        let (sum, lane) = place(*index);
         for axis in 0..D {
-            sums[axis][lane] += scales[lane].truncate(term[axis]);
+            totals[sum][axis][lane] += scales[sum][lane].truncate(term[axis]);
         }
     }
-    sums.map(|sums| std::array::from_fn(|lane| scales[lane].value(sums[lane])))
+    std::array::from_fn(|sum| {
+        let value = |axis: usize, lane: usize| scales[sum][lane].value(totals[sum][axis][lane]);
+        std::array::from_fn(|axis| std::array::from_fn(|lane| value(axis, lane)))
+    })
 }
 
 /// The sums if neighbors are determined by distances and fields of view, for dispatch to an instruction set.
