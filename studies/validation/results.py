@@ -17,7 +17,7 @@ from studies.study import Results
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PARTS: Final = ("robust_consensus",)
+PARTS: Final = ("vicsek", "vectorial_noise", "robust_consensus")
 """Modules of this package, in the order of the page. Each measures one published result."""
 
 

@@ -1,0 +1,165 @@
+"""Vicsek et al. 1995: order against angular noise at constant density, for 40 to 10,000 agents.
+
+Vicsek, Czirok, Ben-Jacob, Cohen and Shochet, "Novel type of phase transition in a system of self-driven
+particles" (1995), Figure 2a.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from flockesc_env import AlignedHeadings, FlockScenario, RandomHeadings, Vicsek, scan
+from flockesc_env.benchmark.seeds import HELD_OUT, first_seeds
+from flockesc_env.common import stats
+from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.jobs import Arrays, Job
+from flockesc_env.render.palette import LIGHT
+from studies.measurements import chunks
+from studies.style import curve, letter
+from studies.validation.results import Verdict, scaled
+from training.figure_style import WIDTH, label_ends
+
+TITLE: Final = "Order against noise"
+PUBLISHED: Final = (
+    "order falls with noise, and more sharply in larger flocks"
+    " ([Vicsek et al. 1995](https://doi.org/10.1103/PhysRevLett.75.1226))"
+)
+
+DENSITY: Final = 4.0
+"""Agents per square of the interaction range."""
+
+SIZES: Final = {40: 10, 100: 10, 400: 10, 4_000: 5, 10_000: 5}
+"""Flocks by their number of agents; ``CONTROL`` is one of them."""
+
+NOISES: Final = (0.0, 1.0, 2.0, 3.0, 3.5, 4.0, 4.5, 5.0, 2 * np.pi)
+"""Widths eta of the angular noise in rad; under the last one headings are independent."""
+
+ORDERED, DISORDERED = 3.0, 5.0
+"""Noises between which order falls, in rad."""
+
+NUM_STEPS: Final = 1_000
+SKIP: Final = 500
+CONTROL: Final = 400
+"""Agents of the flocks that also start with random headings, as in 1995."""
+
+TOLERANCE: Final = 0.1
+"""Largest relative deviation from the exact order of independent headings."""
+
+
+@dataclass(frozen=True)
+class OrderAgainstNoise:
+    """Time means of the polarization by ``SIZES`` and ``NOISES``.
+
+    ``falls`` is the order at ``DISORDERED`` noise over that at ``ORDERED`` noise, and ``independent`` the
+    order at the largest noise over its exact value, by ``SIZES``. ``from_random`` is the order of flocks that
+    start with random headings minus that of the aligned ones, by ``NOISES``.
+    """
+
+    order: tuple[tuple[Estimate, ...], ...]
+    falls: tuple[Estimate, ...]
+    independent: tuple[Estimate, ...]
+    from_random: tuple[Estimate, ...]
+    num_flocks: tuple[int, ...]
+
+    @property
+    def largest_change(self) -> Estimate:
+        """The largest difference that the start makes."""
+        return max(self.from_random, key=lambda change: abs(change.mean))
+
+
+def periodic_flock(num_agents: int, density: float, **fields: Any) -> FlockScenario:
+    """Return the Vicsek model with time step 1 and interaction range 1, which starts aligned."""
+    side = (num_agents / density) ** 0.5
+    aligned = AlignedHeadings((1.0, 0.0), 0.0)
+    start = {"initial_side": side, "periodic_side": side, "initial_headings": aligned, "predators": ()}
+    return FlockScenario(
+        **{"num_agents": num_agents, "time_step": 1.0, "motion": Vicsek(), **start, **fields}
+    )
+
+
+def moments(scenario: FlockScenario, field: str, noises: Sequence[float], skip: int, seeds: range) -> Arrays:
+    """Return time means of the polarization, its square and its fourth power, shape (noises, seeds)."""
+    late = scan(scenario, field, noises, 1.0, seeds).polarization[..., skip:]
+    return {name: (late**power).mean(axis=-1) for name, power in (("mean", 1), ("second", 2), ("fourth", 4))}
+
+
+def jobs(scale: float) -> dict[str, list[Job]]:
+    """Return the jobs by flock, for ``results``."""
+    fields: dict[str, Any] = {"speed": 0.03, "num_steps": NUM_STEPS}
+    flocks = {str(size): periodic_flock(size, DENSITY, **fields) for size in SIZES}
+    random = {"initial_headings": RandomHeadings()}
+    flocks["random"] = periodic_flock(CONTROL, DENSITY, **fields, **random)
+    return {
+        name: [
+            Job(f"{__name__}:moments", (flock, "angular_noise", NOISES, SKIP, seeds), 5e-3 * flock.num_agents)
+            for seeds in chunks(first_seeds(HELD_OUT, scaled(SIZES[flock.num_agents], scale)), 1)
+        ]
+        for name, flock in flocks.items()
+    }
+
+
+def results(measured: Mapping[str, Arrays]) -> OrderAgainstNoise:
+    """Return the results of the jobs of ``jobs``."""
+    values: dict[str, FloatArray] = {name: found["mean"] for name, found in measured.items()}
+    ordered, disordered = NOISES.index(ORDERED), NOISES.index(DISORDERED)
+    by_size = [values[str(size)] for size in SIZES]
+    return OrderAgainstNoise(
+        order=tuple(tuple(stats.mean(row) for row in found) for found in by_size),
+        falls=tuple(stats.mean(found[disordered] / found[ordered]) for found in by_size),
+        independent=tuple(
+            stats.mean(found[-1] / exact(size)) for size, found in zip(SIZES, by_size, strict=True)
+        ),
+        from_random=tuple(
+            stats.mean(random - aligned)
+            for random, aligned in zip(values["random"], values[str(CONTROL)], strict=True)
+        ),
+        num_flocks=tuple(found.shape[1] for found in by_size),
+    )
+
+
+def exact(num_agents: int) -> float:
+    """Return the mean polarization of independent headings, sqrt(pi / n) / 2 for many agents."""
+    return float(np.sqrt(np.pi / num_agents) / 2)
+
+
+def here(results: OrderAgainstNoise) -> str:
+    """Return the order between order and disorder, in the smallest and the largest flock."""
+    at = NOISES.index(4.0)
+    small, large = (results.order[index][at] for index in (0, -1))
+    return f"at noise 4, {small:.2f} for {min(SIZES)} agents and {large:.2f} for {max(SIZES):,}"
+
+
+def verdict(results: OrderAgainstNoise) -> Verdict:
+    """Return the verdict by the rule on the page."""
+    falls_with_noise = all(
+        after.high < before.low for row in results.order for before, after in pairwise(row)
+    )
+    is_sharper = results.falls[-1].high < results.falls[0].low
+    are_independent = all(abs(end - 1) < TOLERANCE for e in results.independent for end in (e.low, e.high))
+    return Verdict.AGREES if falls_with_noise and is_sharper and are_independent else Verdict.DIFFERS
+
+
+def figure(results: OrderAgainstNoise) -> Figure:
+    """Draw order against noise by size, and the order of independent headings with its exact value."""
+    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    ends = []
+    for color, size, row in zip(LIGHT.ranges, SIZES, results.order, strict=False):
+        curve(left, NOISES, row, color, "o-", band=0.25, lw=1.5, ms=3)
+        ends.append((row[-1].mean, f"{size:,} agents", color))
+    left.set(xlabel="angular noise (rad)", ylabel="polarization", ylim=(0, 1))
+    label_ends(left, ends)
+    sizes = tuple(SIZES)
+    curve(right, sizes, [row[-1] for row in results.order], LIGHT.ink, "o", band=0.0, ms=4)
+    right.plot(sizes, [exact(size) for size in sizes], color=LIGHT.accent, lw=1.2, zorder=0)
+    right.annotate("exact", (1_000, exact(1_000)), (5, 5), textcoords="offset points", color=LIGHT.accent)
+    right.set(xscale="log", yscale="log", xlabel="number of agents", ylabel="polarization")
+    letter(left, 0, "order against noise")
+    letter(right, 1, "independent headings (noise 2 pi)")
+    return figure

@@ -1,0 +1,126 @@
+"""Order against angular and vectorial noise: small flocks, and verdicts on made-up measurements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flockesc_env import binder_cumulant, simulate
+from flockesc_env.jobs import Arrays, Job
+from studies.validation import vectorial_noise, vicsek
+from studies.validation.page import markdown_page
+from studies.validation.results import Measured, ValidationResults, Verdict
+
+
+def page_of(name: str, results: Any) -> str:
+    measured = ValidationResults({name: Measured("command", {}, 1.0, results)})
+    return markdown_page(ValidationResults.from_json(measured.to_json()), Path("figures"), Path("page.md"))
+
+
+def played(jobs: dict[str, list[Job]]) -> dict[str, Arrays]:
+    """Run the jobs of every group and join their flocks."""
+    found = {name: [job.run() for job in group] for name, group in jobs.items()}
+    return {
+        name: {key: np.concatenate([each[key] for each in parts], axis=1) for key in parts[0]}
+        for name, parts in found.items()
+    }
+
+
+def test_moments_are_means_over_late_steps() -> None:
+    flock = vicsek.periodic_flock(20, 4.0, speed=0.03, num_steps=12)
+    found = vicsek.moments(flock, "angular_noise", [1.0, 5.0], 4, range(3, 5))
+    late = simulate(flock.replace(angular_noise=5.0), 1.0, seed=4).polarization[4:]
+    moments = [found[name][1, 1] for name in ("mean", "second", "fourth")]
+    np.testing.assert_allclose(moments, [(late**power).mean() for power in (1, 2, 4)])
+
+
+def test_order_of_small_flocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(vicsek, "SIZES", {10: 4, 60: 4})
+    monkeypatch.setattr(vicsek, "CONTROL", 10)
+    monkeypatch.setattr(vicsek, "NUM_STEPS", 400)
+    monkeypatch.setattr(vicsek, "SKIP", 50)
+    results = vicsek.results(played(vicsek.jobs(1.0)))
+    assert all(row[0].mean == pytest.approx(1) for row in results.order)  # without noise
+    assert [e.mean for e in results.independent] == pytest.approx([1, 1], abs=0.08)
+    assert results.falls[1].high < results.falls[0].low
+    page = page_of("vicsek", results)
+    assert f"| 60 | {results.order[1][1]} |" in page
+    assert len(vicsek.figure(results).axes) == 2
+
+
+def measured_order(sharper: bool = True, scale: float = 1.0) -> dict[str, Arrays]:
+    """Return made-up order that falls with noise, in large flocks faster if ``sharper``."""
+    rng = np.random.default_rng(0)
+    shape = {size: 0.5 if sharper and size > 1_000 else 1.0 for size in vicsek.SIZES}
+    found = {}
+    for size, fall in shape.items():
+        mean = np.array([1.0, 0.9, 0.8, 0.7, 0.6 * fall, 0.5 * fall, 0.4 * fall, 0.3 * fall, 0.0])
+        mean[-1] = vicsek.exact(size) * scale
+        found[str(size)] = {"mean": mean[:, None] * (1 + 1e-3 * rng.normal(size=(9, 6)))}
+    return found | {"random": found[str(vicsek.CONTROL)]}
+
+
+@pytest.mark.parametrize(
+    ("fields", "verdict"),
+    [({}, Verdict.AGREES), ({"sharper": False}, Verdict.DIFFERS), ({"scale": 1.2}, Verdict.DIFFERS)],
+)
+def test_verdict_on_order(fields: dict[str, Any], verdict: Verdict) -> None:
+    assert vicsek.verdict(vicsek.results(measured_order(**fields))) == verdict
+
+
+def phases(ordered: float, flocks: int = 8) -> Arrays:
+    """Return moments of flocks at 8 noises; at the fourth they are in order for a share of the time."""
+    rng = np.random.default_rng(0)
+    time = np.array([1, 1, 1, ordered, 0, 0, 0, 0])[:, None] * (1 - 0.01 * rng.random((8, flocks)))
+    disorder = {1: 0.01 * np.pi**0.5 / 2, 2: 1e-4, 4: 2e-8}  # of a Gaussian vector in the plane
+    names = {"mean": 1, "second": 2, "fourth": 4}
+    return {name: time * 0.8**power + (1 - time) * disorder[power] for name, power in names.items()}
+
+
+def measured_noise(vectorial: tuple[float, float], angular: tuple[float, float]) -> dict[str, Arrays]:
+    """Return made-up moments from the shares of random and aligned starts, for both noises."""
+    shares = {"sensing_noise": vectorial, "angular_noise": angular}
+    starts = ("random", "aligned")
+    return {
+        f"{noise} {start}": phases(share)
+        for noise, each in shares.items()
+        for start, share in zip(starts, each, strict=True)
+    }
+
+
+@pytest.mark.parametrize(
+    ("vectorial", "angular", "verdict"),
+    [
+        ((0.1, 0.6), (1.0, 1.0), Verdict.AGREES),
+        ((1.0, 1.0), (1.0, 1.0), Verdict.DIFFERS),  # no dip
+        ((0.1, 0.1), (1.0, 1.0), Verdict.OPEN),  # no hysteresis
+        ((0.1, 0.6), (0.1, 0.6), Verdict.OPEN),  # the control too
+    ],
+)
+def test_verdict_on_the_transition(
+    vectorial: tuple[float, float], angular: tuple[float, float], verdict: Verdict
+) -> None:
+    results = vectorial_noise.results(measured_noise(vectorial, angular))
+    assert vectorial_noise.verdict(results) == verdict
+    assert f"| vectorial | {results.transitions['sensing_noise'].dip} |" in page_of(
+        "vectorial_noise", results
+    )
+    assert len(vectorial_noise.figure(results).axes) == 4
+
+
+def test_pooled_cumulants_are_those_of_all_flocks_and_times() -> None:
+    order = np.random.default_rng(1).random((8, 5, 30))
+    moments = {
+        name: (order**power).mean(axis=-1) for name, power in (("mean", 1), ("second", 2), ("fourth", 4))
+    }
+    measured = {
+        f"{noise} {start}": moments for noise in vectorial_noise.NOISES for start in ("random", "aligned")
+    }
+    found = vectorial_noise.results(measured).transitions["sensing_noise"]
+    exact = np.asarray(binder_cumulant(order, axis=(1, 2)))
+    np.testing.assert_allclose([each.mean for each in found.cumulant], exact)
+    assert found.dip.mean == pytest.approx(exact.min())
+    assert all(each.low < each.mean < each.high for each in found.cumulant)
