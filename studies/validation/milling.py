@@ -1,0 +1,234 @@
+"""Couzin et al. 2002: swarm, torus and parallel groups over the width of the zone of orientation.
+
+I. D. Couzin, J. Krause, R. James, G. D. Ruxton and N. R. Franks, "Collective memory and spatial sorting in
+animal groups", J. Theor. Biol. 218 (2002) 1-11.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from flockesc_env import Disc, FlockScenario, Zones, rotation, simulate
+from flockesc_env.benchmark.seeds import HELD_OUT, first_seeds
+from flockesc_env.common import stats
+from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.jobs import Arrays, Job
+from flockesc_env.render.palette import LIGHT
+from studies.style import curve, letter
+from studies.validation.results import Verdict, scaled
+from training.figure_style import WIDTH
+
+TITLE: Final = "Swarm, torus and parallel group"
+PUBLISHED: Final = (
+    "swarm, torus and parallel group as the zone of orientation grows; no torus as it shrinks again"
+    " ([Couzin et al. 2002](https://doi.org/10.1006/jtbi.2002.3065))"
+)
+
+WIDTHS: Final = tuple(0.5 * step for step in range(13))
+"""Widths of the zone of orientation, in radii of the zone of repulsion."""
+
+ATTRACTION: Final = 14.0
+"""Width of the zone of attraction."""
+
+TORUS: Final = 2.5
+"""The width of the control."""
+
+SPEED: Final = 3.0
+FAST: Final = 10 * SPEED
+"""Speed of the control, which moves a tenth of a second's way in a hundredth of a second's turn."""
+
+STEPS: Final = 2_000
+MEASURED: Final = 500
+"""The last steps of each width, over which measures are averaged."""
+
+NOISE: Final = 2 * math.sqrt(3) * 0.05
+"""Uniform noise with the root mean square angle of the published Gaussian noise, 0.05 rad."""
+
+FLOCKS: Final = 10
+TURNING: Final = 0.5
+"""Rotation above which a group with a smaller polarization is a torus."""
+
+LITTLE: Final = 0.3
+"""Polarization and rotation below which a group is a swarm."""
+
+PARALLEL: Final = 0.9
+"""Polarization above which a group is parallel."""
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """Polarization, rotation and number of groups, by the widths of a ramp."""
+
+    polarization: tuple[Estimate, ...]
+    rotation: tuple[Estimate, ...]
+    num_groups: tuple[Estimate, ...]
+
+
+@dataclass(frozen=True)
+class Milling:
+    """Ramps with rising and falling widths, both in the order of ``WIDTHS``; rotation of the control.
+
+    ``memory`` is the paired difference of the polarization on the way down and up, by width. ``torus`` has
+    the positions of the agents and their headings at the largest rotation, shape (n, 3) each.
+    """
+
+    num_flocks: int
+    up: Ramp
+    down: Ramp
+    memory: tuple[Estimate, ...]
+    slow_rotation: Estimate
+    fast_rotation: Estimate
+    torus: tuple[tuple[tuple[float, float, float], ...], tuple[tuple[float, float, float], ...]]
+
+    def swarms(self) -> tuple[float, ...]:
+        """Return the widths of swarms on the way up."""
+        ups = zip(WIDTHS, self.up.rotation, self.up.polarization, strict=True)
+        return tuple(width for width, m, p in ups if max(m.high, p.high) < LITTLE)
+
+    def tori(self) -> tuple[float, ...]:
+        """Return the widths of tori on the way up."""
+        ups = zip(WIDTHS, self.up.rotation, self.up.polarization, strict=True)
+        return tuple(width for width, m, p in ups if m.low > max(TURNING, p.high))
+
+    def parallel(self) -> tuple[float, ...]:
+        """Return the widths of parallel groups on the way up."""
+        ups = zip(WIDTHS, self.up.polarization, strict=True)
+        return tuple(width for width, p in ups if p.low > PARALLEL)
+
+    def remembered(self) -> tuple[float, ...]:
+        """Return the widths at which groups have more polarization and less rotation on the way down."""
+        both = zip(WIDTHS, self.memory, self.up.rotation, self.down.rotation, strict=True)
+        return tuple(width for width, more, up, down in both if more.low > 0 and down.high < up.low)
+
+
+def scenario(width: float, speed: float = SPEED) -> FlockScenario:
+    """Return the published model with this width of the zone of orientation; lengths in its units."""
+    return FlockScenario(
+        num_agents=100,
+        dimension=3,
+        num_steps=STEPS,
+        time_step=0.1,
+        speed=speed,
+        initial_side=10.0,
+        initial_positions=Disc(radius=5.0),
+        motion=Zones(repulsion_radius=1.0, orientation_radius=1.0 + width, max_turn_rate=math.radians(40)),
+        blind_angle=math.radians(90),
+        angular_noise=NOISE,
+        predators=(),
+    )
+
+
+def reach(width: float) -> float:
+    """Return the interaction range: the radius of the zone of attraction."""
+    return 1.0 + width + ATTRACTION
+
+
+def ramp(seed: int) -> Arrays:
+    """Return polarization, rotation and number of groups on the way up and down, shape (2, widths, 3)."""
+    found, states = [], []
+    state: dict[str, Any] = {}
+    for number, width in enumerate((*WIDTHS, *WIDTHS[::-1])):
+        run = simulate(scenario(width), reach(width), seed=seed + number * 2**32, **state)
+        state = {"initial_positions": run.positions[-1], "initial_velocities": run.velocities[-1]}
+        turning = rotation(run)[-MEASURED:].mean()
+        found.append((run.polarization[-MEASURED:].mean(), turning, run.num_components[-1]))
+        states.append((run.positions[-1], run.velocities[-1] / SPEED))
+    up, down = found[: len(WIDTHS)], found[len(WIDTHS) :][::-1]
+    at = int(np.argmax([turning for _, turning, _ in up]))
+    return {"ramp": np.array([up, down]), "torus": np.array(states[at])}
+
+
+def turning(speed: float, seed: int) -> Arrays:
+    """Return the rotation at the width of the control from a random start, shape (1,)."""
+    run = simulate(scenario(TORUS, speed), reach(TORUS), seed=seed)
+    return {"rotation": rotation(run)[-MEASURED:].mean(keepdims=True)}
+
+
+def jobs(scale: float) -> dict[tuple[str, int], Job]:
+    """Return the jobs by purpose and seed, for ``results``."""
+    found = {}
+    for seed in first_seeds(HELD_OUT, scaled(FLOCKS, scale, 2)):
+        found["ramp", seed] = Job(f"{__name__}:ramp", (seed,), 20)
+        found["slow", seed] = Job(f"{__name__}:turning", (SPEED, seed), 1)
+        found["fast", seed] = Job(f"{__name__}:turning", (FAST, seed), 1)
+    return found
+
+
+def results(measured: Mapping[tuple[str, int], Arrays]) -> Milling:
+    """Return the results of the jobs of ``jobs``."""
+
+    def stacked(purpose: str, name: str) -> FloatArray:
+        return np.stack([found[name] for (each, _), found in measured.items() if each == purpose])
+
+    ramps = stacked("ramp", "ramp")
+    up, down = ramps[:, 0], ramps[:, 1]
+    positions, headings = stacked("ramp", "torus")[0]
+    return Milling(
+        num_flocks=len(ramps),
+        up=_ramp(up),
+        down=_ramp(down),
+        memory=tuple(stats.mean(row) for row in (down - up)[..., 0].T),
+        slow_rotation=stats.mean(stacked("slow", "rotation")[:, 0]),
+        fast_rotation=stats.mean(stacked("fast", "rotation")[:, 0]),
+        torus=(_rows(positions - positions.mean(axis=0)), _rows(headings)),
+    )
+
+
+def _ramp(values: FloatArray) -> Ramp:
+    """Return the estimates of the measures over flocks, from an array of shape (flocks, widths, 3)."""
+    measures = (tuple(stats.mean(row) for row in values[..., column].T) for column in range(3))
+    return Ramp(*measures)
+
+
+def _rows(vectors: FloatArray) -> tuple[tuple[float, float, float], ...]:
+    return tuple((float(x), float(y), float(z)) for x, y, z in vectors)
+
+
+def here(results: Milling) -> str:
+    """Return the widths of the torus."""
+    tori, parallel = results.tori(), results.parallel()
+    if not tori or not parallel:
+        return "no torus" if not tori else "no parallel group"
+    kept = ", ".join(f"{width:g}" for width in results.remembered()) or "no width"
+    return (
+        f"a torus at widths {tori[0]:g} to {tori[-1]:g}, parallel from {parallel[0]:g}"
+        f"; the way down has no torus at {kept}"
+    )
+
+
+def verdict(results: Milling) -> Verdict:
+    """Return the verdict: three states in the published order, and memory of a parallel group."""
+    swarms, tori, parallel = results.swarms(), results.tori(), results.parallel()
+    is_ordered = bool(swarms and tori and parallel) and swarms[-1] < tori[0] and tori[-1] < parallel[0]
+    return Verdict.AGREES if is_ordered and results.remembered() else Verdict.DIFFERS
+
+
+def figure(results: Milling) -> Figure:
+    """Draw a torus, and both measures against the width on the way up and down."""
+    figure = Figure(figsize=(WIDTH, 3.0), layout="constrained")
+    picture, *panels = figure.subplots(1, 3)
+    positions, headings = np.array(results.torus)
+    # Look along the axis of rotation.
+    axis = np.cross(positions, headings).sum(axis=0)
+    plane = np.linalg.svd(axis[None])[2][1:]
+    (x, y), (u, v) = plane @ positions.T, plane @ headings.T
+    picture.quiver(x, y, u, v, color=LIGHT.ink, angles="xy", scale=18, width=0.008)
+    picture.set_aspect("equal")
+    picture.set_axis_off()
+    letter(picture, 0, "a torus, along its axis")
+    for index, (axes, name) in enumerate(zip(panels, ("polarization", "rotation"), strict=True), start=1):
+        for label, ramp, color in (
+            ("up", results.up, LIGHT.others[0]),
+            ("down", results.down, LIGHT.others[1]),
+        ):
+            curve(axes, WIDTHS, getattr(ramp, name), color, ".-", band=0.2, lw=1.5, label=label)
+        axes.set(xlabel="width of the zone of orientation", ylim=(0, 1))
+        letter(axes, index, name)
+    panels[1].legend()
+    return figure

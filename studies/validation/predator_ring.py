@@ -1,0 +1,254 @@
+"""Chen and Kolokolnikov 2014: the ring of prey around a predator, its radii and the limits of its stability.
+
+Y. Chen and T. Kolokolnikov, "A minimal model of predator-swarm interactions", J. R. Soc. Interface 11 (2014)
+20131208. The closed forms hold for infinitely many prey. With prey that repel each other by 1/d, attract each
+other linearly with strength 1, and a predator of repulsion b that is attracted by c / d^(p - 1):
+
+    R_1^2 = b,   R_2^2 = 1 + b,   stable for b R_2^(p - 2) < c < 1 / (R_1^(2 - p) - R_2^(2 - p)) if 2 < p < 4.
+
+The limits are the zeros of the determinant and of the trace of the linear dynamics of the ring's center and
+the predator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.stats import linregress
+from scipy.stats import t as student
+
+from flockesc_env import Attracted, Disc, FirstOrder, FlockScenario, simulate
+from flockesc_env.benchmark.seeds import HELD_OUT, first_seeds
+from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.jobs import Arrays, Job
+from flockesc_env.render.palette import LIGHT
+from studies.style import letter
+from studies.validation.results import Verdict, scaled
+from training.figure_style import WIDTH
+
+TITLE: Final = "Ring of prey around a predator"
+PUBLISHED: Final = (
+    "closed forms of both radii and of the predator strengths between which the ring is stable"
+    " ([Chen and Kolokolnikov 2014](https://doi.org/10.1098/rsif.2013.1208))"
+)
+
+REPULSION: Final = 0.2
+"""b: strength of the repulsion from the predator, in units of the repulsion between prey."""
+
+EXPONENT: Final = 3.0
+"""p: exponent of the predator's attraction."""
+
+INNER, OUTER = REPULSION**0.5, (1 + REPULSION) ** 0.5
+LOWER: Final = REPULSION * OUTER ** (EXPONENT - 2)
+UPPER: Final = 1 / (INNER ** (2 - EXPONENT) - OUTER ** (2 - EXPONENT))
+
+CLOSED_FORMS: Final = {
+    "inner radius": INNER,
+    "outer radius": OUTER,
+    "weakest stable predator": LOWER,
+    "strongest stable predator": UPPER,
+}
+
+SIZES: Final = {200: 8, 300: 6, 400: 4, 600: 3, 800: 3}
+"""Flocks by their number of agents. The number of pairs sets the cost."""
+
+STRENGTHS: Final = (0.2, 0.25, 0.7, 0.8)
+"""Predator strengths c: two around each limit, between which its zero is interpolated."""
+
+RELAXING: Final = 0.5
+"""The predator strength with which the ring forms."""
+
+TOLERANCE: Final = 0.005
+"""Relative deviation of three digits."""
+
+UNBOUNDED: Final = 1e6
+STEP: Final = 0.01
+"""Time step of the runs that measure stability."""
+
+SHIFT: Final = 0.02
+"""Distance by which the predator starts away from the center."""
+
+EVERY: Final = 5
+"""Steps between two times of the fit of the linear dynamics."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One number: its closed form, the limit of many agents here, and means by ``SIZES``."""
+
+    closed_form: float
+    limit: Estimate
+    means: tuple[float, ...]
+
+    @property
+    def deviation(self) -> float:
+        """The relative deviation from the closed form."""
+        return self.limit.mean / self.closed_form - 1
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the limit has three digits of the closed form."""
+        return abs(self.deviation) <= TOLERANCE
+
+
+@dataclass(frozen=True)
+class PredatorRing:
+    """The numbers of ``CLOSED_FORMS``; number of flocks by the entries of ``SIZES``; a ring for the picture.
+
+    ``ring`` has the positions of the agents relative to the predator, shape (n, 2).
+    """
+
+    limits: dict[str, Limit]
+    num_flocks: tuple[int, ...]
+    ring: tuple[tuple[float, float], ...]
+
+
+def scenario(
+    num_agents: int, strength: float, position: FloatArray, step: float, time: float
+) -> FlockScenario:
+    """Return the published model with a predator at ``position``."""
+    predator = Attracted(
+        position=(float(position[0]), float(position[1])),
+        velocity=(0.0, 0.0),
+        strength=strength,
+        exponent=EXPONENT,
+        max_speed=UNBOUNDED,
+    )
+    return FlockScenario(
+        num_agents=num_agents,
+        time_step=step,
+        num_steps=round(time / step),
+        initial_side=2.0,
+        initial_positions=Disc(radius=1.0),
+        speed=UNBOUNDED,
+        constant_speed=False,
+        motion=FirstOrder(repulsion=1.0, attraction=1.0),
+        alignment_strength=0.0,
+        repulsion_strength=REPULSION,
+        predator_range=UNBOUNDED,
+        predators=(predator,),
+    )
+
+
+def measure(num_agents: int, seeds: range) -> Arrays:
+    """Return the numbers of ``CLOSED_FORMS``, shape (4, seeds), and rings, shape (seeds, n, 2)."""
+    rings = [_ring(num_agents, seed) for seed in seeds]
+    offsets = np.stack([positions - predator for positions, predator in rings])
+    squares = (offsets**2).sum(axis=2)
+    # The density is constant between the radii, so squared distances are uniform.
+    half = np.sqrt(3 * squares.var(axis=1))
+    radii = np.sqrt([squares.mean(axis=1) - half, squares.mean(axis=1) + half])
+    lower = [_zero(STRENGTHS[:2], [_dynamics(ring, c)[1] for c in STRENGTHS[:2]]) for ring in rings]
+    upper = [_zero(STRENGTHS[2:], [_dynamics(ring, c)[0] for c in STRENGTHS[2:]]) for ring in rings]
+    return {"numbers": np.array([*radii, lower, upper]), "rings": offsets}
+
+
+def _ring(num_agents: int, seed: int) -> tuple[FloatArray, FloatArray]:
+    """Return the positions of agents and predator in a steady ring."""
+    relaxing = scenario(num_agents, RELAXING, np.ones(2), step=0.05, time=100.0)
+    run = simulate(relaxing, UNBOUNDED, seed=seed)
+    return run.positions[-1], run.predator_positions[-1, 0]
+
+
+def _dynamics(ring: tuple[FloatArray, FloatArray], strength: float) -> tuple[float, float]:
+    """Return trace and determinant of the linear dynamics of the offset of predator and ring, in time units.
+
+    Two runs with opposite shifts of the predator cancel even orders. The offset obeys y'' = trace y' - det y.
+    """
+    positions, predator = ring
+    shift = np.array([SHIFT, 0.0])
+    offsets = []
+    for shifted in (predator + shift, predator - shift):
+        run = simulate(
+            scenario(len(positions), strength, shifted, STEP, time=6.0),
+            UNBOUNDED,
+            initial_positions=positions,
+            initial_velocities=np.zeros_like(positions),
+        )
+        offsets.append(run.positions.mean(axis=1)[:, 0] - run.predator_positions[:, 0, 0])
+    y = (offsets[0] - offsets[1])[2 * EVERY :: EVERY]
+    recurrence = np.linalg.lstsq(np.stack([y[1:-1], y[:-2]], axis=1), y[2:])[0]
+    roots = np.roots([1, *-recurrence]).astype(complex)
+    # An explicit Euler step multiplies an eigenvector by 1 + step * eigenvalue.
+    eigenvalues = (roots ** (1 / EVERY) - 1) / STEP
+    return float(eigenvalues.sum().real), float(eigenvalues.prod().real)
+
+
+def _zero(at: tuple[float, ...], values: list[float]) -> float:
+    """Return the zero of the line through two points."""
+    return at[0] - values[0] * (at[1] - at[0]) / (values[1] - values[0])
+
+
+def jobs(scale: float) -> dict[tuple[int, int], Job]:
+    """Return a job per number of agents and seed, for ``results``."""
+    flocks = [
+        (n, seed) for n, count in SIZES.items() for seed in first_seeds(HELD_OUT, scaled(count, scale, 2))
+    ]
+    call = f"{__name__}:measure"
+    return {(n, seed): Job(call, (n, range(seed, seed + 1)), 70 * (n / 800) ** 2) for n, seed in flocks}
+
+
+def results(measured: Mapping[tuple[int, int], Arrays]) -> PredatorRing:
+    """Return the results of the jobs of ``jobs``."""
+    numbers = {
+        n: np.hstack([found["numbers"] for (size, _), found in measured.items() if size == n]) for n in SIZES
+    }
+    (ring,) = next(found["rings"] for (size, _), found in measured.items() if size == max(SIZES))
+    return PredatorRing(
+        limits={
+            name: _limit(name, [numbers[n][row] for n in SIZES]) for row, name in enumerate(CLOSED_FORMS)
+        },
+        num_flocks=tuple(numbers[n].shape[1] for n in SIZES),
+        ring=tuple((float(x), float(y)) for x, y in ring),
+    )
+
+
+def _limit(name: str, values: list[FloatArray]) -> Limit:
+    """Return a number and its limit: the intercept of a linear regression against 1 / n."""
+    correction = np.concatenate([np.full(len(found), 1 / n) for n, found in zip(SIZES, values, strict=True)])
+    fit = linregress(correction, np.concatenate(values))
+    half = student.ppf(0.975, len(correction) - 2) * fit.intercept_stderr
+    limit = Estimate(float(fit.intercept), float(fit.intercept - half), float(fit.intercept + half))
+    return Limit(CLOSED_FORMS[name], limit, tuple(float(found.mean()) for found in values))
+
+
+def here(results: PredatorRing) -> str:
+    """Return the largest deviation."""
+    worst = max(results.limits.values(), key=lambda limit: abs(limit.deviation))
+    return f"all four within {100 * abs(worst.deviation):.1f} % in the limit of many agents"
+
+
+def verdict(results: PredatorRing) -> Verdict:
+    """Return the verdict: all numbers must have three digits of the closed forms."""
+    return Verdict.AGREES if all(limit.agrees for limit in results.limits.values()) else Verdict.DIFFERS
+
+
+def figure(results: PredatorRing) -> Figure:
+    """Draw a ring with the published radii, and every number against the number of agents."""
+    figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
+    grid = figure.add_gridspec(2, 4)
+    picture = figure.add_subplot(grid[:, :2])
+    x, y = np.array(results.ring).T
+    picture.plot(x, y, ".", color=LIGHT.ink, ms=2)
+    picture.plot(0, 0, "o", color=LIGHT.predator, ms=6)
+    angle = np.linspace(0, 2 * np.pi, 200)
+    for radius in (INNER, OUTER):
+        picture.plot(radius * np.cos(angle), radius * np.sin(angle), color=LIGHT.others[0], lw=1.5)
+    picture.set_aspect("equal")
+    picture.set_axis_off()
+    letter(picture, 0, f"{len(results.ring)} agents and the published radii")
+    for index, (name, limit) in enumerate(results.limits.items()):
+        axes = figure.add_subplot(grid[index // 2, 2 + index % 2])
+        axes.axhline(limit.closed_form, color=LIGHT.others[0], lw=1.5)
+        axes.plot(tuple(SIZES), limit.means, ".-", color=LIGHT.ink)
+        axes.set_xscale("log")
+        axes.set_xticks(tuple(SIZES), [str(n) for n in SIZES])
+        axes.minorticks_off()
+        letter(axes, index + 1, name)
+        if index >= 2:
+            axes.set_xlabel("number of agents")
+    return figure
