@@ -1,1 +1,1 @@
-"""Related results: a bandit over fixed ranges, and the best topological k against the predator's speed."""
+"""A related result: a bandit over fixed ranges."""

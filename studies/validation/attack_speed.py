@@ -1,12 +1,17 @@
-"""The best number of neighbors against the predator's speed, under the topological rule."""
+"""Mateo et al. 2017: the best number of neighbors against the predator's speed, under the topological rule.
+
+Mateo, Kuan and Bouffanais, "Effect of correlations in swarms on collective response" (2017).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from flockesc_env import ConstantVelocity, FlockScenario, Topological
 from flockesc_env.benchmark.seeds import HELD_OUT, TUNING, first_seeds
@@ -15,7 +20,21 @@ from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import seed_jobs
+from flockesc_env.render.palette import LIGHT
+from studies.pages import compared
 from studies.robustness.findings import OBJECTIVES
+from studies.style import curve, letter
+from studies.validation.results import Verdict, scaled
+from training.figure_style import WIDTH, label_ends
+
+TITLE: Final = "The best number of neighbors against the predator's speed"
+PUBLISHED: Final = (
+    "more neighbors improve the response to slow perturbations of static networks and worsen it to fast ones"
+    " ([Mateo et al. 2017](https://doi.org/10.1038/s41598-017-09830-w))"
+)
+
+NUM_FLOCKS: Final = 200
+"""Held-out flocks per speed."""
 
 SPEEDS: Final = (0.5, 1.0, 2.0, 4.0)
 """Speeds of the predator, in units of the paper's."""
@@ -28,6 +47,9 @@ CHECK_FLOCKS: Final = 10
 
 TUNING_SHARE: Final = 2
 """Held-out flocks per tuning flock."""
+
+FEW: Final = 30
+"""Largest k of the sentence about few neighbors."""
 
 
 @dataclass(frozen=True)
@@ -97,22 +119,23 @@ def step_length(speed: float) -> float:
     return float(np.linalg.norm(predator.velocity or ())) * scenario(speed).time_step
 
 
-def attack_jobs(num_flocks: int) -> dict[str, list[Job]]:
-    """Return the jobs by speed and purpose, for ``attack_results``."""
+def jobs(scale: float) -> dict[str, list[Job]]:
+    """Return the jobs by speed and purpose, for ``results``."""
+    num_flocks = scaled(NUM_FLOCKS, scale)
     actions = tuple(float(k) for k in NEIGHBORS)
     tuning = first_seeds(TUNING, num_flocks // TUNING_SHARE)
     held_out = first_seeds(HELD_OUT, num_flocks)
     few = tuning[:CHECK_FLOCKS]
-    jobs = {}
+    found = {}
     for speed in SPEEDS:
-        jobs[f"tuning {speed}"] = seed_jobs(SWEEP, scenario(speed), actions, tuning)
-        jobs[f"held out {speed}"] = seed_jobs(SWEEP, scenario(speed), actions, held_out)
-        jobs[f"longer {speed}"] = seed_jobs(SWEEP, scenario(speed, longer=2), actions, few)
-    return jobs
+        found[f"tuning {speed}"] = seed_jobs(SWEEP, scenario(speed), actions, tuning)
+        found[f"held out {speed}"] = seed_jobs(SWEEP, scenario(speed), actions, held_out)
+        found[f"longer {speed}"] = seed_jobs(SWEEP, scenario(speed, longer=2), actions, few)
+    return found
 
 
-def attack_results(measured: Mapping[str, Arrays]) -> AttackSpeed:
-    """Return the results of the jobs of ``attack_jobs``."""
+def results(measured: Mapping[str, Arrays]) -> AttackSpeed:
+    """Return the results of the jobs of ``jobs``."""
     tuning = _by_objective(measured, "tuning")
     held_out = _by_objective(measured, "held out")
     longer = _by_objective(measured, "longer")
@@ -158,3 +181,86 @@ def _best(tuning: FloatArray, held_out: FloatArray) -> tuple[Best, ...]:
         )
         for place, interval, values in zip(places, intervals, held_out, strict=True)
     )
+
+
+def sign_changes(best: Sequence[Best]) -> Verdict:
+    """Return whether many neighbors gain against the slowest predator and lose against the fastest."""
+    slow, fast = (compared(row.curve[-1]) for row in (best[0], best[-1]))
+    if (slow, fast) == ("larger", "smaller"):
+        return Verdict.AGREES
+    return Verdict.DIFFERS if slow == "smaller" or fast == "larger" else Verdict.OPEN
+
+
+def here(results: AttackSpeed) -> str:
+    """Return, by objective, whether the gain of many neighbors changes its sign."""
+    return "; ".join(f"{symbol}: {sign_changes(best)}" for symbol, best in results.best.items())
+
+
+def verdict(results: AttackSpeed) -> Verdict:
+    """Return the verdict of the objectives if it is the same for all of them."""
+    verdicts = {sign_changes(best) for best in results.best.values()}
+    return verdicts.pop() if len(verdicts) == 1 else Verdict.OPEN
+
+
+def seconds() -> dict[float, float]:
+    """Return the duration of an episode in s, by speed."""
+    return {speed: scenario(speed).num_steps * scenario(speed).time_step for speed in SPEEDS}
+
+
+def changes(values: tuple[float, ...]) -> str:
+    """Return changes in m by speed, without zeros, as text."""
+    shown = [f"{value:.2f} m at {speed:g}x" for speed, value in zip(SPEEDS, values, strict=True)]
+    return ", ".join(text for text, value in zip(shown, values, strict=True) if value) or "0"
+
+
+def few_change(best: Sequence[Best]) -> float:
+    """Return the largest change in m of a mean objective from k = 1 to any k <= ``FEW``, at any speed."""
+    few = NEIGHBORS.index(FEW) + 1
+    return max(abs(change.mean) for row in best for change in row.curve[:few])
+
+
+def signs(best: Sequence[Best]) -> dict[str, str]:
+    """Return the speeds at which the gain of many neighbors is larger than 0, smaller, and neither."""
+    words = [compared(row.curve[-1]) for row in best]
+    return {word: _at(one == word for one in words) for word in dict.fromkeys(words)}
+
+
+def refuted(best: Sequence[Best]) -> str:
+    """Return the speeds at which held-out flocks refute the best k; empty: none."""
+    return _at(row.is_refuted for row in best)
+
+
+def unresolved(results: AttackSpeed) -> list[tuple[float, float, float]]:
+    """Return speeds whose largest mean J_min is below the predator's step, with both lengths in m."""
+    found = zip(SPEEDS, results.best["J_min"], strict=True)
+    return [
+        (speed, row.largest, step_length(speed)) for speed, row in found if row.largest < step_length(speed)
+    ]
+
+
+def _at(is_so: Iterable[bool]) -> str:
+    """Return the speeds at which something is so, as text; empty: at none."""
+    names = [f"{speed:g}x" for speed, so in zip(SPEEDS, is_so, strict=True) if so]
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def figure(results: AttackSpeed) -> Figure:
+    """Draw the gain over k = 1 against k; a dot marks the best k on tuning flocks."""
+    drawn = Figure(figsize=(WIDTH, 3.4), layout="constrained")
+    panels = drawn.subplots(1, len(results.best))
+    for index, (axes, (symbol, best)) in enumerate(zip(panels, results.best.items(), strict=True)):
+        ends = []
+        for color, speed, row in zip(LIGHT.others, SPEEDS, best, strict=False):
+            curve(axes, NEIGHBORS, row.curve, color, band=0.12, lw=1.8)
+            axes.plot(row.neighbors.mean, row.chosen.mean, "o", color=color, ms=6.5, zorder=3)
+            ends.append((row.curve[-1].mean, f"{speed:g}x", color))
+        axes.axhline(0, color=LIGHT.muted, lw=0.8, zorder=1)
+        axes.set_xscale("log")
+        axes.set_xticks((1, 2, 4, 7, 14, 30, 100), ("1", "2", "4", "7", "14", "30", "100"))
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.set_xlabel("number of neighbors k")
+        axes.set_ylabel(f"{symbol} minus {symbol} at k = 1 (m)")
+        axes.grid(axis="y")
+        letter(axes, index, f"{symbol}, by the speed of the predator")
+        label_ends(axes, ends)
+    return drawn

@@ -17,7 +17,14 @@ from studies.study import Results
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PARTS: Final = ("vicsek", "vectorial_noise", "robust_consensus")
+PARTS: Final[tuple[str, ...]] = (
+    "vicsek",
+    "vectorial_noise",
+    "robust_consensus",
+    "predator_ring",
+    "milling",
+    "attack_speed",
+)
 """Modules of this package, in the order of the page. Each measures one published result."""
 
 

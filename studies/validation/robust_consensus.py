@@ -37,6 +37,9 @@ PUBLISHED: Final = (
 LOWEST, HIGHEST = 6, 7
 """The published best number of neighbors."""
 
+SAME: Final = 1.0
+"""Bound of a change of the best number of neighbors that counts as none."""
+
 NEIGHBORS: Final = tuple(range(2, 21))
 WIDTH_RATIO: Final = 0.5
 """Middle side of the box over its longest side."""
@@ -82,16 +85,22 @@ class Optimum:
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict by the rule on the page."""
-        is_near = self.starlings.low <= HIGHEST and self.starlings.high >= LOWEST
-        depends = self.thickness_change.low > 0 or self.thickness_change.high < 0
-        is_scale_free = abs(self.size_change.mean) < 1
-        return Verdict.AGREES if is_near and depends and is_scale_free else Verdict.DIFFERS
+        """The verdict by the rule on the page: that of its three claims together."""
+        best, thickness, size = self.starlings, self.thickness_change, self.size_change
+        lowest, highest = LOWEST - 0.5, HIGHEST + 0.5  # what rounds to a published number
+        if best.high < lowest or best.low > highest or size.low > 0 or size.high < 0:
+            return Verdict.DIFFERS
+        is_shown = (
+            lowest <= best.low <= best.high <= highest
+            and (thickness.low > 0 or thickness.high < 0)
+            and -SAME < size.low <= size.high < SAME
+        )
+        return Verdict.AGREES if is_shown else Verdict.OPEN
 
 
 @dataclass(frozen=True)
 class RobustConsensus:
-    """Optima by the weights of the neighbors; number of flocks by the entries of ``SIZES``."""
+    """Optima by the weight of a neighbor; ``num_flocks`` follows ``SIZES``."""
 
     optima: dict[str, Optimum]
     num_flocks: tuple[int, ...]
@@ -178,20 +187,22 @@ def _optimum(values: Mapping[str, FloatArray], power: float) -> Optimum:
 
 def here(results: RobustConsensus) -> str:
     """Return the best numbers of neighbors at the thickness of starling flocks."""
-    found = [f"{optimum.starlings:.1f} with weights {name}" for name, optimum in results.optima.items()]
+    found = [
+        f"{optimum.starlings:.1f} neighbors of weight {name}" for name, optimum in results.optima.items()
+    ]
     return f"best at {' and '.join(found)}, for random points"
 
 
 def verdict(results: RobustConsensus) -> Verdict:
-    """Return the verdict of both weights; they must agree."""
+    """Return the verdict of both weights if it is the same."""
     verdicts = {optimum.verdict for optimum in results.optima.values()}
     return verdicts.pop() if len(verdicts) == 1 else Verdict.OPEN
 
 
 def figure(results: RobustConsensus) -> Figure:
     """Draw the robustness per neighbor, and the best k by thickness and size; a band is the published one."""
-    figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
-    panels = figure.subplots(1, 3)
+    drawn = Figure(figsize=(WIDTH, 3.2), layout="constrained")
+    panels = drawn.subplots(1, 3)
     ends = []
     for color, (weights, optimum) in zip(LIGHT.others, results.optima.items(), strict=False):
         highest = max(row.mean for row in optimum.curve)
@@ -216,4 +227,4 @@ def figure(results: RobustConsensus) -> Figure:
         zip(panels, ("starlings' thickness", "thickness", "size"), strict=True)
     ):
         letter(axes, index, title)
-    return figure
+    return drawn

@@ -18,6 +18,7 @@ from studies.__main__ import STUDIES
         ["paper", "--output"],
         ["robustness", "--output"],
         ["related", "--output"],
+        ["validation", "--output"],
         ["arms-race", "--output"],
         ["learned", "shared", "--output"],
         ["learned-coverage", "--results"],

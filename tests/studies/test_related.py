@@ -1,4 +1,4 @@
-"""Related results: the best k by speed on made-up objectives, the bandit's study, and the page."""
+"""Related results: the bandit's study, and the page."""
 
 from __future__ import annotations
 
@@ -16,44 +16,12 @@ from flockesc_env.jobs import Cache, find_backend
 from studies.learned.results import BEST_FIXED, load_study
 from studies.measurements import Runner
 from studies.related import within_episode
-from studies.related.attack_speed import NEIGHBORS, SPEEDS, attack_results
 from studies.related.page import BANDIT_FILE, RelatedResults
 from studies.related.page import markdown_page as related_page
 from studies.related.within_episode import BANDIT, IN_TURNS, BanditNumbers, candidates
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results"
-
-
-def made_up(best: dict[float, int], seed: int, flocks: int) -> dict[str, Any]:
-    """Return objectives whose largest mean is at a given k, by speed."""
-    rng = np.random.default_rng(seed)
-    found = {}
-    for speed, k in best.items():
-        distance = np.abs(np.log(np.array(NEIGHBORS) / k))[:, None]
-        values = 50 - distance + 0.01 * rng.normal(size=(len(NEIGHBORS), flocks))
-        found[str(speed)] = {"min_mean_distance": values, "min_min_distance": -values}
-    return found
-
-
-def test_the_best_k_is_chosen_on_tuning_flocks_and_measured_on_held_out_ones() -> None:
-    tuning = made_up({0.5: 100, 1.0: 30, 2.0: 10, 4.0: 3}, 0, 20)
-    held_out = made_up({0.5: 100, 1.0: 30, 2.0: 10, 4.0: 2}, 1, 40)
-    measured = {f"tuning {speed}": columns for speed, columns in tuning.items()}
-    measured |= {f"held out {speed}": columns for speed, columns in held_out.items()}
-    for speed, columns in tuning.items():
-        measured[f"longer {speed}"] = {name: values[:, :4] - 0.25 for name, values in columns.items()}
-    results = attack_results(measured)
-    assert [row.neighbors.mean for row in results.best["J_mean"]] == [100, 30, 10, 3]
-    assert (results.tuning_flocks, results.num_flocks) == (20, 40)
-    fastest = results.best["J_mean"][-1]
-    values = held_out["4.0"]["min_mean_distance"]
-    at = {k: values[NEIGHBORS.index(k)].mean() for k in (1, 3, 100)}
-    assert fastest.value.mean == pytest.approx(at[3])
-    assert fastest.gain_over_most.mean == pytest.approx(at[3] - at[100])
-    assert fastest.curve[NEIGHBORS.index(3)].mean == pytest.approx(at[3] - at[1])
-    assert results.falls["J_mean"] == 1
-    assert results.longer["J_mean"] == pytest.approx((0.25,) * len(SPEEDS))
 
 
 def test_the_bandit_is_tuned_on_tuning_flocks_and_paired_on_held_out_ones(
