@@ -23,7 +23,7 @@ def run(
 ) -> Exit:
     """A bandit over fixed ranges, within an episode and across episodes.
 
-    About 25 minutes on one core; interrupted, run it again to continue.
+    About 12 minutes on one core; interrupted, run it again to continue.
 
     Example: python -m studies related --backend serial
     """
