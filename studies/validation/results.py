@@ -20,8 +20,10 @@ if TYPE_CHECKING:
 PARTS: Final[tuple[str, ...]] = (
     "vicsek",
     "vectorial_noise",
+    "topological",
     "robust_consensus",
     "predator_ring",
+    "criticality",
     "milling",
     "attack_speed",
 )

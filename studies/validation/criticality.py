@@ -1,0 +1,215 @@
+"""Klamser and Romanczuk 2021: prey are caught least near the transition between disorder and order.
+
+P. P. Klamser and P. Romanczuk, "Collective predator evasion: putting the criticality hypothesis to the test",
+PLOS Comput. Biol. 17 (2021) e1008832. Constants of the prey are those of the authors' code,
+PaPeK/PredatorPrey.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from flockesc_env import (
+    AlignedHeadings,
+    Disc,
+    FlockScenario,
+    PreferredDistance,
+    PurePursuit,
+    Voronoi,
+    simulate,
+)
+from flockesc_env.benchmark.seeds import HELD_OUT, first_seeds
+from flockesc_env.common import stats
+from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.jobs import Arrays, Job
+from flockesc_env.render.palette import LIGHT
+from studies.measurements import chunks
+from studies.style import curve, letter
+from studies.validation.results import Verdict, scaled
+from training.figure_style import WIDTH
+
+TITLE: Final = "Evasion near the order transition"
+PUBLISHED: Final = (
+    "the capture rate is smallest at the transition, because of the shape of the school"
+    " ([Klamser and Romanczuk 2021](https://doi.org/10.1371/journal.pcbi.1008832))"
+)
+
+ALIGNMENTS: Final = (0.0, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 5.0)
+"""Strengths of alignment."""
+
+NUM_AGENTS: Final = 200
+DIFFUSION: Final = 0.5
+"""Rotational diffusion coefficient of the headings in rad^2/s."""
+
+STEP: Final = 0.05
+SETTLING: Final = 2_500
+"""Steps before the attack. Order is averaged over the second half."""
+
+ATTACK: Final = 1_200
+"""Steps of the attack."""
+
+FLEEING: Final = (4.0, 0.0)
+"""Strengths of the escape force: of the paper, and of its control."""
+
+CAPTURE_RADIUS: Final = 0.2
+EVERYWHERE: Final = 1e3
+FLOCKS: Final = 16
+
+
+@dataclass(frozen=True)
+class Criticality:
+    """Order, captures and spacing, by ``ALIGNMENTS``.
+
+    ``variance`` is N times the variance over time of the polarization. ``captured`` counts agents that flee,
+    ``captured_still`` agents that do not. ``transition`` is the alignment with the largest variance, ``best``
+    and ``best_still`` those with the fewest captures. ``disordered`` and ``ordered`` are captures at the first
+    and the last alignment minus those at the transition, paired. ``advantage`` is 1 minus the ratio of mean
+    captures with and without flight.
+    """
+
+    num_flocks: int
+    order: tuple[Estimate, ...]
+    variance: tuple[Estimate, ...]
+    captured: tuple[Estimate, ...]
+    captured_still: tuple[Estimate, ...]
+    spacing: tuple[Estimate, ...]
+    transition: Estimate
+    best: Estimate
+    best_still: Estimate
+    disordered: Estimate
+    ordered: Estimate
+    advantage: tuple[float, ...]
+
+
+def scenario(alignment: float, **changes: Any) -> FlockScenario:
+    """Return the school of the paper, in its units of length and speed, without a predator."""
+    return FlockScenario(
+        **{
+            "num_agents": NUM_AGENTS,
+            "num_steps": SETTLING,
+            "time_step": STEP,
+            "mass": 1.0,
+            "speed": 1.0,
+            "alignment_strength": alignment,
+            "motion": PreferredDistance(strength=2.0, distance=1.0, width=0.5),
+            # The variance of a step's uniform error is that of the diffusion.
+            "angular_noise": math.sqrt(24 * DIFFUSION * STEP),
+            "neighbor_rule": Voronoi(),
+            "initial_side": 20.0,
+            "initial_positions": Disc(radius=8.0),
+            "initial_headings": AlignedHeadings(direction=(1.0, 0.0), max_angle=1.0),
+            "predator_range": 2.0,
+            "predators": (),
+            **changes,
+        }
+    )
+
+
+def measure(alignment: float, seeds: range) -> Arrays:
+    """Return order, variance, captures with and without flight, and spacing, shape (5, seeds)."""
+    rows = [_measure(alignment, seed) for seed in seeds]
+    return {"numbers": np.array(rows).T}
+
+
+def _measure(alignment: float, seed: int) -> tuple[float, ...]:
+    settled = simulate(scenario(alignment), EVERYWHERE, seed=seed)
+    order = settled.polarization[SETTLING // 2 :]
+    positions, velocities = settled.positions[-1], settled.velocities[-1]
+    distances = np.linalg.norm(positions[:, None] - positions, axis=2)
+    center = positions.mean(axis=0)
+    angle = np.random.default_rng(seed).uniform(0, 2 * math.pi)
+    outward = np.array([math.cos(angle), math.sin(angle)])
+    # It starts 4.5 outside of the school, as in the authors' code.
+    start = center + outward * (((positions - center) @ outward).max() + 4.5)
+    predator = PurePursuit(tuple(start.tolist()), tuple((-2 * outward).tolist()), max_turn_rate=1.0)
+    caught = []
+    for strength in FLEEING:
+        attacked = scenario(
+            alignment,
+            num_steps=ATTACK,
+            predators=(predator,),
+            repulsion_strength=strength,
+            capture_radius=CAPTURE_RADIUS,
+        )
+        start_state = {"initial_positions": positions, "initial_velocities": velocities}
+        run = simulate(attacked, EVERYWHERE, seed=seed, **start_state)
+        caught.append(float((run.caught_at >= 0).sum()))
+    return order.mean(), NUM_AGENTS * order.var(), *caught, np.sort(distances)[:, 1].mean()
+
+
+def jobs(scale: float) -> dict[float, list[Job]]:
+    """Return the jobs by alignment, for ``results``."""
+    seeds = chunks(first_seeds(HELD_OUT, scaled(FLOCKS, scale)), 4)
+    call = f"{__name__}:measure"
+    return {a: [Job(call, (a, some), 4.0 * len(some)) for some in seeds] for a in ALIGNMENTS}
+
+
+def results(measured: Mapping[float, Arrays]) -> Criticality:
+    """Return the results of the jobs of ``jobs``."""
+    numbers = np.stack([measured[alignment]["numbers"] for alignment in ALIGNMENTS], axis=1)
+    order, variance, captured, still, spacing = numbers
+    at = np.array(ALIGNMENTS)
+    transition = stats.argmax(at, variance)
+    critical = captured[ALIGNMENTS.index(transition.mean)]
+    return Criticality(
+        num_flocks=order.shape[1],
+        order=_means(order),
+        variance=_means(variance),
+        captured=_means(captured),
+        captured_still=_means(still),
+        spacing=_means(spacing),
+        transition=transition,
+        best=stats.argmax(at, -captured),
+        best_still=stats.argmax(at, -still),
+        disordered=stats.mean(captured[0] - critical),
+        ordered=stats.mean(captured[-1] - critical),
+        advantage=tuple((1 - captured.mean(axis=1) / still.mean(axis=1)).tolist()),
+    )
+
+
+def _means(rows: FloatArray) -> tuple[Estimate, ...]:
+    return tuple(stats.mean(row) for row in rows)
+
+
+def here(results: Criticality) -> str:
+    """Return where the transition and the fewest captures are."""
+    return (
+        f"transition at {results.transition:g}, fewest captures at {results.best:g}"
+        f" and, without flight, at {results.best_still:g}"
+    )
+
+
+def verdict(results: Criticality) -> Verdict:
+    """Return the verdict: fewest captures at the transition, with and without flight."""
+    at_transition = all(
+        best.low <= results.transition.high and best.high >= results.transition.low
+        for best in (results.best, results.best_still)
+    )
+    is_less = results.disordered.low > 0 and results.ordered.low > 0
+    return Verdict.AGREES if at_transition and is_less else Verdict.DIFFERS
+
+
+def figure(results: Criticality) -> Figure:
+    """Draw order, captures and spacing against the alignment; the line is the transition."""
+    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
+    panels = figure.subplots(1, 3)
+    curve(panels[0], ALIGNMENTS, results.order, LIGHT.ink, ".-", band=0.15, label="polarization")
+    curve(panels[0], ALIGNMENTS, results.variance, LIGHT.others[0], ".-", band=0.15, label="N x variance")
+    curve(panels[1], ALIGNMENTS, results.captured, LIGHT.predator, ".-", band=0.15, label="prey flee")
+    curve(panels[1], ALIGNMENTS, results.captured_still, LIGHT.muted, ".-", band=0.15, label="they do not")
+    curve(panels[2], ALIGNMENTS, results.spacing, LIGHT.ink, ".-", band=0.15)
+    titles = ("order", "caught agents", "distance to the nearest")
+    for index, (axes, title) in enumerate(zip(panels, titles, strict=True)):
+        axes.axvline(results.transition.mean, color=LIGHT.muted, ls="--", lw=1)
+        axes.set_xlabel("strength of alignment")
+        axes.set_ylim(bottom=0)
+        letter(axes, index, title)
+    panels[0].legend()
+    panels[1].legend()
+    return figure
