@@ -40,7 +40,7 @@ demo: build ## train a range policy and compare it with the best fixed range (ab
 	$(BIN)/python -m training compare --policies stubborn-leaders win-stay-lose-shift-escape $(DEMO) \
 	  --output $(DEMO)/comparison
 
-bench paper robustness: PROFILE := release
+bench paper robustness validation: PROFILE := release
 
 .PHONY: bench
 bench: build ## benchmark this project and its peers (about 15 minutes)
@@ -55,6 +55,10 @@ paper: build ## reproduce the figures and check the claims of the paper (about 1
 .PHONY: robustness
 robustness: build ## find the best fixed range of every flock preset (about 35 minutes)
 	$(BIN)/python -m studies robustness --output results/robustness --page docs/robustness.md
+
+.PHONY: validation
+validation: build ## measure published results of other models (about 60 minutes)
+	$(BIN)/python -m studies validation --output results/validation --page docs/validation.md
 
 .PHONY: test
 test: lint test-rust test-python ## run linters and all tests except the slow ones

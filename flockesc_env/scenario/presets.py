@@ -191,7 +191,7 @@ LITERATURE: Final = {
         alignment_strength=0.0,
         repulsion_strength=180.0,
         predator_range=1000.0,
-        predators=(Attracted(velocity=(0.0, 0.0)),),
+        predators=(Attracted(position=(40.0, 50.0), velocity=(0.0, 0.0)),),
     ),
 }
 

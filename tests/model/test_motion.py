@@ -9,7 +9,7 @@ import pytest
 from option_table import DIMENSIONS, small_flock
 from scipy import stats
 
-from flockesc_env import FlockScenario, Trajectory, Vicsek, simulate
+from flockesc_env import FlockScenario, Trajectory, Vicsek, preset, simulate
 
 EVERYWHERE = 1e9  # m; every agent hears every other one
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
@@ -179,3 +179,12 @@ def test_from_order_to_disorder() -> None:
     squares = order_here(2 * np.pi)[:, 1:] ** 2
     mean, error = mean_and_error(squares)
     assert abs(mean - 1 / N) <= 3 * error
+
+
+def test_mean_square_radius_of_a_ring_of_prey() -> None:
+    """The virial of a steady ring around the predator: a <r^2> = b (n - 1) / (2 n) + s."""
+    n = 40
+    scenario = preset("ring").replace(num_agents=n, num_steps=4_000)
+    run = simulate(scenario, EVERYWHERE, seed=3)
+    squares = ((run.positions[-1] - run.predator_positions[-1, 0]) ** 2).sum(axis=1)
+    assert squares.mean() == pytest.approx(900 * (n - 1) / (2 * n) + 180, rel=1e-4)
