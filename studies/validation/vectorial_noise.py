@@ -31,19 +31,19 @@ PUBLISHED: Final = (
     " ([Grégoire and Chaté 2004](https://doi.org/10.1103/PhysRevLett.92.025702))"
 )
 
-NUM_AGENTS: Final = 2_048
+NUM_AGENTS: Final = 1_024
 DENSITY: Final = 2.0
 """Agents per square of the interaction range."""
 
 NOISES: Final = {
-    "sensing_noise": (0.605, 0.61, 0.615, 0.62, 0.625, 0.63, 0.635, 0.64),
+    "sensing_noise": (0.61, 0.615, 0.62, 0.6225, 0.625, 0.6275, 0.63, 0.635),
     "angular_noise": (2.8, 3.0, 3.2, 3.4, 3.6, 3.8, 4.0, 4.2),
 }
 """Strengths of the vectorial noise and, for the control, of the angular noise; from tuning flocks."""
 
 NUM_STEPS: Final = 3_000
 SKIP: Final = 500
-FLOCKS: Final = {"sensing_noise": 8, "angular_noise": 4}
+FLOCKS: Final = {"sensing_noise": 16, "angular_noise": 4}
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def jobs(scale: float) -> dict[str, list[Job]]:
     }
     return {
         f"{noise} {start}": [
-            Job("studies.validation.vicsek:moments", (flock, noise, strengths, SKIP, seeds), 40.0)
+            Job("studies.validation.vicsek:moments", (flock, noise, strengths, SKIP, seeds), 20.0)
             for seeds in chunks(first_seeds(HELD_OUT, scaled(FLOCKS[noise], scale)), 1)
         ]
         for noise, strengths in NOISES.items()
