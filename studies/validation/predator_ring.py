@@ -49,11 +49,11 @@ UPPER: Final = 1 / (INNER ** (2 - EXPONENT) - OUTER ** (2 - EXPONENT))
 CLOSED_FORMS: Final = {
     "inner radius": INNER,
     "outer radius": OUTER,
-    "weakest stable predator": LOWER,
-    "strongest stable predator": UPPER,
+    "weakest predator": LOWER,
+    "strongest predator": UPPER,
 }
 
-SIZES: Final = {200: 8, 300: 6, 400: 4, 600: 3, 800: 3}
+SIZES: Final = {200: 6, 300: 5, 400: 4, 600: 3, 800: 2}
 """Flocks by their number of agents. The number of pairs sets the cost."""
 
 STRENGTHS: Final = (0.2, 0.25, 0.7, 0.8)
@@ -69,8 +69,11 @@ UNBOUNDED: Final = 1e6
 STEP: Final = 0.01
 """Time step of the runs that measure stability."""
 
-SHIFT: Final = 0.02
-"""Distance by which the predator starts away from the center."""
+SHIFT: Final = 0.005
+"""Initial distance of the predator from the center. With 0.02 the dynamics are not linear enough."""
+
+FITTED: Final = (2.0, 9.0)
+"""Times between which the linear dynamics are fitted: changes of the density have decayed at the first."""
 
 EVERY: Final = 5
 """Steps between two times of the fit of the linear dynamics."""
@@ -164,13 +167,13 @@ def _dynamics(ring: tuple[FloatArray, FloatArray], strength: float) -> tuple[flo
     offsets = []
     for shifted in (predator + shift, predator - shift):
         run = simulate(
-            scenario(len(positions), strength, shifted, STEP, time=6.0),
+            scenario(len(positions), strength, shifted, STEP, time=FITTED[1]),
             UNBOUNDED,
             initial_positions=positions,
             initial_velocities=np.zeros_like(positions),
         )
         offsets.append(run.positions.mean(axis=1)[:, 0] - run.predator_positions[:, 0, 0])
-    y = (offsets[0] - offsets[1])[2 * EVERY :: EVERY]
+    y = (offsets[0] - offsets[1])[round(FITTED[0] / STEP) :: EVERY]
     recurrence = np.linalg.lstsq(np.stack([y[1:-1], y[:-2]], axis=1), y[2:])[0]
     roots = np.roots([1, *-recurrence]).astype(complex)
     # An explicit Euler step multiplies an eigenvector by 1 + step * eigenvalue.
