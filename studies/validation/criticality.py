@@ -68,9 +68,9 @@ class Criticality:
 
     ``variance`` is N times the variance over time of the polarization. ``captured`` counts agents that flee,
     ``captured_still`` agents that do not. ``transition`` is the alignment with the largest variance, ``best``
-    and ``best_still`` those with the fewest captures. ``disordered`` and ``ordered`` are captures at the first
-    and the last alignment minus those at the transition, paired. ``advantage`` is 1 minus the ratio of mean
-    captures with and without flight.
+    and ``best_still`` those with the fewest captures. ``disordered`` and ``ordered`` are captures at the
+    first and the last alignment minus those at the transition, paired. ``advantage`` is 1 minus the ratio of
+    mean captures with and without flight.
     """
 
     num_flocks: int
