@@ -51,10 +51,7 @@ impl NeighborOptions {
 
     /// Returns whether neighbors are determined by distances and the agents' own fields of view.
     pub(in crate::neighbor) fn is_by_view(&self) -> bool {
-        self.rule.criterion() != Criterion::List
-            && self.torus == Torus::NONE
-            && !self.is_mutual
-            && !self.is_frozen
+        self.rule.criterion() != Criterion::List && !self.is_mutual && !self.is_frozen
     }
 
     /// Returns whether the neighbors of an agent are all agents within its range.

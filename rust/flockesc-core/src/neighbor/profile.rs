@@ -71,6 +71,7 @@ impl<'a, const D: usize> Profile<'a, D> {
                         agents,
                         tree,
                         reaches,
+                        torus: options.torus,
                         field_of_view: options.field_of_view,
                         is_counting: true,
                         listing: Listing::Discarded,

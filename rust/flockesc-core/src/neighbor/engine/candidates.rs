@@ -6,6 +6,7 @@ use std::ops::Range;
 use pulp::Simd;
 
 use crate::agents::{Agents, FANOUT, GROUP, TILE};
+use crate::neighbor::engine::field_of_view::Torus;
 use crate::neighbor::engine::nodes::Bounds;
 use crate::neighbor::engine::places::Places;
 use crate::neighbor::engine::reach::{Reach, bits};
@@ -17,6 +18,7 @@ use crate::neighbor::ranges::Reaches;
 pub(super) struct Search<'a, const D: usize> {
     pub(super) agents: &'a Agents<D>,
     pub(super) tree: &'a Tree<D>,
+    pub(super) torus: Torus,
     pub(super) reaches: Reaches<'a>,
     /// Distance in m by which two agents may approach or leave each other while the candidates are in use.
     pub(super) margin: f64,
@@ -274,7 +276,7 @@ impl<const D: usize> Search<'_, D> {
     /// Returns the reach of agents with the bounding box `bounds` and the squared reaches `squared` in m^2.
     #[inline(always)]
     fn reach(&self, bounds: Bounds<D>, squared: &[f64]) -> Reach<D> {
-        let mut reach = Reach::new(bounds, self.reaches, squared);
+        let mut reach = Reach::new(self.torus, bounds, self.reaches, squared);
         if self.margin > 0.0 {
             reach.widen(self.margin);
         }

@@ -2,41 +2,55 @@
 
 use std::f64::consts::PI;
 
-use pulp::Simd;
+use pulp::{Scalar, Simd};
 
-use crate::base::vector::{larger, smaller, squared_norm};
+use crate::base::vector::{larger, squared_norm};
 use crate::neighbor::engine::nodes::Bounds;
 
-/// Fraction of the side by which gaps between boxes on a torus are reduced. It is larger than the rounding of
-/// offsets.
-const MARGIN: f64 = 1e-12;
-
-/// A periodic world with this side in m, or the open world if it is infinite.
+/// A periodic world with this side in m, or the open world.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Torus(f64);
+pub(crate) struct Torus(pub(super) Option<f64>);
 
 impl Torus {
     /// The open world.
-    pub(crate) const NONE: Self = Self(f64::INFINITY);
+    pub(crate) const NONE: Self = Self(None);
 
     pub(crate) fn new(side: Option<f64>) -> Self {
-        side.map_or(Self::NONE, Self)
+        Self(side)
     }
 
     /// Returns the shortest offsets from `a` to `b` along one axis in m. Both are in [0, side).
     #[inline(always)]
     pub(in crate::neighbor) fn offset<S: Simd>(self, simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
         let offset = simd.sub_f64s(b, a);
-        if self == Self::NONE {
+        let Some(side) = self.0 else {
             return offset;
-        }
-        let (zero, side) = (simd.splat_f64s(0.0), simd.splat_f64s(self.0));
-        let half = simd.splat_f64s(0.5 * self.0);
+        };
+        let half = simd.splat_f64s(0.5 * side);
+        let (zero, side) = (simd.splat_f64s(0.0), simd.splat_f64s(side));
         let is_above = simd.less_than_f64s(half, offset);
         let is_below = simd.less_than_f64s(offset, simd.sub_f64s(zero, half));
         let turn = simd.select_f64s(is_above, side, zero);
         let back = simd.select_f64s(is_below, side, zero);
         simd.add_f64s(simd.sub_f64s(offset, turn), back)
+    }
+
+    /// Returns a bound of the distance in m between two boxes along one axis, from the bounds `up` and `down` in
+    /// both directions. The shorter way may cross the border of the world. Its length is rounded as in
+    /// [`Self::offset`], so no margin is needed.
+    #[inline(always)]
+    pub(in crate::neighbor) fn bound<S: Simd>(
+        self,
+        simd: S,
+        up: S::f64s,
+        down: S::f64s,
+    ) -> S::f64s {
+        let direct = simd.max_f64s(up, down);
+        let Some(side) = self.0 else {
+            return direct;
+        };
+        let around = simd.add_f64s(simd.min_f64s(up, down), simd.splat_f64s(side));
+        simd.min_f64s(direct, around)
     }
 
     /// Returns a lower bound in m^2 of the squared distance between agents in the two boxes.
@@ -48,15 +62,7 @@ impl Torus {
         let gap: [f64; D] = std::array::from_fn(|axis| {
             let above = b.low[axis] - a.high[axis];
             let below = a.low[axis] - b.high[axis];
-            let direct = larger(above, below);
-            let around = smaller(above, below) + self.0; // across the border; infinite in the open world
-            let shortest = if around < direct { around } else { direct };
-            let margin = if self.0.is_finite() {
-                MARGIN * self.0
-            } else {
-                0.0
-            };
-            larger(shortest - margin, 0.0)
+            larger(self.bound(Scalar::new(), above, below), 0.0)
         });
         squared_norm(&gap)
     }

@@ -1,16 +1,19 @@
 //! `Kept`: decides whether the candidates of an earlier step are still complete.
 
 use multiversion::multiversion;
+use pulp::Scalar;
 
 use crate::agents::{Agents, Column, GROUP, Group, reduce};
 use crate::base::vector::{larger, smaller};
+use crate::neighbor::engine::field_of_view::Torus;
 use crate::neighbor::ranges::Ranges;
 
 /// Number of steps for which new candidates should be complete.
 const STEPS: f64 = 4.0;
 /// Number of steps after which too many candidates may have become few enough.
 const PAUSE: usize = 32;
-/// Fraction of the reach that covers the rounding of distances. It is larger than the rounding.
+/// Fraction of the reach, or of the side of a periodic world, that covers the rounding of distances. It is larger
+/// than the rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// What a step does with the candidates.
@@ -30,6 +33,7 @@ pub(in crate::neighbor) enum Listing {
 /// displacements. Candidates are complete while it is at most their margin.
 #[derive(Debug, Clone)]
 pub(in crate::neighbor) struct Kept<const D: usize> {
+    torus: Torus,
     positions: Vec<[Column<f64>; D]>,
     /// In m: one range, or one per agent.
     ranges: Vec<f64>,
@@ -44,8 +48,9 @@ pub(in crate::neighbor) struct Kept<const D: usize> {
 }
 
 impl<const D: usize> Kept<D> {
-    pub(in crate::neighbor) fn new() -> Self {
+    pub(in crate::neighbor) fn new(torus: Torus) -> Self {
         Self {
+            torus,
             positions: Vec::new(),
             ranges: Vec::new(),
             num_agents: 0,
@@ -71,8 +76,12 @@ impl<const D: usize> Kept<D> {
             self.pause -= 1;
             return Listing::Discarded;
         }
-        let drift = drift(&agents.groups, &self.positions);
-        let longest = ranges.iter().copied().fold(0.0, larger);
+        let drift = drift(&agents.groups, &self.positions, self.torus);
+        // Offsets across the border have the rounding error of the side.
+        let longest = ranges
+            .iter()
+            .copied()
+            .fold(self.torus.0.unwrap_or(0.0), larger);
         let is_complete = |margin| drift <= margin - ROUNDING * (longest + margin);
         if self.margin.is_some_and(is_complete) {
             self.steps += 1;
@@ -112,13 +121,14 @@ fn slice<'a>(ranges: &'a Ranges<'_>) -> &'a [f64] {
 
 /// Returns the diagonal in m of the bounding box of all displacements since `before`.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn drift<const D: usize>(groups: &[Group<D>], before: &[[Column<f64>; D]]) -> f64 {
+fn drift<const D: usize>(groups: &[Group<D>], before: &[[Column<f64>; D]], torus: Torus) -> f64 {
     let mut squared = 0.0;
     for axis in 0..D {
         let (mut low, mut high) = ([f64::INFINITY; GROUP], [f64::NEG_INFINITY; GROUP]);
         for (group, before) in groups.iter().zip(before) {
             for lane in 0..GROUP {
-                let moved = group.position[axis][lane] - before[axis][lane];
+                let (before, after) = (before[axis][lane], group.position[axis][lane]);
+                let moved = torus.offset(Scalar::new(), before, after);
                 low[lane] = smaller(low[lane], moved);
                 high[lane] = larger(high[lane], moved);
             }

@@ -10,7 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::agents::{Agents, FANOUT, GROUP, TILE};
 use crate::neighbor::engine::candidates::{Search, TileCandidates};
-use crate::neighbor::engine::field_of_view::FieldOfView;
+use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
 use crate::neighbor::engine::kept::Listing;
 use crate::neighbor::engine::own::{Own, lanes};
 use crate::neighbor::engine::reach::BITS;
@@ -23,6 +23,7 @@ pub(in crate::neighbor) struct SumNeighbors<'a, const D: usize> {
     pub(in crate::neighbor) agents: &'a Agents<D>,
     pub(in crate::neighbor) tree: &'a Tree<D>,
     pub(in crate::neighbor) reaches: Reaches<'a>,
+    pub(in crate::neighbor) torus: Torus,
     pub(in crate::neighbor) field_of_view: FieldOfView,
     /// Whether neighbors are counted. Otherwise their numbers are unspecified.
     pub(in crate::neighbor) is_counting: bool,
@@ -44,13 +45,14 @@ impl<const D: usize> WithSimd for SumNeighbors<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        match (
-            self.field_of_view == FieldOfView::ALL_ROUND,
-            self.is_counting,
-        ) {
-            (true, true) => self.sum::<S, false, true>(simd),
-            (true, false) => self.sum::<S, false, false>(simd),
-            (false, _) => self.sum::<S, true, true>(simd),
+        let is_blind = self.field_of_view != FieldOfView::ALL_ROUND;
+        // The compiler removes the wrapping by a constant `Torus::NONE`.
+        match (self.torus, is_blind, self.is_counting) {
+            (Torus::NONE, false, true) => self.sum::<S, false, true>(simd, Torus::NONE),
+            (Torus::NONE, false, false) => self.sum::<S, false, false>(simd, Torus::NONE),
+            (Torus::NONE, true, _) => self.sum::<S, true, true>(simd, Torus::NONE),
+            (torus, false, _) => self.sum::<S, false, true>(simd, torus),
+            (torus, true, _) => self.sum::<S, true, true>(simd, torus),
         }
     }
 }
@@ -58,7 +60,7 @@ impl<const D: usize> WithSimd for SumNeighbors<'_, D> {
 impl<const D: usize> SumNeighbors<'_, D> {
     /// Computes the sums. `IS_BLIND`: whether agents have a blind sector. `IS_COUNTING`: whether neighbors are counted.
     #[inline(always)]
-    fn sum<S: Simd, const IS_BLIND: bool, const IS_COUNTING: bool>(self, simd: S) {
+    fn sum<S: Simd, const IS_BLIND: bool, const IS_COUNTING: bool>(self, simd: S, torus: Torus) {
         let Self {
             agents,
             tree,
@@ -77,6 +79,7 @@ impl<const D: usize> SumNeighbors<'_, D> {
         let search = Search {
             agents,
             tree,
+            torus,
             reaches,
             margin,
             is_each: IS_BLIND,
@@ -122,12 +125,12 @@ impl<const D: usize> SumNeighbors<'_, D> {
                     if registers == 1 {
                         let own = [load(first)];
                         sum_agents::<S, D, 1, IS_BLIND, IS_COUNTING>(
-                            simd, own, from, all, whole, sums,
+                            simd, torus, own, from, all, whole, sums,
                         );
                     } else {
                         let own = [load(first), load(first + 1)];
                         sum_agents::<S, D, 2, IS_BLIND, IS_COUNTING>(
-                            simd, own, from, all, whole, sums,
+                            simd, torus, own, from, all, whole, sums,
                         );
                     }
                 }
@@ -190,6 +193,7 @@ fn sum_agents<
     const IS_COUNTING: bool,
 >(
     simd: S,
+    torus: Torus,
     own: [Own<S, D>; R],
     (agents, tree): (&Agents<D>, &Tree<D>),
     candidates: &TileCandidates<'_>,
@@ -213,7 +217,7 @@ fn sum_agents<
         let position = std::array::from_fn(|axis| position[axis][lane]);
         let velocity: [i64; D] = std::array::from_fn(|axis| velocities[group][axis][lane]);
         for register in 0..R {
-            let (_, is_neighbor) = own[register].senses::<IS_BLIND>(simd, &position);
+            let (_, is_neighbor) = own[register].senses::<IS_BLIND>(simd, torus, &position);
             let (sum, count) = (&mut sum[register], &mut count[register]);
             for axis in 0..D {
                 let added = simd.add_u64s(sum[axis], simd.splat_u64s(velocity[axis] as u64));

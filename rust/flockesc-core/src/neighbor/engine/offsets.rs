@@ -8,7 +8,7 @@ use crate::agents::{Column, GROUP, TILE};
 use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, larger, squared_norm};
 use crate::neighbor::engine::candidates::{Candidates, Search};
-use crate::neighbor::engine::field_of_view::FieldOfView;
+use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
 use crate::neighbor::engine::own::{Own, lanes};
 use crate::neighbor::engine::pairs::Pairs;
 use crate::neighbor::engine::reach::{bits, squared_norm as register_norm};
@@ -167,10 +167,12 @@ impl<const D: usize> WithSimd for SumOffsets<'_, '_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        if self.pairs.options.field_of_view == FieldOfView::ALL_ROUND {
-            self.sum::<S, false>(simd);
-        } else {
-            self.sum::<S, true>(simd);
+        let options = self.pairs.options;
+        let is_blind = options.field_of_view != FieldOfView::ALL_ROUND;
+        match (options.torus, is_blind) {
+            (Torus::NONE, false) => self.sum::<S, false>(simd, Torus::NONE),
+            (torus, false) => self.sum::<S, false>(simd, torus),
+            (torus, true) => self.sum::<S, true>(simd, torus),
         }
     }
 }
@@ -178,11 +180,12 @@ impl<const D: usize> WithSimd for SumOffsets<'_, '_, D> {
 impl<const D: usize> SumOffsets<'_, '_, D> {
     /// Computes the sums. `IS_BLIND`: whether agents have a blind sector.
     #[inline(always)]
-    fn sum<S: Simd, const IS_BLIND: bool>(self, simd: S) {
+    fn sum<S: Simd, const IS_BLIND: bool>(self, simd: S, torus: Torus) {
         let (agents, group, scale) = (self.pairs.agents, self.group, self.scale);
         let search = Search {
             agents,
             tree: self.pairs.tree,
+            torus,
             reaches: Reaches::Squares(self.pairs.squares),
             margin: 0.0,
             is_each: true,
@@ -200,7 +203,7 @@ impl<const D: usize> SumOffsets<'_, '_, D> {
             let mut sum = [simd.splat_u64s(0); D];
             for &place in candidates.of(0, start / TILE).across {
                 let (offset, is_neighbor) =
-                    own.senses::<IS_BLIND>(simd, &agents.position(place as usize));
+                    own.senses::<IS_BLIND>(simd, torus, &agents.position(place as usize));
                 for axis in 0..D {
                     let added =
                         simd.add_u64s(sum[axis], scale.quantize_register(simd, offset[axis]));

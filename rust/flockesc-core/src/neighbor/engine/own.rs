@@ -6,7 +6,7 @@ use bytemuck::{NoUninit, cast_slice};
 use pulp::Simd;
 
 use crate::agents::{Column, Group};
-use crate::neighbor::engine::field_of_view::FieldOfView;
+use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
 use crate::neighbor::engine::reach::squared_norm;
 
 /// One register of agents.
@@ -66,11 +66,13 @@ impl<S: Simd, const D: usize> Own<S, D> {
     pub(super) fn senses<const IS_BLIND: bool>(
         &self,
         simd: S,
+        torus: Torus,
         position: &[f64; D],
     ) -> ([S::f64s; D], S::m64s) {
         let mut offset = self.position;
         for axis in 0..D {
-            offset[axis] = simd.sub_f64s(simd.splat_f64s(position[axis]), offset[axis]);
+            let position = simd.splat_f64s(position[axis]);
+            offset[axis] = torus.offset(simd, offset[axis], position);
         }
         let squared = squared_norm(simd, offset);
         let mut is_near = simd.less_than_or_equal_f64s(squared, self.squared);

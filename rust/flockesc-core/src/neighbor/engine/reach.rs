@@ -10,12 +10,14 @@ use pulp::Simd;
 
 use crate::agents::FANOUT;
 use crate::base::vector::{larger, smaller};
+use crate::neighbor::engine::field_of_view::Torus;
 use crate::neighbor::engine::nodes::{Bounds, Siblings};
 use crate::neighbor::ranges::Reaches;
 
 /// The bounding box of some agents, and their shortest and longest reach.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::neighbor) struct Reach<const D: usize> {
+    torus: Torus,
     bounds: Bounds<D>,
     /// Square of the shortest reach in m^2.
     shortest: f64,
@@ -30,6 +32,7 @@ impl<const D: usize> Reach<D> {
     /// Creates the reach of agents with the bounding box `bounds` and the squared reaches `squared` in m^2.
     #[inline(always)]
     pub(in crate::neighbor) fn new(
+        torus: Torus,
         bounds: Bounds<D>,
         reaches: Reaches<'_>,
         squared: &[f64],
@@ -48,6 +51,7 @@ impl<const D: usize> Reach<D> {
             diagonal += side * side;
         }
         Self {
+            torus,
             bounds,
             shortest,
             longest,
@@ -79,7 +83,7 @@ impl<const D: usize> Reach<D> {
         for axis in 0..D {
             let above = simd.sub_f64s(low[axis], simd.splat_f64s(self.bounds.high[axis]));
             let below = simd.sub_f64s(simd.splat_f64s(self.bounds.low[axis]), high[axis]);
-            gap[axis] = simd.max_f64s(simd.max_f64s(above, below), zero);
+            gap[axis] = simd.max_f64s(self.torus.bound(simd, above, below), zero);
         }
         let longest = simd.splat_f64s(self.longest);
         simd.less_than_or_equal_f64s(squared_norm(simd, gap), longest)
@@ -98,7 +102,7 @@ impl<const D: usize> Reach<D> {
         for axis in 0..D {
             let up = simd.sub_f64s(high[axis], simd.splat_f64s(self.bounds.low[axis]));
             let down = simd.sub_f64s(simd.splat_f64s(self.bounds.high[axis]), low[axis]);
-            extent[axis] = simd.max_f64s(up, down);
+            extent[axis] = self.torus.bound(simd, up, down);
         }
         let shortest = simd.splat_f64s(self.shortest);
         simd.less_than_or_equal_f64s(squared_norm(simd, extent), shortest)

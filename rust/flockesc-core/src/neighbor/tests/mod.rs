@@ -11,7 +11,7 @@ use nalgebra::SVector;
 use proptest::prelude::*;
 use pulp::{Scalar, Simd};
 
-use super::engine::field_of_view::FieldOfView;
+use super::engine::field_of_view::{FieldOfView, Torus};
 use super::engine::kept::Listing;
 use super::engine::kernel::SumNeighbors;
 use super::engine::sums::{NeighborSums, Scratch};
@@ -31,6 +31,27 @@ struct Case<const D: usize> {
     ranges: Vec<f64>,
     /// In rad.
     blind_angle: f64,
+    /// Side in m of a periodic world.
+    side: Option<f64>,
+}
+
+impl<const D: usize> Case<D> {
+    /// Returns the offset in m from agent i to agent j, by definition.
+    fn offset(&self, i: usize, j: usize) -> [f64; D] {
+        std::array::from_fn(|axis| {
+            let offset = self.positions[j][axis] - self.positions[i][axis];
+            match self.side {
+                Some(side) if offset > side / 2.0 => offset - side,
+                Some(side) if offset < -side / 2.0 => offset + side,
+                _ => offset,
+            }
+        })
+    }
+
+    /// Returns the squared distance in m^2 between two agents.
+    fn squared_distance(&self, i: usize, j: usize) -> f64 {
+        squared_norm(&self.offset(i, j))
+    }
 }
 
 fn range_of(ranges: Ranges<'_>, agent: usize) -> f64 {
@@ -38,10 +59,6 @@ fn range_of(ranges: Ranges<'_>, agent: usize) -> f64 {
         Ranges::Shared(range) => range,
         Ranges::PerAgent(ranges) => ranges[agent],
     }
-}
-
-fn squared_distance<const D: usize>(a: &SVector<f64, D>, b: &SVector<f64, D>) -> f64 {
-    (0..D).map(|axis| (a[axis] - b[axis]).powi(2)).sum()
 }
 
 /// Returns the sum of velocities in units of `scale` and the number of neighbors of every agent, by
@@ -54,11 +71,9 @@ fn reference<const D: usize>(
 ) -> Vec<([i64; D], i64)> {
     let sums_of = |i: usize| {
         let mut sums = ([0; D], 0);
-        for (position, velocity) in case.positions.iter().zip(&case.velocities) {
-            let squared = squared_distance(&case.positions[i], position);
-            let own: [f64; D] = std::array::from_fn(|axis| case.velocities[i][axis]);
-            let offset: [f64; D] =
-                std::array::from_fn(|axis| position[axis] - case.positions[i][axis]);
+        for (j, velocity) in case.velocities.iter().enumerate() {
+            let (offset, squared) = (case.offset(i, j), case.squared_distance(i, j));
+            let own: [f64; D] = case.velocities[i].into();
             let speed = squared_norm(&own).sqrt();
             let is_seen = field_of_view == FieldOfView::ALL_ROUND
                 || field_of_view.sees(Scalar::new(), own, speed, offset, squared);
@@ -86,8 +101,7 @@ fn reference_labels<const D: usize>(case: &Case<D>, ranges: Ranges<'_>) -> Vec<u
             labels[agent] = start as u32;
             frontier.extend((0..labels.len()).filter(|&other| {
                 let range = range_of(ranges, agent).max(range_of(ranges, other));
-                let squared = squared_distance(&case.positions[agent], &case.positions[other]);
-                labels[other] == u32::MAX && squared <= range * range
+                labels[other] == u32::MAX && case.squared_distance(agent, other) <= range * range
             }));
         }
     }
@@ -103,7 +117,7 @@ fn kernel<S: Simd, const D: usize>(
     agents: &Agents<D>,
     tree: &Tree<D>,
     ranges: Ranges<'_>,
-    field_of_view: FieldOfView,
+    (torus, field_of_view): (Torus, FieldOfView),
     listing: Listing,
 ) -> Vec<([i64; D], i64)> {
     let mut groups: Vec<NeighborSums<D>> =
@@ -112,6 +126,7 @@ fn kernel<S: Simd, const D: usize>(
         agents,
         tree,
         reaches: Reaches::Ranges(ranges),
+        torus,
         field_of_view,
         is_counting: true,
         listing,
@@ -142,12 +157,14 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
         Ranges::Shared(case.ranges[0]),
         Ranges::PerAgent(&case.ranges),
     );
+    let torus = Torus::new(case.side);
     for (ranges, view) in [
         (shared, FieldOfView::ALL_ROUND),
         (per_agent, FieldOfView::ALL_ROUND),
         (per_agent, FieldOfView::new(case.blind_angle)),
     ] {
         let expected = reference(case, ranges, view, tree.scale);
+        let view = (torus, view);
         prop_assert_eq!(
             &kernel(Scalar::new(), &agents, &tree, ranges, view, WIDE),
             &expected
@@ -163,10 +180,14 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
             }
         }
     }
+    let options = NeighborOptions {
+        torus,
+        ..NeighborOptions::METRIC
+    };
     for ranges in [shared, per_agent] {
         let labels = reference_labels(case, ranges);
         let first = |&(id, label): &(usize, &u32)| id == *label as usize;
-        let neighborhood = Neighborhood::new(NeighborOptions::METRIC, &agents);
+        let neighborhood = Neighborhood::new(options, &agents);
         prop_assert_eq!(
             neighborhood.num_components(&agents, ranges),
             labels.iter().enumerate().filter(first).count()
@@ -202,19 +223,34 @@ fn cases<const D: usize>() -> impl Strategy<Value = Case<D>> {
             positions
         })
     });
-    coordinates.prop_flat_map(|positions| {
-        let positions: Vec<SVector<f64, D>> = positions
+    // Offsets on a lattice are exactly half the side of 4 m.
+    let side =
+        prop_oneof![2 => Just(None), 1 => (10.0..80.0_f64).prop_map(Some), 1 => Just(Some(4.0))];
+    (coordinates, side).prop_flat_map(|(mut coordinates, side)| {
+        if let Some(side) = side {
+            for coordinate in coordinates.iter_mut().flatten() {
+                *coordinate = coordinate.rem_euclid(side);
+                *coordinate = if *coordinate < side { *coordinate } else { 0.0 };
+            }
+        }
+        let positions: Vec<SVector<f64, D>> = coordinates
             .iter()
             .map(|r| SVector::from_column_slice(r))
             .collect();
         let n = positions.len();
-        let between = positions.clone();
+        let between = Case {
+            positions: positions.clone(),
+            velocities: Vec::new(),
+            ranges: Vec::new(),
+            blind_angle: 0.0,
+            side,
+        };
         let range = prop_oneof![
             Just(0.0),
             0.0..60.0_f64,
             // Exactly the distance between two agents, or less by one rounding error.
             (0..n, 0..n, any::<bool>()).prop_map(move |(i, j, is_exact)| {
-                let distance = squared_distance(&between[i], &between[j]).sqrt();
+                let distance = between.squared_distance(i, j).sqrt();
                 if is_exact {
                     distance
                 } else {
@@ -228,8 +264,9 @@ fn cases<const D: usize>() -> impl Strategy<Value = Case<D>> {
         let velocities = prop::collection::vec(prop::collection::vec(-20.0..20.0_f64, D), n);
         let blind_angle = 0.0..2.0 * PI;
         let parts = (Just(positions), velocities, ranges, blind_angle);
-        parts.prop_map(|(positions, velocities, ranges, blind_angle)| Case {
+        parts.prop_map(move |(positions, velocities, ranges, blind_angle)| Case {
             blind_angle,
+            side,
             positions,
             velocities: velocities
                 .iter()
@@ -263,10 +300,13 @@ fn a_large_flock_equals_all_pairs_in_any_order() {
         .collect();
     let mut case = Case {
         blind_angle: 0.0,
+        side: Some(100.0),
         velocities: positions.iter().map(|r| r / 10.0).collect(),
         ranges: positions.iter().map(|r| r[0] / 3.0).collect(),
         positions,
     };
+    check(&case).expect("equal");
+    case.side = None;
     check(&case).expect("equal");
     let mut agents = Agents::new(&case.positions, &case.velocities);
     let mut neighborhood = Neighborhood::new(NeighborOptions::METRIC, &agents);

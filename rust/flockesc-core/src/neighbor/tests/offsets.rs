@@ -4,33 +4,28 @@ use nalgebra::SVector;
 use proptest::prelude::*;
 use pulp::Scalar;
 
-use super::{Case, cases, squared_distance};
+use super::{Case, cases};
 use crate::agents::Agents;
 use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, squared_norm};
 use crate::neighbor::engine::offsets::OffsetBuffers;
-use crate::neighbor::{FieldOfView, NeighborOptions, Neighborhood, Ranges};
+use crate::neighbor::{FieldOfView, NeighborOptions, Neighborhood, Ranges, Torus};
 
 /// Returns agent i's neighbors within `reach`, by definition.
 fn neighbors<const D: usize>(case: &Case<D>, i: usize, reach: f64) -> Vec<SVector<f64, D>> {
-    let own = case.positions[i];
     let field_of_view = FieldOfView::new(case.blind_angle);
-    let sees = |offset: &SVector<f64, D>, squared: f64| {
-        let velocity: [f64; D] = std::array::from_fn(|axis| case.velocities[i][axis]);
-        let offset: [f64; D] = std::array::from_fn(|axis| offset[axis]);
+    let sees = |offset: [f64; D], squared: f64| {
+        let velocity: [f64; D] = case.velocities[i].into();
         let speed = squared_norm(&velocity).sqrt();
         field_of_view == FieldOfView::ALL_ROUND
             || field_of_view.sees(Scalar::new(), velocity, speed, offset, squared)
     };
-    let is_neighbor = |other: &&SVector<f64, D>| {
-        let squared = squared_distance(other, &own);
-        squared <= (reach * reach).min(f64::MAX) && sees(&(*other - own), squared)
+    let is_neighbor = |offset: &[f64; D]| {
+        let squared = squared_norm(offset);
+        squared <= (reach * reach).min(f64::MAX) && sees(*offset, squared)
     };
-    case.positions
-        .iter()
-        .filter(is_neighbor)
-        .map(|other| other - own)
-        .collect()
+    let offsets = (0..case.positions.len()).map(|j| case.offset(i, j));
+    offsets.filter(is_neighbor).map(SVector::from).collect()
 }
 
 /// Compares the sums by the kernel and, as the graph of agents with equal ranges that see all around is mutual, the
@@ -46,6 +41,7 @@ fn check<const D: usize>(case: &Case<D>, separation_range: f64) -> Result<(), Te
         let options = NeighborOptions {
             needs_pairs: true,
             is_mutual,
+            torus: Torus::new(case.side),
             field_of_view: FieldOfView::new(blind_angle),
             ..NeighborOptions::METRIC
         };

@@ -17,16 +17,15 @@ use crate::neighbor::{
 struct Options {
     rule: NeighborRule,
     blind_angle: f64,
-    side: Option<f64>,
     is_mutual: bool,
 }
 
 impl Options {
-    fn internal(self, is_frozen: bool) -> NeighborOptions {
+    fn internal(self, side: Option<f64>, is_frozen: bool) -> NeighborOptions {
         NeighborOptions {
             rule: self.rule,
             field_of_view: FieldOfView::new(self.blind_angle),
-            torus: Torus::new(self.side),
+            torus: Torus::new(side),
             is_mutual: self.is_mutual,
             is_frozen,
             needs_pairs: true,
@@ -40,25 +39,10 @@ fn options() -> impl Strategy<Value = Options> {
         Just(NeighborRule::Topological(Topological {}))
     ];
     let blind_angle = prop_oneof![Just(0.0), 0.0..2.0 * PI];
-    let side = prop_oneof![Just(None), (10.0..80.0_f64).prop_map(Some)];
-    (rule, blind_angle, side, any::<bool>()).prop_map(|(rule, blind_angle, side, is_mutual)| {
-        Options {
-            rule,
-            blind_angle,
-            side,
-            is_mutual,
-        }
-    })
-}
-
-fn offset<const D: usize>(case: &Case<D>, options: Options, i: usize, j: usize) -> [f64; D] {
-    std::array::from_fn(|axis| {
-        let offset = case.positions[j][axis] - case.positions[i][axis];
-        match options.side {
-            Some(side) if offset > side / 2.0 => offset - side,
-            Some(side) if offset < -side / 2.0 => offset + side,
-            _ => offset,
-        }
+    (rule, blind_angle, any::<bool>()).prop_map(|(rule, blind_angle, is_mutual)| Options {
+        rule,
+        blind_angle,
+        is_mutual,
     })
 }
 
@@ -68,7 +52,7 @@ fn squared(offset: &[f64]) -> f64 {
 
 /// Returns whether agent i sees agent j, by definition.
 fn sees<const D: usize>(case: &Case<D>, options: Options, i: usize, j: usize) -> bool {
-    let (offset, velocity) = (offset(case, options, i, j), case.velocities[i]);
+    let (offset, velocity) = (case.offset(i, j), case.velocities[i]);
     let along: f64 = (0..D).map(|axis| velocity[axis] * offset[axis]).sum();
     let speed = squared(velocity.as_slice()).sqrt();
     let edge = libm::cos(PI - options.blind_angle / 2.0);
@@ -82,7 +66,7 @@ fn reference<const D: usize>(
     options: Options,
 ) -> Vec<(u32, u32)> {
     let n = case.positions.len();
-    let distance = |i, j| squared(&offset(case, options, i, j));
+    let distance = |i, j| case.squared_distance(i, j);
     let reach = |i: usize| {
         let range = range_of(ranges, i);
         match options.rule {
@@ -173,20 +157,18 @@ fn check<const D: usize>(
 
 /// Compares the engine with the definition, with a shared range and with one range per agent.
 fn check_all<const D: usize>(case: &Case<D>, options: Options) -> Result<(), TestCaseError> {
-    let mut case = case.clone();
-    if let Some(side) = options.side {
-        for coordinate in case.positions.iter_mut().flat_map(|r| r.iter_mut()) {
-            *coordinate = coordinate.rem_euclid(side);
-            *coordinate = if *coordinate < side { *coordinate } else { 0.0 };
-        }
-    }
     for ranges in [
         Ranges::Shared(case.ranges[0]),
         Ranges::PerAgent(&case.ranges),
     ] {
-        let expected = reference(&case, ranges, options);
+        let expected = reference(case, ranges, options);
         for is_frozen in [false, true] {
-            check(&case, ranges, options.internal(is_frozen), &expected)?;
+            check(
+                case,
+                ranges,
+                options.internal(case.side, is_frozen),
+                &expected,
+            )?;
         }
     }
     Ok(())
@@ -249,6 +231,7 @@ proptest! {
     ) {
         let case = Case {
             blind_angle: 0.0,
+            side: None,
             positions: points.iter().map(|&(x, y)| SVector::from([f64::from(x), f64::from(y)])).collect(),
             velocities: headings[..points.len()]
                 .iter()
@@ -257,12 +240,12 @@ proptest! {
             ranges: vec![range],
         };
         let whole: Vec<[i128; 2]> = points.iter().map(|&(x, y)| [x.into(), y.into()]).collect();
-        let options = Options { rule: NeighborRule::Voronoi(Voronoi {}), blind_angle, side: None, is_mutual };
+        let options = Options { rule: NeighborRule::Voronoi(Voronoi {}), blind_angle, is_mutual };
         let ranges = Ranges::Shared(range);
         let mut expected = reference(&case, ranges, options);
         expected.retain(|&(i, j)| share_an_edge(&whole, i as usize, j as usize));
         for is_frozen in [false, true] {
-            check(&case, ranges, options.internal(is_frozen), &expected)?;
+            check(&case, ranges, options.internal(None, is_frozen), &expected)?;
         }
     }
 }
@@ -298,12 +281,12 @@ fn agents_beyond_the_bounds_of_a_triangulation_have_neighbors_at_the_same_point(
     let options = Options {
         rule: NeighborRule::Voronoi(Voronoi {}),
         blind_angle: 0.0,
-        side: None,
         is_mutual: false,
     };
     for (points, mut expected) in cases {
         let case = Case {
             blind_angle: 0.0,
+            side: None,
             positions: points.map(SVector::from).to_vec(),
             velocities: vec![SVector::from([1.0, 0.0]); points.len()],
             ranges: vec![f64::MAX],
@@ -312,7 +295,7 @@ fn agents_beyond_the_bounds_of_a_triangulation_have_neighbors_at_the_same_point(
         check(
             &case,
             Ranges::Shared(f64::MAX),
-            options.internal(false),
+            options.internal(None, false),
             &expected,
         )
         .expect("equal");

@@ -5,11 +5,10 @@ use proptest::test_runner::TestCaseError;
 
 use super::{Case, by_id, cases};
 use crate::agents::Agents;
-use crate::neighbor::engine::field_of_view::FieldOfView;
 use crate::neighbor::engine::kept::{Kept, Listing};
-use crate::neighbor::{NeighborOptions, Neighborhood, Ranges};
+use crate::neighbor::{FieldOfView, NeighborOptions, Neighborhood, Ranges, Torus};
 
-fn fly<const D: usize>(agents: &mut Agents<D>, time_step: f64) {
+fn fly<const D: usize>(agents: &mut Agents<D>, time_step: f64, side: Option<f64>) {
     for group in &mut agents.groups {
         for (position, velocity) in group.position.iter_mut().zip(&group.velocity) {
             for (coordinate, velocity) in position.iter_mut().zip(velocity) {
@@ -17,16 +16,20 @@ fn fly<const D: usize>(agents: &mut Agents<D>, time_step: f64) {
             }
         }
     }
+    if let Some(side) = side {
+        agents.wrap(side);
+    }
 }
 
 /// Flies straight on, with ranges that change after some steps, and compares with a new neighborhood in every
 /// step.
 fn check<const D: usize>(case: &Case<D>, time_step: f64) -> Result<(), TestCaseError> {
-    let options = NeighborOptions {
-        field_of_view: FieldOfView::new(case.blind_angle),
-        ..NeighborOptions::METRIC
-    };
-    for options in [NeighborOptions::METRIC, options] {
+    for blind_angle in [0.0, case.blind_angle] {
+        let options = NeighborOptions {
+            field_of_view: FieldOfView::new(blind_angle),
+            torus: Torus::new(case.side),
+            ..NeighborOptions::METRIC
+        };
         let mut agents = Agents::new(&case.positions, &case.velocities);
         let mut neighborhood = Neighborhood::new(options, &agents);
         for step in 0..9 {
@@ -39,7 +42,7 @@ fn check<const D: usize>(case: &Case<D>, time_step: f64) -> Result<(), TestCaseE
             fresh.sum_neighbors(&mut agents.clone(), ranges);
             let expected = by_id(&agents, fresh.sums());
             prop_assert_eq!(by_id(&agents, neighborhood.sums()), expected);
-            fly(&mut agents, time_step);
+            fly(&mut agents, time_step, case.side);
             neighborhood.refresh(&agents);
         }
     }
@@ -65,7 +68,7 @@ proptest! {
 fn candidates_are_found_anew_after_a_change() {
     let vectors = |x: f64| [[-x, 0.0].into(), [x, 0.0].into()];
     let mut agents = Agents::<2>::new(&vectors(1.0), &vectors(1.0));
-    let mut kept = Kept::new();
+    let mut kept = Kept::new(Torus::NONE);
     let plans: Vec<Listing> = [5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 6.0]
         .into_iter()
         .map(|range| {
@@ -73,7 +76,7 @@ fn candidates_are_found_anew_after_a_change() {
             if plan != Listing::Kept {
                 kept.store(&agents, Ranges::Shared(range), plan);
             }
-            fly(&mut agents, 0.5);
+            fly(&mut agents, 0.5, None);
             plan
         })
         .collect();
