@@ -23,7 +23,7 @@ from studies.measurements import chunks
 from studies.style import curve, letter
 from studies.validation.results import Verdict, scaled
 from studies.validation.vicsek import periodic_flock
-from training.figure_style import WIDTH
+from training.figure_style import WIDTH, label_ends
 
 TITLE: Final = "Discontinuous transition under vectorial noise"
 PUBLISHED: Final = (
@@ -37,7 +37,7 @@ DENSITY: Final = 2.0
 
 NOISES: Final = {
     "sensing_noise": (0.61, 0.615, 0.62, 0.6225, 0.625, 0.6275, 0.63, 0.635),
-    "angular_noise": (2.8, 3.0, 3.2, 3.4, 3.6, 3.8, 4.0, 4.2),
+    "angular_noise": (2.8, 3.2, 3.4, 3.6, 3.8, 4.0, 4.4, 4.8),
 }
 """Strengths of the vectorial noise and, for the control, of the angular noise; from tuning flocks."""
 
@@ -60,6 +60,11 @@ class Transition:
     dip: Estimate
     hysteresis: Estimate
     num_flocks: int
+
+    @property
+    def num_negative(self) -> int:
+        """The number of noises at which the interval of the cumulant is below 0."""
+        return sum(each.high < 0 for each in self.cumulant)
 
 
 @dataclass(frozen=True)
@@ -152,10 +157,11 @@ def figure(results: VectorialNoise) -> Figure:
             curve(order, strengths, getattr(found, start), color, "o-", band=0.2, lw=1.5, ms=3, label=start)
         curve(cumulant, strengths, found.cumulant, LIGHT.ink, "o-", band=0.15, lw=1.5, ms=3)
         for level in (2 / 3, 1 / 3, 0):
-            cumulant.axhline(level, color=LIGHT.muted, lw=0.8, ls=":", zorder=0)
+            cumulant.axhline(level, color=LIGHT.accent, lw=0.8, ls=":", zorder=0)
         cumulant.set_xlabel("noise" if noise == "sensing_noise" else "noise (rad)")
         letter(order, column, titles[noise])
     panels[0, 0].set_ylabel("polarization")
     panels[0, 0].legend(title="headings at the start", loc="lower left")
     panels[1, 0].set_ylabel("Binder cumulant")
+    label_ends(panels[1, 1], [(2 / 3, "order", LIGHT.accent), (1 / 3, "disorder", LIGHT.accent)])
     return figure
