@@ -64,9 +64,12 @@ def test_all_continuations_are_equal(interface: str, played: int) -> None:
         np.testing.assert_equal(play(way, np.random.default_rng(1), STEPS), expected, err_msg=name)
 
 
-@pytest.mark.parametrize("name", fe.PRESETS)
+@pytest.mark.parametrize("name", [name for name in fe.PRESETS if name != "order"])
 def test_every_preset(name: str) -> None:
-    """Presets cover all neighbor rules, laws of motion, predators, captures, noise and randomization."""
+    """Presets cover all neighbor rules, laws of motion, predators, captures, noise and randomization.
+
+    Environments need a predator, which the periodic world of "order" cannot have.
+    """
 
     def make() -> fe.FlockEscapeEnv | fe.LineEscapeEnv:
         is_line = isinstance(fe.PRESETS[name].scenario, fe.LineScenario)

@@ -134,7 +134,7 @@ def cases() -> dict[str, Case]:
     for name, (_, scenario) in fe.PRESETS.items():
         if isinstance(scenario, fe.LineScenario):
             found[name] = line(scenario)
-        else:
+        elif scenario.predators:
             found[name] = flock(scenario, count_components=True, max_range=100.0)
         if name in TEAM:
             found[f"{name}, an action per agent"] = team(
