@@ -174,14 +174,14 @@ LITERATURE: Final = {
         predators=(),
     ),
     "torus": _flock(
-        "the model of Couzin et al., in which 60 m makes a school that mills; the attack comes late",
+        "the model of Couzin et al., in which 60 m makes a school that mills; the attack is slow",
         num_agents=200,
         num_steps=1000,
         motion=Zones(),
         blind_angle=math.pi / 2,
         angular_noise=0.1,
         initial_positions=Disc(radius=30.0),
-        predators=(ConstantVelocity((-300.0, -300.0)),),
+        predators=(ConstantVelocity((-80.0, -80.0), (3.0, 3.0)),),
     ),
     "ring": _flock(
         "the model of Chen and Kolokolnikov, in which agents form a ring around the predator",

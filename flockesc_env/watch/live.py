@@ -30,6 +30,9 @@ RULES: Final = ("stubborn-leaders", "stubborn-leaders-local", "listen-while-flee
 ENGINE: Final = files("flockesc_env.watch") / "engine"
 """The core in WebAssembly, which ``make engine`` builds."""
 
+FIRST_RANGES: Final = {"torus": 60.0, "ring": LARGEST_RANGE}
+"""Ranges in m at first, in worlds whose best fixed range is not known and that need a long one."""
+
 GIVEN: Final = "given"
 """Name of a world that is not a preset."""
 
@@ -71,6 +74,7 @@ def world_document(name: str, scenario: FlockScenario, best: float | None = None
         "unit": unit,
         "maxRange": LARGEST_RANGE if unit == "m" else float(max(scenario.num_agents - 1, 1)),
         "best": best,
+        "firstRange": FIRST_RANGES.get(name),
         "scenario": scenario.to_json(),
         "steered": _steered(scenario),
         "start": None,

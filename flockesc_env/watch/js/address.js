@@ -56,7 +56,8 @@ function readAddress(hash, worlds, start) {
   const path = isSteered ? unpackPath(entries.get("path") ?? "") : [];
   const listed = entries.get("policies")?.split(",").filter(Boolean);
   const asked = listed?.map((spec) => spec.replaceAll("%2C", ",")); // a file's name can have commas
-  const ofWorld = world.name === start.world ? start.policies : [`fixed:${world.best ?? world.maxRange / 10}`];
+  const first = world.best ?? world.firstRange ?? world.maxRange / 10;
+  const ofWorld = world.name === start.world ? start.policies : [`fixed:${first}`];
   return { flight: { world, seed, numbers, isSteered, path }, policies: asked?.length ? asked : ofWorld, time };
 }
 

@@ -7,6 +7,11 @@ const DEPTHS = 5; // shades by which agents in space fade with their depth
 const MAX_TRAIL_PARTS = 16000; // of all trails of the page; more are slow
 const MAX_EDGES = 60000; // more are unreadable and slow
 
+/** Returns the shortest offset along an axis in a periodic world, or the offset itself if `side` is null. */
+function shortest(offset, side) {
+  return side === null || Math.abs(offset) <= side / 2 ? offset : offset - side * Math.round(offset / side);
+}
+
 class Scene {
   constructor(canvas, camera) {
     this.canvas = canvas;
@@ -58,10 +63,11 @@ class Scene {
 
   /** Interpolates point `index` of a column between two steps and writes its projection to `out`. */
   projectBetween(column, count, index, step, share, out) {
-    const { dimension, last } = this.run;
+    const { dimension, last, document } = this.run;
     const here = (step * count + index) * dimension;
     const next = step < last ? here + count * dimension : here;
-    const at = (axis) => column[here + axis] + share * (column[next + axis] - column[here + axis]);
+    const at = (axis) =>
+      column[here + axis] + share * shortest(column[next + axis] - column[here + axis], document.periodic_side);
     return this.camera.project(at(0), at(1), dimension === 3 ? at(2) : 0, out);
   }
 
@@ -185,13 +191,27 @@ class Scene {
         context.moveTo(this.points[3 * agent], this.points[3 * agent + 1]);
         for (let step = moment.step; step >= first; step--) {
           this.projectBetween(positions, numAgents, agent, step, 0, out);
-          context.lineTo(out[0], out[1]);
+          if (this.crossesBorder(agent, step)) context.moveTo(out[0], out[1]);
+          else context.lineTo(out[0], out[1]);
         }
       }
       context.strokeStyle = color;
       context.stroke();
     }
     context.globalAlpha = 1;
+  }
+
+  /** Returns whether an agent leaves a periodic world on one side and enters it on the other after a step. */
+  crossesBorder(agent, step) {
+    const { positions, numAgents, dimension, last, document } = this.run;
+    if (document.periodic_side === null || step === last) return false;
+    const here = (step * numAgents + agent) * dimension;
+    const next = here + numAgents * dimension;
+    for (let axis = 0; axis < dimension; axis++) {
+      const moved = positions[next + axis] - positions[here + axis];
+      if (shortest(moved, document.periodic_side) !== moved) return true;
+    }
+    return false;
   }
 
   drawDiscs(byColor) {
