@@ -195,10 +195,10 @@ def here(results: Milling) -> str:
     tori, parallel = results.tori(), results.parallel()
     if not tori or not parallel:
         return "no torus" if not tori else "no parallel group"
-    kept = ", ".join(f"{width:g}" for width in results.remembered()) or "no width"
+    less = ", ".join(f"{width:g}" for width in results.remembered()) or "no width"
     return (
         f"a torus at widths {tori[0]:g} to {tori[-1]:g}, parallel from {parallel[0]:g}"
-        f"; the way down has no torus at {kept}"
+        f"; less rotation on the way back at {less}"
     )
 
 

@@ -53,8 +53,8 @@ CLOSED_FORMS: Final = {
     "strongest predator": UPPER,
 }
 
-SIZES: Final = {200: 6, 300: 5, 400: 4, 600: 3, 800: 2}
-"""Flocks by their number of agents. The number of pairs sets the cost."""
+SIZES: Final = {400: 4, 800: 4, 1_600: 2}
+"""Flocks by their number of agents. In smaller flocks corrections of higher order than 1 / n matter."""
 
 STRENGTHS: Final = (0.2, 0.25, 0.7, 0.8)
 """Predator strengths c: two around each limit, between which its zero is interpolated."""

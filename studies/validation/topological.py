@@ -201,12 +201,12 @@ def _comparison(found: Arrays) -> Comparison:
 
 
 def here(results: TopologicalFlocks) -> str:
-    """Return the shares of whole flocks under the attack from the farthest."""
+    """Return the numbers of parts under the strongest attack and without one."""
     first = results.comparisons[0]
+    attack, peace = ([each[at].parts.mean for each in (first.metric, first.topological)] for at in (-1, 0))
     return (
-        f"whole after the attack: {first.topological[-1].whole:.0%} of topological and"
-        f" {first.metric[-1].whole:.0%} of metric flocks; without one {first.topological[0].whole:.0%} and"
-        f" {first.metric[0].whole:.0%}"
+        f"metric flocks split into {attack[0]:.1f} parts and topological ones into {attack[1]:.1f}"
+        f"; without an attack into {peace[0]:.1f} and {peace[1]:.1f}"
     )
 
 
