@@ -34,6 +34,7 @@ __all__ = [
     "perron_matrix",
     "predator_observation_entries",
     "rollout_line",
+    "scan_flock",
     "simulate_flock",
     "simulate_line",
     "sweep_flock",
@@ -197,6 +198,13 @@ def rollout_line(
     num_threads: int | None,
     report: Callable[[int], None] | None,
 ) -> dict[str, NDArray[Any]]: ...
+def scan_flock(
+    scenarios: list[str],
+    interaction_range: float,
+    seeds: NDArray[np.uint64],
+    num_threads: int | None,
+    report: Callable[[int], None] | None,
+) -> NDArray[np.float64]: ...
 def sweep_flock(
     scenario: str,
     ranges: NDArray[np.float64],

@@ -119,7 +119,7 @@ def scan(
 ) -> ScanResult:
     """Run a flock with every value of one field on every seed, and keep the polarization at every time.
 
-    Only the flock that runs is in memory with its positions.
+    Positions are not stored, so large flocks and long runs fit into memory.
 
     Args:
         scenario: the flock model's parameters, or a preset's name.
@@ -129,13 +129,13 @@ def scan(
         interaction_range: rho in m, or in the unit of the neighbor rule.
         seeds: seeds of the flocks. ``simulate(seed=k)`` plays the same flock.
         skip: number of steps before the first time that counts in means, at most ``scenario.num_steps``.
-        num_threads: number of threads for a large flock; ``None``: one per core. Results do not depend on it.
-        progress: ``True``: show a progress bar on stderr. A function: called after every run with
-            (finished runs, all runs); an exception that it raises stops the scan.
+        num_threads: number of threads; ``None``: one per core. Results do not depend on it.
+        progress: ``True``: show a progress bar on stderr. A function: called with (finished runs, all runs)
+            about twenty times per second; an exception that it raises stops the scan.
 
     Raises:
         ArgumentError: if an argument has the wrong type or shape, or is negative or not finite, the field
-            does not exist, or a run or the polarizations do not fit into memory.
+            does not exist, or the polarizations do not fit into memory.
         ScenarioError: if the name is not a preset of a flock, or a value is out of bounds.
 
     Examples:
@@ -152,21 +152,18 @@ def scan(
         raise ArgumentError("values", "shape (k,) with k >= 1", f"shape {given.shape}")
     scenarios = [_replaced(model, path, value, path) for value in given.tolist()]
     rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
-    checked = as_seeds(seeds)
+    checked_seeds = as_seeds(seeds)
     first = as_count(skip, "skip", least=0, most=model.num_steps)
     threads = as_threads(num_threads)
-    shape = (given.size, len(checked), model.num_steps + 1)
-    _core.check_memory("seeds", 8 * shape[0] * shape[1] * shape[2])
-    polarization = np.empty(shape)
-    total = given.size * len(checked)
-    with reporting(progress, "Scan", total) as report:
-        for done, (index, slot) in enumerate(np.ndindex(shape[:2]), start=1):
-            document, seed = scenarios[index].to_json(), checked[slot]
-            run = _core.simulate_flock(document, np.array([[rho]]), seed, None, None, threads)
-            polarization[index, slot] = run["polarization"]
-            if report is not None:
-                report(done, total)
-    return ScanResult(model, path, given, rho, np.array(checked, np.uint64), first, polarization)
+    shape = (given.size, len(checked_seeds), model.num_steps + 1)
+    _core.check_memory("seeds", 16 * shape[0] * shape[1] * shape[2])
+    checked = np.array(checked_seeds, np.uint64)
+    documents, total = [each.to_json() for each in scenarios], given.size * checked.size
+    with reporting(progress, "Scan", total) as callback:
+        report = None if callback is None else lambda done: callback(done, total)
+        runs = _core.scan_flock(documents, rho, checked, threads, report)
+    polarization = runs.reshape(shape)
+    return ScanResult(model, path, given, rho, checked, first, polarization)
 
 
 def _replaced(part: Any, path: str, value: float, field: str) -> Any:

@@ -144,8 +144,9 @@ def play(batch: FlockBatch, start: dict[str, Any] | None = None) -> None:
 
 
 def flocks() -> dict[str, fe.FlockScenario]:
-    """Return all presets of the flock, and flocks with every option."""
-    found = {name: flock for name, (_, flock) in fe.PRESETS.items() if isinstance(flock, fe.FlockScenario)}
+    """Return all presets that environments take, and flocks with every option."""
+    presets = {name: flock for name, (_, flock) in fe.PRESETS.items() if isinstance(flock, fe.FlockScenario)}
+    found = {name: flock for name, flock in presets.items() if flock.predators}
     for dimension in (2, 3):
         small = small_flock(dimension, num_steps=ACTIONS, **RANDOM)
         found |= {

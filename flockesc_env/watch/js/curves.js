@@ -36,6 +36,25 @@ const CHARTS = [
   },
 ];
 
+const POLARIZATION = {
+  title: "Polarization",
+  key: () => "1: all agents head the same way",
+  series: [{ valueAt: polarizationAt, width: 2 }],
+};
+
+/** Returns the norm of the mean heading at a step. */
+function polarizationAt({ headings, numAgents, dimension }, step) {
+  const sums = new Array(dimension).fill(0);
+  const first = step * numAgents * dimension;
+  for (let at = 0; at < numAgents * dimension; at++) sums[at % dimension] += headings[first + at];
+  return Math.hypot(...sums) / (127 * numAgents);
+}
+
+/** Returns the charts of a run. A world without predators has no distances. */
+function chartsOf(run) {
+  return run.numPredators > 0 ? CHARTS : [POLARIZATION, ...CHARTS.slice(1)];
+}
+
 class Curves {
   constructor(container, player, theme) {
     Object.assign(this, { container, player, theme, runs: [], charts: [], yardstick: null });
@@ -45,19 +64,21 @@ class Curves {
 
   /** Shows runs. `yardstick`: a run whose lowest mean distance is drawn behind them, or null. */
   setRuns(runs, yardstick = null) {
-    const isOther = runs.length !== this.runs.length || runs[0].rangeUnit !== this.runs[0].rangeUnit;
-    Object.assign(this, { runs, yardstick });
+    const specs = chartsOf(runs[0]);
+    const isOther =
+      runs.length !== this.runs.length || runs[0].rangeUnit !== this.runs[0].rangeUnit || specs[0] !== this.specs[0];
+    Object.assign(this, { runs, yardstick, specs });
     if (isOther) {
       this.charts.forEach((chart) => chart.destroy());
       this.container.replaceChildren();
-      this.charts = CHARTS.map((spec) => this.build(spec, this.container));
+      this.charts = specs.map((spec) => this.build(spec, this.container));
     } else this.update();
     this.moveCursor();
   }
 
   /** Shows the frames that the runs have got. */
   update() {
-    this.charts.forEach((chart, at) => chart.setData(this.dataOf(CHARTS[at])));
+    this.charts.forEach((chart, at) => chart.setData(this.dataOf(this.specs[at])));
   }
 
   /** Draws again, for example in the colors of another theme. */
@@ -89,8 +110,10 @@ class Curves {
   dataOf({ series }) {
     const tables = this.runs.map((run) => [
       Array.from(run.times.subarray(0, run.last + 1)),
-      ...series.map(({ column }) =>
-        Array.from(run[column].subarray(0, run.last + 1), (value) => (Number.isFinite(value) ? value : null)),
+      ...series.map(({ column, valueAt = (_, step) => run[column][step] }) =>
+        Array.from({ length: run.last + 1 }, (_, step) => valueAt(run, step)).map((value) =>
+          Number.isFinite(value) ? value : null,
+        ),
       ),
     ]);
     return uPlot.join(tables);

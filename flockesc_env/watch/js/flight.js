@@ -15,7 +15,7 @@ const NUMBERS = {
   noise: {
     label: "noise of headings",
     least: 0,
-    most: 3,
+    most: 6,
     step: 0.05,
     read: (document) => document.angular_noise,
     write: (document, value) => (document.angular_noise = value),

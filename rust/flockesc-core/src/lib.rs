@@ -46,4 +46,4 @@ pub use observation::{
 pub use parallel::Progress;
 pub use predator::*;
 pub use reward::{Objective, ObjectiveSpec, Reward, objectives};
-pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};
+pub use sweep::{FlockOutcome, LineOutcome, scan_flock, sweep_flock, sweep_line};

@@ -1,4 +1,4 @@
-//! The grid search over interaction ranges: every range runs on the same initial states.
+//! Grids of runs on the same initial states: the search over interaction ranges, and scans over scenarios.
 
 use std::sync::Arc;
 
@@ -66,7 +66,7 @@ pub fn sweep_flock(
         seeds,
         num_threads,
         progress,
-        |range, seed| match config.dimension {
+        |&range, seed| match config.dimension {
             2 => run_flock::<2>(config, range, seed, progress),
             _ => run_flock::<3>(config, range, seed, progress),
         },
@@ -94,7 +94,7 @@ pub fn sweep_line(
     progress: &Progress,
 ) -> Result<Vec<LineOutcome>> {
     check_ranges("interaction_ranges", ranges)?;
-    grid(ranges, seeds, num_threads, progress, |range, seed| {
+    grid(ranges, seeds, num_threads, progress, |&range, seed| {
         let mut line = Line::new(config.clone(), seed, None)?;
         let (_, converged) = run_line(&mut line, range, progress, |_| Ok(()))?;
         Ok(LineOutcome {
@@ -105,21 +105,50 @@ pub fn sweep_line(
     })
 }
 
-fn grid<T: Send>(
-    ranges: &[f64],
+/// Runs a flock for every pair of a scenario and a seed, and returns the polarizations at the times 0..=T, in
+/// row-major order. Positions are not stored. The scenarios must be [checked](FlockConfig::check).
+///
+/// # Errors
+/// As [`sweep_flock`].
+pub fn scan_flock(
+    configs: &[Arc<FlockConfig>],
+    range: f64,
     seeds: &[u64],
     num_threads: Option<usize>,
     progress: &Progress,
-    run: impl Fn(f64, u64) -> Result<T> + Sync,
+) -> Result<Vec<Vec<f64>>> {
+    check_ranges("interaction_range", &[range])?;
+    let num_flocks = parallel::num_threads(num_threads).min(configs.len() * seeds.len());
+    for config in configs {
+        check_flocks(config, num_flocks)?;
+    }
+    grid(
+        configs,
+        seeds,
+        num_threads,
+        progress,
+        |config, seed| match config.dimension {
+            2 => polarizations::<2>(config, range, seed, progress),
+            _ => polarizations::<3>(config, range, seed, progress),
+        },
+    )
+}
+
+fn grid<K: Sync, T: Send>(
+    keys: &[K],
+    seeds: &[u64],
+    num_threads: Option<usize>,
+    progress: &Progress,
+    run: impl Fn(&K, u64) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
     // The outcomes, and as many columns.
-    let num_cells = ranges.len() as u128 * seeds.len() as u128;
+    let num_cells = keys.len() as u128 * seeds.len() as u128;
     memory::check("seeds", 2 * num_cells * size_of::<T>() as u128)?;
     parallel::pool(num_threads)?.install(|| {
-        (0..ranges.len() * seeds.len())
+        (0..keys.len() * seeds.len())
             .into_par_iter()
             .map(|cell| {
-                let outcome = run(ranges[cell / seeds.len()], seeds[cell % seeds.len()]);
+                let outcome = run(&keys[cell / seeds.len()], seeds[cell % seeds.len()]);
                 progress.advance();
                 outcome
             })
@@ -151,4 +180,22 @@ fn run_flock<const D: usize>(
     }
     outcome.num_components = world.num_components(Ranges::Shared(range));
     Ok(outcome)
+}
+
+fn polarizations<const D: usize>(
+    config: &Arc<FlockConfig>,
+    range: f64,
+    seed: u64,
+    progress: &Progress,
+) -> Result<Vec<f64>> {
+    let mut world = World::<D>::new(config.clone(), &InitialState::seeded(seed));
+    world.stop_counting();
+    let mut found = memory::vector("num_steps", config.num_steps + 1)?;
+    found.push(world.polarization());
+    for _ in 0..config.num_steps {
+        progress.check()?;
+        world.step(Ranges::Shared(range))?;
+        found.push(world.polarization());
+    }
+    Ok(found)
 }

@@ -38,7 +38,7 @@ mod _core {
     use crate::models::{
         check_flock_scenario, check_line_scenario, check_memory, check_record,
         default_flock_scenario, default_line_scenario, drawn_flock_scenario, kinds, objectives,
-        simulate_flock, simulate_line, sweep_flock, sweep_line, views,
+        scan_flock, simulate_flock, simulate_line, sweep_flock, sweep_line, views,
     };
     #[pymodule_export]
     use crate::rollout::{network_outputs, rollout_line, tanh_layers};

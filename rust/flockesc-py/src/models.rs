@@ -9,7 +9,7 @@ use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 
-use crate::arrays::{Dict, array, flat, grid, rows_and_columns, shaped, vector};
+use crate::arrays::{Dict, Object, array, flat, grid, rows_and_columns, shaped, vector};
 use crate::errors::CoreError;
 use crate::long_call::long_call;
 
@@ -181,6 +181,30 @@ pub(crate) fn sweep_flock<'py>(
     let components = grid(py, &cells, shape, |cell| cell.num_components as i64)?;
     dict.set_item("num_components", components)?;
     Ok(dict)
+}
+
+/// Returns the polarizations of all runs, shape (scenarios * seeds, T + 1); all scenarios have T steps. `report`
+/// is called with the number of finished runs.
+#[pyfunction]
+pub(crate) fn scan_flock<'py>(
+    py: Python<'py>,
+    scenarios: Vec<String>,
+    interaction_range: f64,
+    seeds: PyReadonlyArray1<'py, u64>,
+    num_threads: Option<usize>,
+    report: Option<&Bound<'py, PyAny>>,
+) -> Object<'py> {
+    let configs: Vec<_> = scenarios
+        .iter()
+        .map(|scenario| Ok(Arc::new(FlockConfig::from_json(scenario)?)))
+        .collect::<Result<_, flockesc_core::Error>>()
+        .map_err(CoreError::from)?;
+    let seeds = seeds.as_slice()?.to_vec();
+    let runs = long_call(py, report, move |progress| {
+        flockesc_core::scan_flock(&configs, interaction_range, &seeds, num_threads, progress)
+    })?;
+    let shape = [runs.len(), runs.first().map_or(0, Vec::len)];
+    shaped(py, runs.concat(), shape)
 }
 
 /// Returns one array per outcome of all runs, as `sweep_flock` does.

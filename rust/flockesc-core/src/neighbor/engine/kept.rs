@@ -76,7 +76,11 @@ impl<const D: usize> Kept<D> {
             self.pause -= 1;
             return Listing::Discarded;
         }
-        let drift = drift(&agents.groups, &self.positions, self.torus);
+        let drift = if self.torus == Torus::NONE {
+            drift::<D, false>(&agents.groups, &self.positions, Torus::NONE)
+        } else {
+            drift::<D, true>(&agents.groups, &self.positions, self.torus)
+        };
         // Offsets across the border have the rounding error of the side.
         let longest = ranges
             .iter()
@@ -121,7 +125,13 @@ fn slice<'a>(ranges: &'a Ranges<'_>) -> &'a [f64] {
 
 /// Returns the diagonal in m of the bounding box of all displacements since `before`.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn drift<const D: usize>(groups: &[Group<D>], before: &[[Column<f64>; D]], torus: Torus) -> f64 {
+fn drift<const D: usize, const IS_PERIODIC: bool>(
+    groups: &[Group<D>],
+    before: &[[Column<f64>; D]],
+    torus: Torus,
+) -> f64 {
+    // The compiler removes the wrapping by a constant `Torus::NONE`.
+    let torus = if IS_PERIODIC { torus } else { Torus::NONE };
     let mut squared = 0.0;
     for axis in 0..D {
         let (mut low, mut high) = ([f64::INFINITY; GROUP], [f64::NEG_INFINITY; GROUP]);
