@@ -16,7 +16,7 @@ pub(crate) use approach::{Drift, Straight, approaches};
 pub use initial::{InitialHeadings, InitialPositions};
 pub use initial_state::InitialState;
 pub use metrics::PredatorDistance;
-pub use motion::{FirstOrder, Motion, PreferredDistance, Reynolds, Zones};
+pub use motion::*;
 pub(crate) use preview::{Approach, Preview};
 pub use randomization::Distribution;
 pub use scenario::FlockConfig;

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 pub(crate) use state::WorldState;
 
 use super::initial_state::InitialState;
-use super::motion::{Motion, Predators, Response, advance};
+use super::motion::{Predators, Response, advance};
 use crate::agents::{Agents, GROUP};
 use crate::base::error::Result;
 use crate::base::rng::{self, Stream};
@@ -97,9 +97,8 @@ impl<const D: usize> World<D> {
 
     /// Stops the counting of neighbors, which takes about 5 % of a step. Only for worlds that are never observed.
     pub(crate) fn stop_counting(&mut self) {
-        // Sensing noise and a preferred distance depend on the number of neighbors.
-        let needs_counts = matches!(self.config.motion, Motion::PreferredDistance(_));
-        if self.config.sensing_noise <= 0.0 && !needs_counts {
+        // Sensing noise and some laws of motion depend on the number of neighbors.
+        if self.config.sensing_noise <= 0.0 && !self.config.motion.needs_counts() {
             self.neighborhood.stop_counting();
         }
     }

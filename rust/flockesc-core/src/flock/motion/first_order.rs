@@ -1,29 +1,28 @@
 //! First-order law: forces are velocities, as in Y. Chen and T. Kolokolnikov, J. R. Soc. Interface 11 (2014).
 
 use super::columns::ParameterColumns;
-use super::forces::Force;
+use super::forces::{Force, Neighbors};
 use super::law::FirstOrder;
 use crate::agents::{GROUP, Group};
 use crate::base::vector::{SHORTEST, squared_norm};
 use crate::flock::scenario::FlockConfig;
-use crate::neighbor::{OffsetBuffers, Pairs};
+use crate::neighbor::OffsetBuffers;
 
 impl FirstOrder {
     /// Adds repulsion from the neighbors and attraction to them to the agents of a group.
     pub(super) fn add_forces<const D: usize>(
         &self,
-        num_agents: usize,
-        pairs: &Pairs<'_, D>,
+        neighbors: &Neighbors<'_, D>,
         group: usize,
         buffers: &mut OffsetBuffers<D>,
         force: &mut Force<D>,
     ) {
-        let [sums] = pairs.sum_terms(group, buffers, |_, offset| {
+        let [sums] = neighbors.pairs.sum_terms(group, buffers, |_, offset| {
             let squared = squared_norm(&offset);
             let factor = self.attraction - self.repulsion / squared;
             (squared > SHORTEST * SHORTEST).then(|| (0, offset.map(|entry| entry * factor)))
         });
-        let n = num_agents as f64;
+        let n = neighbors.agents.len() as f64;
         for axis in 0..D {
             for lane in 0..GROUP {
                 force[axis][lane] += sums[axis][lane] / n;

@@ -1,13 +1,35 @@
 //! The forces of step 2: consensus (Eq. 11) and escape.
 
 use super::columns::ParameterColumns;
-use crate::agents::{Column, GROUP, Group};
-use crate::base::exact::to_float;
+use crate::agents::{Agents, Column, GROUP, Group};
+use crate::base::exact::{Scale, to_float};
 use crate::base::vector::{SHORTEST, squared_norm};
-use crate::neighbor::NeighborSums;
+use crate::neighbor::{NeighborSums, Neighborhood, Pairs};
 
 /// Forces on the agents of a group.
 pub(super) type Force<const D: usize> = [Column<f64>; D];
+
+/// The neighbor graph and sums of one step, for forces between pairs of neighbors.
+pub(super) struct Neighbors<'a, const D: usize> {
+    pub(super) agents: &'a Agents<D>,
+    pub(super) pairs: Pairs<'a, D>,
+    pub(super) sums: &'a [NeighborSums<D>],
+    /// Fixed-point scale of sums of offsets between agents, in m.
+    pub(super) scale: Scale,
+}
+
+impl<'a, const D: usize> Neighbors<'a, D> {
+    pub(super) fn new(agents: &'a Agents<D>, neighborhood: &'a Neighborhood<D>) -> Self {
+        let (low, high) = neighborhood.bounds();
+        let extent = (0..D).fold(0.0, |most: f64, axis| most.max(high[axis] - low[axis]));
+        Self {
+            agents,
+            pairs: neighborhood.pairs(agents),
+            sums: neighborhood.sums(),
+            scale: Scale::for_registers(extent, agents.len()),
+        }
+    }
+}
 
 /// Returns the consensus force a v0 <v>_i / ||<v>_i|| (Eq. 11), or 0 if the sum of the neighbors' velocities
 /// is exactly 0. Stores the norms of the sums in `sums`.

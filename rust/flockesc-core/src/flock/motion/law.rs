@@ -3,8 +3,14 @@
 use serde::{Deserialize, Serialize};
 use strum::{AsRefStr, VariantNames};
 
+use super::columns::ParameterColumns;
+use super::forces::{Force, Neighbors};
+use super::{first_order, inertial, vicsek};
+use crate::agents::Group;
 use crate::base::check::{not_negative, positive_quantity, quantity};
 use crate::base::error::{Error, Result};
+use crate::flock::scenario::FlockConfig;
+use crate::neighbor::OffsetBuffers;
 
 /// The law of motion: how forces change velocities.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, AsRefStr, VariantNames)]
@@ -51,6 +57,55 @@ impl Motion {
     /// Returns whether the law has forces between pairs of neighbors.
     pub(crate) fn needs_pairs(&self) -> bool {
         !matches!(self, Self::Inertial {} | Self::Vicsek {})
+    }
+
+    /// Returns whether the law needs the numbers of neighbors.
+    pub(crate) fn needs_counts(&self) -> bool {
+        matches!(self, Self::PreferredDistance(_))
+    }
+
+    /// Returns whether the escape force falls with the distance.
+    pub(super) fn has_decaying_escape(&self) -> bool {
+        matches!(self, Self::FirstOrder(_))
+    }
+
+    /// Adds the forces between pairs of neighbors to the agents of a group.
+    pub(super) fn add_pair_forces<const D: usize>(
+        &self,
+        neighbors: &Neighbors<'_, D>,
+        group: usize,
+        columns: &ParameterColumns,
+        buffers: &mut OffsetBuffers<D>,
+        force: &mut Force<D>,
+    ) {
+        match self {
+            Self::Inertial {} | Self::Vicsek {} => {}
+            Self::Reynolds(law) => law.add_forces(neighbors, group, columns, buffers, force),
+            Self::PreferredDistance(law) => {
+                law.add_forces(neighbors, group, columns, buffers, force);
+            }
+            Self::Zones(law) => law.set_forces(neighbors, group, columns, buffers, force),
+            Self::FirstOrder(law) => law.add_forces(neighbors, group, buffers, force),
+        }
+    }
+
+    /// Moves the agents of a group, and sets their velocities from the forces.
+    #[inline(always)]
+    pub(super) fn integrate<const D: usize>(
+        &self,
+        config: &FlockConfig,
+        columns: &ParameterColumns,
+        force: &Force<D>,
+        group: &mut Group<D>,
+    ) {
+        match self {
+            Self::Inertial {} | Self::Reynolds(_) | Self::PreferredDistance(_) => {
+                inertial::integrate(config, columns, force, group);
+            }
+            Self::Vicsek {} => vicsek::integrate(config, columns, force, group),
+            Self::Zones(law) => law.integrate(config, columns, force, group),
+            Self::FirstOrder(_) => first_order::integrate(config, columns, force, group),
+        }
     }
 }
 

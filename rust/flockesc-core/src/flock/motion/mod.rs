@@ -13,6 +13,6 @@ mod step;
 mod vicsek;
 mod zones;
 
-pub use law::{FirstOrder, Motion, PreferredDistance, Reynolds, Zones};
+pub use law::*;
 pub(super) use response::{Response, ResponseState};
 pub(super) use step::{Predators, advance};

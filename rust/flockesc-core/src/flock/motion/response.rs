@@ -6,8 +6,7 @@ use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use super::columns::ParameterColumns;
-use super::forces::{Force, consensus_force};
-use super::law::Motion;
+use super::forces::{Force, Neighbors, consensus_force};
 use super::noise::Noise;
 use crate::agents::{Agents, GROUP};
 use crate::base::error::Result;
@@ -140,10 +139,7 @@ impl<const D: usize> Response<D> {
         agents: &Agents<D>,
         neighborhood: &Neighborhood<D>,
     ) {
-        let (pairs, sums) = (neighborhood.pairs(agents), neighborhood.sums());
-        let (low, high) = neighborhood.bounds();
-        let extent = (0..D).fold(0.0, |most: f64, axis| most.max(high[axis] - low[axis]));
-        let scale = Scale::for_registers(extent, agents.len());
+        let neighbors = Neighbors::new(agents, neighborhood);
         let chunks = parallel::num_chunks(self.forces.len());
         self.buffers.resize_with(chunks, OffsetBuffers::default);
         let buffers = &mut self.buffers;
@@ -151,21 +147,8 @@ impl<const D: usize> Response<D> {
             let mut columns = ParameterColumns::of_first(config);
             for (group, force) in (first..).zip(forces) {
                 columns.load(config, agents.ids_of(group));
-                match &config.motion {
-                    Motion::Inertial {} | Motion::Vicsek {} => {}
-                    Motion::Reynolds(law) => {
-                        law.add_forces(&pairs, group, scale, &columns, buffers, force);
-                    }
-                    Motion::PreferredDistance(law) => {
-                        law.add_forces(&pairs, group, &sums[group], &columns, buffers, force);
-                    }
-                    Motion::Zones(law) => {
-                        law.set_forces(agents, &pairs, group, &columns, buffers, force);
-                    }
-                    Motion::FirstOrder(law) => {
-                        law.add_forces(agents.len(), &pairs, group, buffers, force);
-                    }
-                }
+                let motion = &config.motion;
+                motion.add_pair_forces(&neighbors, group, &columns, buffers, force);
             }
             buffers.trim();
         });

@@ -1,26 +1,25 @@
 //! Reynolds' law: the paper's law plus separation and cohesion, as in C. W. Reynolds' boids (1987).
 
 use super::columns::ParameterColumns;
-use super::forces::Force;
+use super::forces::{Force, Neighbors};
 use super::law::Reynolds;
 use crate::agents::GROUP;
-use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, squared_norm};
-use crate::neighbor::{OffsetBuffers, Pairs};
+use crate::neighbor::OffsetBuffers;
 
 impl Reynolds {
     /// Adds the separation force and the cohesion force to the agents of a group. The norm of each is its
-    /// strength times v0. `scale` is the fixed-point scale of sums of offsets between agents, in m.
+    /// strength times v0.
     pub(super) fn add_forces<const D: usize>(
         &self,
-        pairs: &Pairs<'_, D>,
+        neighbors: &Neighbors<'_, D>,
         group: usize,
-        scale: Scale,
         columns: &ParameterColumns,
         buffers: &mut OffsetBuffers<D>,
         force: &mut Force<D>,
     ) {
-        let sums = pairs.sum_offsets(group, scale, self.separation_range, buffers);
+        let Neighbors { pairs, scale, .. } = neighbors;
+        let sums = pairs.sum_offsets(group, *scale, self.separation_range, buffers);
         let mut add = |lane: usize, vector: [f64; D], strength: f64| {
             let norm = squared_norm(&vector).sqrt();
             if norm > SHORTEST {

@@ -4,8 +4,6 @@ use multiversion::multiversion;
 
 use super::columns::ParameterColumns;
 use super::forces::{Force, add_escape_force, consensus_force};
-use super::law::Motion;
-use super::{first_order, inertial, vicsek};
 use crate::agents::{GROUP, Group};
 use crate::flock::metrics::distances;
 use crate::flock::scenario::FlockConfig;
@@ -29,7 +27,7 @@ pub(crate) fn advance<const D: usize>(
     forces: Option<&[Force<D>]>,
 ) {
     let range = config.predator_range;
-    let decays = matches!(config.motion, Motion::FirstOrder(_));
+    let decays = config.motion.has_decaying_escape();
     let mut columns = ParameterColumns::of_first(config);
     let agents = groups.iter_mut().zip(sums).zip(ids.chunks(GROUP));
     for (index, ((group, sums), ids)) in agents.enumerate() {
@@ -60,14 +58,7 @@ pub(crate) fn advance<const D: usize>(
                 }
             }
         }
-        match &config.motion {
-            Motion::Inertial {} | Motion::Reynolds(_) | Motion::PreferredDistance(_) => {
-                inertial::integrate(config, &columns, &force, group);
-            }
-            Motion::Vicsek {} => vicsek::integrate(config, &columns, &force, group),
-            Motion::Zones(law) => law.integrate(config, &columns, &force, group),
-            Motion::FirstOrder(_) => first_order::integrate(config, &columns, &force, group),
-        }
+        config.motion.integrate(config, &columns, &force, group);
         group.distance = distances(&group.position, predators.after);
     }
 }

@@ -3,12 +3,12 @@
 use nalgebra::SVector;
 
 use super::columns::ParameterColumns;
-use super::forces::Force;
+use super::forces::{Force, Neighbors};
 use super::law::Zones;
-use crate::agents::{Agents, GROUP, Group};
+use crate::agents::{GROUP, Group};
 use crate::base::vector::{heading_toward, unit};
 use crate::flock::scenario::FlockConfig;
-use crate::neighbor::{OffsetBuffers, Pairs};
+use crate::neighbor::OffsetBuffers;
 
 /// Indices of the sums over neighbors.
 const AWAY: usize = 0;
@@ -18,20 +18,19 @@ impl Zones {
     /// Sets the force of the agents of a group to a v0 along the direction that the zones give, or to 0 without one.
     pub(super) fn set_forces<const D: usize>(
         &self,
-        agents: &Agents<D>,
-        pairs: &Pairs<'_, D>,
+        neighbors: &Neighbors<'_, D>,
         group: usize,
         columns: &ParameterColumns,
         buffers: &mut OffsetBuffers<D>,
         force: &mut Force<D>,
     ) {
-        let sums: [_; 2] = pairs.sum_terms(group, buffers, |place, offset| {
+        let sums: [_; 2] = neighbors.pairs.sum_terms(group, buffers, |place, offset| {
             let offset = SVector::from(offset);
             let distance = offset.norm();
             if distance <= self.repulsion_radius {
                 unit(&-offset).map(|away| (AWAY, away.into()))
             } else if distance <= self.orientation_radius {
-                unit(&agents.at(place).2).map(|heading| (ALONG, heading.into()))
+                unit(&neighbors.agents.at(place).2).map(|heading| (ALONG, heading.into()))
             } else {
                 unit(&offset).map(|toward| (ALONG, toward.into()))
             }
