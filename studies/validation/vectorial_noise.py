@@ -130,9 +130,12 @@ def _estimate(value: float, resampled: FloatArray) -> Estimate:
 
 
 def here(results: VectorialNoise) -> str:
-    """Return the smallest cumulants under vectorial noise and under angular noise."""
+    """Return hysteresis and smallest cumulants under vectorial noise and under angular noise."""
     vectorial, control = (results.transitions[noise] for noise in NOISES)
-    return f"smallest cumulant {vectorial.dip:.2f}, under angular noise {control.dip:.2f}"
+    return (
+        f"hysteresis {vectorial.hysteresis:+.2f}, under angular noise {control.hysteresis:+.2f}"
+        f"; smallest cumulant {vectorial.dip.mean:.2f}, under angular noise {control.dip.mean:.2f}"
+    )
 
 
 def verdict(results: VectorialNoise) -> Verdict:
@@ -140,7 +143,8 @@ def verdict(results: VectorialNoise) -> Verdict:
     vectorial, control = (results.transitions[noise] for noise in NOISES)
     if vectorial.dip.low > 0 or vectorial.hysteresis.high < 0:
         return Verdict.DIFFERS
-    is_discontinuous = vectorial.dip.high < 0 < vectorial.hysteresis.low
+    # The minimum of resamples is below the cumulant of any one noise, so one noise must decide.
+    is_discontinuous = vectorial.num_negative > 0 and vectorial.hysteresis.low > 0
     is_control_continuous = control.dip.low > 0 and control.hysteresis.low <= 0 <= control.hysteresis.high
     return Verdict.AGREES if is_discontinuous and is_control_continuous else Verdict.OPEN
 
