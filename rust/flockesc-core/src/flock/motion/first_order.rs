@@ -33,7 +33,6 @@ impl FirstOrder {
 
 /// Sets v to f, scaled to the speed v0 if the speed is constant or f is longer, and adds dt v to r. If the speed is
 /// constant and f has length 0, the old v stays.
-#[inline(never)] // It would make the kernel of the paper's law slower.
 pub(super) fn integrate<const D: usize>(
     config: &FlockConfig,
     columns: &ParameterColumns,

@@ -56,14 +56,15 @@ pub(super) fn consensus_force<const D: usize>(
 }
 
 /// Adds the escape force s (r_i - r_p) / ||r_i - r_p|| to agents with a `distance` to the predator above 0
-/// and up to `range`, the predator range rho_p in m. With `DECAYS` it is divided by the distance.
+/// and up to `range`, the predator range rho_p in m. If it `decays`, it is divided by the distance.
 #[inline(always)]
-pub(super) fn add_escape_force<const D: usize, const DECAYS: bool>(
+pub(super) fn add_escape_force<const D: usize>(
     range: f64,
     columns: &ParameterColumns,
     group: &Group<D>,
     predator: &[f64; D],
     distance: &Column<f64>,
+    decays: bool,
     force: &mut Force<D>,
 ) {
     for lane in 0..GROUP {
@@ -73,7 +74,7 @@ pub(super) fn add_escape_force<const D: usize, const DECAYS: bool>(
         } else {
             0.0
         };
-        let factor = if DECAYS && is_felt {
+        let factor = if decays && is_felt {
             factor / distance[lane]
         } else {
             factor

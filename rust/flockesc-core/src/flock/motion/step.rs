@@ -38,23 +38,16 @@ pub(crate) fn advance<const D: usize>(
         };
         match predators.before {
             // With one predator, the stored distance to the nearest predator can be used.
-            [only] if !decays => {
+            [only] => {
                 let distance = &group.distance;
-                add_escape_force::<D, false>(range, &columns, group, only, distance, &mut force);
+                add_escape_force(range, &columns, group, only, distance, decays, &mut force);
             }
             many => {
                 for predator in many {
                     let distance = &distances(&group.position, &[*predator]);
-                    let force = &mut force;
-                    if decays {
-                        add_escape_force::<D, true>(
-                            range, &columns, group, predator, distance, force,
-                        );
-                    } else {
-                        add_escape_force::<D, false>(
-                            range, &columns, group, predator, distance, force,
-                        );
-                    }
+                    add_escape_force(
+                        range, &columns, group, predator, distance, decays, &mut force,
+                    );
                 }
             }
         }

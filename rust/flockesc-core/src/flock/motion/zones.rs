@@ -47,7 +47,6 @@ impl Zones {
     }
 
     /// Adds dt v to r, and turns v toward f by at most the largest turn. If f has length 0, the old v stays.
-    #[inline(never)] // It would make the kernel of the paper's law slower.
     pub(super) fn integrate<const D: usize>(
         &self,
         config: &FlockConfig,
