@@ -29,31 +29,31 @@ impl FirstOrder {
             }
         }
     }
-}
 
-/// Sets v to f, scaled to the speed v0 if the speed is constant or f is longer, and adds dt v to r. If the speed is
-/// constant and f has length 0, the old v stays.
-pub(super) fn integrate<const D: usize>(
-    config: &FlockConfig,
-    columns: &ParameterColumns,
-    force: &Force<D>,
-    group: &mut Group<D>,
-) {
-    for lane in 0..GROUP {
-        let pull: [f64; D] = std::array::from_fn(|axis| force[axis][lane]);
-        let norm = squared_norm(&pull).sqrt();
-        let speed = columns.speed[lane];
-        let is_scaled = config.constant_speed || norm > speed;
-        let factor = if is_scaled { speed / norm } else { 1.0 };
-        let is_kept = config.constant_speed && norm <= SHORTEST;
-        for axis in 0..D {
-            if !is_kept {
-                group.velocity[axis][lane] = pull[axis] * factor;
+    /// Sets v to f, scaled to the speed v0 if the speed is constant or f is longer, and adds dt v to r. If the speed
+    /// is constant and f has length 0, the old v stays.
+    pub(super) fn integrate<const D: usize>(
+        config: &FlockConfig,
+        columns: &ParameterColumns,
+        force: &Force<D>,
+        group: &mut Group<D>,
+    ) {
+        for lane in 0..GROUP {
+            let pull: [f64; D] = std::array::from_fn(|axis| force[axis][lane]);
+            let norm = squared_norm(&pull).sqrt();
+            let speed = columns.speed[lane];
+            let is_scaled = config.constant_speed || norm > speed;
+            let factor = if is_scaled { speed / norm } else { 1.0 };
+            let is_kept = config.constant_speed && norm <= SHORTEST;
+            for axis in 0..D {
+                if !is_kept {
+                    group.velocity[axis][lane] = pull[axis] * factor;
+                }
+                group.position[axis][lane] += group.velocity[axis][lane] * config.time_step;
             }
-            group.position[axis][lane] += group.velocity[axis][lane] * config.time_step;
-        }
-        if !is_kept {
-            group.speed[lane] = if is_scaled { speed } else { norm };
+            if !is_kept {
+                group.speed[lane] = if is_scaled { speed } else { norm };
+            }
         }
     }
 }

@@ -5,7 +5,7 @@ use strum::{AsRefStr, VariantNames};
 
 use super::columns::ParameterColumns;
 use super::forces::{Force, Neighbors};
-use super::{first_order, inertial, vicsek};
+use super::{inertial, vicsek};
 use crate::agents::Group;
 use crate::base::check::{not_negative, positive_quantity, quantity};
 use crate::base::error::{Error, Result};
@@ -104,7 +104,7 @@ impl Motion {
             }
             Self::Vicsek {} => vicsek::integrate(config, columns, force, group),
             Self::Zones(law) => law.integrate(config, columns, force, group),
-            Self::FirstOrder(_) => first_order::integrate(config, columns, force, group),
+            Self::FirstOrder(_) => FirstOrder::integrate(config, columns, force, group),
         }
     }
 }
