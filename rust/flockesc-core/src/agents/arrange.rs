@@ -1,42 +1,100 @@
-//! Spatial sort of the agents, so that agents that are close in space are close in memory.
+//! Order of the agents along a Hilbert curve, so that agents that are close in space are close in memory.
 
 use multiversion::multiversion;
 
-use super::layout::{Column, GROUP, Group, TILE, reduce};
+use super::layout::{Column, GROUP, Group, reduce};
 use crate::base::vector::{larger, smaller};
 use crate::parallel;
 
-/// Smallest number of agents whose halves are sorted on two threads.
-const MIN_PARALLEL: usize = 1 << 14;
+/// A place on the curve in the upper half, and the place of an agent in the lower half.
+pub(super) type Key = u64;
 
-/// A place and the position of its agent. Small keys sort faster than agents.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Key<const D: usize> {
-    /// Offset from the lowest corner of the flock, in units of its longest extent / 2^32.
-    position: [u32; D],
-    pub(super) place: u32,
+/// Returns the place of the agent of a key.
+pub(super) fn place_of(key: Key) -> usize {
+    key as u32 as usize
 }
 
-/// Returns the places of the first `num_agents` agents in a new order, in which the agents of every tile, group and
-/// node of the tree are close together.
-pub(super) fn order<const D: usize>(
-    groups: &[Group<D>],
-    num_agents: usize,
-    keys: &mut Vec<Key<D>>,
-) {
+/// Writes the keys of the first `num_agents` agents in the order of the curve.
+pub(super) fn order<const D: usize>(groups: &[Group<D>], num_agents: usize, keys: &mut Vec<Key>) {
     let (low, extent) = corner(groups);
-    let scale = f64::from(u32::MAX) / extent;
-    keys.clear();
-    keys.extend((0..num_agents).map(|place| {
-        let (group, lane) = (&groups[place / GROUP], place % GROUP);
-        Key {
-            position: std::array::from_fn(|axis| {
-                ((group.position[axis][lane] - low[axis]) * scale) as u32
-            }),
-            place: place as u32,
+    let scale = f64::from((1_u32 << bits::<D>()) - 1) / extent;
+    keys.resize(groups.len() * GROUP, 0);
+    let (columns, _) = keys.as_chunks_mut::<GROUP>();
+    let mut nothing = vec![(); columns.len()];
+    parallel::for_each_chunk(columns, &mut nothing, |first, columns, _| {
+        write_keys(&groups[first..], low, scale, first, columns);
+    });
+    keys.truncate(num_agents);
+    parallel::sort(keys);
+}
+
+/// Number of bits of a coordinate on the curve.
+const fn bits<const D: usize>() -> u32 {
+    30 / D as u32
+}
+
+/// Writes the keys of all lanes of some groups.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn write_keys<const D: usize>(
+    groups: &[Group<D>],
+    low: [f64; D],
+    scale: f64,
+    first: usize,
+    keys: &mut [Column<Key>],
+) {
+    for (index, (group, keys)) in groups.iter().zip(keys).enumerate() {
+        let mut coordinates = [[0; GROUP]; D];
+        for axis in 0..D {
+            for lane in 0..GROUP {
+                let offset = group.position[axis][lane] - low[axis];
+                coordinates[axis][lane] = (offset * scale) as u32;
+            }
         }
-    }));
-    split(keys);
+        let distance = along_curve(coordinates);
+        for lane in 0..GROUP {
+            let place = (first + index) * GROUP + lane;
+            keys[lane] = Key::from(distance[lane]) << 32 | place as Key;
+        }
+    }
+}
+
+/// Returns the places of points on a Hilbert curve: J. Skilling, "Programming the Hilbert curve", AIP Conf. Proc.
+/// 707 (2004), for all lanes at once.
+#[inline(always)]
+fn along_curve<const D: usize>(mut x: [Column<u32>; D]) -> Column<u32> {
+    let bits = bits::<D>();
+    for bit in (1..bits).rev() {
+        let below = (1 << bit) - 1;
+        for axis in 0..D {
+            for lane in 0..GROUP {
+                // All ones if the bit is set: inverts the first coordinate. Otherwise both exchange their low bits.
+                let is_set = (x[axis][lane] >> bit & 1).wrapping_neg();
+                let exchanged = (x[0][lane] ^ x[axis][lane]) & below & !is_set;
+                x[0][lane] ^= exchanged | (below & is_set);
+                x[axis][lane] ^= exchanged;
+            }
+        }
+    }
+    for axis in 1..D {
+        for lane in 0..GROUP {
+            x[axis][lane] ^= x[axis - 1][lane];
+        }
+    }
+    let mut inverted = [0; GROUP];
+    for bit in (1..bits).rev() {
+        for lane in 0..GROUP {
+            inverted[lane] ^= (x[D - 1][lane] >> bit & 1).wrapping_neg() & ((1 << bit) - 1);
+        }
+    }
+    let mut place = [0; GROUP];
+    for bit in (0..bits).rev() {
+        for column in &x {
+            for lane in 0..GROUP {
+                place[lane] = place[lane] << 1 | ((column[lane] ^ inverted[lane]) >> bit & 1);
+            }
+        }
+    }
+    place
 }
 
 /// Returns the lowest corner of the flock and its longest extent in m.
@@ -56,35 +114,4 @@ fn corner<const D: usize>(groups: &[Group<D>]) -> ([f64; D], f64) {
         longest = larger(longest, reduce(high, larger) - corner[axis]);
     }
     (corner, longest)
-}
-
-/// Recursively splits the keys in two along the axis of their largest extent, as a k-d tree does. The size
-/// of the first part is a power of two, so that tiles, groups and nodes of the tree are whole parts.
-fn split<const D: usize>(keys: &mut [Key<D>]) {
-    if keys.len() <= TILE {
-        return;
-    }
-    let axis = longest_axis(keys);
-    let middle = keys.len().next_power_of_two() / 2;
-    keys.select_nth_unstable_by_key(middle, |key| key.position[axis]);
-    let is_large = keys.len() >= MIN_PARALLEL;
-    let (first, second) = keys.split_at_mut(middle);
-    parallel::join(is_large, || split(first), || split(second));
-}
-
-fn longest_axis<const D: usize>(keys: &[Key<D>]) -> usize {
-    let (mut low, mut high) = ([u32::MAX; D], [0; D]);
-    for key in keys {
-        for axis in 0..D {
-            low[axis] = low[axis].min(key.position[axis]);
-            high[axis] = high[axis].max(key.position[axis]);
-        }
-    }
-    (1..D).fold(0, |best, axis| {
-        if high[axis] - low[axis] > high[best] - low[best] {
-            axis
-        } else {
-            best
-        }
-    })
 }

@@ -26,6 +26,8 @@ pub(crate) struct Group<const D: usize> {
     pub(crate) position: [Column<f64>; D],
     /// v in m/s; 0 in empty lanes.
     pub(crate) velocity: [Column<f64>; D],
+    /// v in fixed point, in the unit of the tree; 0 in empty lanes. The tree computes it.
+    pub(crate) fixed_velocity: [Column<i64>; D],
     /// ||v|| in m/s.
     pub(crate) speed: Column<f64>,
     /// Distance to the nearest predator in m; infinite without predators, NaN in empty lanes.
@@ -36,6 +38,7 @@ impl<const D: usize> Group<D> {
     pub(crate) const EMPTY: Self = Self {
         position: [[f64::NAN; GROUP]; D],
         velocity: [[0.0; GROUP]; D],
+        fixed_velocity: [[0; GROUP]; D],
         speed: [0.0; GROUP],
         distance: [f64::NAN; GROUP],
     };

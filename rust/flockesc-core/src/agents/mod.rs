@@ -10,7 +10,7 @@ mod state;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use arrange::{Key, order};
+use arrange::{Key, order, place_of};
 pub(crate) use centroid::centroid;
 pub(crate) use layout::{Column, FANOUT, GROUP, Group, TILE, is_large, reduce};
 pub use per_agent::PerAgent;
@@ -35,7 +35,7 @@ pub(crate) struct Agents<const D: usize> {
     /// The caught agents, in the order of their capture.
     caught: Vec<Caught<D>>,
     /// Buffers of the sort.
-    keys: Vec<Key<D>>,
+    keys: Vec<Key>,
     spare: (Vec<Group<D>>, Vec<u32>),
 }
 
@@ -91,7 +91,7 @@ impl<const D: usize> Agents<D> {
         } else {
             0
         };
-        let per_agent = size_of::<Key<D>>() + 2 * size_of::<u32>() + caught;
+        let per_agent = size_of::<Key>() + 2 * size_of::<u32>() + caught;
         2 * groups * size_of::<Group<D>>() + num_agents * per_agent
     }
 
@@ -135,6 +135,13 @@ impl<const D: usize> Agents<D> {
     pub(crate) fn position(&self, place: usize) -> [f64; D] {
         let position = &self.groups[place / GROUP].position;
         std::array::from_fn(|axis| position[axis][place % GROUP])
+    }
+
+    /// Returns the velocity of the agent at `place` in fixed point, in the unit of the tree.
+    #[inline(always)]
+    pub(crate) fn fixed_velocity(&self, place: usize) -> [i64; D] {
+        let velocity = &self.groups[place / GROUP].fixed_velocity;
+        std::array::from_fn(|axis| velocity[axis][place % GROUP])
     }
 
     /// Returns the id, position in m and velocity in m/s of the agent at `place`.
@@ -228,8 +235,8 @@ impl<const D: usize> Agents<D> {
         groups.resize(self.groups.len(), Group::EMPTY);
         ids.clear();
         for (group, keys) in groups.iter_mut().zip(self.keys.chunks(GROUP)) {
-            for (lane, key) in keys.iter().enumerate() {
-                let place = key.place as usize;
+            for (lane, &key) in keys.iter().enumerate() {
+                let place = place_of(key);
                 let (old, from) = (&self.groups[place / GROUP], place % GROUP);
                 for axis in 0..D {
                     group.position[axis][lane] = old.position[axis][from];

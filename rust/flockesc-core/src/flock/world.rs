@@ -63,7 +63,7 @@ impl<const D: usize> World<D> {
         if let Some(side) = config.periodic_side {
             agents.wrap(side);
         }
-        let neighborhood = Neighborhood::new(config.neighbor_options(), &agents);
+        let neighborhood = Neighborhood::new(config.neighbor_options(), &mut agents);
         let (predators, response) = (start.predators(&config), Response::new(start.seed));
         let rng = rng::stream(start.seed, Stream::Predators);
         Self::assemble(config, agents, predators, rng, neighborhood, response)
@@ -146,7 +146,7 @@ impl<const D: usize> World<D> {
             self.agents
                 .catch(radius, |from, to| neighborhood.relocate(from, to));
         }
-        self.neighborhood.refresh(&self.agents);
+        self.neighborhood.refresh(&mut self.agents);
         let surroundings = Surroundings {
             time_step: self.config.time_step,
             prey: Prey::new(&self.agents, &self.neighborhood),

@@ -45,7 +45,7 @@ impl<const D: usize> NeighborGraph<D> {
             ..config.map_or(NeighborOptions::METRIC, FlockConfig::neighbor_options)
         };
         Self {
-            neighborhood: Neighborhood::new(options, &agents),
+            neighborhood: Neighborhood::new(options, &mut agents),
             agents,
         }
     }

@@ -21,8 +21,8 @@ use crate::neighbor::rules::rule::Criterion;
 use crate::parallel;
 pub(crate) use state::NeighborhoodState;
 
-/// Measured cost of a re-sort is this times n log2(n), in units of the cost of testing a pair of tiles.
-const SORT_COST: f64 = 0.4;
+/// Growth of the area around a tile, as a side, after which the agents are re-sorted.
+const MOST_GROWTH: f64 = 1.05;
 
 /// The neighbor graph of a flock, with the sums over the neighbors of every agent.
 #[derive(Debug, Clone)]
@@ -39,25 +39,22 @@ pub(crate) struct Neighborhood<const D: usize> {
     is_counting: bool,
     /// Mean extent of a tile in m after the last re-sort.
     sorted_extent: f64,
-    /// Estimated number of tests since the last re-sort that another re-sort would have saved.
-    excess: f64,
 }
 
 impl<const D: usize> Neighborhood<D> {
     /// Creates the neighborhood at t = 0. Every agent's only neighbor is the agent itself.
-    pub(crate) fn new(options: NeighborOptions, agents: &Agents<D>) -> Self {
+    pub(crate) fn new(options: NeighborOptions, agents: &mut Agents<D>) -> Self {
         let mut tree = Tree::new(agents.groups.len());
         tree.refresh(agents);
         Self {
             options,
             links: Links::default(),
-            sums: tree.velocities.iter().map(NeighborSums::isolated).collect(),
+            sums: agents.groups.iter().map(NeighborSums::isolated).collect(),
             scale: tree.scale,
             scratch: vec![Scratch::default(); parallel::num_chunks(agents.groups.len())],
             kept: Kept::new(options.torus),
             is_counting: true,
             sorted_extent: tree.mean_extent(),
-            excess: 0.0,
             tree,
         }
     }
@@ -126,27 +123,19 @@ impl<const D: usize> Neighborhood<D> {
         self.scale = tree.scale;
     }
 
-    /// Re-sorts the agents if that saves time.
-    ///
-    /// Tiles grow as agents mix. Each step estimates the extra work. When it exceeds the cost of a re-sort, the
-    /// agents are re-sorted. Results do not depend on when this happens.
+    /// Re-sorts the agents if their tiles have grown since the last sort. Results do not depend on when this happens.
     fn sort_if_due(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
+        // Twice the reach plus the extent of a tile: the side of a square around its candidates.
         let reach = 2.0 * self.links.typical_reach(&self.options, ranges);
-        let extent = self.tree.mean_extent();
-        let saved = 1.0 - ((self.sorted_extent + reach) / (extent + reach)).powi(D as i32);
-        let work: usize = self.scratch.iter().map(|scratch| scratch.work).sum();
-        self.excess += saved * (work * self.kept.steps.max(1)) as f64;
-        let n = agents.len() as f64;
-        if self.excess > SORT_COST * n * n.log2() {
+        if self.tree.mean_extent() + reach > MOST_GROWTH * (self.sorted_extent + reach) {
             agents.arrange();
             self.tree.refresh(agents);
             self.sorted_extent = self.tree.mean_extent();
-            self.excess = 0.0;
         }
     }
 
     /// Updates the tree after a step and its captures.
-    pub(crate) fn refresh(&mut self, agents: &Agents<D>) {
+    pub(crate) fn refresh(&mut self, agents: &mut Agents<D>) {
         let num_groups = agents.groups.len();
         if num_groups < self.sums.len() {
             self.sums.truncate(num_groups);

@@ -6,6 +6,8 @@ use super::pools::is_pooled;
 
 /// Smallest number of items (groups of agents) for a parallel loop.
 pub(crate) const MIN_ITEMS: usize = 64;
+/// Smallest number of integers that are sorted in parallel.
+const MIN_SORTED: usize = 1 << 14;
 /// Number of items in a chunk.
 const CHUNK: usize = 16;
 
@@ -65,12 +67,11 @@ pub(crate) fn map_reduce<A: Sync, R: Send>(
     }
 }
 
-/// Runs `a` and `b`, in parallel if `is_large` and the calling thread belongs to a pool.
-pub(crate) fn join(is_large: bool, a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
-    if is_large && is_pooled() {
-        rayon::join(a, b);
+/// Sorts `items`, in parallel if there are many.
+pub(crate) fn sort(items: &mut [u64]) {
+    if items.len() >= MIN_SORTED && is_pooled() {
+        items.par_sort_unstable();
     } else {
-        a();
-        b();
+        items.sort_unstable();
     }
 }

@@ -168,8 +168,8 @@ mod tests {
             sight: 0.0,
         };
         let positions = [vector![0.0, 9.0], vector![-4.0, 0.0]];
-        let agents = Agents::new(&positions, &positions);
-        let neighborhood = Neighborhood::new(NeighborOptions::METRIC, &agents);
+        let mut agents = Agents::new(&positions, &positions);
+        let neighborhood = Neighborhood::new(NeighborOptions::METRIC, &mut agents);
         let mut surroundings = Surroundings {
             time_step: 0.05,
             prey: Prey::new(&agents, &neighborhood),

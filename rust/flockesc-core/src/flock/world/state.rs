@@ -45,7 +45,7 @@ impl<const D: usize> World<D> {
     ) -> Result<Self> {
         let config = config.clone().drawn(seed);
         let num_agents = config.num_agents;
-        let agents = Agents::restore(state.agents, num_agents)?;
+        let mut agents = Agents::restore(state.agents, num_agents)?;
         check(state.predators.len() == config.predators.len(), "predators")?;
         let predators = state.predators.iter().zip(&config.predators);
         let predators: Vec<Predator<D>> = predators
@@ -54,7 +54,7 @@ impl<const D: usize> World<D> {
         let mut rng = rng::stream(seed, Stream::Predators);
         rng.set_word_pos(state.stream_position);
         let options = config.neighbor_options();
-        let neighborhood = Neighborhood::restore(state.neighborhood, options, &agents)?;
+        let neighborhood = Neighborhood::restore(state.neighborhood, options, &mut agents)?;
         let response = Response::restore(state.response, &config, seed)?;
         Ok(Self::assemble(
             config,

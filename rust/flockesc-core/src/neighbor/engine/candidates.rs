@@ -45,7 +45,6 @@ pub(crate) struct Candidates {
     enclosed: Places,
     /// Agents partly within reach of a tile.
     across: Places,
-    num_tile_pairs: usize,
     /// Stack of the nodes to visit, as pairs (level, block).
     stack: Vec<(usize, usize)>,
     /// Groups partly within reach of a group.
@@ -90,7 +89,6 @@ impl Candidates {
         self.nodes.clear();
         self.enclosed.len = 0;
         self.across.len = 0;
-        self.num_tile_pairs = 0;
     }
 
     /// Returns the memory in bytes.
@@ -103,11 +101,6 @@ impl Candidates {
             + self.enclosed.bytes()
             + self.across.bytes()
             + self.near_tiles.bytes()
-    }
-
-    /// Returns an estimate of the work with these candidates, in units of a pair of tiles.
-    pub(super) fn work(&self) -> usize {
-        self.num_tile_pairs / 2 + self.across.len / TILE
     }
 
     /// Returns the candidates of one tile of the group that was added as number `group`.
@@ -206,7 +199,6 @@ impl Candidates {
             near_tiles.add(block * FANOUT, across);
         }
         self.near_tiles.len = near_tiles.len;
-        self.num_tile_pairs += self.near_tiles.len;
         Nodes {
             listed: first..self.nodes.len(),
             count,

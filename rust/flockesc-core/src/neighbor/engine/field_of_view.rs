@@ -22,7 +22,13 @@ impl Torus {
     /// Returns the shortest offsets from `a` to `b` along one axis in m. Both are in [0, side).
     #[inline(always)]
     pub(in crate::neighbor) fn offset<S: Simd>(self, simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
-        let offset = simd.sub_f64s(b, a);
+        self.shortest(simd, simd.sub_f64s(b, a))
+    }
+
+    /// Returns the shortest of the offsets in m along one axis that differ by multiples of the side. `offset` is
+    /// shorter than the side.
+    #[inline(always)]
+    pub(in crate::neighbor) fn shortest<S: Simd>(self, simd: S, offset: S::f64s) -> S::f64s {
         let Some(side) = self.0 else {
             return offset;
         };

@@ -90,9 +90,9 @@ mod tests {
             .chunks_exact(D)
             .map(|row| SVector::from_fn(|axis, _| f64::from(row[axis])))
             .collect();
-        let agents = Agents::new(&positions, &positions);
+        let mut agents = Agents::new(&positions, &positions);
         let mut tree = Tree::new(agents.groups.len());
-        tree.refresh(&agents);
+        tree.refresh(&mut agents);
         let nearest = |i: usize| {
             (0..positions.len())
                 .filter(|&j| j != i)

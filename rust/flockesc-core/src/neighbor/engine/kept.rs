@@ -42,7 +42,7 @@ pub(in crate::neighbor) struct Kept<const D: usize> {
     /// Margin of the candidates in m, if there are any.
     margin: Option<f64>,
     /// Number of steps that have taken these candidates.
-    pub(in crate::neighbor) steps: usize,
+    steps: usize,
     /// Number of steps for which candidates are not kept.
     pause: usize,
 }

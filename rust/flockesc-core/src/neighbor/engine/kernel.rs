@@ -85,7 +85,6 @@ impl<const D: usize> SumNeighbors<'_, D> {
             is_each: IS_BLIND,
         };
         let candidates = &mut scratch.candidates;
-        let mut work = 0;
         let mut squared = [0.0; GROUP];
         for (index, sums) in sums.iter_mut().enumerate() {
             let group = first + index;
@@ -94,9 +93,6 @@ impl<const D: usize> SumNeighbors<'_, D> {
                     candidates.clear();
                 }
                 candidates.find(simd, search, group);
-            }
-            if listing == Listing::Discarded {
-                work += candidates.work();
             }
             let index = if listing == Listing::Discarded {
                 0
@@ -107,7 +103,7 @@ impl<const D: usize> SumNeighbors<'_, D> {
             reaches.square(group, ids, &mut squared);
             for tile in 0..ids.len().div_ceil(TILE) {
                 let candidates = candidates.of(index, tile);
-                let whole = sum_whole(simd, tree, &candidates);
+                let whole = sum_whole(simd, agents, tree, &candidates);
                 let load = |register: usize| {
                     let start = tile * TILE + register * S::F64_LANES;
                     Own::<S, D>::load::<IS_BLIND>(
@@ -119,27 +115,34 @@ impl<const D: usize> SumNeighbors<'_, D> {
                     )
                 };
                 // Two registers share the loads of a candidate.
-                let (from, all) = ((agents, tree), &candidates);
                 let registers = TILE / S::F64_LANES;
                 for first in (0..registers).step_by(2) {
                     if registers == 1 {
                         let own = [load(first)];
                         sum_agents::<S, D, 1, IS_BLIND, IS_COUNTING>(
-                            simd, torus, own, from, all, whole, sums,
+                            simd,
+                            torus,
+                            own,
+                            agents,
+                            &candidates,
+                            whole,
+                            sums,
                         );
                     } else {
                         let own = [load(first), load(first + 1)];
                         sum_agents::<S, D, 2, IS_BLIND, IS_COUNTING>(
-                            simd, torus, own, from, all, whole, sums,
+                            simd,
+                            torus,
+                            own,
+                            agents,
+                            &candidates,
+                            whole,
+                            sums,
                         );
                     }
                 }
             }
         }
-        scratch.work = match listing {
-            Listing::Discarded => work,
-            Listing::New(_) | Listing::Kept => candidates.work(),
-        };
     }
 }
 
@@ -147,6 +150,7 @@ impl<const D: usize> SumNeighbors<'_, D> {
 #[inline(always)]
 fn sum_whole<S: Simd, const D: usize>(
     simd: S,
+    agents: &Agents<D>,
     tree: &Tree<D>,
     candidates: &TileCandidates<'_>,
 ) -> [i64; D] {
@@ -174,7 +178,7 @@ fn sum_whole<S: Simd, const D: usize>(
         }
     }
     for &place in candidates.enclosed {
-        let velocity = tree.velocity(place as usize);
+        let velocity = agents.fixed_velocity(place as usize);
         for axis in 0..D {
             whole[axis] += velocity[axis];
         }
@@ -195,7 +199,7 @@ fn sum_agents<
     simd: S,
     torus: Torus,
     own: [Own<S, D>; R],
-    (agents, tree): (&Agents<D>, &Tree<D>),
+    agents: &Agents<D>,
     candidates: &TileCandidates<'_>,
     whole: [i64; D],
     sums: &mut NeighborSums<D>,
@@ -209,13 +213,9 @@ fn sum_agents<
         }
     }
     let mut count = [simd.splat_u64s(candidates.count as u64); R];
-    // Slices of equal length: one check of bounds per agent.
-    let velocities = &tree.velocities[..agents.groups.len()];
     for &place in candidates.across {
-        let (group, lane) = (place as usize / GROUP, place as usize % GROUP);
-        let position = &agents.groups[group].position;
-        let position = std::array::from_fn(|axis| position[axis][lane]);
-        let velocity: [i64; D] = std::array::from_fn(|axis| velocities[group][axis][lane]);
+        let place = place as usize;
+        let (position, velocity) = (agents.position(place), agents.fixed_velocity(place));
         for register in 0..R {
             let (_, is_neighbor) = own[register].senses::<IS_BLIND>(simd, torus, &position);
             let (sum, count) = (&mut sum[register], &mut count[register]);

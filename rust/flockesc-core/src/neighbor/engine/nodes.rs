@@ -2,11 +2,8 @@
 
 use pulp::Simd;
 
-use crate::agents::{Column, FANOUT};
+use crate::agents::FANOUT;
 use crate::base::vector::{larger, smaller};
-
-/// Velocities of the agents of one group in fixed point, in units of the tree's scale; 0 in empty lanes.
-pub(in crate::neighbor) type FixedPointVelocities<const D: usize> = [Column<i64>; D];
 
 /// A block of eight sibling nodes: their bounding boxes, sums of velocities and numbers of agents.
 ///

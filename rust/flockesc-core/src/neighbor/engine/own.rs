@@ -14,7 +14,8 @@ use crate::neighbor::engine::reach::squared_norm;
 pub(super) struct Own<S: Simd, const D: usize> {
     /// Lane of the first agent.
     start: usize,
-    position: [S::f64s; D],
+    /// -r in m. A sum with the broadcast position of another agent is one operation, a difference would be two.
+    negated: [S::f64s; D],
     /// In m/s; only for agents with a blind sector, as the speed.
     velocity: [S::f64s; D],
     speed: S::f64s,
@@ -37,14 +38,14 @@ impl<S: Simd, const D: usize> Own<S, D> {
             |column: &Column<f64>| S::as_simd_f64s(&column[start..start + S::F64_LANES]).0[0];
         let mut own = Self {
             start,
-            position: [simd.splat_f64s(0.0); D],
+            negated: [simd.splat_f64s(0.0); D],
             velocity: [simd.splat_f64s(0.0); D],
             speed: simd.splat_f64s(0.0),
             field_of_view,
             squared: load(squared),
         };
         for axis in 0..D {
-            own.position[axis] = load(&group.position[axis]);
+            own.negated[axis] = simd.sub_f64s(simd.splat_f64s(0.0), load(&group.position[axis]));
             if IS_BLIND {
                 own.velocity[axis] = load(&group.velocity[axis]);
             }
@@ -69,10 +70,10 @@ impl<S: Simd, const D: usize> Own<S, D> {
         torus: Torus,
         position: &[f64; D],
     ) -> ([S::f64s; D], S::m64s) {
-        let mut offset = self.position;
+        let mut offset = self.negated;
         for axis in 0..D {
             let position = simd.splat_f64s(position[axis]);
-            offset[axis] = torus.offset(simd, offset[axis], position);
+            offset[axis] = torus.shortest(simd, simd.add_f64s(position, offset[axis]));
         }
         let squared = squared_norm(simd, offset);
         let mut is_near = simd.less_than_or_equal_f64s(squared, self.squared);

@@ -36,20 +36,18 @@ pub(in crate::neighbor) enum Choice<'a> {
 
 impl<'a, const D: usize> Pairs<'a, D> {
     /// Calls `visit(lane, place)` for every agent of a group and each of its neighbors, where `place` is the
-    /// neighbor's. An agent is its own neighbor. Returns the number of tested pairs of tiles. `tiles` is a buffer.
+    /// neighbor's. An agent is its own neighbor. `tiles` is a buffer.
     pub(crate) fn visit(
         &self,
         group: usize,
         tiles: &mut Vec<u32>,
         mut visit: impl FnMut(usize, usize),
-    ) -> usize {
+    ) {
         let num_agents = self.agents.ids_of(group).len();
-        let mut num_tile_pairs = 0;
         match self.choice {
             Choice::All => {
                 for tile in group * FANOUT..group * FANOUT + num_agents.div_ceil(TILE) {
                     self.list_near(tile, tiles);
-                    num_tile_pairs += tiles.len();
                     Arch::new().dispatch(VisitNear {
                         pairs: self,
                         tile,
@@ -73,7 +71,6 @@ impl<'a, const D: usize> Pairs<'a, D> {
                 }
             }
         }
-        num_tile_pairs
     }
 
     /// Returns the ids of all pairs of an agent and a neighbor other than itself.

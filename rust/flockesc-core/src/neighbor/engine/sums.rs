@@ -3,10 +3,9 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use crate::agents::{Column, GROUP};
+use crate::agents::{Column, GROUP, Group};
 use crate::base::vector::squared_norm;
 use crate::neighbor::engine::candidates::Candidates;
-use crate::neighbor::engine::nodes::FixedPointVelocities;
 use crate::neighbor::engine::pairs::Pairs;
 
 /// Sums over the neighbors of the agents of one group. Values in empty lanes are unspecified.
@@ -30,7 +29,8 @@ impl<const D: usize> NeighborSums<D> {
     };
 
     /// Creates the sums of agents whose only neighbor is the agent itself.
-    pub(in crate::neighbor) fn isolated(velocities: &FixedPointVelocities<D>) -> Self {
+    pub(in crate::neighbor) fn isolated(group: &Group<D>) -> Self {
+        let velocities = &group.fixed_velocity;
         let norm = |lane: usize| {
             let velocity: [f64; D] = std::array::from_fn(|axis| velocities[axis][lane] as f64);
             squared_norm(&velocity).sqrt()
@@ -74,8 +74,6 @@ pub(in crate::neighbor) struct Scratch {
     pub(super) candidates: Candidates,
     /// Tiles near a tile, for [`sum_pairs`].
     tiles: Vec<u32>,
-    /// Estimated work of the last step, in units of a pair of tiles that is tested agent by agent.
-    pub(in crate::neighbor) work: usize,
     /// Whether the buffers of the last step were freed.
     pub(in crate::neighbor) is_trimmed: bool,
 }
@@ -113,14 +111,13 @@ pub(in crate::neighbor) fn sum_pairs<const D: usize>(
     sums: &mut [NeighborSums<D>],
     scratch: &mut Scratch,
 ) {
-    scratch.work = 0;
     for (group, sums) in (first..).zip(sums) {
         sums.count.fill(0);
         for sum in &mut sums.sum {
             sum.fill(0);
         }
-        scratch.work += pairs.visit(group, &mut scratch.tiles, |lane, place| {
-            let velocity = pairs.tree.velocity(place);
+        pairs.visit(group, &mut scratch.tiles, |lane, place| {
+            let velocity = pairs.agents.fixed_velocity(place);
             for axis in 0..D {
                 sums.sum[axis][lane] += velocity[axis];
             }

@@ -4,28 +4,25 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::agents::{FANOUT, GROUP, Group, TILE};
 use crate::base::exact::Scale;
-use crate::neighbor::engine::nodes::{FixedPointVelocities, Siblings};
+use crate::neighbor::engine::nodes::Siblings;
 use crate::neighbor::engine::reach::bits;
 
 /// Computes the velocities in fixed point and the tiles of some groups.
 pub(super) fn build_tiles<const D: usize>(
-    groups: &[Group<D>],
+    groups: &mut [Group<D>],
     scale: Scale,
-    velocities: &mut [FixedPointVelocities<D>],
     tiles: &mut [Siblings<D>],
 ) {
     Arch::new().dispatch(BuildTiles {
         groups,
         scale,
-        velocities,
         tiles,
     });
 }
 
 struct BuildTiles<'a, const D: usize> {
-    groups: &'a [Group<D>],
+    groups: &'a mut [Group<D>],
     scale: Scale,
-    velocities: &'a mut [FixedPointVelocities<D>],
     tiles: &'a mut [Siblings<D>],
 }
 
@@ -34,17 +31,16 @@ impl<const D: usize> WithSimd for BuildTiles<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let agents = self.groups.iter().zip(self.velocities);
-        for ((group, units), tiles) in agents.zip(self.tiles) {
+        for (group, tiles) in self.groups.iter_mut().zip(self.tiles) {
             for axis in 0..D {
-                let velocity = &group.velocity[axis];
+                let (velocity, units) = (&group.velocity[axis], &mut group.fixed_velocity[axis]);
                 for lane in 0..GROUP {
-                    units[axis][lane] = self.scale.quantize(velocity[lane]);
+                    units[lane] = self.scale.quantize(velocity[lane]);
                 }
                 for tile in 0..FANOUT {
                     let column = &group.position[axis].as_chunks::<TILE>().0[tile];
                     (tiles.low[axis][tile], tiles.high[axis][tile]) = extent(simd, column);
-                    tiles.sum[axis][tile] = units[axis].as_chunks::<TILE>().0[tile].iter().sum();
+                    tiles.sum[axis][tile] = units.as_chunks::<TILE>().0[tile].iter().sum();
                 }
             }
             for tile in 0..FANOUT {

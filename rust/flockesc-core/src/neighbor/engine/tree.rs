@@ -6,7 +6,7 @@ use multiversion::multiversion;
 use crate::agents::{Agents, FANOUT, GROUP, Group, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::larger;
-use crate::neighbor::engine::nodes::{Bounds, FixedPointVelocities, Siblings};
+use crate::neighbor::engine::nodes::{Bounds, Siblings};
 use crate::neighbor::engine::tiles::build_tiles;
 use crate::neighbor::ranges::SAMPLE;
 use crate::parallel;
@@ -17,7 +17,6 @@ pub(in crate::neighbor) struct Tree<const D: usize> {
     /// `levels[0][g]` has the tiles of group g, `levels[1][k]` has the groups 8 k to 8 k + 7, and so on. The
     /// last level has one block.
     pub(in crate::neighbor) levels: Vec<Vec<Siblings<D>>>,
-    pub(in crate::neighbor) velocities: Vec<FixedPointVelocities<D>>,
     /// Fixed-point scale of the velocities, in m/s.
     pub(in crate::neighbor) scale: Scale,
     /// Largest magnitude of a velocity component, in m/s.
@@ -35,7 +34,6 @@ impl<const D: usize> Tree<D> {
         }
         Self {
             levels,
-            velocities: vec![[[0; GROUP]; D]; num_groups],
             scale: Scale::for_registers(0.0, 1),
             largest_speed: 0.0,
         }
@@ -48,12 +46,11 @@ impl<const D: usize> Tree<D> {
             blocks = blocks.div_ceil(FANOUT);
             total += blocks;
         }
-        total * size_of::<Siblings<D>>() + num_groups * size_of::<FixedPointVelocities<D>>()
+        total * size_of::<Siblings<D>>()
     }
 
     /// Shrinks the tree to `num_groups` groups. A [`Tree::refresh`] must follow.
     pub(in crate::neighbor) fn shrink(&mut self, num_groups: usize) {
-        self.velocities.truncate(num_groups);
         let mut blocks = num_groups;
         self.levels[0].truncate(blocks);
         let mut height = 1;
@@ -65,21 +62,16 @@ impl<const D: usize> Tree<D> {
         self.levels.truncate(height);
     }
 
-    /// Recomputes boxes and sums from the agents' positions and velocities.
-    pub(in crate::neighbor) fn refresh(&mut self, agents: &Agents<D>) {
+    /// Recomputes boxes and sums from the agents' positions and velocities, and the velocities in fixed point.
+    pub(in crate::neighbor) fn refresh(&mut self, agents: &mut Agents<D>) {
         let largest = parallel::map_reduce(&agents.groups, largest_speed, larger);
         self.largest_speed = largest.unwrap_or(0.0);
         self.scale = Scale::for_registers(self.largest_speed, agents.len());
         let scale = self.scale;
         let (tiles, nodes) = self.levels.split_at_mut(1);
-        parallel::for_each_chunk(
-            &mut self.velocities,
-            &mut tiles[0],
-            |first, units, tiles| {
-                let groups = &agents.groups[first..first + tiles.len()];
-                build_tiles(groups, scale, units, tiles);
-            },
-        );
+        parallel::for_each_chunk(&mut agents.groups, &mut tiles[0], |_, groups, tiles| {
+            build_tiles(groups, scale, tiles);
+        });
         let mut below = &tiles[0];
         for blocks in nodes {
             for (children, block) in below.chunks(FANOUT).zip(blocks.iter_mut()) {
@@ -87,13 +79,6 @@ impl<const D: usize> Tree<D> {
             }
             below = blocks;
         }
-    }
-
-    /// Returns the velocity of the agent at `place` in fixed point, in units of `scale`.
-    #[inline(always)]
-    pub(in crate::neighbor) fn velocity(&self, place: usize) -> [i64; D] {
-        let velocities = &self.velocities[place / GROUP];
-        std::array::from_fn(|axis| velocities[axis][place % GROUP])
     }
 
     /// Returns the block of the last level.

@@ -36,7 +36,7 @@ impl<const D: usize> Neighborhood<D> {
     pub(crate) fn restore(
         state: NeighborhoodState<D>,
         options: NeighborOptions,
-        agents: &Agents<D>,
+        agents: &mut Agents<D>,
     ) -> Result<Self> {
         let counts = 1..=agents.num_agents() as i64;
         let is_possible = |agent: &AgentSums<D>| {

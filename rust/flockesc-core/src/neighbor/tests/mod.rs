@@ -121,7 +121,7 @@ fn kernel<S: Simd, const D: usize>(
     listing: Listing,
 ) -> Vec<([i64; D], i64)> {
     let mut groups: Vec<NeighborSums<D>> =
-        tree.velocities.iter().map(NeighborSums::isolated).collect();
+        agents.groups.iter().map(NeighborSums::isolated).collect();
     simd.vectorize(SumNeighbors {
         agents,
         tree,
@@ -150,9 +150,9 @@ fn by_id<const D: usize>(agents: &Agents<D>, groups: &[NeighborSums<D>]) -> Vec<
 }
 
 fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
-    let agents = Agents::new(&case.positions, &case.velocities);
+    let mut agents = Agents::new(&case.positions, &case.velocities);
     let mut tree = Tree::new(agents.groups.len());
-    tree.refresh(&agents);
+    tree.refresh(&mut agents);
     let (shared, per_agent) = (
         Ranges::Shared(case.ranges[0]),
         Ranges::PerAgent(&case.ranges),
@@ -187,7 +187,7 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
     for ranges in [shared, per_agent] {
         let labels = reference_labels(case, ranges);
         let first = |&(id, label): &(usize, &u32)| id == *label as usize;
-        let neighborhood = Neighborhood::new(options, &agents);
+        let neighborhood = Neighborhood::new(options, &mut agents);
         prop_assert_eq!(
             neighborhood.num_components(&agents, ranges),
             labels.iter().enumerate().filter(first).count()
@@ -309,7 +309,7 @@ fn a_large_flock_equals_all_pairs_in_any_order() {
     case.side = None;
     check(&case).expect("equal");
     let mut agents = Agents::new(&case.positions, &case.velocities);
-    let mut neighborhood = Neighborhood::new(NeighborOptions::METRIC, &agents);
+    let mut neighborhood = Neighborhood::new(NeighborOptions::METRIC, &mut agents);
     neighborhood.sum_neighbors(&mut agents, Ranges::Shared(7.0));
     let counts_by_id = |neighborhood: &Neighborhood<2>, agents: &Agents<2>| {
         let mut counts = vec![0; agents.len()];
@@ -323,7 +323,7 @@ fn a_large_flock_equals_all_pairs_in_any_order() {
     case.positions.reverse();
     case.velocities.reverse();
     let mut agents = Agents::new(&case.positions, &case.velocities);
-    let mut neighborhood = Neighborhood::new(NeighborOptions::METRIC, &agents);
+    let mut neighborhood = Neighborhood::new(NeighborOptions::METRIC, &mut agents);
     neighborhood.sum_neighbors(&mut agents, Ranges::Shared(7.0));
     let mut reversed = counts_by_id(&neighborhood, &agents);
     reversed.reverse();

@@ -45,7 +45,7 @@ fn check<const D: usize>(case: &Case<D>, separation_range: f64) -> Result<(), Te
             field_of_view: FieldOfView::new(blind_angle),
             ..NeighborOptions::METRIC
         };
-        let mut neighborhood = Neighborhood::new(options, &agents);
+        let mut neighborhood = Neighborhood::new(options, &mut agents);
         neighborhood.sum_neighbors(&mut agents, Ranges::Shared(case.ranges[0]));
         let scale = Scale::for_registers(4e9, agents.len());
         let mut buffers = OffsetBuffers::default();

@@ -100,7 +100,7 @@ fn check<const D: usize>(
     expected: &[(u32, u32)],
 ) -> Result<(), TestCaseError> {
     let mut agents = Agents::new(&case.positions, &case.velocities);
-    let mut neighborhood = Neighborhood::new(options, &agents);
+    let mut neighborhood = Neighborhood::new(options, &mut agents);
     if !options.is_frozen {
         let mut pairs = neighborhood
             .pairs_by_id(&agents, ranges)

@@ -31,19 +31,19 @@ fn check<const D: usize>(case: &Case<D>, time_step: f64) -> Result<(), TestCaseE
             ..NeighborOptions::METRIC
         };
         let mut agents = Agents::new(&case.positions, &case.velocities);
-        let mut neighborhood = Neighborhood::new(options, &agents);
+        let mut neighborhood = Neighborhood::new(options, &mut agents);
         for step in 0..9 {
             let ranges = match step {
                 0..6 => Ranges::PerAgent(&case.ranges),
                 _ => Ranges::Shared(case.ranges[0]),
             };
             neighborhood.sum_neighbors(&mut agents, ranges);
-            let mut fresh = Neighborhood::new(options, &agents);
+            let mut fresh = Neighborhood::new(options, &mut agents);
             fresh.sum_neighbors(&mut agents.clone(), ranges);
             let expected = by_id(&agents, fresh.sums());
             prop_assert_eq!(by_id(&agents, neighborhood.sums()), expected);
             fly(&mut agents, time_step, case.side);
-            neighborhood.refresh(&agents);
+            neighborhood.refresh(&mut agents);
         }
     }
     Ok(())
