@@ -22,7 +22,7 @@ use crate::parallel;
 pub(crate) use state::NeighborhoodState;
 
 /// Growth of the area around a tile, as a side, after which the agents are re-sorted.
-const MOST_GROWTH: f64 = 1.05;
+const MOST_GROWTH: f64 = 1.1;
 
 /// The neighbor graph of a flock, with the sums over the neighbors of every agent.
 #[derive(Debug, Clone)]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use pulp::Simd;
 
-use crate::agents::{Agents, FANOUT, GROUP, TILE};
+use crate::agents::{Agents, Column, FANOUT, TILE};
 use crate::neighbor::engine::field_of_view::Torus;
 use crate::neighbor::engine::nodes::Bounds;
 use crate::neighbor::engine::places::Places;
@@ -117,23 +117,17 @@ impl Candidates {
         }
     }
 
-    /// Adds the candidates of all tiles of `group`.
+    /// Adds the candidates of all tiles of `group`, whose agents have the squared reaches `squared` in m^2.
     #[inline(always)]
     pub(super) fn find<S: Simd, const D: usize>(
         &mut self,
         simd: S,
         search: Search<'_, D>,
         group: usize,
+        squared: &Column<f64>,
     ) {
-        let Search {
-            agents,
-            tree,
-            reaches,
-            ..
-        } = search;
+        let Search { agents, tree, .. } = search;
         let ids = agents.ids_of(group);
-        let mut squared = [0.0; GROUP];
-        reaches.square(group, ids, &mut squared);
         let tiles = &tree.levels[0][group];
         let reach = search.reach(tiles.bounds(), &squared[..ids.len()]);
         let nodes = self.find_groups(simd, tree, &reach);

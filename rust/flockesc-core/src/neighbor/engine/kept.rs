@@ -4,12 +4,12 @@ use multiversion::multiversion;
 use pulp::Scalar;
 
 use crate::agents::{Agents, Column, GROUP, Group, reduce};
-use crate::base::vector::{larger, smaller};
+use crate::base::vector::{larger, smaller, squared_norm};
 use crate::neighbor::engine::field_of_view::Torus;
 use crate::neighbor::ranges::Ranges;
 
 /// Number of steps for which new candidates should be complete.
-const STEPS: f64 = 4.0;
+const STEPS: f64 = 5.0;
 /// Number of steps after which too many candidates may have become few enough.
 const PAUSE: usize = 32;
 /// Fraction of the reach, or of the side of a periodic world, that covers the rounding of distances. It is larger
@@ -29,8 +29,8 @@ pub(in crate::neighbor) enum Listing {
 
 /// Positions and ranges at the time of the last search for candidates.
 ///
-/// Since then, the distance of two agents has changed by at most the diagonal of the bounding box of all
-/// displacements. Candidates are complete while it is at most their margin.
+/// Since then, the distance of two agents has changed by at most the diameter of a circle around all displacements.
+/// Candidates are complete while it is at most their margin.
 #[derive(Debug, Clone)]
 pub(in crate::neighbor) struct Kept<const D: usize> {
     torus: Torus,
@@ -123,7 +123,8 @@ fn slice<'a>(ranges: &'a Ranges<'_>) -> &'a [f64] {
     }
 }
 
-/// Returns the diagonal in m of the bounding box of all displacements since `before`.
+/// Returns a bound in m of the change of any distance since `before`: the diameter of a circle around all
+/// displacements. Its center is that of their bounding box.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn drift<const D: usize, const IS_PERIODIC: bool>(
     groups: &[Group<D>],
@@ -132,19 +133,28 @@ fn drift<const D: usize, const IS_PERIODIC: bool>(
 ) -> f64 {
     // The compiler removes the wrapping by a constant `Torus::NONE`.
     let torus = if IS_PERIODIC { torus } else { Torus::NONE };
-    let mut squared = 0.0;
-    for axis in 0..D {
+    let moved = |group: &Group<D>, before: &[Column<f64>; D], axis: usize, lane: usize| {
+        let (before, after) = (before[axis][lane], group.position[axis][lane]);
+        torus.offset(Scalar::new(), before, after)
+    };
+    let center: [f64; D] = std::array::from_fn(|axis| {
         let (mut low, mut high) = ([f64::INFINITY; GROUP], [f64::NEG_INFINITY; GROUP]);
         for (group, before) in groups.iter().zip(before) {
             for lane in 0..GROUP {
-                let (before, after) = (before[axis][lane], group.position[axis][lane]);
-                let moved = torus.offset(Scalar::new(), before, after);
+                let moved = moved(group, before, axis, lane);
                 low[lane] = smaller(low[lane], moved);
                 high[lane] = larger(high[lane], moved);
             }
         }
-        let side = reduce(high, larger) - reduce(low, smaller);
-        squared += side * side;
+        0.5 * (reduce(low, smaller) + reduce(high, larger))
+    });
+    let mut farthest = [0.0; GROUP];
+    for (group, before) in groups.iter().zip(before) {
+        for lane in 0..GROUP {
+            let offset: [f64; D] =
+                std::array::from_fn(|axis| moved(group, before, axis, lane) - center[axis]);
+            farthest[lane] = larger(farthest[lane], squared_norm(&offset));
+        }
     }
-    squared.sqrt()
+    2.0 * reduce(farthest, larger).sqrt()
 }

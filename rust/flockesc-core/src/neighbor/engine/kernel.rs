@@ -88,19 +88,21 @@ impl<const D: usize> SumNeighbors<'_, D> {
         let mut squared = [0.0; GROUP];
         for (index, sums) in sums.iter_mut().enumerate() {
             let group = first + index;
+            let ids = agents.ids_of(group);
+            if index == 0 || !reaches.are_equal() {
+                reaches.square(group, ids, &mut squared);
+            }
             if listing != Listing::Kept {
                 if index == 0 || listing == Listing::Discarded {
                     candidates.clear();
                 }
-                candidates.find(simd, search, group);
+                candidates.find(simd, search, group, &squared);
             }
             let index = if listing == Listing::Discarded {
                 0
             } else {
                 index
             };
-            let ids = agents.ids_of(group);
-            reaches.square(group, ids, &mut squared);
             for tile in 0..ids.len().div_ceil(TILE) {
                 let candidates = candidates.of(index, tile);
                 let whole = sum_whole(simd, agents, tree, &candidates);
@@ -205,7 +207,7 @@ fn sum_agents<
     sums: &mut NeighborSums<D>,
 ) {
     // The compiler does not know that it is 1. It would replace each masked addition by two operations.
-    let one = simd.splat_u64s(black_box(1));
+    let one = simd.splat_u64s(if IS_COUNTING { black_box(1) } else { 0 });
     let mut sum = [[one; D]; R];
     for sum in &mut sum {
         for axis in 0..D {

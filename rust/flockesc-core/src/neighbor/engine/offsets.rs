@@ -194,8 +194,8 @@ impl<const D: usize> SumOffsets<'_, '_, D> {
             candidates, terms, ..
         } = self.buffers;
         candidates.clear();
-        candidates.find(simd, search, group);
         let (squares, view) = (&self.pairs.squares[group], self.pairs.options.field_of_view);
+        candidates.find(simd, search, group, squares);
         let farthest = simd.splat_f64s(self.range * self.range);
         for start in (0..agents.ids_of(group).len()).step_by(S::F64_LANES) {
             let own =

@@ -5,17 +5,19 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::agents::{FANOUT, GROUP, Group, TILE};
 use crate::base::exact::Scale;
 use crate::neighbor::engine::nodes::Siblings;
-use crate::neighbor::engine::reach::bits;
 
-/// Computes the velocities in fixed point and the tiles of some groups.
+/// Computes the velocities in fixed point and the tiles of some groups. `num_agents` agents are in them and the
+/// following groups.
 pub(super) fn build_tiles<const D: usize>(
     groups: &mut [Group<D>],
     scale: Scale,
+    num_agents: usize,
     tiles: &mut [Siblings<D>],
 ) {
     Arch::new().dispatch(BuildTiles {
         groups,
         scale,
+        num_agents,
         tiles,
     });
 }
@@ -23,6 +25,7 @@ pub(super) fn build_tiles<const D: usize>(
 struct BuildTiles<'a, const D: usize> {
     groups: &'a mut [Group<D>],
     scale: Scale,
+    num_agents: usize,
     tiles: &'a mut [Siblings<D>],
 }
 
@@ -31,6 +34,7 @@ impl<const D: usize> WithSimd for BuildTiles<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        let mut remaining = self.num_agents as i64;
         for (group, tiles) in self.groups.iter_mut().zip(self.tiles) {
             for axis in 0..D {
                 let (velocity, units) = (&group.velocity[axis], &mut group.fixed_velocity[axis]);
@@ -44,8 +48,8 @@ impl<const D: usize> WithSimd for BuildTiles<'_, D> {
                 }
             }
             for tile in 0..FANOUT {
-                let column = &group.position[0].as_chunks::<TILE>().0[tile];
-                tiles.count[tile] = count(simd, column);
+                tiles.count[tile] = remaining.clamp(0, TILE as i64);
+                remaining -= TILE as i64;
             }
         }
     }
@@ -63,14 +67,4 @@ fn extent<S: Simd>(simd: S, column: &[f64; TILE]) -> (f64, f64) {
         (lowest, highest) = (simd.min_f64s(lowest, low), simd.max_f64s(highest, high));
     }
     (simd.reduce_min_f64s(lowest), simd.reduce_max_f64s(highest))
-}
-
-/// Returns the number of agents.
-#[inline(always)]
-fn count<S: Simd>(simd: S, column: &[f64; TILE]) -> i64 {
-    let mut count = 0;
-    for register in S::as_simd_f64s(column).0 {
-        count += i64::from(bits(simd, simd.equal_f64s(*register, *register)).count_ones());
-    }
-    count
 }

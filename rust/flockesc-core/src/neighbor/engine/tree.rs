@@ -67,16 +67,14 @@ impl<const D: usize> Tree<D> {
         let largest = parallel::map_reduce(&agents.groups, largest_speed, larger);
         self.largest_speed = largest.unwrap_or(0.0);
         self.scale = Scale::for_registers(self.largest_speed, agents.len());
-        let scale = self.scale;
+        let (scale, num_agents) = (self.scale, agents.len());
         let (tiles, nodes) = self.levels.split_at_mut(1);
-        parallel::for_each_chunk(&mut agents.groups, &mut tiles[0], |_, groups, tiles| {
-            build_tiles(groups, scale, tiles);
+        parallel::for_each_chunk(&mut agents.groups, &mut tiles[0], |first, groups, tiles| {
+            build_tiles(groups, scale, num_agents - first * GROUP, tiles);
         });
         let mut below = &tiles[0];
         for blocks in nodes {
-            for (children, block) in below.chunks(FANOUT).zip(blocks.iter_mut()) {
-                *block = parents_of(children);
-            }
+            build_parents(below, blocks);
             below = blocks;
         }
     }
@@ -146,17 +144,19 @@ fn largest_speed<const D: usize>(groups: &[Group<D>]) -> f64 {
     reduce(largest, larger)
 }
 
-/// Returns the block of nodes whose children are the given blocks.
-fn parents_of<const D: usize>(children: &[Siblings<D>]) -> Siblings<D> {
-    let mut block = Siblings::EMPTY;
-    for (node, child) in children.iter().enumerate() {
-        let bounds = child.bounds();
-        for axis in 0..D {
-            block.low[axis][node] = bounds.low[axis];
-            block.high[axis][node] = bounds.high[axis];
-            block.sum[axis][node] = child.sum[axis].iter().sum();
+/// Computes the nodes of the level above `children`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn build_parents<const D: usize>(children: &[Siblings<D>], parents: &mut [Siblings<D>]) {
+    for (children, block) in children.chunks(FANOUT).zip(parents) {
+        *block = Siblings::EMPTY;
+        for (node, child) in children.iter().enumerate() {
+            let bounds = child.bounds();
+            for axis in 0..D {
+                block.low[axis][node] = bounds.low[axis];
+                block.high[axis][node] = bounds.high[axis];
+                block.sum[axis][node] = child.sum[axis].iter().sum();
+            }
+            block.count[node] = child.count.iter().sum();
         }
-        block.count[node] = child.count.iter().sum();
     }
-    block
 }
