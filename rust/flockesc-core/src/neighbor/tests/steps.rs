@@ -69,7 +69,7 @@ fn candidates_are_found_anew_after_a_change() {
     let vectors = |x: f64| [[-x, 0.0].into(), [x, 0.0].into()];
     let mut agents = Agents::<2>::new(&vectors(1.0), &vectors(1.0));
     let mut kept = Kept::new(Torus::NONE);
-    let plans: Vec<Listing> = [5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 6.0]
+    let plans: Vec<Listing> = [5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 6.0]
         .into_iter()
         .map(|range| {
             let plan = kept.plan(&agents, Ranges::Shared(range));
@@ -80,17 +80,18 @@ fn candidates_are_found_anew_after_a_change() {
             plan
         })
         .collect();
-    let first = [Listing::Discarded, Listing::New(4.0)];
+    let first = [Listing::Discarded, Listing::New(5.0)];
     assert_eq!(plans[..2], first);
-    // The margin is the drift of four steps, less what covers rounding.
+    // The margin is the drift of five steps, less what covers rounding.
     assert_eq!(
-        plans[2..6],
+        plans[2..7],
         [
             Listing::Kept,
             Listing::Kept,
             Listing::Kept,
-            Listing::New(4.0)
+            Listing::Kept,
+            Listing::New(5.0)
         ]
     );
-    assert_eq!(plans[6..], [Listing::Kept, Listing::Discarded]);
+    assert_eq!(plans[7..], [Listing::Kept, Listing::Discarded]);
 }
