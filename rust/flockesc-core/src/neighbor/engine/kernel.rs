@@ -8,7 +8,7 @@ use std::hint::black_box;
 use bytemuck::cast_ref;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::agents::{Agents, FANOUT, GROUP, TILE};
+use crate::agents::{Agents, Column, FANOUT, GROUP, Group, TILE};
 use crate::neighbor::engine::candidates::{Search, TileCandidates};
 use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
 use crate::neighbor::engine::kept::Listing;
@@ -106,21 +106,11 @@ impl<const D: usize> SumNeighbors<'_, D> {
             for tile in 0..ids.len().div_ceil(TILE) {
                 let candidates = candidates.of(index, tile);
                 let whole = sum_whole(simd, agents, tree, &candidates);
-                let load = |register: usize| {
-                    let start = tile * TILE + register * S::F64_LANES;
-                    Own::<S, D>::load::<IS_BLIND>(
-                        simd,
-                        &agents.groups[group],
-                        &squared,
-                        field_of_view,
-                        start,
-                    )
-                };
                 // Two registers share the loads of a candidate.
-                let registers = TILE / S::F64_LANES;
-                for first in (0..registers).step_by(2) {
-                    if registers == 1 {
-                        let own = [load(first)];
+                let lanes = 2 * S::F64_LANES;
+                for start in (tile * TILE..(tile + 1) * TILE).step_by(lanes) {
+                    let own = (&agents.groups[group], &squared, field_of_view, start);
+                    if lanes > TILE {
                         sum_agents::<S, D, 1, IS_BLIND, IS_COUNTING>(
                             simd,
                             torus,
@@ -131,7 +121,6 @@ impl<const D: usize> SumNeighbors<'_, D> {
                             sums,
                         );
                     } else {
-                        let own = [load(first), load(first + 1)];
                         sum_agents::<S, D, 2, IS_BLIND, IS_COUNTING>(
                             simd,
                             torus,
@@ -188,7 +177,7 @@ fn sum_whole<S: Simd, const D: usize>(
     whole
 }
 
-/// Computes the sums of R registers of agents: `whole` plus the sums over the candidates within reach and, with
+/// Computes the sums of R registers of agents of a group, from the lane `start` on: `whole` plus the sums over the candidates within reach and, with
 /// `IS_BLIND`, in view.
 #[inline(always)]
 fn sum_agents<
@@ -200,12 +189,18 @@ fn sum_agents<
 >(
     simd: S,
     torus: Torus,
-    own: [Own<S, D>; R],
+    (group, squared, view, start): (&Group<D>, &Column<f64>, FieldOfView, usize),
     agents: &Agents<D>,
     candidates: &TileCandidates<'_>,
     whole: [i64; D],
     sums: &mut NeighborSums<D>,
 ) {
+    // A loop, because target features do not reach closures, and calls there would stay calls.
+    let mut own = [Own::<S, D>::load::<IS_BLIND>(simd, group, squared, view, start); R];
+    for register in 1..R {
+        let start = start + register * S::F64_LANES;
+        own[register] = Own::load::<IS_BLIND>(simd, group, squared, view, start);
+    }
     // The compiler does not know that it is 1. It would replace each masked addition by two operations.
     let one = simd.splat_u64s(if IS_COUNTING { black_box(1) } else { 0 });
     let mut sum = [[one; D]; R];
