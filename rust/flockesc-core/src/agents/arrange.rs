@@ -2,8 +2,8 @@
 
 use multiversion::multiversion;
 
-use super::layout::{Column, GROUP, Group, reduce};
-use crate::base::vector::{larger, smaller};
+use super::layout::{Column, GROUP, Group, corners};
+use crate::base::vector::larger;
 use crate::parallel;
 
 /// A place on the curve in the upper half, and the place of an agent in the lower half.
@@ -16,12 +16,12 @@ pub(super) fn place_of(key: Key) -> usize {
 
 /// Writes the keys of the first `num_agents` agents in the order of the curve.
 pub(super) fn order<const D: usize>(groups: &[Group<D>], num_agents: usize, keys: &mut Vec<Key>) {
-    let (low, extent) = corner(groups);
+    let (low, high) = corners(groups);
+    let extent = (0..D).fold(0.0, |most, axis| larger(most, high[axis] - low[axis]));
     let scale = f64::from((1_u32 << bits::<D>()) - 1) / extent;
     keys.resize(groups.len() * GROUP, 0);
     let (columns, _) = keys.as_chunks_mut::<GROUP>();
-    let mut nothing = vec![(); columns.len()];
-    parallel::for_each_chunk(columns, &mut nothing, |first, columns, _| {
+    parallel::for_each_chunk(columns, |first, columns| {
         write_keys(&groups[first..], low, scale, first, columns);
     });
     keys.truncate(num_agents);
@@ -95,23 +95,4 @@ fn along_curve<const D: usize>(mut x: [Column<u32>; D]) -> Column<u32> {
         }
     }
     place
-}
-
-/// Returns the lowest corner of the flock and its longest extent in m.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn corner<const D: usize>(groups: &[Group<D>]) -> ([f64; D], f64) {
-    let (mut corner, mut longest) = ([0.0; D], 0.0);
-    for axis in 0..D {
-        let (mut low, mut high) = ([f64::INFINITY; GROUP], [f64::NEG_INFINITY; GROUP]);
-        for group in groups {
-            let column: &Column<f64> = &group.position[axis];
-            for lane in 0..GROUP {
-                low[lane] = smaller(low[lane], column[lane]);
-                high[lane] = larger(high[lane], column[lane]);
-            }
-        }
-        corner[axis] = reduce(low, smaller);
-        longest = larger(longest, reduce(high, larger) - corner[axis]);
-    }
-    (corner, longest)
 }

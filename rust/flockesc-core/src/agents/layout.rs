@@ -1,5 +1,8 @@
 //! Memory layout of the agents: groups of 64, stored as columns for SIMD.
 
+use multiversion::multiversion;
+
+use crate::base::vector::{larger, smaller};
 use crate::parallel;
 
 /// Number of agents in a tile: one AVX-512 register of f64.
@@ -65,4 +68,23 @@ pub(crate) fn reduce<T: Copy, const N: usize>(mut values: [T; N], fold: impl Fn(
         width /= 2;
     }
     values[0]
+}
+
+/// Returns the corners in m of the bounding box of all agents.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(crate) fn corners<const D: usize>(groups: &[Group<D>]) -> ([f64; D], [f64; D]) {
+    let (mut lowest, mut highest) = ([0.0; D], [0.0; D]);
+    for axis in 0..D {
+        let (mut low, mut high) = ([f64::INFINITY; GROUP], [f64::NEG_INFINITY; GROUP]);
+        for group in groups {
+            let column = &group.position[axis];
+            for lane in 0..GROUP {
+                low[lane] = smaller(low[lane], column[lane]);
+                high[lane] = larger(high[lane], column[lane]);
+            }
+        }
+        lowest[axis] = reduce(low, smaller);
+        highest[axis] = reduce(high, larger);
+    }
+    (lowest, highest)
 }

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use arrange::{Key, order, place_of};
 pub(crate) use centroid::centroid;
-pub(crate) use layout::{Column, FANOUT, GROUP, Group, TILE, is_large, reduce};
+pub(crate) use layout::{Column, FANOUT, GROUP, Group, TILE, corners, is_large, reduce};
 pub use per_agent::PerAgent;
 pub(crate) use state::AgentsState;
 

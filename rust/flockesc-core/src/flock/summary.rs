@@ -3,7 +3,7 @@
 
 use multiversion::multiversion;
 
-use crate::agents::{Column, GROUP, Group, centroid, reduce};
+use crate::agents::{Column, GROUP, Group, centroid, corners, reduce};
 use crate::base::exact::{Scale, to_float};
 use crate::base::vector::{SHORTEST, squared_norm};
 use crate::flock::world::World;
@@ -97,7 +97,7 @@ impl<const D: usize> Summary<D> {
             return Self::EMPTY;
         }
         let n = num_agents as f64;
-        let (low, high) = world.neighborhood().bounds();
+        let (low, high) = corners(&world.agents().groups);
         let scales = Scales {
             // For D <= 3 the norm is less than twice the largest component.
             speed: Scale::for_registers(2.0 * world.neighborhood().largest_speed(), num_agents),

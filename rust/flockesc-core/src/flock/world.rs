@@ -131,7 +131,7 @@ impl<const D: usize> World<D> {
             .neighbor_forces(config, &self.agents, neighborhood);
         let sums = neighborhood.sums_mut();
         let (groups, ids) = self.agents.groups_and_ids();
-        parallel::for_each_chunk(groups, sums, |first, groups, sums| {
+        parallel::for_each_pair(groups, sums, |first, groups, sums| {
             let ids = &ids[first * GROUP..];
             let forces = forces.map(|forces| &forces[first..]);
             advance(config, &predators, ids, groups, sums, forces);

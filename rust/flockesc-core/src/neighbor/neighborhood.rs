@@ -2,6 +2,8 @@
 
 mod state;
 
+use std::borrow::Cow;
+
 use crate::agents::{Agents, Column, GROUP};
 use crate::base::error::Result;
 use crate::base::exact::Scale;
@@ -46,6 +48,7 @@ impl<const D: usize> Neighborhood<D> {
     pub(crate) fn new(options: NeighborOptions, agents: &mut Agents<D>) -> Self {
         let mut tree = Tree::new(agents.groups.len());
         tree.refresh(agents);
+        tree.build_boxes(agents);
         Self {
             options,
             links: Links::default(),
@@ -86,6 +89,9 @@ impl<const D: usize> Neighborhood<D> {
         } else {
             Listing::Discarded
         };
+        if listing != Listing::Kept || self.options.needs_pairs {
+            self.tree.build_boxes(agents);
+        }
         if listing != Listing::Kept {
             self.sort_if_due(agents, ranges);
             if is_by_range {
@@ -130,6 +136,7 @@ impl<const D: usize> Neighborhood<D> {
         if self.tree.mean_extent() + reach > MOST_GROWTH * (self.sorted_extent + reach) {
             agents.arrange();
             self.tree.refresh(agents);
+            self.tree.build_boxes(agents);
             self.sorted_extent = self.tree.mean_extent();
         }
     }
@@ -140,7 +147,7 @@ impl<const D: usize> Neighborhood<D> {
         if num_groups < self.sums.len() {
             self.sums.truncate(num_groups);
             self.scratch.truncate(parallel::num_chunks(num_groups));
-            self.tree.shrink(num_groups);
+            self.tree = Tree::new(num_groups);
         }
         self.tree.refresh(agents);
     }
@@ -172,12 +179,6 @@ impl<const D: usize> Neighborhood<D> {
         self.scale
     }
 
-    /// Returns the corners of the agents' bounding box in m.
-    pub(crate) fn bounds(&self) -> ([f64; D], [f64; D]) {
-        let bounds = self.tree.root().bounds();
-        (bounds.low, bounds.high)
-    }
-
     /// Returns the sum of the velocities of all agents in m/s.
     pub(crate) fn total_velocity(&self) -> [f64; D] {
         let sums = self.tree.root().sum;
@@ -192,7 +193,7 @@ impl<const D: usize> Neighborhood<D> {
     /// Returns the place of the agent whose nearest other agent is farthest away; among equals, the one with
     /// the lowest id.
     pub(crate) fn most_isolated(&self, agents: &Agents<D>) -> usize {
-        isolation::most_isolated(agents, &self.tree)
+        isolation::most_isolated(agents, &self.tree.with_boxes(agents))
     }
 
     /// Returns the ids of all pairs of an agent and a neighbor other than itself, at the current positions.
@@ -237,8 +238,9 @@ impl<const D: usize> Neighborhood<D> {
             needs_pairs: true,
             ..self.current_options()
         };
-        let links = self.current_links(&options, agents, ranges);
-        visit(links.pairs(&options, agents, &self.tree))
+        let tree = self.tree.with_boxes(agents);
+        let links = self.current_links(&options, agents, &tree, ranges);
+        visit(links.pairs(&options, agents, &tree))
     }
 
     /// Returns the number of weakly connected components at the current positions.
@@ -256,14 +258,22 @@ impl<const D: usize> Neighborhood<D> {
         self.with_pairs(agents, ranges, |pairs| Components::of(&pairs))
     }
 
-    /// Computes the reaches and lists under `ranges` at the current positions.
-    pub(in crate::neighbor) fn links_at(&self, agents: &Agents<D>, ranges: Ranges<'_>) -> Links {
-        self.current_links(&self.options, agents, ranges)
+    /// Computes the reaches and lists under `ranges` at the current positions. `tree` has their boxes.
+    pub(in crate::neighbor) fn links_at(
+        &self,
+        agents: &Agents<D>,
+        tree: &Tree<D>,
+        ranges: Ranges<'_>,
+    ) -> Links {
+        self.current_links(&self.options, agents, tree, ranges)
     }
 
     /// Returns the options and the tree of the agents, for searches under other ranges.
-    pub(in crate::neighbor) fn search(&self) -> (&NeighborOptions, &Tree<D>) {
-        (&self.options, &self.tree)
+    pub(in crate::neighbor) fn search(
+        &self,
+        agents: &Agents<D>,
+    ) -> (&NeighborOptions, Cow<'_, Tree<D>>) {
+        (&self.options, self.tree.with_boxes(agents))
     }
 
     /// Returns the options of the graph at the current positions, which is frozen only after the first step.
@@ -279,6 +289,7 @@ impl<const D: usize> Neighborhood<D> {
         &self,
         options: &NeighborOptions,
         agents: &Agents<D>,
+        tree: &Tree<D>,
         ranges: Ranges<'_>,
     ) -> Links {
         let mut links = if self.links.is_frozen() {
@@ -286,7 +297,7 @@ impl<const D: usize> Neighborhood<D> {
         } else {
             Links::default()
         };
-        links.update(options, agents, &self.tree, ranges);
+        links.update(options, agents, tree, ranges);
         links
     }
 }

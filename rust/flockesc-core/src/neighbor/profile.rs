@@ -1,5 +1,7 @@
 //! `Profile`: the sums over neighbors that the agents would have under each of several ranges.
 
+use std::borrow::Cow;
+
 use crate::agents::Agents;
 use crate::base::error::Result;
 use crate::base::exact::Scale;
@@ -7,6 +9,7 @@ use crate::neighbor::engine::kept::Listing;
 use crate::neighbor::engine::kernel::SumNeighbors;
 use crate::neighbor::engine::links::Links;
 use crate::neighbor::engine::sums::{NeighborSums, Scratch, sum_pairs};
+use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::neighborhood::Neighborhood;
 use crate::neighbor::options::NeighborOptions;
 use crate::neighbor::ranges::Ranges;
@@ -16,7 +19,8 @@ use crate::parallel::Progress;
 /// ranges.
 #[derive(Debug)]
 pub(crate) struct Profile<'a, const D: usize> {
-    neighborhood: &'a Neighborhood<D>,
+    options: &'a NeighborOptions,
+    tree: Cow<'a, Tree<D>>,
     agents: &'a Agents<D>,
     /// Ranges in m, with the reaches and lists that the rule computes for them.
     ranges: Vec<(f64, Links)>,
@@ -35,15 +39,17 @@ impl<'a, const D: usize> Profile<'a, D> {
         ranges: &[f64],
         progress: &Progress,
     ) -> Result<Self> {
+        let (options, tree) = neighborhood.search(agents);
         let with_links = |range: &f64| {
             progress.check()?;
-            let links = neighborhood.links_at(agents, Ranges::Shared(*range));
+            let links = neighborhood.links_at(agents, &tree, Ranges::Shared(*range));
             Ok((*range, links))
         };
         Ok(Self {
-            neighborhood,
-            agents,
             ranges: ranges.iter().map(with_links).collect::<Result<_>>()?,
+            options,
+            tree,
+            agents,
             sums: vec![NeighborSums::EMPTY; ranges.len()],
             scratch: Scratch::default(),
         })
@@ -56,12 +62,12 @@ impl<'a, const D: usize> Profile<'a, D> {
 
     /// Returns the fixed-point scale of the sums in m/s.
     pub(crate) fn scale(&self) -> Scale {
-        self.neighborhood.search().1.scale
+        self.tree.scale
     }
 
     /// Computes the sums of the agents of a group, one entry per range.
     pub(crate) fn of_group(&mut self, group: usize) -> &[NeighborSums<D>] {
-        let (options, tree) = self.neighborhood.search();
+        let (options, tree) = (self.options, &self.tree);
         let (agents, scratch) = (self.agents, &mut self.scratch);
         for ((range, links), sums) in self.ranges.iter().zip(&mut self.sums) {
             let sums = std::slice::from_mut(sums);

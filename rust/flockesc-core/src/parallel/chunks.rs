@@ -11,10 +11,16 @@ const MIN_SORTED: usize = 1 << 14;
 /// Number of items in a chunk.
 const CHUNK: usize = 16;
 
+/// Calls `work(first, chunk)` for all chunks of `items`, as [`for_each_pair`] does.
+pub(crate) fn for_each_chunk<A: Send>(items: &mut [A], work: impl Fn(usize, &mut [A]) + Sync) {
+    let mut nothing = vec![(); items.len()];
+    for_each_pair(items, &mut nothing, |first, items, _| work(first, items));
+}
+
 /// Calls `work(first, chunk of a, chunk of b)` for all chunks, where `first` is the index of the chunks'
 /// first item. Runs in parallel if there are at least [`MIN_ITEMS`] items and the calling thread belongs to a
 /// pool.
-pub(crate) fn for_each_chunk<A: Send, B: Send>(
+pub(crate) fn for_each_pair<A: Send, B: Send>(
     a: &mut [A],
     b: &mut [B],
     work: impl Fn(usize, &mut [A], &mut [B]) + Sync,
@@ -34,7 +40,7 @@ pub(crate) fn num_chunks(items: usize) -> usize {
     items.div_ceil(CHUNK)
 }
 
-/// Calls `work(first, chunk of a, scratch of the chunk)` for all chunks, as [`for_each_chunk`] does.
+/// Calls `work(first, chunk of a, scratch of the chunk)` for all chunks, as [`for_each_pair`] does.
 /// `scratch` has one item for each of [`num_chunks`] chunks.
 pub(crate) fn for_each_chunk_with<A: Send, B: Send>(
     a: &mut [A],

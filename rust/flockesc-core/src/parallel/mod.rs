@@ -6,7 +6,7 @@ mod pools;
 mod progress;
 
 pub(crate) use chunks::{
-    MIN_ITEMS, for_each_chunk, for_each_chunk_with, map_reduce, num_chunks, sort,
+    MIN_ITEMS, for_each_chunk, for_each_chunk_with, for_each_pair, map_reduce, num_chunks, sort,
 };
 pub(crate) use dispatch::{Pool, dispatch};
 pub use pools::forked;

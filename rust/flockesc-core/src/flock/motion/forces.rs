@@ -1,7 +1,7 @@
 //! The forces of step 2: consensus (Eq. 11) and escape.
 
 use super::columns::ParameterColumns;
-use crate::agents::{Agents, Column, FANOUT, GROUP, Group, TILE};
+use crate::agents::{Agents, Column, FANOUT, GROUP, Group, TILE, corners};
 use crate::base::exact::{Scale, to_float};
 use crate::base::vector::{SHORTEST, squared_norm};
 use crate::neighbor::{NeighborSums, Neighborhood, Pairs};
@@ -20,7 +20,7 @@ pub(super) struct Neighbors<'a, const D: usize> {
 
 impl<'a, const D: usize> Neighbors<'a, D> {
     pub(super) fn new(agents: &'a Agents<D>, neighborhood: &'a Neighborhood<D>) -> Self {
-        let (low, high) = neighborhood.bounds();
+        let (low, high) = corners(&agents.groups);
         let extent = (0..D).fold(0.0, |most: f64, axis| most.max(high[axis] - low[axis]));
         Self {
             agents,

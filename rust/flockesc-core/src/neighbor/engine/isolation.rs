@@ -93,6 +93,7 @@ mod tests {
         let mut agents = Agents::new(&positions, &positions);
         let mut tree = Tree::new(agents.groups.len());
         tree.refresh(&mut agents);
+        tree.build_boxes(&agents);
         let nearest = |i: usize| {
             (0..positions.len())
                 .filter(|&j| j != i)

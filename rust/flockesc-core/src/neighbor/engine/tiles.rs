@@ -1,4 +1,4 @@
-//! The tiles of the tree: their boxes, sums of velocities and numbers of agents.
+//! The tiles of the tree: their sums of velocities, numbers of agents and boxes.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -6,15 +6,15 @@ use crate::agents::{FANOUT, GROUP, Group, TILE};
 use crate::base::exact::Scale;
 use crate::neighbor::engine::nodes::Siblings;
 
-/// Computes the velocities in fixed point and the tiles of some groups. `num_agents` agents are in them and the
-/// following groups.
-pub(super) fn build_tiles<const D: usize>(
+/// Computes the velocities in fixed point and the sums of tiles of some groups. `num_agents` agents are in them and
+/// the following groups.
+pub(super) fn add_up_tiles<const D: usize>(
     groups: &mut [Group<D>],
     scale: Scale,
     num_agents: usize,
     tiles: &mut [Siblings<D>],
 ) {
-    Arch::new().dispatch(BuildTiles {
+    Arch::new().dispatch(AddUpTiles {
         groups,
         scale,
         num_agents,
@@ -22,18 +22,23 @@ pub(super) fn build_tiles<const D: usize>(
     });
 }
 
-struct BuildTiles<'a, const D: usize> {
+/// Computes the boxes of the tiles of some groups.
+pub(super) fn box_tiles<const D: usize>(groups: &[Group<D>], tiles: &mut [Siblings<D>]) {
+    Arch::new().dispatch(BoxTiles { groups, tiles });
+}
+
+struct AddUpTiles<'a, const D: usize> {
     groups: &'a mut [Group<D>],
     scale: Scale,
     num_agents: usize,
     tiles: &'a mut [Siblings<D>],
 }
 
-impl<const D: usize> WithSimd for BuildTiles<'_, D> {
+impl<const D: usize> WithSimd for AddUpTiles<'_, D> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, _: S) {
         let mut remaining = self.num_agents as i64;
         for (group, tiles) in self.groups.iter_mut().zip(self.tiles) {
             for axis in 0..D {
@@ -42,14 +47,33 @@ impl<const D: usize> WithSimd for BuildTiles<'_, D> {
                     units[lane] = self.scale.quantize(velocity[lane]);
                 }
                 for tile in 0..FANOUT {
-                    let column = &group.position[axis].as_chunks::<TILE>().0[tile];
-                    (tiles.low[axis][tile], tiles.high[axis][tile]) = extent(simd, column);
                     tiles.sum[axis][tile] = units.as_chunks::<TILE>().0[tile].iter().sum();
                 }
             }
-            for tile in 0..FANOUT {
-                tiles.count[tile] = remaining.clamp(0, TILE as i64);
+            for count in &mut tiles.count {
+                *count = remaining.clamp(0, TILE as i64);
                 remaining -= TILE as i64;
+            }
+        }
+    }
+}
+
+struct BoxTiles<'a, const D: usize> {
+    groups: &'a [Group<D>],
+    tiles: &'a mut [Siblings<D>],
+}
+
+impl<const D: usize> WithSimd for BoxTiles<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (group, tiles) in self.groups.iter().zip(self.tiles) {
+            for axis in 0..D {
+                for tile in 0..FANOUT {
+                    let column = &group.position[axis].as_chunks::<TILE>().0[tile];
+                    (tiles.low[axis][tile], tiles.high[axis][tile]) = extent(simd, column);
+                }
             }
         }
     }

@@ -1,13 +1,15 @@
 //! `Tree`: a bounding volume hierarchy of the agents, with sums of velocities and numbers of agents in every
 //! node.
 
+use std::borrow::Cow;
+
 use multiversion::multiversion;
 
 use crate::agents::{Agents, FANOUT, GROUP, Group, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::larger;
 use crate::neighbor::engine::nodes::{Bounds, Siblings};
-use crate::neighbor::engine::tiles::build_tiles;
+use crate::neighbor::engine::tiles::{add_up_tiles, box_tiles};
 use crate::neighbor::ranges::SAMPLE;
 use crate::parallel;
 
@@ -21,6 +23,8 @@ pub(in crate::neighbor) struct Tree<const D: usize> {
     pub(in crate::neighbor) scale: Scale,
     /// Largest magnitude of a velocity component, in m/s.
     pub(in crate::neighbor) largest_speed: f64,
+    /// Whether the boxes are those of the present positions.
+    has_boxes: bool,
 }
 
 impl<const D: usize> Tree<D> {
@@ -36,6 +40,7 @@ impl<const D: usize> Tree<D> {
             levels,
             scale: Scale::for_registers(0.0, 1),
             largest_speed: 0.0,
+            has_boxes: false,
         }
     }
 
@@ -49,34 +54,48 @@ impl<const D: usize> Tree<D> {
         total * size_of::<Siblings<D>>()
     }
 
-    /// Shrinks the tree to `num_groups` groups. A [`Tree::refresh`] must follow.
-    pub(in crate::neighbor) fn shrink(&mut self, num_groups: usize) {
-        let mut blocks = num_groups;
-        self.levels[0].truncate(blocks);
-        let mut height = 1;
-        while blocks > 1 {
-            blocks = blocks.div_ceil(FANOUT);
-            self.levels[height].truncate(blocks);
-            height += 1;
-        }
-        self.levels.truncate(height);
-    }
-
-    /// Recomputes boxes and sums from the agents' positions and velocities, and the velocities in fixed point.
+    /// Recomputes the sums, and the velocities in fixed point, after a step. The boxes are then out of date.
     pub(in crate::neighbor) fn refresh(&mut self, agents: &mut Agents<D>) {
         let largest = parallel::map_reduce(&agents.groups, largest_speed, larger);
         self.largest_speed = largest.unwrap_or(0.0);
         self.scale = Scale::for_registers(self.largest_speed, agents.len());
         let (scale, num_agents) = (self.scale, agents.len());
         let (tiles, nodes) = self.levels.split_at_mut(1);
-        parallel::for_each_chunk(&mut agents.groups, &mut tiles[0], |first, groups, tiles| {
-            build_tiles(groups, scale, num_agents - first * GROUP, tiles);
+        parallel::for_each_pair(&mut agents.groups, &mut tiles[0], |first, groups, tiles| {
+            add_up_tiles(groups, scale, num_agents - first * GROUP, tiles);
         });
         let mut below = &tiles[0];
         for blocks in nodes {
-            build_parents(below, blocks);
+            add_up_parents(below, blocks);
             below = blocks;
         }
+        self.has_boxes = false;
+    }
+
+    /// Computes the boxes if they are out of date. Only searches need them.
+    pub(in crate::neighbor) fn build_boxes(&mut self, agents: &Agents<D>) {
+        if self.has_boxes {
+            return;
+        }
+        let (tiles, nodes) = self.levels.split_at_mut(1);
+        parallel::for_each_chunk(&mut tiles[0], |first, tiles| {
+            box_tiles(&agents.groups[first..], tiles);
+        });
+        let mut below = &tiles[0];
+        for blocks in nodes {
+            box_parents(below, blocks);
+            below = blocks;
+        }
+        self.has_boxes = true;
+    }
+
+    /// Returns the tree with the boxes of the present positions.
+    pub(in crate::neighbor) fn with_boxes(&self, agents: &Agents<D>) -> Cow<'_, Self> {
+        let mut tree = Cow::Borrowed(self);
+        if !self.has_boxes {
+            tree.to_mut().build_boxes(agents);
+        }
+        tree
     }
 
     /// Returns the block of the last level.
@@ -144,19 +163,29 @@ fn largest_speed<const D: usize>(groups: &[Group<D>]) -> f64 {
     reduce(largest, larger)
 }
 
-/// Computes the nodes of the level above `children`.
+/// Computes the sums of the nodes of the level above `children`.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn build_parents<const D: usize>(children: &[Siblings<D>], parents: &mut [Siblings<D>]) {
+fn add_up_parents<const D: usize>(children: &[Siblings<D>], parents: &mut [Siblings<D>]) {
     for (children, block) in children.chunks(FANOUT).zip(parents) {
-        *block = Siblings::EMPTY;
+        for (node, child) in children.iter().enumerate() {
+            for axis in 0..D {
+                block.sum[axis][node] = child.sum[axis].iter().sum();
+            }
+            block.count[node] = child.count.iter().sum();
+        }
+    }
+}
+
+/// Computes the boxes of the nodes of the level above `children`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn box_parents<const D: usize>(children: &[Siblings<D>], parents: &mut [Siblings<D>]) {
+    for (children, block) in children.chunks(FANOUT).zip(parents) {
         for (node, child) in children.iter().enumerate() {
             let bounds = child.bounds();
             for axis in 0..D {
                 block.low[axis][node] = bounds.low[axis];
                 block.high[axis][node] = bounds.high[axis];
-                block.sum[axis][node] = child.sum[axis].iter().sum();
             }
-            block.count[node] = child.count.iter().sum();
         }
     }
 }

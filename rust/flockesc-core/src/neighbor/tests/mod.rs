@@ -153,6 +153,7 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
     let mut agents = Agents::new(&case.positions, &case.velocities);
     let mut tree = Tree::new(agents.groups.len());
     tree.refresh(&mut agents);
+    tree.build_boxes(&agents);
     let (shared, per_agent) = (
         Ranges::Shared(case.ranges[0]),
         Ranges::PerAgent(&case.ranges),

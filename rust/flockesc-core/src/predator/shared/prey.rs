@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::agents::{Agents, centroid};
+use crate::agents::{Agents, centroid, corners};
 use crate::neighbor::Neighborhood;
 
 /// The agents of a flock, for queries of predators.
@@ -102,8 +102,8 @@ impl<'a, const D: usize> Prey<'a, D> {
 
     /// Returns the mean position of all agents in m, or `None` if there are no agents.
     pub(crate) fn centroid(&self) -> Option<SVector<f64, D>> {
-        let bounds = self.neighborhood.bounds();
         let agents = self.agents;
+        let bounds = corners(&agents.groups);
         (agents.len() > 0).then(|| centroid(&agents.groups, bounds, agents.len()).into())
     }
 
