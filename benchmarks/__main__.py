@@ -11,6 +11,7 @@ import tyro
 
 from benchmarks import flocks, frameworks, instructions, machine, page, peers, plots, report
 from benchmarks.environments import environments
+from benchmarks.floor import floor
 from benchmarks.line import line
 from benchmarks.measure import Comparison, Record, measure
 from benchmarks.peers.model import Peer
@@ -18,7 +19,7 @@ from benchmarks.size import size
 from flockesc_env.cli.output import prepare_terminal
 from flockesc_env.common.files import write_text
 
-Section = Literal["kernel", "size", "environments", "line", "grid", "rules"]
+Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "floor"]
 _RESULTS = Path("results/benchmarks")
 
 
@@ -35,6 +36,7 @@ BENCHMARKS: dict[Section, Benchmark] = {
     "line": line,
     "grid": flocks.grid,
     "rules": flocks.rules,
+    "floor": floor,
 }
 
 app = tyro.extras.SubcommandApp()

@@ -6,6 +6,7 @@ One call is an episode of 240 steps with its reset, at a range of 10 m. For slow
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any, ClassVar
 
 import gymnasium
@@ -15,7 +16,7 @@ from pettingzoo import ParallelEnv
 from benchmarks import PROJECT
 from benchmarks.measure import Candidate, Comparison
 from benchmarks.peers.model import Peer
-from flockesc_env import parallel_env
+from flockesc_env import AgentVectorEnv, Architecture, FlockScenario, NetworkPolicy, parallel_env, rollout
 from flockesc_env.sb3 import FlockVecEnv
 
 AGENTS, FLOCKS = 300, 64
@@ -23,6 +24,11 @@ RANGE = 10.0
 STEPS = 240
 
 _ID = "flockesc_env:flockesc/FlockEscape-v0"
+_INPUTS = (
+    *("last_range", "neighbor_count", "heard_velocity_ahead", "heard_velocity_left", "predator_distance"),
+    *("predator_direction_ahead", "predator_direction_left"),
+    *("predator_velocity_ahead", "predator_velocity_left"),
+)
 
 
 def environments(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa: ARG001
@@ -56,6 +62,11 @@ def _own() -> Iterator[Candidate]:
     name = f"{PROJECT}, stable-baselines3"
     yield _episode(name, lambda: (vec.seed(0), vec.reset()), lambda: vec.step(many), flocks=FLOCKS)
 
+    slots = AgentVectorEnv(FLOCKS * AGENTS, num_threads=1, copy=False, action_mode="range")
+    columns = np.full((FLOCKS * AGENTS, 1), RANGE, np.float32)
+    name = f"{PROJECT}, a slot per agent"
+    yield _episode(name, lambda: slots.reset(seed=0), lambda: slots.step(columns), flocks=FLOCKS)
+
     dicts = parallel_env(action_mode="range")
     actions = dict.fromkeys(dicts.possible_agents, one)
     yield _episode(f"{PROJECT}, PettingZoo", lambda: dicts.reset(seed=0), lambda: dicts.step(actions))
@@ -64,6 +75,16 @@ def _own() -> Iterator[Candidate]:
     rows = np.full((AGENTS, 1), RANGE, np.float32)
     name = f"{PROJECT}, PettingZoo, arrays"
     yield _episode(name, lambda: arrays.reset_array(seed=0), lambda: arrays.step_array(rows))
+
+    few = parallel_env(action_mode="range", infos="end")
+    name = f"{PROJECT}, PettingZoo, infos at the end"
+    yield _episode(name, lambda: few.reset(seed=0), lambda: few.step(actions))
+
+    architecture = Architecture(_INPUTS, hidden=(8,), mirror=True)
+    network = NetworkPolicy(architecture, np.linspace(-1, 1, architecture.size))
+    played = partial(rollout, FlockScenario(), network, range(FLOCKS), per_agent=True, num_threads=1)
+    case = {"agents": AGENTS, "flocks": FLOCKS}
+    yield Candidate(f"{PROJECT}, `rollout` of a network per agent", played, STEPS, case=case)
 
 
 class _NoDynamics(ParallelEnv[str, Any, Any]):

@@ -11,6 +11,7 @@ from textwrap import fill
 from typing import Any
 
 from benchmarks import PROJECT
+from benchmarks.floor import ARITHMETIC, BANDWIDTH, BYTES
 from benchmarks.measure import Record
 
 PAGES = (Path("docs/performance.md"), Path("README.md"))
@@ -54,6 +55,9 @@ def _kernel(records: list[Record]) -> str:
             for rho, base in zip(ranges, own, strict=True)
         ]
         rows.append([f"**{name}**" if name == PROJECT else name, *cells])
+    floors = {r.case["rho"]: r.case["operations"] * r.median for r in _floors(records, ARITHMETIC)}
+    if floors:
+        rows.append(["arithmetic of all neighbors", *(_number(1e6 * floors[rho]) for rho in ranges)])
     return table(["range (m)", *(f"{rho:.0f}" for rho in ranges)], rows)
 
 
@@ -68,13 +72,19 @@ def _rules(records: list[Record]) -> str:
 
 def _size(records: list[Record]) -> str:
     rows = []
+    floor = [_number(1e9 * BYTES * record.median) for record in _floors(records, BANDWIDTH)]
     for record in records:
         agents = record.case.get("n", 0)
         is_own = record.section == "size" and record.contender == PROJECT and "side" not in record.case
         if is_own and agents >= 10_000 and record.seconds and record.case.get("threads", 2) == 2:
             cores = "two cores" if "threads" in record.case else "one core"
-            rows.append([cores, f"{agents:,}", _number(1e9 * record.median / agents)])
-    return table(["larger flocks, 0.03 agents per m^2, range 10 m", "agents", "ns per agent and step"], rows)
+            rows.append([cores, f"{agents:,}", _number(1e9 * record.median / agents), *floor])
+    head = ["larger flocks, 0.03 agents per m^2, range 10 m", "agents", "ns per agent and step"]
+    return table([*head, *(["memory traffic of one core"] if floor else [])], rows)
+
+
+def _floors(records: list[Record], name: str) -> list[Record]:
+    return [record for record in records if record.section == "floor" and record.contender == name]
 
 
 def _grid_and_line(records: list[Record]) -> str:

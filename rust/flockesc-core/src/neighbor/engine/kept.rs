@@ -6,7 +6,7 @@ use pulp::Scalar;
 use crate::agents::{Agents, Column, GROUP, Group, reduce};
 use crate::base::vector::{larger, smaller, squared_norm};
 use crate::neighbor::engine::field_of_view::Torus;
-use crate::neighbor::ranges::Ranges;
+use crate::neighbor::ranges::{Ranges, SAMPLE};
 
 /// Number of steps for which new candidates should be complete.
 const STEPS: f64 = 5.0;
@@ -124,7 +124,7 @@ fn slice<'a>(ranges: &'a Ranges<'_>) -> &'a [f64] {
 }
 
 /// Returns a bound in m of the change of any distance since `before`: the diameter of a circle around all
-/// displacements. Its center is that of their bounding box.
+/// displacements. Its center is that of the bounding box of a sample.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn drift<const D: usize, const IS_PERIODIC: bool>(
     groups: &[Group<D>],
@@ -137,9 +137,10 @@ fn drift<const D: usize, const IS_PERIODIC: bool>(
         let (before, after) = (before[axis][lane], group.position[axis][lane]);
         torus.offset(Scalar::new(), before, after)
     };
+    let step = groups.len().div_ceil(SAMPLE);
     let center: [f64; D] = std::array::from_fn(|axis| {
         let (mut low, mut high) = ([f64::INFINITY; GROUP], [f64::NEG_INFINITY; GROUP]);
-        for (group, before) in groups.iter().zip(before) {
+        for (group, before) in groups.iter().zip(before).step_by(step) {
             for lane in 0..GROUP {
                 let moved = moved(group, before, axis, lane);
                 low[lane] = smaller(low[lane], moved);
