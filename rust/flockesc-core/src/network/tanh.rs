@@ -14,20 +14,17 @@ const Q: [f64; 5] = [
     -2.010_992_181_836_243_7e-7,
 ];
 
-/// 1.5 * 2^52. The sum of it and a number x with |x| <= 2^51 has the integer nearest to x in its
-/// low bits.
+/// 1.5 * 2^52. The sum of it and an integer from -2^51 to 2^51 has that integer in its low bits.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
 
 /// tanh(x) rounds to 1 for all x >= 19.5.
 const SATURATED: f64 = 19.5;
 
-/// Bounds of the three formulas for tanh (`MIDDLE`, `LARGE`), and of the two reductions in `expm1`.
-/// libm compares the upper 32 bits of x with constants; these are the smallest numbers beyond those
-/// constants.
+/// Bounds of the three formulas for tanh (`MIDDLE`, `LARGE`), and of the reduction in `expm1`. libm compares
+/// the upper 32 bits of x with constants; these are the smallest numbers beyond those constants.
 const MIDDLE: f64 = f64::from_bits(0x3fd0_58af << 32);
 const LARGE: f64 = f64::from_bits(0x3fe1_93eb << 32);
 const REDUCED: f64 = f64::from_bits(0x3fd6_2e43 << 32);
-const REDUCED_MORE: f64 = f64::from_bits(0x3ff0_a2b2 << 32);
 
 /// Returns the bits of `libm::tanh(x)`. The operations are the same, with selections instead of
 /// branches.
@@ -55,17 +52,15 @@ pub(super) fn tanh(x: f64) -> f64 {
 }
 
 /// Returns the bits of `libm::expm1(x)` for the x that `tanh` needs: from -0.52 to 0, and from 0.51 to 39.
+/// libm has formulas of their own for k = -1, 0 and 1. They round to the same numbers, because 2^k is exact
+/// and c is 0 for k = 0.
 #[inline(always)]
 fn expm1(x: f64) -> f64 {
-    let size = x.abs();
-    let sign = if x < 0.0 { -1.0 } else { 1.0 };
     // x = k ln 2 + reduced + c.
-    let k = if size < REDUCED {
+    let k = if x.abs() < REDUCED {
         0.0
-    } else if size < REDUCED_MORE {
-        sign
     } else {
-        floor(INVERSE_LN2 * x + 0.5)
+        (INVERSE_LN2 * x + 0.5).floor()
     };
     let (high, low) = (x - k * LN2_HIGH, k * LN2_LOW);
     let reduced = high - low;
@@ -76,39 +71,15 @@ fn expm1(x: f64) -> f64 {
         1.0 + square * (Q[0] + square * (Q[1] + square * (Q[2] + square * (Q[3] + square * Q[4]))));
     let t = 3.0 - series * half;
     let e = square * ((series - t) / (6.0 - reduced * t));
-    let for_zero = reduced - (reduced * e - square);
     let e = reduced * (e - c) - c - square;
-    let rest = reduced - e;
-    let power = two_to_the(k);
-    let inverse = two_to_the(-k);
-    let below_twenty = (rest + (1.0 - inverse)) * power;
-    let from_twenty = (reduced - (e + inverse) + 1.0) * power;
-    if k == 0.0 {
-        for_zero
-    } else if k == -1.0 {
-        0.5 * rest - 0.5
-    } else if k == 1.0 {
-        // libm has another formula for reduced < -0.25, which means x < 0.45 here.
-        1.0 + 2.0 * rest
-    } else if k < 20.0 {
-        below_twenty
+    let power = (k + (SHIFT + 1023.0)).to_bits() << 52;
+    let (power, inverse) = (f64::from_bits(power), f64::from_bits((2046 << 52) - power));
+    let (e, one) = if k < 20.0 {
+        (e, 1.0 - inverse)
     } else {
-        from_twenty
-    }
-}
-
-/// Returns the largest integer <= x, for x from 0 to 2^51. Additions vectorize; a cast does not on
-/// all targets.
-#[inline(always)]
-fn floor(x: f64) -> f64 {
-    let nearest = (x + SHIFT) - SHIFT;
-    if nearest > x { nearest - 1.0 } else { nearest }
-}
-
-/// Returns 2^k for integers k from -1022 to 1023.
-#[inline(always)]
-fn two_to_the(k: f64) -> f64 {
-    f64::from_bits((k + (SHIFT + 1023.0)).to_bits() << 52)
+        (e + inverse, 1.0)
+    };
+    ((reduced - e) + one) * power
 }
 
 #[cfg(test)]
@@ -132,7 +103,7 @@ mod tests {
             MIDDLE,
             REDUCED / 2.0,
             LARGE,
-            REDUCED_MORE / 2.0,
+            0.75 * std::f64::consts::LN_2,
             SATURATED,
             20.0,
             22.0,
