@@ -220,11 +220,14 @@ impl Networks {
             match *input {
                 Input::Constant(number) => *value = [number; LANES],
                 Input::Column(column, is_left) => {
-                    let sign_flips = if is_left { *sign_flips } else { [0; LANES] };
-                    let entries = rows.chunks_exact(self.row_length).map(|row| row[column]);
-                    for ((value, entry), sign_flip) in value.iter_mut().zip(entries).zip(sign_flips)
-                    {
-                        *value = f64::from_bits(f64::from(entry).to_bits() ^ sign_flip);
+                    let mut entries = [0.0; LANES];
+                    for (entry, row) in entries.iter_mut().zip(rows.chunks_exact(self.row_length)) {
+                        *entry = row[column];
+                    }
+                    for lane in 0..LANES {
+                        let sign_flip = if is_left { sign_flips[lane] } else { 0 };
+                        let entry = f64::from(entries[lane]);
+                        value[lane] = f64::from_bits(entry.to_bits() ^ sign_flip);
                     }
                 }
             }
