@@ -72,14 +72,19 @@ fn expm1(x: f64) -> f64 {
     let t = 3.0 - series * half;
     let e = square * ((series - t) / (6.0 - reduced * t));
     let e = reduced * (e - c) - c - square;
-    let power = (k + (SHIFT + 1023.0)).to_bits() << 52;
-    let (power, inverse) = (f64::from_bits(power), f64::from_bits((2046 << 52) - power));
+    let (power, inverse) = (two_to_the(k), two_to_the(-k));
     let (e, one) = if k < 20.0 {
         (e, 1.0 - inverse)
     } else {
         (e + inverse, 1.0)
     };
     ((reduced - e) + one) * power
+}
+
+/// Returns 2^k for integers k from -1022 to 1023.
+#[inline(always)]
+fn two_to_the(k: f64) -> f64 {
+    f64::from_bits((k + (SHIFT + 1023.0)).to_bits() << 52)
 }
 
 #[cfg(test)]
