@@ -92,10 +92,11 @@ fn a_flock_of_boids_with_noise_and_delay() {
     config.sensing_noise = 0.5;
     config.sensing_delay = 3;
     let mut world = World::<2>::new(Arc::new(config), &InitialState::seeded(0));
-    // All agents are neighbors in the first steps, so that the lists of offsets reach their final size.
+    // All agents are neighbors in the first steps, so that the lists of offsets reach their final size. That of close
+    // neighbors grows until the flock is densest.
     (0..10).for_each(|_| world.step(Ranges::Shared(1e6)).expect("a step"));
-    (0..STEPS).for_each(|step| world.step(Ranges::Shared(range(step))).expect("a step"));
-    let later = STEPS..2 * STEPS;
+    (0..2 * STEPS).for_each(|step| world.step(Ranges::Shared(range(step))).expect("a step"));
+    let later = 2 * STEPS..3 * STEPS;
     let after =
         measure(|| later.for_each(|step| world.step(Ranges::Shared(range(step))).expect("a step")));
     assert_eq!(after.count_total, 0);
