@@ -1,7 +1,7 @@
 //! The forces of step 2: consensus (Eq. 11) and escape.
 
 use super::columns::ParameterColumns;
-use crate::agents::{Agents, Column, FANOUT, GROUP, Group, TILE, corners};
+use crate::agents::{Agents, Column, GROUP, Group, corners};
 use crate::base::exact::{Scale, to_float};
 use crate::base::vector::{SHORTEST, squared_norm};
 use crate::neighbor::{NeighborSums, Neighborhood, Pairs};
@@ -67,31 +67,20 @@ pub(super) fn add_escape_force<const D: usize>(
     decays: bool,
     force: &mut Force<D>,
 ) {
-    for tile in 0..FANOUT {
-        let first = tile * TILE;
-        // Most tiles are out of range, and divisions are slow.
-        let mut is_near = false;
-        for lane in first..first + TILE {
-            is_near |= distance[lane] <= range;
-        }
-        if !is_near {
-            continue;
-        }
-        for lane in first..first + TILE {
-            let is_felt = distance[lane] <= range && distance[lane] > SHORTEST;
-            let factor = if is_felt {
-                columns.repulsion[lane] / distance[lane]
-            } else {
-                0.0
-            };
-            let factor = if decays && is_felt {
-                factor / distance[lane]
-            } else {
-                factor
-            };
-            for axis in 0..D {
-                force[axis][lane] += (group.position[axis][lane] - predator[axis]) * factor;
-            }
+    for lane in 0..GROUP {
+        let is_felt = distance[lane] <= range && distance[lane] > SHORTEST;
+        let factor = if is_felt {
+            columns.repulsion[lane] / distance[lane]
+        } else {
+            0.0
+        };
+        let factor = if decays && is_felt {
+            factor / distance[lane]
+        } else {
+            factor
+        };
+        for axis in 0..D {
+            force[axis][lane] += (group.position[axis][lane] - predator[axis]) * factor;
         }
     }
 }
