@@ -72,15 +72,15 @@ def _rules(records: list[Record]) -> str:
 
 def _size(records: list[Record]) -> str:
     rows = []
-    floor = [_number(1e9 * BYTES * record.median) for record in _floors(records, BANDWIDTH)]
     for record in records:
         agents = record.case.get("n", 0)
         is_own = record.section == "size" and record.contender == PROJECT and "side" not in record.case
         if is_own and agents >= 10_000 and record.seconds and record.case.get("threads", 2) == 2:
             cores = "two cores" if "threads" in record.case else "one core"
-            rows.append([cores, f"{agents:,}", _number(1e9 * record.median / agents), *floor])
-    head = ["larger flocks, 0.03 agents per m^2, range 10 m", "agents", "ns per agent and step"]
-    return table([*head, *(["memory traffic of one core"] if floor else [])], rows)
+            rows.append([cores, f"{agents:,}", _number(1e9 * record.median / agents)])
+    for record in _floors(records, BANDWIDTH):
+        rows.append([f"memory traffic of {BYTES} bytes, one core", "any", _number(1e9 * BYTES * record.median)])
+    return table(["larger flocks, 0.03 agents per m^2, range 10 m", "agents", "ns per agent and step"], rows)
 
 
 def _floors(records: list[Record], name: str) -> list[Record]:
