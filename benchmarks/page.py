@@ -78,8 +78,8 @@ def _size(records: list[Record]) -> str:
         if is_own and agents >= 10_000 and record.seconds and record.case.get("threads", 2) == 2:
             cores = "two cores" if "threads" in record.case else "one core"
             rows.append([cores, f"{agents:,}", _number(1e9 * record.median / agents)])
-    for record in _floors(records, BANDWIDTH):
-        rows.append([f"memory traffic of {BYTES} bytes, one core", "any", _number(1e9 * BYTES * record.median)])
+    name = f"memory traffic of {BYTES} bytes, one core"
+    rows.extend([name, "any", _number(1e9 * BYTES * r.median)] for r in _floors(records, BANDWIDTH))
     return table(["larger flocks, 0.03 agents per m^2, range 10 m", "agents", "ns per agent and step"], rows)
 
 

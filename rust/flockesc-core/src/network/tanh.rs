@@ -52,8 +52,8 @@ pub(super) fn tanh(x: f64) -> f64 {
 }
 
 /// Returns the bits of `libm::expm1(x)` for the x that `tanh` needs: from -0.52 to 0, and from 0.51 to 39.
-/// libm has formulas of their own for k = -1, 0 and 1. They round to the same numbers, because 2^k is exact
-/// and c is 0 for k = 0.
+/// libm has separate formulas for k = -1, 0 and 1. For these x they round to the same numbers, because a product
+/// with 2^k is exact, and c is 0 for k = 0.
 #[inline(always)]
 fn expm1(x: f64) -> f64 {
     // x = k ln 2 + reduced + c.
