@@ -75,7 +75,7 @@ def _figure() -> tuple[Figure, Axes]:
 
 
 def _lines(axes: Axes, records: list[Record], key: str, value: Callable[[Record], float]) -> None:
-    """Draw a line per contender, with its name right of the axes, or above its end if that is earlier."""
+    """Draw a line per contender, with its name right of the axes, or of its end if that is earlier."""
     last = max(record.case[key] for record in records if record.seconds)
     ends = []
     for name in dict.fromkeys(record.contender for record in records):
@@ -96,11 +96,11 @@ def _lines(axes: Axes, records: list[Record], key: str, value: Callable[[Record]
             axes.annotate(
                 name,
                 points[-1],
-                xytext=(6, 6),
+                xytext=(8, 0),
                 textcoords="offset points",
                 color=color,
-                ha="center",
-                va="bottom",
+                ha="left",
+                va="center",
             )
     label_ends(axes, ends, gap=0.06)
 
