@@ -1,9 +1,11 @@
-"""Configuration of all tests: the path of helper modules, and hypothesis profiles."""
+"""Configuration of all tests: helper modules, threads, time limits, skipped tests, hypothesis profiles."""
 
 import os
 import sys
+from collections import Counter
 from pathlib import Path
 
+import pytest
 from hypothesis import settings
 
 # Makes support/ importable. The repository root stays off the path, so that the installed
@@ -13,9 +15,53 @@ sys.path.append(str(Path(__file__).parent / "support"))
 # SDL opens no windows, on machines with and without a display.
 os.environ["SDL_VIDEODRIVER"] = "dummy"
 
-# Workers share the cores; several torch threads in each make training tests four times slower.
-os.environ.setdefault("OMP_NUM_THREADS", "1")
+# Workers share the cores; several torch threads in each make training tests four times slower
+# and change sums.
+os.environ["OMP_NUM_THREADS"] = "1"
 
 # No deadline, because machines are shared. Derandomized, so that only code changes make a test fail.
 settings.register_profile("suite", deadline=None, derandomize=True, database=None, print_blob=True)
 settings.load_profile("suite")
+
+# Reasons that the machine of a continuous integration may have.
+EXPECTED_SKIPS = (
+    "only Linux on x86-64 can intercept CPUID",
+    "this processor cannot intercept CPUID",
+    "needs the right to make a namespace of process ids",
+    "there DictInfoToList cannot read",  # with the oldest Gymnasium
+)
+
+
+@pytest.fixture(autouse=True, scope="session")
+def repository() -> None:
+    """Run all tests in the repository, wherever pytest was started."""
+    os.chdir(Path(__file__).parents[1])
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """End tests that hang. The environments of `make compat` have no pytest-timeout."""
+    if config.pluginmanager.hasplugin("timeout"):
+        for item in items:
+            item.add_marker(pytest.mark.timeout(1800 if "slow" in item.path.parts else 120))
+
+
+def skipped(config: pytest.Config) -> Counter[str]:
+    """Return how often each reason skipped a test; none in a worker."""
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    reports = reporter.stats.get("skipped", []) if reporter else []
+    return Counter(report.longrepr[2].removeprefix("Skipped: ") for report in reports)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fail if CI is set and a test was skipped for a reason that is not in ``EXPECTED_SKIPS``."""
+    if os.environ.get("CI") and any(
+        not reason.startswith(EXPECTED_SKIPS) for reason in skipped(session.config)
+    ):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(config: pytest.Config) -> None:
+    """Print in one line what was skipped, and how to have it."""
+    if reasons := skipped(config):
+        line = "; ".join(f"{count} ({reason})" for reason, count in reasons.most_common())
+        config.get_terminal_writer().line(f"skipped tests: {line}")

@@ -106,8 +106,9 @@ def test_in_another_process(method: str) -> None:
     play(env, np.random.default_rng(0), 5)
     context = multiprocessing.get_context(method)
     receiver, sender = context.Pipe(duplex=False)
-    child = context.Process(target=resumed.go_on, args=(env.get_state(), sender))
+    child = context.Process(target=resumed.go_on, args=(env.get_state(), sender), daemon=True)
     child.start()
+    sender.close()  # if the child dies, recv() raises EOFError
     np.testing.assert_equal(receiver.recv(), resumed.steps(env))
     child.join()
 

@@ -142,8 +142,8 @@ from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View
 
 def batch(count):
-    scenario = FlockScenario(num_agents={num_agents})
-    return FlockBatch(scenario, EnvOptions(**options), num_flocks=count, view=View.of({per_agent}))
+    scenario, view = FlockScenario(num_agents={num_agents}), View.of({per_agent})
+    return FlockBatch(scenario, EnvOptions(**options), num_flocks=count, view=view, num_threads=1)
 
 del options["num_threads"]
 before = used("VmHWM")

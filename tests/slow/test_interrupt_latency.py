@@ -1,4 +1,4 @@
-"""Ctrl-C takes effect within 0.2 s in every long call: best of five tries, because machines are shared."""
+"""Ctrl-C takes effect within 0.2 s of processor time in every long call: best of five tries."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ sys.path.append(str(SCRIPT.parent))
 from latency import CALLS  # noqa: E402
 
 LONGEST = 0.2
-"""Seconds from the signal to the exception."""
+"""Seconds of processor time from the signal to the exception."""
 
 
 @pytest.mark.parametrize("name", CALLS)

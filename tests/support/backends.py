@@ -46,8 +46,9 @@ def note_call(number: int) -> int:
 
 
 def square(number: int) -> Arrays:
+    """Return a square; from 100 on it takes longer than any test."""
     note_call(number)
-    time.sleep(0.02)
+    time.sleep(0.02 if number < 100 else 1_000)
     return {"square": np.array(number**2)}
 
 
@@ -66,8 +67,10 @@ def held_square(number: int) -> Arrays:
 
 
 def dies_once(number: int) -> Arrays:
-    """Return a square; the first call for the number 5 kills its process."""
+    """Return a square; the first call for the number 5 notes the results so far and kills its process."""
     if note_call(number) == 1 and number == 5:
+        folder = Path(os.environ[CALLS]).parent
+        (folder / "stored").write_text("\n".join(contents(folder / "cache")))
         os.kill(os.getpid(), signal.SIGKILL)
     return {"square": np.array(number**2)}
 
@@ -101,8 +104,9 @@ def sweep_jobs() -> list[Job]:
     return [job for first in range(6) for job in seed_jobs(OUTCOMES, SMALL, ranges, range(first, first + 5))]
 
 
-def calls(folder: Path) -> int:
-    return len(list(folder.iterdir()))
+def calls(folder: Path, number: int | None = None) -> int:
+    """Return how many calls there were, for one number or for all."""
+    return len(list(folder.glob("*" if number is None else f"{number}-*")))
 
 
 def contents(folder: Path) -> dict[str, bytes]:

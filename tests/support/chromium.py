@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 _NAMES = ("chromium", "chromium-browser", "google-chrome")
 EXECUTABLE = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, _NAMES)), None)
-MISSING = "no Chromium found: run `apt-get install chromium`, or set CHROMIUM to the path of a browser"
+MISSING = "needs Chromium: `apt-get install chromium`, or set CHROMIUM to the path of a browser"
 
 TIMEOUT = 60  # seconds; reached only by a page that does not do what it should
 

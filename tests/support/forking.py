@@ -1,7 +1,7 @@
 """Forks while other threads are busy, in a separate process.
 
-The process prints a JSON object: children started, children that hung, children whose results differ from the
-parent's, and the longest time in seconds from a fork to the child's results.
+The process prints a JSON object: children started, children that hung, and children whose results differ from
+the parent's.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
-import struct
 import subprocess
 import sys
 import threading
@@ -21,16 +20,16 @@ import numpy as np
 
 from flockesc_env import FlockEscapeEnv, FlockScenario, FlockVectorEnv, sweep
 
-HANGS = 20.0  # seconds; a child needs a few hundredths
+HANGS = 60.0  # seconds; reached only by a child that hangs
 LARGE = FlockScenario(num_agents=5000, initial_side=400.0)
 SMALL = FlockScenario(num_agents=20, num_steps=8, initial_side=40.0)
 
 
-def forked_while(*busy: str, count: int) -> dict[str, float]:
+def forked_while(*busy: str, count: int) -> dict[str, int]:
     """Return the outcome of forks while threads of the parent were busy."""
     command = [sys.executable, __file__, str(count), *busy]
     ended = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
-    found: dict[str, float] = json.loads(ended.stdout)
+    found: dict[str, int] = json.loads(ended.stdout)
     return found
 
 
@@ -72,7 +71,7 @@ BUSY: dict[str, Callable[[threading.Event], None]] = {
 }
 
 
-def run(busy: list[Callable[[threading.Event], None]], count: int) -> dict[str, float]:
+def run(busy: list[Callable[[threading.Event], None]], count: int) -> dict[str, int]:
     """Fork ``count`` times while the threads are busy."""
     expected = played(2)
     stop = threading.Event()
@@ -80,10 +79,9 @@ def run(busy: list[Callable[[threading.Event], None]], count: int) -> dict[str, 
     for thread in threads:
         thread.start()
     children = []
-    taken, report = os.pipe()
     context = multiprocessing.get_context("fork")
     for index in range(count):
-        child = context.Process(target=check, args=(expected, 2 + index % 3, time.monotonic(), report))
+        child = context.Process(target=check, args=(expected, 2 + index % 3))
         child.start()
         children.append(child)
         time.sleep(0.001 * (index % 4))
@@ -98,16 +96,11 @@ def run(busy: list[Callable[[threading.Event], None]], count: int) -> dict[str, 
     for thread in threads:
         thread.join()
     wrong = [child for child in children if child not in hung and child.exitcode != 0]
-    os.close(report)
-    with os.fdopen(taken, "rb") as reports:
-        slowest = max((seconds for (seconds,) in struct.iter_unpack("d", reports.read())), default=HANGS)
-    return {"children": len(children), "hung": len(hung), "wrong": len(wrong), "slowest": slowest}
+    return {"children": len(children), "hung": len(hung), "wrong": len(wrong)}
 
 
-def check(expected: bytes, num_threads: int, forked: float, report: int) -> None:
-    shown = played(num_threads)
-    os.write(report, struct.pack("d", time.monotonic() - forked))
-    os._exit(shown != expected)
+def check(expected: bytes, num_threads: int) -> None:
+    os._exit(played(num_threads) != expected)
 
 
 if __name__ == "__main__":

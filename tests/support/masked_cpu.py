@@ -27,7 +27,8 @@ def each_level(test: Any) -> Any:
 def run_masked(script: str, level: int, folder: Path) -> Any:
     """Run a script that prints JSON, and return the result. Instruction sets above ``level`` are hidden."""
     compiler, library = shutil.which("cc"), folder / "masked_cpuid.so"
-    assert compiler, "no C compiler found"
+    if not compiler:
+        pytest.skip("needs a C compiler: `apt-get install gcc`")
     source = str(SUPPORT / "masked_cpuid.c")
     subprocess.run([compiler, "-shared", "-fPIC", "-Werror", "-o", library, source], check=True)  # noqa: S603
     path = os.pathsep.join([str(SUPPORT), *sys.path])

@@ -39,7 +39,7 @@ def tab(browser: Browser, problems: list[str]) -> Iterator[Page]:
 @pytest.fixture(scope="module")
 def playground(tmp_path_factory: pytest.TempPathFactory) -> str:
     if not has_engine():
-        pytest.skip("needs the module of `make engine`")
+        pytest.skip("needs the core for web pages: `make engine`")
     folder = tmp_path_factory.mktemp("playground")
     main(folder)
     return (folder / "index.html").as_uri()

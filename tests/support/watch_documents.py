@@ -16,7 +16,7 @@ from flockesc_env.models.graph import component_labels
 from flockesc_env.policies import StubbornLeaders
 from flockesc_env.watch.live import has_engine
 
-needs_engine = pytest.mark.skipif(not has_engine(), reason="needs the module of `make engine`")
+needs_engine = pytest.mark.skipif(not has_engine(), reason="needs the core for web pages: `make engine`")
 
 FLOCK = fe.FlockScenario(num_agents=12, num_steps=9)
 TWO = (fe.ConstantVelocity(), fe.PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))

@@ -152,7 +152,9 @@ def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pat
     assert len(list(tmp_path.iterdir())) == 5
 
 
-def test_a_sweep_of_a_line_and_of_one_without_a_predator(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_sweep_of_a_line_and_of_one_without_a_predator(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     flags = ["sweep", "--scenario", "paper-line", "--set", "num_agents=9"]
     flags += ["--seeds", "0:5", "--interaction-ranges", "0.1", "0.5"]
     line = fe.sweep(fe.LineScenario(num_agents=9), [0.1, 0.5], range(5))
@@ -160,7 +162,7 @@ def test_a_sweep_of_a_line_and_of_one_without_a_predator(capsys: pytest.CaptureF
     assert [row["mean"] for row in document["ranges"]] == line.values().mean(axis=1).tolist()
     alone = Ran(capsys, *flags, "--set", "predator_position=None", "--json").json()
     assert (alone["best_range"], alone["ranges"][0]["mean"]) == (None, None)
-    curve = Ran(capsys, *flags, "--set", "predator_position=None", "--output", "curve.png")
+    curve = Ran(capsys, *flags, "--set", "predator_position=None", "--output", tmp_path / "curve.png")
     assert curve.code == Exit.REFUSED
     assert "output: expected a .parquet or .csv file" in curve.err
 

@@ -16,6 +16,7 @@ from golden_episodes import cases as golden_episodes
 from network_outcomes import cases as networks
 from network_outcomes import policy_of
 from option_table import small_flock
+from watch_documents import needs_engine
 
 import flockesc_env as fe
 from flockesc_env import _core
@@ -33,10 +34,10 @@ ENGINE = ROOT / "flockesc_env" / "watch" / "engine"
 SCRIPT = Path(__file__).parents[1] / "support" / "engine.mjs"
 SEED, ACTIONS = 7, 40
 
-pytestmark = pytest.mark.skipif(
-    not (ENGINE / "flockesc_wasm.js").is_file() or shutil.which("node") is None,
-    reason="needs Node and the module of `make engine`",
-)
+pytestmark = [
+    needs_engine,
+    pytest.mark.skipif(not shutil.which("node"), reason="needs Node: `apt-get install nodejs`"),
+]
 
 Case = dict[str, Any]
 

@@ -64,9 +64,11 @@ def test_a_page_on_a_server_reads_the_files_beside_it(tab: Page, playground: str
     folder = Path(playground.removeprefix("file://")).parent
     spec = "shared/search-0"
     with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=folder)) as server:
-        threading.Thread(target=server.serve_forever).start()
-        open_page(tab, f"http://127.0.0.1:{server.server_port}/#seed={SEED}&policies={spec}&t=12")
-        server.shutdown()
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        try:
+            open_page(tab, f"http://127.0.0.1:{server.server_port}/#seed={SEED}&policies={spec}&t=12")
+        finally:
+            server.shutdown()
     expected = fe.load_policy(LEARNED / "shared" / "policies" / "search-0.npz").record(SEED, "paper-flock")
     assert tab.evaluate("[page.panels[0].run.spec, page.panels[0].run.objective]") == [spec, lowest(expected)]
 
