@@ -7,9 +7,9 @@ BIN := $(VENV)/bin
 UV := $(BIN)/uv
 # TORCH=cpu installs torch without CUDA (1 instead of 6 GB), from PyTorch's own index.
 INSTALL := $(UV) pip install --quiet $(TORCH:%=--torch-backend %) --constraint constraints.txt --requirement pyproject.toml
-# -rfEs lists failed tests, and the reasons of skipped ones, for example how to install a browser. Bytecode is kept, also
-# where the environment disables that: every worker and every child of a test imports in half the time.
-PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto -rfEs
+# -rfE lists failed tests. Bytecode is kept, also where the environment disables that: every worker and every child of a
+# test imports in half the time.
+PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto -rfE
 DEMO := runs/demo
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
@@ -60,12 +60,14 @@ robustness: build ## find the best fixed range of every flock preset (about 35 m
 validation: build ## measure published results of other models (about 60 minutes)
 	$(BIN)/python -m studies validation --output results/validation --page docs/validation.md
 
+# mypy takes one core beside Cargo.
 .PHONY: test
-test: lint test-rust test-python ## run linters and all tests except the slow ones
+test: ## run linters and all tests except the slow ones
+	+$(MAKE) --no-print-directory --jobs 2 test-python FIRST="lint test-rust"
 
 # Also prints the line coverage of the package. Child processes are not measured.
 .PHONY: test-all
-test-all: COVERAGE := --cov=flockesc_env --cov-report=
+test-all: export COVERAGE := --cov=flockesc_env --cov-report=
 test-all: engine test docs ## run all tests, including slow ones, and build the site: long runs, forks, interrupts, Ray, SLURM, notebooks
 	$(INSTALL) --extra ray
 	$(PYTEST) $(COVERAGE)term:skip-covered --cov-append tests/slow
@@ -73,10 +75,16 @@ test-all: engine test docs ## run all tests, including slow ones, and build the 
 # Stubtest reads the stubs alone: with the imports it takes half a minute more, and it overwrites mypy's cache.
 STUBTEST := [mypy]\nfollow_imports = skip\ncache_dir = /dev/null\n
 .PHONY: lint
-lint: build ## check formatting, lints, types and stubs
+lint: lint-rust lint-python ## check formatting, lints, types and stubs
+
+.PHONY: lint-rust
+lint-rust: build
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked --quiet -- --deny warnings
 	RUSTDOCFLAGS="--deny warnings" cargo doc --workspace --no-deps --locked --quiet
+
+.PHONY: lint-python
+lint-python: build
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
@@ -100,7 +108,7 @@ test-rust: $(UV) ## run the Rust tests
 
 # Each worker begins with half of the files, in order, so that fixtures of a file are set up once.
 .PHONY: test-python
-test-python: build ## run the Python tests
+test-python: build | $(FIRST) ## run the Python tests
 	$(PYTEST) $(COVERAGE) --dist worksteal
 
 # Requires a nightly compiler and cargo-fuzz. No sanitizer is used, because the core has no unsafe code.
@@ -213,7 +221,7 @@ mutants: build $(CARGO_TOOLS)/cargo-mutants ## mutation testing of samples of th
 	  --output runs
 
 .PHONY: instructions
-instructions: build ## count the instructions of a step with valgrind, and renew the counts that `make test` compares with
+instructions: build ## count the instructions of a step with valgrind, and renew the counts that `make test-all` compares with
 	$(BIN)/python -m benchmarks instructions
 
 .PHONY: audit

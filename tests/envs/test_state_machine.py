@@ -27,7 +27,7 @@ from hypothesis.stateful import (
 from option_table import UNLIKE, small_flock
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, FlockescError
+from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError
 from flockesc_env.render import RenderOptions
 
 RANDOM = {
@@ -172,16 +172,6 @@ class Machine(RuleBasedStateMachine):
     def restore_into_a_new_environment(self, saved: tuple[bytes, list[tuple[str, Any, Any]], bool]) -> None:
         self.env = type(self).make()
         self.restore(saved)
-
-    @rule(saved=saves, part=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255))
-    def restore_a_damaged_snapshot(
-        self, saved: tuple[bytes, list[tuple[str, Any, Any]], bool], part: float, flip: int
-    ) -> None:
-        """A truncated or extended snapshot is rejected and changes nothing."""
-        state = saved[0]
-        for damaged in (state[: int(part * len(state))], state + bytes([flip])):
-            with pytest.raises(FlockescError):
-                self.env.set_state(damaged)
 
     def teardown(self) -> None:
         twin = type(self).make()

@@ -14,6 +14,7 @@ from benchmarks import (
     PROJECT,
     flocks,
     frameworks,
+    instructions,
     line,
     page,
     peers,
@@ -72,15 +73,13 @@ def test_figures_are_drawn_from_the_file_alone(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", page.PAGES, ids=str)
-def test_the_tables_of_the_pages_show_the_committed_run(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(Path(__file__).parents[2])
+def test_the_tables_of_the_pages_show_the_committed_run(path: Path) -> None:
     text = path.read_text("utf-8")
     assert text.count("<!-- end -->") == {"README.md": 1, "performance.md": 6}[path.name]
     assert page.rendered(text, json.loads(Path("results/benchmarks/benchmarks.json").read_text())) == text
 
 
-def test_the_table_of_frameworks_shows_the_committed_measurements(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(Path(__file__).parents[2])
+def test_the_table_of_frameworks_shows_the_committed_measurements() -> None:
     text = frameworks.PAGE.read_text("utf-8")
     assert text.count("\n| stable-baselines3 PPO: [sb3_ppo.py]") == 1
     assert frameworks.rendered(text) == text
@@ -88,6 +87,11 @@ def test_the_table_of_frameworks_shows_the_committed_measurements(monkeypatch: p
     low, high = run["interval"]
     readme = " ".join(Path("README.md").read_text("utf-8").split())
     assert f"`{run['gain']:+.1f} m [{low:+.1f}, {high:+.1f}] over the best fixed range`" in readme
+
+
+def test_the_page_shows_the_committed_counts_of_instructions() -> None:
+    text = instructions.PAGE.read_text("utf-8")
+    assert instructions.rendered(text, json.loads(instructions.RESULTS.read_text())) == text
 
 
 @pytest.mark.parametrize("example", frameworks.CHANGES)
