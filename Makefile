@@ -60,34 +60,28 @@ robustness: build ## find the best fixed range of every flock preset (about 35 m
 validation: build ## measure published results of other models (about 60 minutes)
 	$(BIN)/python -m studies validation --output results/validation --page docs/validation.md
 
-# mypy takes one core beside Cargo.
 .PHONY: test
-test: ## run linters and all tests except the slow ones
-	+$(MAKE) --no-print-directory --jobs 2 test-python FIRST="lint test-rust"
+test: lint test-rust test-python ## run linters and all tests except the slow ones
 
 # Also prints the line coverage of the package. Child processes are not measured.
 .PHONY: test-all
-test-all: export COVERAGE := --cov=flockesc_env --cov-report=
+test-all: COVERAGE := --cov=flockesc_env --cov-report=
 test-all: engine test docs ## run all tests, including slow ones, and build the site: long runs, forks, interrupts, Ray, SLURM, notebooks
 	$(INSTALL) --extra ray
 	$(PYTEST) $(COVERAGE)term:skip-covered --cov-append tests/slow
 
 # Stubtest reads the stubs alone: with the imports it takes half a minute more, and it overwrites mypy's cache.
 STUBTEST := [mypy]\nfollow_imports = skip\ncache_dir = /dev/null\n
+# mypy uses one core, so Cargo runs beside it.
 .PHONY: lint
-lint: lint-rust lint-python ## check formatting, lints, types and stubs
-
-.PHONY: lint-rust
-lint-rust: build
-	cargo fmt --all --check
-	cargo clippy --workspace --all-targets --locked --quiet -- --deny warnings
-	RUSTDOCFLAGS="--deny warnings" cargo doc --workspace --no-deps --locked --quiet
-
-.PHONY: lint-python
-lint-python: build
+lint: build ## check formatting, lints, types and stubs
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/mypy
+	cargo fmt --all --check
+	$(BIN)/mypy & \
+	  cargo clippy --workspace --all-targets --locked --quiet -- --deny warnings && \
+	  RUSTDOCFLAGS="--deny warnings" cargo doc --workspace --no-deps --locked --quiet; checked=$$?; \
+	  wait $$! && exit $$checked
 	$(BIN)/python -m mypy.stubtest --mypy-config-file <(printf '$(STUBTEST)') flockesc_env._core
 
 # DOCS_ONLINE=1 also links names of other projects, whose inventories it downloads.
@@ -108,7 +102,7 @@ test-rust: $(UV) ## run the Rust tests
 
 # Each worker begins with half of the files, in order, so that fixtures of a file are set up once.
 .PHONY: test-python
-test-python: build | $(FIRST) ## run the Python tests
+test-python: build ## run the Python tests
 	$(PYTEST) $(COVERAGE) --dist worksteal
 
 # Requires a nightly compiler and cargo-fuzz. No sanitizer is used, because the core has no unsafe code.
