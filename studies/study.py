@@ -36,7 +36,7 @@ class Results:
     @classmethod
     def load(cls, folder: Path) -> Self:
         """Read the results in a folder."""
-        return cls.from_json((folder / RESULTS_FILE).read_text())
+        return cls.from_json((folder / RESULTS_FILE).read_text("utf-8"))
 
 
 def document(fields: Any) -> str:

@@ -39,7 +39,7 @@ class Setting:
     def model(self) -> FlockScenario | LineScenario:
         """The scenario object."""
         if Path(self.scenario).suffix == ".toml":
-            return FlockScenario.from_toml(Path(self.scenario).read_text())
+            return FlockScenario.from_toml(Path(self.scenario).read_text("utf-8"))
         return preset(self.scenario)
 
     @property

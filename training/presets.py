@@ -51,7 +51,7 @@ class Preset:
 def presets() -> dict[str, Preset]:
     """Return the presets of ``training/configs`` by name."""
     return {
-        file.stem: _preset(tomllib.loads(file.read_text()), file.stem)
+        file.stem: _preset(tomllib.loads(file.read_text("utf-8")), file.stem)
         for file in sorted(PRESETS.glob("*.toml"))
     }
 

@@ -59,7 +59,7 @@ class RunRecord:
         """
         path = run / CONFIG_FILE
         try:
-            document = json.loads(path.read_text())
+            document = json.loads(path.read_text("utf-8"))
             args_type = TYPES[document["learner"]]
             known = {field.name for field in dataclasses.fields(args_type)}
             given = {name: value for name, value in document["args"].items() if name in known}

@@ -113,4 +113,4 @@ class FlockTask(Task):
     def get_from_yaml(self, path: str | None = None) -> TaskClass:
         """Return the task of a yaml file; ``None``: the task's own file."""
         file = CONFIGS / f"{self.name.lower()}.yaml" if path is None else Path(path)
-        return self.get_task(yaml.safe_load(file.read_text()))
+        return self.get_task(yaml.safe_load(file.read_text("utf-8")))

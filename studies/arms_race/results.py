@@ -87,7 +87,7 @@ def load_race(folder: Path) -> RaceResults:
     table = pl.read_parquet(folder / CROSS_PLAY_FILE)
     objective = values_by(table, "flock_policy", "predator")
     return RaceResults(
-        record=json.loads((folder / RECORD_FILE).read_text()),
+        record=json.loads((folder / RECORD_FILE).read_text("utf-8")),
         trainings=pl.read_parquet(folder / TRAININGS_FILE),
         flocks=_by_track(table["flock_policy"]),
         predators=_by_track(table["predator"]),

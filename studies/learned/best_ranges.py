@@ -50,7 +50,7 @@ def best_ranges(results: Path, study: Study) -> BestRanges | None:
     table = demo / "grid_search.parquet"
     if not all(file.is_file() for file in (*files, table)):
         return None
-    paper, robustness, comparison = (json.loads(file.read_text()) for file in files)
+    paper, robustness, comparison = (json.loads(file.read_text("utf-8")) for file in files)
     arguments = comparison["args"]
     (claim,) = (claim for claim in paper["claims"] if claim["where"] == "V, Fig. 9b")
     (preset,) = (preset for preset in robustness["presets"] if preset["name"] == "paper-flock")

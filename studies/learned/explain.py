@@ -85,7 +85,7 @@ def write_explanations(study: Study, setting: Setting, runner: Runner) -> None:
     if study.setting in WATCHED:
         measure_listening(policy_of(file), study.folder / LISTENING_FILE)
     headline = {"explained": study.best_learner, "explained_seed": study.best_seed}
-    write_text(path, document(json.loads(path.read_text()) | headline))
+    write_text(path, document(json.loads(path.read_text("utf-8")) | headline))
 
 
 def ablation(file: bytes, setting: Setting, flocks: int, runner: Runner) -> pl.DataFrame:

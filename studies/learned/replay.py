@@ -157,4 +157,4 @@ def _write(study: Study, played: Played, best: float) -> None:
     played.write(study.folder)
     path = study.folder / STUDY_FILE
     if study.best_fixed_range != best:
-        write_text(path, document(json.loads(path.read_text()) | {"best_fixed_range": best}))
+        write_text(path, document(json.loads(path.read_text("utf-8")) | {"best_fixed_range": best}))

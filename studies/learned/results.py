@@ -201,7 +201,7 @@ def load_studies(results: Path) -> list[Study]:
 
 def _document(path: Path) -> dict[str, Any]:
     try:
-        document: dict[str, Any] = json.loads(path.read_text())
+        document: dict[str, Any] = json.loads(path.read_text("utf-8"))
     except (OSError, ValueError) as error:
         raise RecordError(str(path), "a study", repr(error)) from None
     return document

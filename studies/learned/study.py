@@ -141,7 +141,7 @@ def _collect(runs: Sequence[TrainingRun], folder: Path) -> None:
     for name, seed, source in runs:
         shutil.copy(source / POLICY_FILE, folder / POLICIES / f"{name}-{seed}.npz")
         origin = {"learner": name, "training_seed": seed}
-        outputs.append({**origin, **json.loads((source / RUN_FILE).read_text())})
+        outputs.append({**origin, **json.loads((source / RUN_FILE).read_text("utf-8"))})
         labels = [pl.lit(label).alias(column) for column, label in origin.items()]
         curves.append(pl.read_parquet(source / CURVE_FILE).select(*labels, pl.all()))
     write_table(pl.DataFrame(outputs), folder / "runs.parquet")

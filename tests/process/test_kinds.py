@@ -23,7 +23,7 @@ from flockesc_env.scenario import initial, motion, neighbors, predators, randomi
 from flockesc_env.scenario.line import EscapeForce
 from flockesc_env.scenario.presets import PRESETS
 
-DOCS = (Path(__file__).parents[2] / "docs" / "model.md").read_text()
+DOCS = (Path(__file__).parents[2] / "docs" / "model.md").read_text("utf-8")
 SECTIONS = DOCS.partition("\n## Code\n")[0]
 """The page without its table of code, which also names every part."""
 

@@ -29,7 +29,7 @@ LAYERS += ["training", "studies", "benchmarks", "playground"]
 def imported(path: Path) -> set[str]:
     """Return the full names of all imports of a module, also inside functions."""
     names = set()
-    for part in ast.walk(ast.parse(path.read_text())):
+    for part in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(part, ast.Import):
             names |= {alias.name for alias in part.names}
         elif isinstance(part, ast.ImportFrom):

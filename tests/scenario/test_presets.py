@@ -26,7 +26,7 @@ GOLDEN = Path(__file__).parents[1] / "golden" / "presets.json"
 def test_presets_have_not_changed() -> None:
     """A changed default makes another scenario under the same name, so results would not be comparable."""
     documents = {name: json.loads(fe.preset(name).to_json()) for name in fe.PRESETS}
-    assert documents == json.loads(GOLDEN.read_text())
+    assert documents == json.loads(GOLDEN.read_text("utf-8"))
 
 
 def test_presets_differ_as_described() -> None:

@@ -56,7 +56,7 @@ def test_no_two_performance_profiles_have_the_same_color() -> None:
 
 
 def test_labels_of_the_benchmarks_hide_nothing(tmp_path: Path) -> None:
-    document = json.loads((RESULTS / "benchmarks" / "benchmarks.json").read_text())
+    document = json.loads((RESULTS / "benchmarks" / "benchmarks.json").read_text("utf-8"))
     drawn: list[Figure] = []
     with mock.patch.object(plots, "save_figure", side_effect=lambda figure, *_: drawn.append(figure)):
         plots.draw([Record.from_document(entry) for entry in document["records"]], tmp_path)

@@ -61,9 +61,9 @@ def test_verdicts_follow_one_rule(share: float, in_expectation: bool, expected: 
 
 def test_equations_name_functions_and_tests_that_exist() -> None:
     for row in EQUATIONS:
-        text = (ROOT / row.file).read_text()
+        text = (ROOT / row.file).read_text("utf-8")
         assert re.search(rf"\b(fn|def) {row.function}\b", text), row
-        assert f"def {row.test}(" in (ROOT / row.test_file).read_text(), row
+        assert f"def {row.test}(" in (ROOT / row.test_file).read_text("utf-8"), row
 
 
 def test_curves_equal_those_of_simulate() -> None:
@@ -116,14 +116,14 @@ def test_the_paper_is_reproduced(
     ran = Ran(capsys, "paper", *flags, run=STUDIES.main)
     assert ran.code == Exit.DONE
     results = PaperResults.load(output)
-    document = json.loads((output / RESULTS_FILE).read_text())
+    document = json.loads((output / RESULTS_FILE).read_text("utf-8"))
     assert {**document, "command": "paper", "output": str(output)} == ran.json()
     assert json.loads(results.to_json()) == document
     files = {path.name for path in output.iterdir()}
     pictures = {name.removesuffix(".png") for name in files if name.endswith(".png")}
     assert len(pictures) == 12
     assert {f"{name}.svg" for name in pictures} <= files
-    markdown, html = page.read_text(), (output / "paper.html").read_text()
+    markdown, html = page.read_text("utf-8"), (output / "paper.html").read_text("utf-8")
     assert "](paper/figure_9.png)" in markdown
     for claim in results.claims:
         assert claim.holds_if in markdown
@@ -153,14 +153,14 @@ def test_the_paper_is_reproduced(
 def test_the_committed_page_follows_from_the_committed_results() -> None:
     results = PaperResults.load(COMMITTED)
     page = ROOT / "docs" / "paper.md"
-    assert page.read_text() == markdown_page(results, COMMITTED, page)
-    assert (COMMITTED / "paper.html").read_text() == html_page(results, COMMITTED)
+    assert page.read_text("utf-8") == markdown_page(results, COMMITTED, page)
+    assert (COMMITTED / "paper.html").read_text("utf-8") == html_page(results, COMMITTED)
     assert results.trials == Trials()
     (best,) = (claim.measured[0].value for claim in results.claims if claim.where == "V, Fig. 9b")
-    readme = (ROOT / "README.md").read_text()
+    readme = (ROOT / "README.md").read_text("utf-8")
     assert f"{best.mean:g} m is the best fixed range in expectation" in readme
     assert f"95 % interval {best.low:g} to {best.high:g} m" in readme
-    for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text()):
+    for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text("utf-8")):
         assert (page.parent / picture).is_file()
 
 

@@ -65,7 +65,7 @@ def test_the_bandit_is_tuned_on_tuning_flocks_and_paired_on_held_out_ones(
 def test_the_committed_page_follows_from_the_committed_results() -> None:
     related = ROOT / "docs" / "related.md"
     results = RelatedResults.load(COMMITTED / "related")
-    assert related.read_text() == related_page(results, COMMITTED / "related", related)
+    assert related.read_text("utf-8") == related_page(results, COMMITTED / "related", related)
 
 
 def test_the_committed_page_of_the_arms_race_follows_from_its_results(

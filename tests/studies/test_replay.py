@@ -84,7 +84,7 @@ def test_differences_in_the_last_bit_are_found_and_replaced(
 ) -> None:
     folder = results / "tiny"
     before = {name: pl.read_parquet(folder / name) for name in ("episodes.parquet", "grid.parquet")}
-    document = (folder / "study.json").read_text()
+    document = (folder / "study.json").read_text("utf-8")
     first = pl.col("seed") < 2_000_002
     bump(folder / "episodes.parquet", (pl.col("policy") == "search") & (pl.col("training_seed") == 1) & first)
     bump(folder / "episodes.parquet", pl.col("policy").is_in([BEST_FIXED, "stubborn-leaders"]))
@@ -106,6 +106,6 @@ def test_differences_in_the_last_bit_are_found_and_replaced(
 
     assert run(results, capsys, "--write").code == Exit.DONE
     assert run(results, capsys).code == Exit.DONE
-    assert (folder / "study.json").read_text() == document
+    assert (folder / "study.json").read_text("utf-8") == document
     for name, table in before.items():
         assert pl.read_parquet(folder / name).equals(table), name

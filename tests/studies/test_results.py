@@ -211,6 +211,6 @@ def test_the_committed_page_and_table_are_those_of_the_committed_results(
     summaries = check_results(without_intervals)
     assert {summary.study.setting for summary in summaries} <= set(QUESTIONS)
     page = ROOT / "docs" / "results.md"
-    for text in (page.read_text(), page.with_name(DETAILS).read_text()):
+    for text in (page.read_text("utf-8"), page.with_name(DETAILS).read_text("utf-8")):
         for picture in re.findall(r"\]\((.*?\.png)\)", text):
             assert (page.parent / picture).is_file()

@@ -107,7 +107,7 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
     )
     ran = Ran(capsys, "robustness", *flags, "--json", run=STUDIES.main)
     assert ran.code == Exit.DONE, ran.err
-    text = (output / RESULTS_FILE).read_text()
+    text = (output / RESULTS_FILE).read_text("utf-8")
     results = RobustnessResults.from_json(text)
     assert results.to_json() == text
     assert json.loads(ran.out)["results"] == json.loads(text)
@@ -119,7 +119,7 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
         "robustness.png",
         "robustness.svg",
     }
-    page = (output / "robustness.md").read_text()
+    page = (output / "robustness.md").read_text("utf-8")
     assert page == markdown_page(results, output, output / "robustness.md")
     for row in results.presets:
         told = sweep(attacked_presets()[row.name], row.grid.actions, range(2, 4))
@@ -137,13 +137,13 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert again.code == Exit.DONE
     assert "paper-flock" in again.out
     assert {path: path.stat().st_mtime_ns for path in (output / "cache").iterdir()} == stamps
-    assert (output / RESULTS_FILE).read_text() == text
+    assert (output / RESULTS_FILE).read_text("utf-8") == text
 
 
 def test_the_committed_page_follows_from_the_committed_results() -> None:
     results = RobustnessResults.load(COMMITTED)
     page = ROOT / "docs" / "robustness.md"
-    assert page.read_text() == markdown_page(results, COMMITTED, page)
+    assert page.read_text("utf-8") == markdown_page(results, COMMITTED, page)
     assert results.num_flocks >= 500
     assert {row.name for row in results.presets} == set(attacked_presets())
     assert (COMMITTED / "robustness.png").is_file()

@@ -25,8 +25,8 @@ COMMITTED = ROOT / "results" / "validation"
 def test_the_committed_page_follows_from_the_committed_results() -> None:
     results = ValidationResults.load(COMMITTED)
     page = ROOT / "docs" / "validation.md"
-    assert page.read_text() == markdown_page(results, COMMITTED, page)
-    assert results.to_json() == (COMMITTED / RESULTS_FILE).read_text()
+    assert page.read_text("utf-8") == markdown_page(results, COMMITTED, page)
+    assert results.to_json() == (COMMITTED / RESULTS_FILE).read_text("utf-8")
     assert all((COMMITTED / f"{name}.png").is_file() for name in results.parts)
 
 
@@ -49,7 +49,7 @@ def test_one_part_is_measured_and_the_others_keep_their_results(
     assert measured.results.num_flocks == (4, 4)
     assert measured.minutes is not None
     assert (tmp_path / "robust_consensus.png").is_file()
-    assert page.read_text() == markdown_page(found, tmp_path, page)
+    assert page.read_text("utf-8") == markdown_page(found, tmp_path, page)
 
 
 @pytest.mark.parametrize("flags", [["--only", "wings"], ["--scale", "0"]], ids=lambda flags: flags[0])

@@ -141,13 +141,13 @@ def check_results(shown: Shown = str) -> list[Summary]:
     """Compare docs/results.md, its details and the table of the README; return what they show."""
     folder, page = RESULTS / "learned", ROOT / "docs" / "results.md"
     summaries = summarize(load_studies(folder))
-    assert shown(page.read_text()) == shown(markdown_page(summaries, folder, page))
+    assert shown(page.read_text("utf-8")) == shown(markdown_page(summaries, folder, page))
     details = page.with_name(DETAILS)
-    assert shown(details.read_text()) == shown(details_page(summaries, folder, details))
-    assert shown(readme_table(summaries)) in shown((ROOT / "README.md").read_text())
+    assert shown(details.read_text("utf-8")) == shown(details_page(summaries, folder, details))
+    assert shown(readme_table(summaries)) in shown((ROOT / "README.md").read_text("utf-8"))
     return summaries
 
 
 def check_race(shown: Shown = str) -> None:
     folder, page = RESULTS / "arms_race", ROOT / "docs" / "arms-race.md"
-    assert shown(page.read_text()) == shown(race_page(load_race(folder), folder, page))
+    assert shown(page.read_text("utf-8")) == shown(race_page(load_race(folder), folder, page))

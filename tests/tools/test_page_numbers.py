@@ -103,7 +103,7 @@ def test_the_numbers_in_the_texts_of_the_playground() -> None:
     learned = fe.rollout("paper-flock", str(BEST), seeds).min_mean_distance
     kept = np.vstack([fixed, learned])
     chapters, predict = (
-        (ROOT / "playground" / f"{name}.html").read_text() for name in ("chapters", "predict")
+        (ROOT / "playground" / f"{name}.html").read_text("utf-8") for name in ("chapters", "predict")
     )
     note = chapters.partition('id="chosen-note"')[2]
     said = [float(number) for number in re.findall(r"\d+\.\d", note)]
@@ -121,7 +121,7 @@ def test_the_chapters_say_what_their_flocks_do() -> None:
     cosine /= np.linalg.norm(to_predator, axis=-1) * np.linalg.norm(learned.velocities[:60], axis=-1)
     angle, ranges = np.degrees(np.arccos(cosine)), learned.interaction_ranges[:60]
     toward, past = ranges[angle < 60].mean(), ranges[(angle >= 90) & (angle < 135)].mean()
-    said = re.findall(r"within (\d+\.\d) m", (ROOT / "playground" / "chapters.html").read_text())
+    said = re.findall(r"within (\d+\.\d) m", (ROOT / "playground" / "chapters.html").read_text("utf-8"))
     assert said == [f"{toward:.1f}", f"{past:.1f}"]
 
 
@@ -131,7 +131,7 @@ def test_the_answer_is_the_published_curve_and_flocks_of_the_page(
     open_at()
     tab.fill("#guess", "32")  # 10 m on the square-root scale
     tab.click("#predict-show")
-    results = json.loads((ROOT / "results" / "robustness" / "results.json").read_text())
+    results = json.loads((ROOT / "results" / "robustness" / "results.json").read_text("utf-8"))
     (entry,) = (entry for entry in results["presets"] if entry["name"] == "paper-flock")
     curve = dict(zip(entry["grid"]["actions"], entry["outcomes"]["J_mean"]["curve"], strict=True))
     wait(tab, "page.controls.prediction.total - page.controls.prediction.jobs.length > 12")
