@@ -16,6 +16,7 @@ from benchmarks.line import line
 from benchmarks.measure import Comparison, Record, measure
 from benchmarks.peers.model import Peer
 from benchmarks.size import size
+from flockesc_env.cli.flags import NUMBERS
 from flockesc_env.cli.output import prepare_terminal
 from flockesc_env.common.files import write_text
 
@@ -128,4 +129,8 @@ def _rewrite(path: Path, rendered: Callable[[str, dict[str, Any]], str], documen
 
 if __name__ == "__main__":
     prepare_terminal()
-    app.cli(prog="python -m benchmarks", description="Measure the speed of this project and its peers.")
+    app.cli(
+        prog="python -m benchmarks",
+        description="Measure the speed of this project and its peers.",
+        registry=NUMBERS,
+    )

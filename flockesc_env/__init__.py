@@ -12,6 +12,8 @@
 - Files: ``save_run`` and ``load_run`` for runs, ``save_policy`` and ``load_policy`` for policies.
 """
 
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+
 import gymnasium as _gymnasium
 
 import flockesc_env.notebook as _notebook  # noqa: F401, results show themselves in notebooks
@@ -29,7 +31,6 @@ from flockesc_env.common.errors import (
 )
 from flockesc_env.envs.gymnasium import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
-from flockesc_env.envs.pettingzoo import FlockParallelEnv, env, parallel_env, raw_env
 from flockesc_env.envs.pursuit import FlockPursuitEnv
 from flockesc_env.envs.vector import AgentVectorEnv, FlockVectorEnv
 from flockesc_env.episodes.options import EnvOptions, LineOptions
@@ -90,6 +91,9 @@ from flockesc_env.scenario.predators import (
 )
 from flockesc_env.scenario.presets import PRESETS, preset
 from flockesc_env.scenario.randomization import Choice, LogUniform, Uniform
+
+if _TYPE_CHECKING:
+    from flockesc_env.envs.pettingzoo import FlockParallelEnv, env, parallel_env, raw_env
 
 __all__ = [
     "PRESETS",
@@ -208,3 +212,12 @@ _gymnasium.register(
 _gymnasium.register("flockesc/FlockAgents-v0", vector_entry_point="flockesc_env.envs.vector:AgentVectorEnv")
 _gymnasium.register("flockesc/FlockPursuit-v0", "flockesc_env.envs.pursuit:FlockPursuitEnv")
 _gymnasium.register("flockesc/LineEscape-v0", "flockesc_env.envs.line:LineEscapeEnv")
+
+
+def __getattr__(name: str) -> object:
+    """Import PettingZoo's environments at their first use: PettingZoo fails in a deleted working folder."""
+    if name in {"FlockParallelEnv", "env", "parallel_env", "raw_env"}:
+        from flockesc_env.envs import pettingzoo
+
+        return getattr(pettingzoo, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flockesc_env.common.checks import as_count
-from flockesc_env.common.extras import MissingExtraError, require
+from flockesc_env.common.extras import MissingExtraError, figure_style
 from flockesc_env.common.notebook import to_html
 from flockesc_env.models.simulate import LineTrajectory, Trajectory
 from flockesc_env.models.sweep import SweepResult
@@ -102,9 +102,13 @@ def _(episodes: Episodes | LineEpisodes) -> str:
 def _moment(runs: Sequence[tuple[str, Trajectory]]) -> str:
     """Return a picture of flocks in the plane at their smallest mean predator distance, or nothing."""
     try:
-        require("analysis", ["matplotlib"])
+        return _flocks(runs)
     except MissingExtraError:
         return ""
+
+
+@figure_style()
+def _flocks(runs: Sequence[tuple[str, Trajectory]]) -> str:
     from matplotlib.figure import Figure  # optional and slow to import
 
     figure = Figure(figsize=(3.2 * len(runs), 3.4), layout="constrained")
@@ -119,9 +123,9 @@ def _moment(runs: Sequence[tuple[str, Trajectory]]) -> str:
     return f'<img alt="flocks" src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
 
 
+@figure_style()
 def _paths(run: LineTrajectory) -> Figure:
     """Return the positions of a line's agents over time, with the predator and its range."""
-    require("analysis", ["matplotlib"])
     from matplotlib.figure import Figure  # optional and slow to import
 
     figure = Figure(figsize=(6.0, 3.2), layout="constrained")
@@ -148,6 +152,7 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     return f"<table><thead>{line('th', heads)}</thead><tbody>{body}</tbody></table>"
 
 
+@figure_style()
 def _picture(figure: Figure) -> str:
     """Return a figure as an image in SVG, whose names do not collide with those of other images."""
     import matplotlib as mpl  # optional and slow to import

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from flockesc_env import FlockScenario, LineScenario, preset
+from flockesc_env.common.files import suffix_of
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, Objective, ObjectiveSpec
 
 
@@ -38,7 +39,7 @@ class Setting:
     @property
     def model(self) -> FlockScenario | LineScenario:
         """The scenario object."""
-        if Path(self.scenario).suffix == ".toml":
+        if suffix_of(self.scenario) == ".toml":
             return FlockScenario.from_toml(Path(self.scenario).read_text("utf-8"))
         return preset(self.scenario)
 

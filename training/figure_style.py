@@ -21,6 +21,7 @@ RANGES = LinearSegmentedColormap.from_list("ranges", LIGHT.ranges)
 BAND = "0.88"
 """Gray of the interval around a curve."""
 
+mpl.rcdefaults()  # instead of the user's matplotlibrc
 mpl.rcParams.update(
     {
         "font.size": 9,

@@ -19,6 +19,7 @@ from flockesc_env.benchmark.results import Result
 from flockesc_env.benchmark.statistics import intervals, profile
 from flockesc_env.benchmark.tasks import task_of
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.extras import figure_style
 from flockesc_env.common.stats import Estimate, FloatArray
 
 RESAMPLES: Final = 2000
@@ -186,6 +187,7 @@ def _estimates(points: FloatArray, ends: FloatArray) -> list[Estimate]:
     return [Estimate(*map(float, row)) for row in zip(points, ends[0], ends[1], strict=True)]
 
 
+@figure_style()
 def write_figure(results: Sequence[Result], path: Path) -> None:
     """Write the figure of ``profiles``."""
     profiles(results).savefig(path, dpi=150)

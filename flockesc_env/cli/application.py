@@ -6,6 +6,7 @@ raise the package's errors; ``Application.main`` converts them to messages and e
 
 from __future__ import annotations
 
+import inspect
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -17,6 +18,7 @@ import tyro
 
 from flockesc_env._core import __version__
 from flockesc_env.cli.exits import MEANINGS, Exit
+from flockesc_env.cli.flags import NUMBERS, similar_field
 from flockesc_env.cli.output import flush, note, prepare_terminal, show
 from flockesc_env.common.errors import ArgumentError, FlockescError, JobError, printable, shown_name
 
@@ -103,13 +105,20 @@ class Application:
             return command._run(flags)
         is_help = not {"-h", "--help"}.isdisjoint(flags)
         stdout: Any = _ShortUsage(sys.stdout) if is_help else sys.stdout
-        with redirect_stdout(stdout):
-            return tyro.cli(
-                command,
-                prog=f"{self.program} {name}",
-                args=list(map(_printable_name, flags)),
-                config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
-            )
+        try:
+            with redirect_stdout(stdout):
+                return tyro.cli(
+                    command,
+                    prog=f"{self.program} {name}",
+                    args=list(map(_printable_name, flags)),
+                    config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
+                    registry=NUMBERS,
+                )
+        except SystemExit as stop:  # tyro suggests similar flags, but not fields
+            known = inspect.signature(command).parameters
+            if stop.code and "scenario" in known and (field := similar_field(flags, known)):
+                note(f"{field} is a field of the scenario; set it with --set {field}=VALUE")
+            raise
 
 
 def _listed() -> Exit:

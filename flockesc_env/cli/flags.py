@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any
 
 from tyro.conf import DisallowNone, UseAppendAction, arg
-from tyro.constructors import PrimitiveConstructorSpec
+from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
+from flockesc_env.common.checks import parse_number
 from flockesc_env.common.errors import ArgumentError, ScenarioError, shown, shown_name
+from flockesc_env.common.files import suffix_of
 from flockesc_env.common.json_text import parse_json
 from flockesc_env.scenario.document import from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
@@ -31,9 +34,27 @@ def switch(help_: str) -> Any:
     return arg(help=help_, help_behavior_hint="(default: off)")
 
 
+NUMBERS = ConstructorRegistry()
+"""How tyro reads the numbers of flags."""
+
+
+@NUMBERS.primitive_rule
+def _number(flag: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    kind = flag.type
+    if kind not in {int, float}:
+        return None
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=kind.__name__.upper(),
+        instance_from_str=lambda words: parse_number(words[0], kind),
+        is_instance=lambda value: type(value) in {int, kind},
+        str_from_instance=lambda value: [str(value)],
+    )
+
+
 def _range(words: list[str]) -> range:
     try:
-        start, stop = map(int, words[0].split(":"))
+        start, stop = (parse_number(word, int) for word in words[0].split(":"))
     except ValueError:
         raise ValueError(f"expected START:STOP, two integers, got {words[0]!r}") from None  # tyro prints it
     return range(start, stop)
@@ -97,6 +118,14 @@ def model_of(scenario: Scenario) -> str:
     return next(name for name, model in MODELS.items() if isinstance(scenario, model))
 
 
+def similar_field(flags: Sequence[str], known: Collection[str]) -> str | None:
+    """Return the field of a scenario that is similar to an unknown flag, or ``None``."""
+    fields = {field.name for model in MODELS.values() for field in dataclasses.fields(model)}
+    names = [word[2:].partition("=")[0].replace("-", "_") for word in flags if word.startswith("--")]
+    unknown = [name for name in names if name not in known]
+    return next((field for name in unknown for field in get_close_matches(name, fields, 1, 0.85)), None)
+
+
 def scenario_named(name: str) -> Scenario:
     """Return a preset or the scenario in a file.
 
@@ -111,7 +140,7 @@ def scenario_named(name: str) -> Scenario:
         raise ScenarioError("scenario", f"a file or one of {', '.join(PRESETS)}", shown_name(name, PRESETS))
     try:
         text = path.read_text(encoding="utf-8-sig")
-        return _read(text, is_toml=path.suffix == ".toml")
+        return _read(text, is_toml=suffix_of(path) == ".toml")
     except UnicodeDecodeError as error:
         raise ScenarioError(str(path), "TOML or JSON", error) from None
     except ScenarioError as error:

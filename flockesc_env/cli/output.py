@@ -16,8 +16,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import tyro
+
 from flockesc_env.common.errors import ArgumentError, printable
-from flockesc_env.common.files import check_writable
+from flockesc_env.common.files import check_writable, suffix_of
 
 _MIN_COLUMNS = 40
 
@@ -26,7 +28,11 @@ def prepare_terminal() -> None:
     """Redirect closed streams to the null device; replace characters that a stream cannot encode.
 
     A narrower terminal counts as ``_MIN_COLUMNS`` wide, because tyro's layout never ends in 1 to 6 columns.
+    With ``NO_COLOR`` tyro prints no colors. Commands write figures to files, so ``MPLBACKEND`` is dropped:
+    Matplotlib does not import if it names an unknown backend.
     """
+    tyro._experimental_options["ansi_codes"] = not os.environ.get("NO_COLOR")
+    os.environ.pop("MPLBACKEND", None)
     if shutil.get_terminal_size().columns < _MIN_COLUMNS:
         os.environ["COLUMNS"] = str(_MIN_COLUMNS)
     sys.stdout = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115, open until exit
@@ -77,7 +83,7 @@ def check_output(path: Path | None, suffixes: Sequence[str], field: str = "outpu
     if path is None:
         return
     given = repr(str(path))
-    if path.suffix not in suffixes:
+    if suffix_of(path) not in suffixes:
         raise ArgumentError(field, f"a file that ends in {' or '.join(suffixes)}", given)
     if not path.parent.is_dir():
         raise ArgumentError(field, "a file in an existing folder", given)

@@ -11,6 +11,7 @@ from typing import Any
 
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
+from flockesc_env.common.files import suffix_of
 from flockesc_env.policies.files import SUFFIX, find_policy
 from flockesc_env.policies.registry import NAMES, NamedPolicy
 from flockesc_env.policies.sb3 import SB3Policy
@@ -34,7 +35,7 @@ def policy_of(spec: str, argument: str = "policies") -> NamedPolicy:
         RecordError: if the file is damaged or is not a policy.
     """
     module, is_code, function = spec.partition(":")
-    if not is_code or module == "fixed" or spec.endswith(SUFFIX):
+    if not is_code or module == "fixed" or suffix_of(spec) == SUFFIX:
         return find_policy(spec, argument)
     if str(Path.cwd()) not in sys.path:
         sys.path.append(str(Path.cwd()))  # the script `flockesc` does not search there

@@ -25,8 +25,8 @@ from flockesc_env.cli.flags import (
 from flockesc_env.cli.output import check_output, note, show, show_json, table
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.common.extras import MissingExtraError, require
-from flockesc_env.common.files import atomic_write
+from flockesc_env.common.extras import MissingExtraError, figure_style, require
+from flockesc_env.common.files import atomic_write, suffix_of
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.objectives import (
     FLOCK_OBJECTIVES,
@@ -102,12 +102,13 @@ def run(
     Example: flockesc sweep --max-range 50 --seeds 0:100 --output sweep.parquet
     """
     check_output(output, [*_TABLES, *_PICTURES])
+    is_picture = output is not None and suffix_of(output) in _PICTURES
     if output is not None:
-        require("analysis", ["matplotlib", "scipy"] if output.suffix in _PICTURES else ["polars"])
+        require("analysis", ["matplotlib", "scipy"] if is_picture else ["polars"])
     chosen = scenario.build()
     objective_ = _objective(chosen, objective)
     spec = objectives_of(chosen)[objective_]
-    if output is not None and output.suffix in _PICTURES and not spec.is_defined_in(chosen):
+    if is_picture and not spec.is_defined_in(chosen):
         expected = f"a .parquet or .csv file for {objective_} without {spec.requires}"
         raise ArgumentError("output", expected, repr(str(output)))
     ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
@@ -220,12 +221,14 @@ def _in_chunks(
 
 
 def _write(result: SweepResult, objective: str, path: Path) -> None:
-    if path.suffix == ".parquet":
+    suffix = suffix_of(path)
+    if suffix == ".parquet":
         result.to_parquet(path)
         return
     with atomic_write(path) as file:
-        if path.suffix in _PICTURES:
-            result.plot(objective).savefig(file, format=path.suffix[1:], dpi=150)
+        if suffix in _PICTURES:
+            with figure_style():
+                result.plot(objective).savefig(file, format=suffix[1:], dpi=150)
         else:
             result.table().write_csv(file)
 

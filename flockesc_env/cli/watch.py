@@ -17,7 +17,7 @@ from flockesc_env.cli.simulate import BEST_RANGE
 from flockesc_env.common.checks import as_seed
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
-from flockesc_env.common.files import write_text
+from flockesc_env.common.files import suffix_of, write_text
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.models import records
 from flockesc_env.models.simulate import Trajectory
@@ -72,7 +72,7 @@ def run(
     found = [] if files else [(spec, policy_of(spec)) for spec in policies]
     if not files and not found:
         raise ArgumentError("policies", "at least one", "none")
-    if output is not None and output.suffix in _VIDEOS:
+    if output is not None and suffix_of(output) in _VIDEOS:
         _write_video(_load_runs(files) or _record(found, seed, chosen), output, always=progress)
         note(f"saved: {output}")
         return Exit.DONE
@@ -102,7 +102,7 @@ def _policy_page(policies: _Policies, seed: int, scenario: FlockScenario) -> str
     runs = _record(recorded, seed, scenario)
     indices = {spec: f"recording:{index}" for index, (spec, _) in enumerate(recorded)}
     shown = [page_spec(spec, policy) or indices[spec] for spec, policy in policies]
-    networks = [file_document(Path(spec), spec, _GROUP) for spec in shown if spec.endswith(SUFFIX)]
+    networks = [file_document(Path(spec), spec, _GROUP) for spec in shown if suffix_of(spec) == SUFFIX]
     name, documents = worlds(scenario, {"paper-flock": BEST_RANGE})
     start = {
         "world": name,

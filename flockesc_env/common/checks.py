@@ -30,7 +30,22 @@ _BYTES_PER_SEED = 200
 """The seed in two lists, its outcomes in the core and a number in each of ten columns."""
 
 _T = TypeVar("_T")
+_Number = TypeVar("_Number", int, float)
 _Error = type[InputError]
+
+
+def parse_number(text: str, kind: type[_Number]) -> _Number:
+    """Return the int or float that a text spells in ASCII, without underscores.
+
+    Raises:
+        ValueError: if the text is not such a number.
+    """
+    try:
+        if text.isascii() and "_" not in text:
+            return kind(text)
+    except ValueError:
+        pass
+    raise ValueError(f"expected {'an integer' if kind is int else 'a number'}, got {shown(text)}")
 
 
 def as_integer(value: Any, field: str, error: _Error = ArgumentError) -> int:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +34,16 @@ def require(extra: str, modules: Iterable[str]) -> None:
         if find_spec(module) is None:
             command = f'pip install "flockesc-env[{extra}]"'
             raise MissingExtraError(f"{module} is not installed; run `{command}`")
+
+
+@contextmanager
+def figure_style() -> Iterator[None]:
+    """Draw the figures of a block or function in Matplotlib's default style instead of the user's."""
+    require("analysis", ["matplotlib"])
+    from matplotlib import style  # optional and slow to import
+
+    with style.context("default"):
+        yield
 
 
 def data_frame(columns: Mapping[str, Any]) -> pl.DataFrame:

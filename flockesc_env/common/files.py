@@ -28,6 +28,11 @@ def atomic_write(path: Path, *, durable: bool = True) -> Iterator[BinaryIO]:
     yield from _writing(path, durable)
 
 
+def suffix_of(path: str | Path) -> str:
+    """Return the suffix of a file's name in lower case, with its dot."""
+    return Path(path).suffix.lower()
+
+
 def check_writable(path: Path) -> None:
     """Check that ``atomic_write`` can open ``path``, and change nothing. Folders may still be missing."""
     nearest = path

@@ -38,15 +38,18 @@ class Cache:
         return self.find(job) is not None
 
     def find(self, job: Job) -> Arrays | None:
-        """Return the results of a job, or None if they are missing or, with a warning, damaged."""
+        """Return the results of a job, or None if they are missing or, with a warning, cannot be read."""
         path = self.path(job)
         try:
             packed = read_sealed(path, job.key)
         except FileNotFoundError:
             return None
+        except (IsADirectoryError, PermissionError):
+            packed = None
         if packed is None:
-            message = f"{path}: expected the results of a job, got a damaged file or another job's"
-            warnings.warn(f"{message}; the job runs again", stacklevel=2)
+            given = "a folder, a damaged file or another job's"
+            message = f"{path}: expected the results of a job, got {given}; the job runs again"
+            warnings.warn(message, stacklevel=2)
             return None
         with np.load(BytesIO(packed), allow_pickle=False) as stored:
             return dict(stored.items())
@@ -60,10 +63,13 @@ class Cache:
         write_sealed(self.path(job), job.key, packed.getvalue(), durable=False)
 
     def keep(self, job: Job, found: Arrays | str) -> str | None:
-        """Keep what ``Job.attempt`` returned: results are put into the cache, an error is returned."""
+        """Keep what ``Job.attempt`` returned: put results into the cache. Return the error, if any."""
         if isinstance(found, str):
             return found
-        self.put(job, found)
+        try:
+            self.put(job, found)
+        except OSError as error:
+            return f"its results cannot be written: {error}"
         return None
 
     def get(self, job: Job) -> Arrays:

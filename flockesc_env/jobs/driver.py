@@ -12,7 +12,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from flockesc_env.common.checks import as_path
+from flockesc_env.common.checks import as_flag, as_floats, as_instance, as_path, as_text
 from flockesc_env.common.errors import ArgumentError, JobError, shown
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import check_writable
@@ -38,7 +38,7 @@ def find_backend(spec: str) -> Backend:
         ArgumentError: if there is none.
         MissingExtraError: if a library is not installed.
     """
-    name, _, rest = spec.partition(":")
+    name, _, rest = as_text(spec, "backend").partition(":")
     if spec == "serial":
         return serial
     if name == "processes" and (not rest or (_NUMBER.fullmatch(rest) and int(rest) > 0)):
@@ -137,8 +137,12 @@ def run_jobs(
     docs/cluster.md has an example.
     """
     name = import_name(function, "function", "a function of a module that other processes can import")
-    jobs = [Job(name, tuple(call), seconds) for call in arguments]
-    return run(jobs, Cache(as_path(cache)), find_backend(backend), progress=progress)
+    estimate, is_shown = float(as_floats(seconds, "seconds", (), least=0.0)), as_flag(progress, "progress")
+    jobs = [
+        Job(name, tuple(as_instance(call, f"arguments[{index}]", tuple)), estimate)
+        for index, call in enumerate(arguments)
+    ]
+    return run(jobs, Cache(as_path(cache, "cache")), find_backend(backend), progress=is_shown)
 
 
 def _report(failures: Sequence[Outcome], total: int, cache: Cache) -> str:

@@ -25,6 +25,9 @@ from flockesc_env.jobs.keys import encoded
 Arrays = dict[str, NDArray[Any]]
 """Results of a job: arrays by name."""
 
+_RESERVED = {"file", "allow_pickle"}
+"""Names that ``numpy.savez`` does not take."""
+
 
 @cache
 def engine_hash() -> str:
@@ -76,17 +79,25 @@ class Job:
         module, _, name = self.function.partition(":")
         function: Callable[..., Arrays] = attrgetter(name)(import_module(module))
         with in_job():
-            results = {name: np.asarray(value) for name, value in function(*self.arguments).items()}
+            returned = function(*self.arguments)
+        if not isinstance(returned, dict):
+            raise TypeError(f"results: expected a dict of arrays, got {shown(returned)}")
+        results = {name: np.asarray(value) for name, value in returned.items()}
         for name, array in results.items():
+            is_name = isinstance(name, str) and name.isprintable() and not name.endswith(".npy")
+            if not is_name or name in _RESERVED:
+                raise TypeError(f"results: expected the name of an array, got {shown(name)}")
             if array.dtype.hasobject:
                 raise TypeError(f"{name}: expected an array of numbers or strings, got Python objects")
         return results
 
     def attempt(self) -> Arrays | str:
-        """Return the results, or the traceback if the function raises."""
+        """Return the results, or the traceback if the function raises or exits."""
         try:
             return self.run()
-        except Exception:  # any error concerns this job alone
+        except KeyboardInterrupt:
+            raise
+        except BaseException:  # any error concerns this job alone
             return traceback.format_exc()
 
 

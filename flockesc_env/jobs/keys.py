@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import sys
-from collections.abc import Callable
 from enum import Enum
+from operator import attrgetter
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -19,19 +19,23 @@ _PLAIN = (bool, int, float, str, bytes, range, tuple, list, dict, PurePath, np.g
 _PLAIN_MODULES = {"builtins", "pathlib", "numpy"}
 
 
-def import_name(named: Callable[..., Any], field: str, expected: str) -> str:
+def import_name(named: object, field: str, expected: str) -> str:
     """Return ``module:name`` of a function or class; a script counts as the module of its name.
 
     Raises:
         ArgumentError: if other processes cannot import it.
     """
-    module: str = named.__module__
+    module, name = getattr(named, "__module__", None), getattr(named, "__qualname__", None)
+    try:
+        is_found = attrgetter(name)(sys.modules[module]) == named  # type: ignore[arg-type, index]
+    except (AttributeError, KeyError, TypeError):
+        is_found = False
     if module == "__main__":
         main = sys.modules[module]
         module = main.__spec__.name if main.__spec__ else Path(getattr(main, "__file__", "<none>")).stem
-    if not (module + named.__qualname__).replace(".", "").isidentifier():
+    if not is_found or not f"{module}{name}".replace(".", "").isidentifier():
         raise ArgumentError(field, expected, shown(named))
-    return f"{module}:{named.__qualname__}"
+    return f"{module}:{name}"
 
 
 def encoded(value: Any) -> Any:

@@ -18,6 +18,8 @@ from flockesc_env.jobs.job import Job, Outcome, Outcomes
 ATTEMPTS = 4
 """A job whose worker process died so often has failed; so have all if so many pools finish none."""
 
+_SAFE_PATH, _ONLY_AT_START = "PYTHONSAFEPATH", "workers of flockesc_env"
+
 _DIED = (
     f"its worker process died {ATTEMPTS} times: out of memory? A script that runs jobs needs"
     ' `if __name__ == "__main__":`'
@@ -62,12 +64,18 @@ def processes(jobs: Sequence[Job], cache: Cache, workers: int | None = None) -> 
 
 @contextmanager
 def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool; on exit, workers that still run are killed."""
+    """Yield a pool; on exit, workers that still run are killed.
+
+    A worker starts without the working folder in its path, so that a file such as ``types.py`` there does not
+    replace a module of Python; then it takes the driver's path.
+    """
+    os.environ.setdefault(_SAFE_PATH, _ONLY_AT_START)
     pool = ProcessPoolExecutor(workers, get_context("spawn"), _start_worker)
     try:
         with one_thread_each():
             yield pool
     finally:
+        _drop_safe_path()
         for process in list((pool._processes or {}).values()):
             process.kill()
         pool.shutdown(cancel_futures=True)
@@ -88,7 +96,13 @@ def _interrupts_blocked() -> Iterator[None]:
 
 def _start_worker() -> None:
     """Let the worker end with the driver, even if that is killed."""
+    _drop_safe_path()
     threading.Thread(target=_end_with_driver, daemon=True).start()
+
+
+def _drop_safe_path() -> None:
+    if os.environ.get(_SAFE_PATH) == _ONLY_AT_START:
+        del os.environ[_SAFE_PATH]
 
 
 def _end_with_driver() -> None:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_count, as_floats, as_seeds, as_text, as_threads
 from flockesc_env.common.errors import ArgumentError, shown_name
-from flockesc_env.common.extras import require
+from flockesc_env.common.extras import figure_style, require
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.models.order import binder_cumulant
@@ -79,6 +79,7 @@ class ScanResult(Displayed):
         """
         return np.array(binder_cumulant(self.polarization[..., self.skip :], axis=(1, 2)))
 
+    @figure_style()
     def plot(self) -> Figure:
         """Draw the order parameter against the values with its 95 % interval; with one seed without it.
 
@@ -103,6 +104,7 @@ class ScanResult(Displayed):
         axes.set_ylabel("polarization")
         axes.set_title(f"seeds: {len(self.seeds):,}", loc="left", fontsize="medium")
         axes.set_ylim(0, 1)
+        figure.draw_without_rendering()  # creates the labels of ticks in this style
         return figure
 
 

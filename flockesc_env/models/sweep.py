@@ -21,7 +21,7 @@ from flockesc_env.common.checks import (
     as_threads,
 )
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.common.extras import data_frame, require
+from flockesc_env.common.extras import data_frame, figure_style, require
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, FlockOutcomes, ObjectiveSpec
@@ -116,6 +116,7 @@ class SweepResult(Displayed):
 
         return mean_with_interval(self.values(objective), confidence)
 
+    @figure_style()
     def plot(self, objective: str | None = None) -> Figure:
         """Draw the objective against the range with its 95 % interval, as Figures 9 and 10 of the paper.
 
@@ -149,6 +150,7 @@ class SweepResult(Displayed):
             fontsize="medium",
         )
         axes.margins(x=0)
+        figure.draw_without_rendering()  # creates the labels of ticks in this style
         return figure
 
     def table(self) -> pl.DataFrame:

@@ -12,6 +12,7 @@ import numpy as np
 from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_instance, as_path
 from flockesc_env.common.errors import ArgumentError, InputError, RecordError, ScenarioError
+from flockesc_env.common.files import suffix_of
 from flockesc_env.episodes.options import EnvOptions, LineOptions, View
 from flockesc_env.episodes.spaces import PolicySpec, flock_policy_spec, line_policy_spec
 from flockesc_env.models.records import versions
@@ -113,7 +114,7 @@ def find_policy(spec: str, argument: str = "policies") -> NamedPolicy:
         ArgumentError: if ``spec`` is neither a built-in policy nor a file.
         RecordError: if the file is damaged or is not a policy.
     """
-    if Path(spec).suffix != SUFFIX:
+    if suffix_of(spec) != SUFFIX:
         return built_in(spec, argument)
     if not Path(spec).is_file():
         raise ArgumentError(argument, f"one of {', '.join(NAMES)} or an existing policy file", repr(spec))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final, cast
 
-from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_seed, as_text
+from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_seed, as_text, parse_number
 from flockesc_env.common.errors import ArgumentError, shown, shown_name
 from flockesc_env.episodes.options import PROFILE_RANGES, EnvOptions, EnvOptionsDict, env_options
 from flockesc_env.models.simulate import Trajectory
@@ -164,7 +164,7 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
 def _range(text: str) -> float | None:
     """Return the number in a string, or ``None`` if it is not a finite number >= 0."""
     try:
-        rho = float(text)
+        rho = parse_number(text, float)
     except ValueError:
         return None
     return rho if math.isfinite(rho) and rho >= 0 else None

@@ -6,6 +6,7 @@ import re
 from pathlib import PurePath
 
 from flockesc_env.common.errors import printable
+from flockesc_env.common.files import suffix_of
 from flockesc_env.policies.registry import NAMES
 
 _LEARNERS = {
@@ -32,7 +33,7 @@ def policy_title(name: str, unit: str = "m") -> str:
         return f"fixed range {name.removeprefix('fixed:')} {unit}"
     if name in NAMES:
         return "random ranges" if name == "random" else f"rule: {_spaced(name)}"
-    is_file = name.endswith(".npz")
+    is_file = suffix_of(name) == ".npz"
     stem = PurePath(name).stem if is_file else name
     run = _RUN.fullmatch(stem)
     if run:

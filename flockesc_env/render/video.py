@@ -15,7 +15,7 @@ import numpy as np
 
 from flockesc_env.common.checks import FloatArray, as_callback, as_choice, as_count, as_floats, as_path
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.common.files import atomic_write
+from flockesc_env.common.files import atomic_write, suffix_of
 from flockesc_env.common.progress import Progress
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, Objective
 from flockesc_env.models.simulate import Trajectory, as_runs
@@ -77,11 +77,12 @@ def write_video(
     path = as_path(path)
     chosen = None if options is None else as_render_options(options)
     as_choice(objective, "objective", FLOCK_OBJECTIVES)
-    if path.suffix not in _FORMATS:
+    suffix = suffix_of(path)
+    if suffix not in _FORMATS:
         raise ArgumentError("path", f"a file that ends in {' or '.join(_FORMATS)}", path)
     if not path.parent.is_dir():
         raise ArgumentError("path", "a file in a folder that exists", path)
-    default_fps, size = (10, 400) if path.suffix == ".gif" else (20, 512)
+    default_fps, size = (10, 400) if suffix == ".gif" else (20, 512)
     fps = as_count(default_fps if fps is None else fps, "fps")
     pace = float(as_floats(speed, "speed", ()))
     if pace <= 0:
@@ -104,14 +105,14 @@ def write_video(
     columns, rows = grid_shape(len(runs))
     film_size = columns * options.size, rows * options.size
     with TemporaryDirectory() as folder:
-        film = str(Path(folder, f"film{path.suffix}"))
+        film = str(Path(folder, f"film{suffix}"))
         writer = imageio_ffmpeg.write_frames(
             film,
             film_size,
             fps=fps,
             macro_block_size=1,
             ffmpeg_log_level="error",  # ffmpeg warns of every GIF that it has colors twice
-            **_FORMATS[path.suffix],
+            **_FORMATS[suffix],
         )
         with closing(writer):  # waits for ffmpeg
             writer.send(None)  # starts ffmpeg

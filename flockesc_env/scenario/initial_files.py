@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.array_files import read_npy, read_npz
-from flockesc_env.common.checks import FloatArray, as_floats, as_path
+from flockesc_env.common.checks import FloatArray, as_floats, as_path, parse_number
 from flockesc_env.common.errors import RecordError, shown
+from flockesc_env.common.files import suffix_of
 from flockesc_env.scenario.initial import GivenHeadings, GivenPositions
 
 _COLUMNS = {
@@ -63,9 +64,10 @@ def read_initial_state(path: str | Path) -> dict[str, Any]:
 def _read(path: Path) -> dict[str, NDArray[Any]]:
     """Return the arrays of a file: ``positions`` and, if present, ``velocities``."""
     readers = {".csv": _read_csv, ".npy": _read_npy, ".npz": _read_npz}
-    if path.suffix not in readers:
+    suffix = suffix_of(path)
+    if suffix not in readers:
         raise RecordError(str(path), f"a file that ends in {' or '.join(readers)}", shown(path.suffix))
-    return readers[path.suffix](path)
+    return readers[suffix](path)
 
 
 def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
@@ -86,7 +88,7 @@ def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
 
 def _numbers(line: str, count: int, field: str) -> list[float]:
     try:
-        numbers = [float(entry) for entry in line.split(",")]
+        numbers = [parse_number(entry, float) for entry in line.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != count:

@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from flockesc_env.common.errors import ScenarioError
+from flockesc_env.common.files import suffix_of
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.files import SUFFIX
 from flockesc_env.policies.network import NetworkPolicy
@@ -54,7 +55,7 @@ def page_spec(spec: str, policy: NamedPolicy) -> str | None:
     if isinstance(policy.policy, FixedRange):
         return f"fixed:{policy.policy.interaction_range!r}".removesuffix(".0")
     is_network = isinstance(policy.policy, NetworkPolicy) and isinstance(policy.scenario, FlockScenario)
-    return spec if spec in RULES or (is_network and spec.endswith(SUFFIX)) else None
+    return spec if spec in RULES or (is_network and suffix_of(spec) == SUFFIX) else None
 
 
 def world_document(name: str, scenario: FlockScenario, best: float | None = None) -> dict[str, Any]:
@@ -115,7 +116,7 @@ def file_document(path: Path, spec: str, group: str, *, with_data: bool = True) 
         "title": policy_title(path.name),
         "label": path.stem,
         "group": group,
-        "file": spec if spec.endswith(SUFFIX) else f"{spec}{SUFFIX}",
+        "file": spec if suffix_of(spec) == SUFFIX else f"{spec}{SUFFIX}",
         "sha256": hashlib.sha256(content).hexdigest(),
         "data": b64encode(content).decode() if with_data else None,
     }

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import time
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -89,6 +90,14 @@ def fails(number: int) -> Arrays:
     if number % 2:
         raise ZeroDivisionError(f"odd {number}")
     return {"square": np.array(number**2)}
+
+
+def misbehaves(number: int) -> Any:
+    """Return a square, and for all numbers but 0 something that is no result, or exit."""
+    if number == 5:
+        sys.exit("done")
+    square = np.array(number**2)
+    return [{"square": square}, {1: square}, {"file": square}, {"x": square, "x.npy": square}, None][number]
 
 
 def threads() -> Arrays:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +39,18 @@ class Ran:
 def run_process(*argv: object, **streams: Any) -> subprocess.CompletedProcess[str]:
     command = [*FLOCKESC, *map(str, argv)]
     return subprocess.run(command, text=True, timeout=TIMEOUT, check=False, **streams)  # noqa: S603
+
+
+@contextmanager
+def small_files(size: int) -> Iterator[None]:
+    """Let writing fail after some bytes, as on a full disk."""
+    resource = pytest.importorskip("resource", reason="limits on files need a POSIX system")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def policy_file(path: Path, scenario: FlockScenario | LineScenario = SMALL) -> Path:

@@ -6,13 +6,11 @@ import errno
 import os
 import re
 import stat
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
-from cli_runs import SMALL_FLAGS, Ran, sweep_flags
+from cli_runs import SMALL_FLAGS, Ran, small_files, sweep_flags
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.files import atomic_write, check_writable
@@ -23,19 +21,6 @@ pytestmark = pytest.mark.skipif(
     os.name != "posix", reason="links, modes and limits on files are those of POSIX"
 )
 needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
-
-
-@contextmanager
-def small_files(size: int) -> Iterator[None]:
-    """Let writing fail after some bytes, as on a full disk."""
-    import resource  # which Windows does not have
-
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def write(path: Path, content: bytes = b"new") -> None:

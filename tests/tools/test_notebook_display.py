@@ -13,9 +13,6 @@ from xml.etree import ElementTree as ET
 import pytest
 
 import flockesc_env as fe
-from flockesc_env import notebook
-from flockesc_env.common.extras import MissingExtraError
-from flockesc_env.models import sweep
 from flockesc_env.notebook import Replay
 from flockesc_env.watch.page import render, replay
 
@@ -45,18 +42,10 @@ def test_curves_and_paths_are_pictures(name: str) -> None:
 
 
 def test_without_matplotlib_a_sweep_is_a_table_and_a_line_its_repr(monkeypatch: pytest.MonkeyPatch) -> None:
-    _hide_matplotlib(monkeypatch)
+    monkeypatch.setattr("flockesc_env.common.extras.find_spec", lambda _: None)
     shown = SWEPT._repr_html_() or ""
     assert [f"<td>{value:.3f}</td>" in shown for value in SWEPT.values().mean(axis=1)] == [True] * 3
     assert RESULTS["LineTrajectory"]._repr_html_() is None
-
-
-def _hide_matplotlib(monkeypatch: pytest.MonkeyPatch) -> None:
-    def require(*_: Any) -> None:
-        raise MissingExtraError("matplotlib is not installed")
-
-    monkeypatch.setattr(notebook, "require", require)
-    monkeypatch.setattr(sweep, "require", require)
 
 
 NOTEBOOKS = sorted((Path(__file__).parents[2] / "examples").glob("*.ipynb"))
