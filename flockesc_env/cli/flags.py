@@ -17,7 +17,7 @@ from flockesc_env.common.checks import parse_number
 from flockesc_env.common.errors import ArgumentError, ScenarioError, shown, shown_name
 from flockesc_env.common.files import suffix_of
 from flockesc_env.common.json_text import parse_json
-from flockesc_env.scenario.document import from_fields, parse_document
+from flockesc_env.scenario.document import check_not_drawn, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial_files import read_initial_state
 from flockesc_env.scenario.line import LineScenario
@@ -173,7 +173,9 @@ def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
         parent[key] = {value: {}} if is_kind else value
         with suppress(ScenarioError):  # later changes may make the scenario valid
             document = json.loads(type(scenario).from_json(json.dumps(document)).to_json())
-    return type(scenario).from_json(json.dumps(document))
+    changed = type(scenario).from_json(json.dumps(document))
+    check_not_drawn(changed, (change.partition("=")[0] for change in changes))
+    return changed
 
 
 def _place(node: Any, name: str, path: str) -> tuple[Any, Any]:

@@ -17,6 +17,7 @@ from flockesc_env.common.extras import figure_style, require
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.models.order import binder_cumulant
+from flockesc_env.scenario.document import check_not_drawn
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
 
@@ -138,7 +139,8 @@ def scan(
     Raises:
         ArgumentError: if an argument has the wrong type or shape, or is negative or not finite, the field
             does not exist, or the polarizations do not fit into memory.
-        ScenarioError: if the name is not a preset of a flock, or a value is out of bounds.
+        ScenarioError: if the name is not a preset of a flock, a value is out of bounds, or the scenario's
+            ``randomization`` draws the field.
 
     Examples:
         >>> result = scan("vicsek", "angular_noise", [0.0, 3.0, 6.0], 10.0, seeds=range(5), skip=50)
@@ -152,6 +154,7 @@ def scan(
     given = as_floats(values, "values")
     if given.ndim != 1 or not given.size:
         raise ArgumentError("values", "shape (k,) with k >= 1", f"shape {given.shape}")
+    check_not_drawn(model, [path])
     scenarios = [_replaced(model, path, value, path) for value in given.tolist()]
     rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
     checked_seeds = as_seeds(seeds)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Literal, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_policy, as_threads
+from flockesc_env.common.extras import data_frame
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.batch import Columns, FlockBatch, Step
 from flockesc_env.episodes.memory import reset_policy
@@ -24,11 +25,28 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy, Parameter
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
+if TYPE_CHECKING:
+    import polars as pl
+
 Report = Callable[[int, int], None]
 
 
+class _Rows(Displayed):
+    """Results with one entry per seed in every field."""
+
+    def table(self) -> pl.DataFrame:
+        """Return a polars DataFrame with one row per seed: the seed and the other attributes.
+
+        Raises:
+            MissingExtraError: if the ``analysis`` extra is not installed.
+        """
+        return data_frame(
+            {"seed" if name == "seeds" else name: column for name, column in vars(self).items()}
+        )
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Episodes(FlockOutcomes, Displayed):
+class Episodes(FlockOutcomes, _Rows):
     """Results of ``rollout`` on flocks, one entry per seed.
 
     Inherits the attributes of ``FlockOutcomes``: the seeds and every objective, shape (seeds,).
@@ -48,7 +66,7 @@ class Episodes(FlockOutcomes, Displayed):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LineEpisodes(Displayed):
+class LineEpisodes(_Rows):
     """Results of ``rollout`` on lines, one entry per seed.
 
     Attributes:

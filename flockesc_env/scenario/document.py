@@ -10,8 +10,9 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import re
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 from types import NoneType
 from typing import Any, Final, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
@@ -99,10 +100,34 @@ class Document:
         """Return a copy with some fields changed.
 
         Raises:
-            ScenarioError: if a changed field has the wrong type or is out of bounds.
+            ScenarioError: if a changed field has the wrong type or is out of bounds, or ``randomization``
+                draws it.
             TypeError: if a field does not exist.
         """
-        return dataclasses.replace(self, **changes)  # type: ignore[type-var]
+        changed: Self = dataclasses.replace(self, **changes)  # type: ignore[type-var]
+        check_not_drawn(changed, changes)
+        return changed
+
+
+def check_not_drawn(scenario: Document, paths: Iterable[str]) -> None:
+    """Refuse to change fields that the scenario's ``randomization`` draws: the change would have no effect.
+
+    Paths have indices in brackets or after dots, with or without the kinds of parts.
+
+    Raises:
+        ScenarioError: if a path is that of a drawn field.
+    """
+    distributions: tuple[Distribution, ...] = getattr(scenario, "randomization", ())
+    drawn = {_names(each.field): each for each in distributions}
+    for path in paths:
+        if _names(path) in drawn:
+            raise ScenarioError(path, "a field that randomization does not draw", shown(drawn[_names(path)]))
+
+
+def _names(path: str) -> tuple[str, ...]:
+    """Return the fields and indices of a path, without the kinds of parts."""
+    kinds = {kind for family in KINDS.values() for kind in family}
+    return tuple(name for name in re.findall(r"[^.\[\]]+", path) if name not in kinds)
 
 
 def parse_document(document: str, *, is_toml: bool) -> Any:
