@@ -151,9 +151,17 @@ def test_means_of_a_scan_leave_out_the_first_steps() -> None:
     assert axes.get_xlabel() == "angular_noise"
 
 
+DRAWN = (
+    fe.Uniform("predators[0].constant_velocity.position[1]", 0.0, 1.0),
+    fe.Choice("predator_range", (20.0, 30.0)),
+)
+
+
 @pytest.mark.parametrize(
     ("field", "values", "named"),
     [
+        ("predators[0].position[1]", [1.0], "predators[0].position[1]"),
+        ("predator_range", [1.0], "predator_range"),
         ("angular_nois", [1.0], "field"),
         ("motion.nothing", [1.0], "field"),
         ("speed.x", [1.0], "field"),
@@ -164,5 +172,5 @@ def test_means_of_a_scan_leave_out_the_first_steps() -> None:
 )
 def test_refused_fields_and_values(field: str, values: list[float], named: str) -> None:
     with pytest.raises(FlockescError) as caught:
-        fe.scan(small_flock(), field, values, 5.0, [1])
+        fe.scan(small_flock(randomization=DRAWN), field, values, 5.0, [1])
     assert caught.value.field == named

@@ -10,7 +10,16 @@ import pytest
 from objective_values import COLUMNS
 from option_table import small_flock
 
-from flockesc_env import FlockScenario, FlockSweepResult, LineScenario, LineSweepResult, simulate, sweep
+from flockesc_env import (
+    FixedRange,
+    FlockScenario,
+    FlockSweepResult,
+    LineScenario,
+    LineSweepResult,
+    rollout,
+    simulate,
+    sweep,
+)
 from flockesc_env.common.errors import ArgumentError
 
 RANGES = [0.0, 5.0, 30.0]
@@ -128,3 +137,9 @@ def test_tables_of_runs_hold_the_runs() -> None:
     assert agents["is_caught"].sum() == (len(run.times) - run.caught_at[run.caught_at >= 0]).sum()
     line = simulate("paper-line", 0.1, seed=1)
     assert line.table()["x_3"].to_list() == line.states[:, 3].tolist()
+    for scenario in ("capture", "paper-line"):
+        episodes = rollout(scenario, FixedRange(0.1), [3, 1], action_mode="range")
+        columns = {"seed" if name == "seeds" else name: value for name, value in vars(episodes).items()}
+        assert episodes.table().to_pandas().to_dict("list") == {
+            name: value.tolist() for name, value in columns.items()
+        }

@@ -22,8 +22,9 @@ def write(path: Path, positions: Any, velocities: Any = None) -> Path:
         {"positions": positions} if velocities is None else {"positions": positions, "velocities": velocities}
     )
     table = np.hstack(list(arrays.values()))
-    if path.suffix == ".npz":
-        np.savez(path, **arrays)
+    if path.suffix.lower() == ".npz":
+        with path.open("wb") as file:  # NumPy appends .npz to other suffixes
+            np.savez(file, **arrays)
     elif path.suffix == ".npy":
         np.save(path, table)
     else:
@@ -35,7 +36,7 @@ def write(path: Path, positions: Any, velocities: Any = None) -> Path:
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("suffix", [".csv", ".npy", ".npz"])
+@pytest.mark.parametrize("suffix", [".CSV", ".npy", ".Npz"])
 def test_a_file_sets_the_start_bit_for_bit(tmp_path: Path, suffix: str, dimension: int) -> None:
     positions, velocities = state(dimension)
     fields = fe.read_initial_state(write(tmp_path / f"flock{suffix}", positions, velocities))
@@ -96,6 +97,10 @@ def test_points_of_the_plane_lie_at_z_0_in_space() -> None:
     [
         ("a.csv", b"1,2\n3,4\n", "", "the first line x,y or x,y,z"),
         ("a.csv", b"x,y\n1,2\n3\n", ": line 3", "2 numbers"),
+        *(
+            ("a.csv", f"x,y\n1,{text}\n".encode(), ": line 2", "2 numbers")
+            for text in ("1_5", "2_0.5", "\N{ARABIC-INDIC DIGIT ONE}", "\N{FULLWIDTH DIGIT ONE}")
+        ),
         ("a.csv", b"x,y\n1,2\n1,nan\n", ": positions[1, 1]", "a finite number"),
         ("a.csv", b"x,y,vx,vy\n1,2,3,4\n1,2,0,0\n", ": velocities[1]", "a nonzero vector"),
         ("a.npy", np.zeros(3), "", "the columns x,y or x,y,z"),

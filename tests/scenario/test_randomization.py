@@ -117,6 +117,15 @@ def test_refused_distributions(part: Any, field: str) -> None:
     assert caught.value.field == f"randomization[1].{field}"
 
 
+def test_a_change_without_effect_is_refused() -> None:
+    scenario = small_flock(randomization=(fe.Uniform("predator_range", 5.0, 60.0),))
+    with pytest.raises(
+        fe.ScenarioError, match="predator_range: expected a field that randomization does not"
+    ):
+        scenario.replace(predator_range=9.0)
+    assert scenario.replace(predator_range=9.0, randomization=()).predator_range == 9.0
+
+
 def numbers_in(value: Any, path: str) -> Iterator[str]:
     """Yield the paths of all real numbers in a document."""
     if isinstance(value, dict):

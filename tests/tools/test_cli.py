@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
-from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file, sweep_flags
+from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file, run_process, sweep_flags
 
 import flockesc_env as fe
 from flockesc_env.cli.exits import Exit
@@ -44,12 +45,12 @@ def test_a_simulation_without_a_range_takes_the_best_fixed_one(capsys: pytest.Ca
     assert document["min_mean_distance"] == fe.simulate(SMALL, 12.0, seed=7).mean_distance.min()
 
 
-@pytest.mark.parametrize("spec", ["stubborn-leaders", "mine.npz"])
+@pytest.mark.parametrize("spec", ["stubborn-leaders", "mine.NPZ"])
 def test_a_policy_is_simulated(
     spec: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    policy = fe.load_policy(policy_file(Path(spec))) if spec.endswith("npz") else built_in(spec)
+    policy = fe.load_policy(policy_file(Path(spec))) if spec.endswith("NPZ") else built_in(spec)
     path = tmp_path / "run.npz"
     document = Ran(
         capsys, "simulate", "--policy", spec, "--seed", 7, *SMALL_FLAGS, "--json", "--output", path
@@ -110,14 +111,14 @@ def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
-@pytest.mark.parametrize("suffix", [".toml", ".json"])
+@pytest.mark.parametrize("suffix", [".TOML", ".json"])
 def test_a_scenario_comes_from_a_file_and_is_changed(
     suffix: str, encoding: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path, pursuer = tmp_path / f"storm{suffix}", fe.PurePursuit(velocity=(12.0, 0.0))
     scenario = SMALL.replace(num_agents=3, mass=(0.1, 1.0, 2.0), predators=(pursuer,))
     written = scenario.replace(num_steps=30)
-    path.write_text(written.to_toml() if suffix == ".toml" else written.to_json(), encoding)
+    path.write_text(written.to_toml() if suffix == ".TOML" else written.to_json(), encoding)
     flags = ["--scenario", path, "--set", "num_steps=9", "--seed", 1]
     document = Ran(capsys, "simulate", "--interaction-range", 3, *flags, "--json").json()
     assert fe.FlockScenario.from_json(json.dumps(document["scenario"])) == scenario
@@ -144,12 +145,22 @@ def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pat
     result.to_parquet(other)
     assert pl.read_parquet(path).equals(pl.read_parquet(other))
     assert pl.read_parquet_metadata(path)["scenario"] == SMALL.to_json()
-    Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.csv"))
-    assert pl.read_csv(tmp_path / "sweep.csv").equals(result.table().cast({"seed": pl.Int64}))
-    for name, start in (("curve.png", b"\x89PNG"), ("curve.svg", b"<?xml")):
+    Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.CSV"))
+    assert pl.read_csv(tmp_path / "sweep.CSV").equals(result.table().cast({"seed": pl.Int64}))
+    for name, start in (("curve.PNG", b"\x89PNG"), ("curve.svg", b"<?xml")):
         Ran(capsys, *sweep_flags("--output", tmp_path / name))
         assert (tmp_path / name).read_bytes().startswith(start)
     assert len(list(tmp_path.iterdir())) == 5
+
+
+def test_a_curve_has_its_own_style(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    settings = tmp_path / "matplotlibrc"
+    settings.write_text("text.usetex: True\nfont.family: No Such Font\nsavefig.facecolor: red\n")
+    environment = {**os.environ, "MATPLOTLIBRC": str(settings), "MPLBACKEND": "nonsense"}
+    ran = run_process(*sweep_flags("--output", tmp_path / "user.png"), env=environment, capture_output=True)
+    assert ran.returncode == Exit.DONE, ran.stderr
+    Ran(capsys, *sweep_flags("--output", tmp_path / "own.png"))
+    assert (tmp_path / "user.png").read_bytes() == (tmp_path / "own.png").read_bytes()
 
 
 def test_a_sweep_of_a_line_and_of_one_without_a_predator(

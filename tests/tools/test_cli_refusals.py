@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
-from cli_runs import SMALL_FLAGS, Ran, plain, sweep_flags
+from cli_runs import Ran, plain
 
 from flockesc_env import __version__
 from flockesc_env.cli import BENCHMARK, COMMANDS
@@ -22,6 +24,7 @@ def _set(change: str) -> list[str]:
     return ["simulate", "--interaction-range", "1", "--set", change]
 
 
+DRAWN = '[{"uniform": {"field": "predator_range", "low": 1, "high": 2}}]'
 BAD = {
     "part": (
         _set("predators.0.max_turn=1"),
@@ -45,6 +48,22 @@ BAD = {
         ["simulate", "--interaction-range", "1", "--scenario", "escape"],
         "scenario: expected a file or one of paper-flock, paper-line,",
     ),
+    "field as a flag": (
+        ["simulate", "--num-agent", "5"],
+        "num_agents is a field of the scenario; set it with --set num_agents=VALUE",
+    ),
+    "drawn field": (
+        [*_set("predator_range=5"), "--set", f"randomization={DRAWN}"],
+        "predator_range: expected a field that randomization does not draw, got Uniform(",
+    ),
+    "underscore in an integer": (["simulate", "--seed", "1_0"], "expected an integer, got '1_0'"),
+    "underscore in seeds": (["sweep", "--seeds", "0:1_0"], "START:STOP, two integers, got '0:1_0'"),
+    "underscore in a list": (["sweep", "--interaction-ranges", "1", "1_0"], "arguments: ['1', '1_0']"),
+    "underscore in a policy": (["simulate", "--policy", "fixed:1_0"], "got 'fixed:1_0'"),
+    "digit of another script": (
+        ["simulate", "--interaction-range", "\N{ARABIC-INDIC DIGIT ONE}"],
+        "expected a number, got '\N{ARABIC-INDIC DIGIT ONE}'",
+    ),
     "command": (["wacth"], "watch, replay, benchmark, got 'wacth' (did you mean watch?)"),
     "range of a line": (
         ["simulate", "--scenario", "paper-line"],
@@ -63,22 +82,6 @@ def test_bad_input_is_named(
     assert (ran.code, ran.out) == (Exit.REFUSED, "")
     assert message in " ".join(plain(ran.err).split())
     assert not list(tmp_path.iterdir())
-
-
-def test_a_missing_extra_is_named(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("flockesc_env.common.extras.find_spec", lambda _: None)
-    ran = Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.parquet"))
-    assert ran.code == Exit.REFUSED
-    assert 'error: polars is not installed; run `pip install "flockesc-env[analysis]"`' in ran.err
-    ran = Ran(capsys, "watch", *SMALL_FLAGS, "--output", tmp_path / "flock.mp4")
-    assert (ran.code, list(tmp_path.iterdir())) == (Exit.REFUSED, [])
-    assert 'error: pygame is not installed; run `pip install "flockesc-env[video]"`' in ran.err
-    ran = Ran(capsys, *sweep_flags("--json"))
-    assert ran.code == Exit.DONE
-    assert ran.json()["ranges"][0]["low"] is None
-    assert "intervals are omitted: scipy is not installed; run `pip install" in ran.err
 
 
 NAMES = [[name] for name in COMMANDS if name != "benchmark"]
@@ -109,3 +112,20 @@ def test_the_first_help_lists_commands_and_exit_codes(capsys: pytest.CaptureFixt
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert Ran(capsys, "--version").out == f"flockesc {__version__}\n"
+
+
+@pytest.mark.parametrize(("value", "is_colored"), [("1", False), ("", True)])
+def test_no_color_turns_colors_off(
+    value: str, is_colored: bool, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NO_COLOR", value)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    assert ("\x1b[" in Ran(capsys, "presets", "--help").out) == is_colored
+
+
+def test_commands_start_in_a_deleted_folder(tmp_path: Path) -> None:
+    program = str(Path(sys.executable).with_name("flockesc"))
+    command = ["sh", "-c", 'cd "$1" && rmdir "$1" && exec "$2" --version', "sh", str(tmp_path), program]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    assert (ran.returncode, ran.stdout) == (Exit.DONE, f"flockesc {__version__}\n"), ran.stderr
