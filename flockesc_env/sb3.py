@@ -1,8 +1,10 @@
-"""Vectorized environments for stable-baselines3: one slot per flock, or one slot per agent."""
+"""Vectorized environments and an evaluation callback for stable-baselines3."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
+from pathlib import Path
 from typing import Any, ClassVar, Unpack, get_args
 
 import numpy as np
@@ -10,23 +12,30 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import as_array, as_choice
-from flockesc_env.common.errors import ActionError, ArgumentError, OptionError
+from flockesc_env.common.checks import as_array, as_choice, as_count, as_path
+from flockesc_env.common.errors import ActionError, ArgumentError, OptionError, shown
 from flockesc_env.common.extras import require
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import Columns
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.options import View
-from flockesc_env.episodes.scenarios import Scenarios
+from flockesc_env.episodes.scenarios import Scenarios, distinct_scenarios
 from flockesc_env.episodes.seeds import consecutive_seeds, fresh_seed
+from flockesc_env.policies.playing import play
+from flockesc_env.policies.sb3 import SB3Policy
 
 require("sb3", ["stable_baselines3"])
-from stable_baselines3.common.vec_env import VecEnv  # noqa: E402, after the check
+from stable_baselines3.common.callbacks import BaseCallback  # noqa: E402, after the check
+from stable_baselines3.common.vec_env import VecEnv  # noqa: E402
 from stable_baselines3.common.vec_env.base_vec_env import (  # noqa: E402
     VecEnvIndices,
     VecEnvObs,
     VecEnvStepReturn,
 )
+
+_TUNING = range(1_000_000, 2_000_000)
+"""Seeds for tuning, as in ``flockesc_env.benchmark.seeds``."""
 
 
 class _BatchVecEnv(ManyFlocks, VecEnv):
@@ -48,6 +57,7 @@ class _BatchVecEnv(ManyFlocks, VecEnv):
     ) -> None:
         super().__init__(scenario, arguments, num_flocks=num_flocks, view=self._view)
         self.policy_spec = spec = self._batch.policy_spec
+        self._predator_policy = arguments.get("predator_policy")
         self._infos: Infos = as_choice(infos, "infos", get_args(Infos), OptionError)
         self._actions: NDArray[Any] | None = None
         kept = self.metadata, self.render_mode
@@ -187,3 +197,93 @@ class AgentVecEnv(_BatchVecEnv):
     """
 
     _view = View.AGENT
+
+
+class FlockEvalCallback(BaseCallback):
+    """Plays tuning flocks during ``learn``, logs their mean objective and keeps the best model.
+
+    Stable-baselines3's ``EvalCallback`` and ``evaluate_policy`` count slots: on ``AgentVecEnv`` their default
+    judges a few agents of one flock. This callback plays whole episodes of ``num_flocks`` flocks in each
+    scenario of the training environment, with its options and the model's most likely actions. It does so
+    before the first action, so that the untrained model counts, every ``eval_freq`` actions, and at the end.
+    Training is the same with and without it.
+
+    The logger, and thus TensorBoard, receives ``eval/min_mean_distance`` in m, or the column of the
+    environment's other objective, and ``eval/episodes``, the number of episodes played so far.
+
+    Args:
+        eval_freq: number of calls of ``env.step`` between two evaluations, as for ``EvalCallback``.
+        num_flocks: number of flocks per scenario. Their seeds are 1,000,000 and above, for tuning.
+        best_model_save_path: folder for ``best_model.zip`` and, with a ``VecNormalize``, its statistics
+            ``vecnormalize.pkl``. ``None``: no files.
+        verbose: 1: print every evaluation.
+
+    Attributes:
+        best_objective: largest mean objective so far.
+        num_episodes: number of episodes played so far.
+
+    Raises:
+        ArgumentError: if an argument has the wrong type or value, or in ``learn`` if the training
+            environment is not a ``FlockVecEnv`` or ``AgentVecEnv``, which may be wrapped.
+    """
+
+    def __init__(
+        self,
+        eval_freq: int,
+        num_flocks: int = 20,
+        *,
+        best_model_save_path: str | Path | None = None,
+        verbose: int = 0,
+    ) -> None:
+        super().__init__(verbose)
+        self.eval_freq = as_count(eval_freq, "eval_freq")
+        self.num_flocks = as_count(num_flocks, "num_flocks", most=len(_TUNING))
+        path = best_model_save_path
+        self.best_model_save_path = None if path is None else as_path(path, "best_model_save_path")
+        self.best_objective = -np.inf
+        self.num_episodes = 0
+
+    def _on_training_start(self) -> None:
+        if not isinstance(self.training_env.unwrapped, _BatchVecEnv):
+            raise ArgumentError("model.env", "a FlockVecEnv or AgentVecEnv", shown(self.training_env))
+        self._evaluate()
+
+    def _on_step(self) -> bool:
+        if self.n_calls % self.eval_freq == 0:
+            self._evaluate()
+        return True
+
+    def _on_training_end(self) -> None:
+        self._evaluate()
+
+    def _evaluate(self) -> None:
+        env: Any = self.training_env.unwrapped
+        spec = FLOCK_OBJECTIVES[env.options.objective]
+        seeds = _TUNING[: self.num_flocks]
+        objectives = [
+            play(
+                SB3Policy(self.model),
+                seeds,
+                scenario,
+                env.options,
+                per_agent=env.policy_spec.per_agent,
+                batch_size=64,
+                num_threads=None,
+                predator_policy=copy(env._predator_policy),
+            )[spec.column]
+            for scenario in distinct_scenarios(env.scenarios, len(env.scenarios))[0]
+        ]
+        objective = float(np.mean(objectives))
+        self.num_episodes += np.size(objectives)
+        self.logger.record(f"eval/{spec.column}", objective)
+        self.logger.record("eval/episodes", self.num_episodes)
+        self.logger.dump(self.num_timesteps)
+        if self.verbose:
+            print(f"{self.num_timesteps} samples: {spec.symbol} {spec.text(objective)}")
+        if objective > self.best_objective:
+            self.best_objective = objective
+            if self.best_model_save_path is not None:
+                self.model.save(self.best_model_save_path / "best_model")
+                normalizer = self.model.get_vec_normalize_env()
+                if normalizer is not None:
+                    normalizer.save(str(self.best_model_save_path / "vecnormalize.pkl"))

@@ -8,13 +8,21 @@ from typing import Any, Unpack, cast, overload
 from flockesc_env.common.checks import as_count, as_flag, as_policy, as_seed, as_seeds
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.common.progress import Progress, reporting
-from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict, env_options, line_options
+from flockesc_env.episodes.options import (
+    EnvOptions,
+    EnvOptionsDict,
+    LineOptions,
+    LineOptionsDict,
+    env_options,
+    line_options,
+)
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import Policy, is_per_agent
 from flockesc_env.policies.files import find_policy
 from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record_flock, results
 from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario
@@ -74,7 +82,7 @@ def rollout(
             policy file. The options of a named policy or a policy file are used unless given here.
         seeds: seeds of the flocks; ``env.reset(seed=k)`` starts the same flock.
         per_agent: True: the policy sets one range per agent. False: one per flock. ``None``: as the policy's
-            attribute ``per_agent`` says.
+            attribute ``per_agent`` says, or the observation space of the model of an ``SB3Policy``.
         batch_size: number of episodes stepped together; ``None``: 64 flocks or 256 lines. Results depend on
             it only if the policy is random. The core plays a ``NetworkPolicy`` without batches.
         num_threads: number of threads for flocks; ``None``: one per core. Lines use one thread, except under
@@ -115,7 +123,7 @@ def rollout(
             checked,
             model,
             checked_options,
-            per_agent=entry.per_agent,
+            per_agent=_is_per_agent(entry, per_agent, policy, model, checked_options),
             batch_size=size,
             num_threads=num_threads,
             predator_policy=predator_policy,
@@ -140,8 +148,7 @@ def record(
             from a file was trained, otherwise the paper's flock.
         policy: sets the ranges; see ``rollout``.
         seed: seed of the flock; ``env.reset(seed=seed)`` starts the same flock.
-        per_agent: True: the policy sets one range per agent. False: one per flock. ``None``: as the policy's
-            attribute ``per_agent`` says.
+        per_agent: see ``rollout``.
         predator_policy: controls the ``Learned`` predators. ``None``: they fly straight on.
         **options: see ``EnvOptions``.
 
@@ -158,7 +165,7 @@ def record(
         as_seed(seed),
         model,
         flock_options,
-        per_agent=entry.per_agent,
+        per_agent=_is_per_agent(entry, per_agent, policy, model, flock_options),
         predator_policy=predator_policy,
     )
 
@@ -173,6 +180,19 @@ def _named(policy: AnyPolicy, per_agent: bool | None) -> NamedPolicy:
         return found
     view = as_flag(per_agent, "per_agent")
     return NamedPolicy(found.name, found.policy, view, found.options, found.scenario)
+
+
+def _is_per_agent(
+    entry: NamedPolicy,
+    per_agent: bool | None,
+    policy: AnyPolicy,
+    model: FlockScenario | LineScenario,
+    options: EnvOptions | LineOptions,
+) -> bool:
+    """Return whether the policy sets one range per agent; a model of stable-baselines3 observes agents."""
+    if per_agent is not None or not isinstance(policy, SB3Policy) or not isinstance(model, FlockScenario):
+        return entry.per_agent
+    return policy.is_per_agent_in(model, cast("EnvOptions", options))
 
 
 def _scenario(

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
+import gymnasium
+import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_flag
 from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicySpec
-from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies.base import Observations, RowMemory
+from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, flock_policy_spec
+from flockesc_env.policies.base import Observations, RowMemory, is_per_agent
 from flockesc_env.policies.network import NetworkPolicy, Squash
 from flockesc_env.policies.torch import torch_network
+from flockesc_env.scenario.flock import FlockScenario
 
 
 class SB3Policy(RowMemory):
@@ -24,20 +29,30 @@ class SB3Policy(RowMemory):
     ``profile_ranges``. A saved model contains its spaces but no environment: after ``model.load(path)``,
     without ``env``, only the spaces are compared. Options such as ``steps_per_action`` are never compared.
 
+    Observations are normalized with the statistics of ``vec_normalize``. A saved model does not contain these
+    statistics. It contains the last observations of its training: if they are out of bounds, they were
+    normalized, and the model is rejected without ``vec_normalize``. They tell nothing if they happen to be
+    within bounds, or if the model was loaded with an environment that does not normalize.
+
     Args:
         model: a model, or any object with a method ``predict(observation, state, episode_start,
             deterministic)`` that returns actions and the next state. Its attributes ``observation_space`` and
             ``action_space``, if present, must equal those of the environment.
+        vec_normalize: the ``VecNormalize`` of the training, for example ``VecNormalize.load(path, venv)``.
+            ``None``: the outermost one of the model's environment that normalizes observations, if any.
         deterministic: True: the mode of the action distribution. False: a sample.
 
     Raises:
-        ArgumentError: if ``model`` has no method ``predict``.
+        ArgumentError: if ``model`` has no method ``predict``, or ``vec_normalize`` is not a ``VecNormalize``.
     """
 
-    def __init__(self, model: Any, *, deterministic: bool = True) -> None:
+    def __init__(self, model: Any, *, vec_normalize: Any = None, deterministic: bool = True) -> None:
         if isinstance(model, type) or not callable(getattr(model, "predict", None)):
             raise ArgumentError("model", "a model (an object with a method predict)", shown(model))
+        if vec_normalize is not None and "norm_obs" not in _attributes(vec_normalize):
+            raise ArgumentError("vec_normalize", "a VecNormalize or None", shown(vec_normalize))
         self.model = model
+        self.vec_normalize = vec_normalize
         self.deterministic = as_flag(deterministic, "deterministic")
         self._checked_spec: Any = None
 
@@ -45,49 +60,96 @@ class SB3Policy(RowMemory):
         """Return the model's action for every row; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if the model's spaces differ from the environment's, or the number of rows changes
-                during an episode.
+            ArgumentError: if the model's spaces differ from the environment's, the statistics of its
+                normalized observations are missing, or the number of rows changes during an episode.
         """
         if spec is not self._checked_spec:
             self._check_spaces(spec)
             self._checked_spec = spec
         begins = self._begin(len(observations))
         state = None if begins.all() else self._memory[0]  # the model resets the state of rows that begin
+        normalizer = self._normalizer()
         actions: NDArray[Any]
         actions, state = self.model.predict(
-            observations, state=state, episode_start=begins, deterministic=self.deterministic
+            observations if normalizer is None else normalizer.normalize_obs(observations),
+            state=state,
+            episode_start=begins,
+            deterministic=self.deterministic,
         )
         self._remember(len(observations), state)
         return actions
 
+    def is_per_agent_in(self, scenario: FlockScenario, options: EnvOptions) -> bool:
+        """Return whether the model observes agents, not the flock, in a scenario with these options.
+
+        Raises:
+            ArgumentError: if it observes neither of them.
+        """
+        trained = getattr(self.model, "observation_space", None)
+        if trained is None:
+            return is_per_agent(self)
+        spaces = {view: flock_policy_spec(scenario, options, view).layout.space() for view in View}
+        for view, space in spaces.items():
+            if trained == space:
+                return view.is_per_agent
+        raise _space_error(trained, spaces)
+
     def network(self) -> NetworkPolicy:
         """Return the mode of the action distribution as a ``NetworkPolicy``, which ``save_policy`` can store.
 
+        The statistics of normalized observations become part of the first layer. A network cannot clip its
+        inputs, as ``VecNormalize`` does at ``clip_obs`` standard deviations. Train with
+        ``VecNormalize(env, clip_obs=numpy.inf)``, or set this attribute and compare before and after.
+
         Raises:
-            ArgumentError: if the model is not an ``MlpPolicy`` of PPO, A2C, SAC or TQC with tanh between its
-                layers, for normalized actions and plain observations, or it holds no environment.
+            ArgumentError: if the model is not an ``MlpPolicy`` of PPO, A2C, TRPO, SAC, TQC, TD3 or DDPG with
+                tanh between its layers and normalized actions; if it holds no environment of this package, or
+                one with other spaces; if the statistics of normalized observations are missing, or
+                observations can reach ``clip_obs``.
         """
+        layers = _layers(self.model)
+        env: Any = getattr(self.model, "env", None)
         spec = self._trained_spec()
-        policy: Any = getattr(self.model, "policy", None)
-        is_plain = not getattr(getattr(self.model, "env", None), "norm_obs", False)
-        actor: Any = getattr(policy, "actor", None)
-        layers: list[Any] = []
-        if hasattr(actor, "mu"):
-            layers = [*actor.latent_pi, actor.mu]
-        elif hasattr(policy, "mlp_extractor") and not hasattr(policy, "lstm_actor"):
-            layers = [*policy.mlp_extractor.policy_net, policy.action_net]
-        if spec is None or spec.actions.mode != "normalized" or not is_plain or not layers:
-            expected = "an MlpPolicy with its environment, normalized actions and plain observations"
-            raise ArgumentError("model", expected, type(self.model).__name__)
-        squash: Squash = "tanh" if hasattr(actor, "mu") else "clip"
-        return torch_network(layers, spec.layout.names, squash=squash)
+        if env is None:
+            name = type(self.model).__name__
+            expected = f"the environment of the training, as after {name}.load(path, env=env)"
+            raise ArgumentError("model.env", expected, "none")
+        if spec is None:
+            raise ArgumentError("model.env", "an environment of this package that sets ranges", shown(env))
+        if spec.actions.mode != "normalized":
+            raise ArgumentError("model.env.options.action_mode", "'normalized'", repr(spec.actions.mode))
+        self._check_spaces(spec)
+        squash: Squash = "tanh" if self.model.policy.squash_output else "clip"
+        network = torch_network(layers, spec.layout.names, squash=squash)
+        normalizer = self._normalizer()
+        return network if normalizer is None else _normalized(network, spec.layout, normalizer)
+
+    def _normalizer(self) -> Any:
+        """Return the ``VecNormalize`` that normalizes observations, or ``None``."""
+        env = getattr(self.model, "env", None) if self.vec_normalize is None else self.vec_normalize
+        while env is not None and not _attributes(env).get("norm_obs"):
+            env = _attributes(env).get("venv")
+        return env
 
     def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
-        actions = spec.actions.space() if isinstance(spec, PolicySpec) else spec.space()
-        for name, space in (("observation_space", spec.layout.space()), ("action_space", actions)):
-            trained = getattr(self.model, name, None)
-            if trained is not None and trained != space:
-                raise ArgumentError(f"model.{name}", f"the environment's, {space}", trained)
+        row, actions = (
+            (spec.view, spec.actions.space()) if isinstance(spec, PolicySpec) else ("predator", spec.space())
+        )
+        observed = spec.layout.space()
+        trained = getattr(self.model, "observation_space", observed)
+        if trained != observed:
+            raise _space_error(trained, {row: observed})
+        trained = getattr(self.model, "action_space", actions)
+        if trained != actions:
+            raise ArgumentError("model.action_space", f"the environment's, {actions}", trained)
+        normalizer, last = self._normalizer(), getattr(self.model, "_last_obs", None)
+        if normalizer is not None and normalizer.obs_rms.mean.shape != spec.layout.low.shape:
+            expected = f"statistics of {len(spec.layout.low)} entries"
+            raise ArgumentError("vec_normalize", expected, normalizer.obs_rms.mean.shape)
+        is_plain = last is None or ((last >= spec.layout.low) & (last <= spec.layout.high)).all()
+        if normalizer is None and not is_plain:
+            expected = "VecNormalize.load(path, venv) of the training, whose observations were normalized"
+            raise ArgumentError("vec_normalize", expected, "none")
         trained_spec = self._trained_spec()
         if isinstance(spec, PolicySpec) and trained_spec is not None:
             trained_ranges, ranges = _ranges(trained_spec), _ranges(spec)
@@ -102,6 +164,67 @@ class SB3Policy(RowMemory):
             return None
         found = env.get_attr("policy_spec", [0])[0]
         return found if isinstance(found, PolicySpec) else None
+
+
+def _attributes(env: Any) -> dict[str, Any]:
+    """Return the attributes of a vector environment without those of the environments that it wraps."""
+    return getattr(env, "__dict__", {})
+
+
+def _space_error(trained: Any, spaces: Mapping[Any, gymnasium.Space[Any]]) -> ArgumentError:
+    """Return the error about a model whose observations are not those of a flock, an agent or a predator."""
+    shapes = " or ".join(f"{space.shape} for one row per {name}" for name, space in spaces.items())
+    is_known = trained.shape in {space.shape for space in spaces.values()}
+    return ArgumentError(
+        "model.observation_space",
+        f"shape {shapes}, with the options of the training and without a wrapper that changes observations"
+        " (VecFrameStack, TimeAwareObservation)",
+        f"{trained.shape or trained}{' with other bounds' if is_known else ''}",
+    )
+
+
+def _layers(model: Any) -> list[Any]:
+    """Return the layers of torch from the observation to the mean of the action.
+
+    Raises:
+        ArgumentError: if the model has a memory or is of another algorithm.
+    """
+    policy: Any = getattr(model, "policy", None)
+    actor: Any = getattr(policy, "actor", None)
+    extractor: Any = getattr(policy, "mlp_extractor", None)
+    if hasattr(policy, "lstm_actor"):
+        raise ArgumentError("model", "a model without a memory", type(model).__name__)
+    if hasattr(actor, "mu"):  # TD3 and DDPG have all layers and a tanh in ``mu``
+        parts = [actor.features_extractor, getattr(actor, "latent_pi", []), actor.mu]
+    elif hasattr(extractor, "policy_net") and hasattr(policy, "action_net"):
+        parts = [policy.pi_features_extractor, extractor.policy_net, policy.action_net]
+    else:
+        expected = "an MlpPolicy of PPO, A2C, TRPO, SAC, TQC, TD3 or DDPG"
+        raise ArgumentError("model", expected, type(model).__name__)
+    layers = [layer for part in parts for layer in (part if hasattr(part, "__iter__") else [part])]
+    if type(layers[0]).__name__ == "FlattenExtractor":
+        del layers[0]
+    if type(layers[-1]).__name__ == "Tanh":
+        del layers[-1]
+    return layers
+
+
+def _normalized(network: NetworkPolicy, layout: ObservationLayout, normalizer: Any) -> NetworkPolicy:
+    """Return a network for plain observations from one for normalized ones.
+
+    Raises:
+        ArgumentError: if an observation can be clipped.
+    """
+    mean, scale = normalizer.obs_rms.mean, np.sqrt(normalizer.obs_rms.var + normalizer.epsilon)
+    farthest = np.maximum(layout.high - mean, mean - layout.low) / scale
+    if farthest.max() > normalizer.clip_obs:
+        expected = f"numpy.inf, as a network cannot clip its input {layout.names[farthest.argmax()]!r}"
+        raise ArgumentError("vec_normalize.clip_obs", expected, normalizer.clip_obs)
+    inputs, outputs = network.architecture.shapes[0]
+    weights, biases, rest = np.split(network.parameters, [inputs * outputs, (inputs + 1) * outputs])
+    weights = (weights.reshape(inputs, outputs) / scale[:, np.newaxis]).astype(np.float32)
+    parameters = np.concatenate([weights.ravel(), biases - mean @ weights, rest])
+    return NetworkPolicy(network.architecture, parameters)
 
 
 def _ranges(spec: PolicySpec) -> dict[str, Any]:

@@ -37,9 +37,9 @@ def torch_network(
     found = list(layers)
     kinds = [type(layer).__name__ for layer in found]
     if kinds != ["Linear", "Tanh"] * (len(kinds) // 2) + ["Linear"]:
-        raise ArgumentError(
-            "layers", "Linear and Tanh in turn, Linear first and last", ", ".join(kinds) or "none"
-        )
+        expected = "Linear and Tanh in turn, Linear first and last"
+        advice = " (in stable-baselines3: policy_kwargs={'activation_fn': torch.nn.Tanh})"
+        raise ArgumentError("layers", expected + advice, ", ".join(kinds) or "none")
     hidden, parameters = layer_parameters(found[::2], None if ranges else 1)
     return NetworkPolicy(Architecture(inputs, hidden, squash=squash, ranges=ranges), parameters)
 

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import re
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import torch
+from gymnasium.wrappers import NormalizeObservation, TimeAwareObservation, TimeLimit
 from option_table import small_flock
 from rounding import actor_layers, float32_error
 from same import outcome
-from sb3_contrib import TQC, RecurrentPPO
-from stable_baselines3 import PPO
-from stable_baselines3.common.vec_env import VecNormalize
+from sb3_contrib import ARS, TQC, CrossQ, RecurrentPPO
+from stable_baselines3 import A2C, DDPG, DQN, PPO, SAC, TD3
+from stable_baselines3.common.vec_env import DummyVecEnv, VecFrameStack, VecMonitor, VecNormalize
 
 import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.policies import (
+    NetworkPolicy,
     SB3Policy,
     ScheduledRange,
     bind,
@@ -130,16 +134,161 @@ def test_a_model_becomes_a_network_that_can_be_saved(algorithm: Any, tmp_path: P
     assert fe.load_policy(tmp_path / "mine.npz").policy.parameters.tolist() == network.parameters.tolist()
 
 
-def test_models_that_are_no_network_of_the_package_are_refused() -> None:
-    env = FlockVecEnv(1, SCENARIO)
-    sizes = {"n_steps": 8, "batch_size": 8, "device": "cpu"}
-    relu = PPO("MlpPolicy", env, policy_kwargs={"activation_fn": torch.nn.ReLU}, **sizes)
-    scaled = PPO("MlpPolicy", VecNormalize(env, norm_obs=True), **sizes)
-    meters = PPO("MlpPolicy", FlockVecEnv(1, SCENARIO, action_mode="range"), **sizes)
-    alone = PPO("MlpPolicy", env, **sizes)
-    alone.env = None
-    with pytest.raises(ArgumentError, match=r"^layers: .* Linear, ReLU, Linear"):
-        SB3Policy(relu).network()
-    for model in (scaled, meters, alone, RecurrentPPO("MlpLstmPolicy", env, **sizes), Mood()):
-        with pytest.raises(ArgumentError, match="model"):
-            SB3Policy(model).network()
+SIZES = {"n_steps": 8, "batch_size": 8, "device": "cpu", "seed": 0}
+TANH = {"net_arch": [8, 4], "activation_fn": torch.nn.Tanh}
+
+
+def normalized(env: Any, **settings: Any) -> VecNormalize:
+    """Return a wrapper with statistics that no observation of a short run has."""
+    wrapper = VecNormalize(env, **settings)
+    rng = np.random.default_rng(0)
+    wrapper.obs_rms.mean, wrapper.obs_rms.var = rng.uniform(-0.5, 0.5, (2, *env.observation_space.shape)) ** 2
+    wrapper.training = False
+    return wrapper
+
+
+@pytest.mark.parametrize(
+    "wrap",
+    [normalized, lambda env: VecMonitor(normalized(env)), lambda env: VecNormalize(env, norm_obs=False)],
+)
+@pytest.mark.parametrize("is_loaded", [False, True])
+def test_observations_are_normalized_as_in_the_training(wrap: Any, is_loaded: bool, tmp_path: Path) -> None:
+    env = wrap(AgentVecEnv(1, SCENARIO))
+    model = PPO("MlpPolicy", env, **SIZES)
+    env.seed(3)
+    rows, expected = env.reset(), []
+    for _ in range(T):
+        rows, _, _, infos = env.step(model.predict(rows, deterministic=True)[0])
+        expected.append([info["interaction_range"] for info in infos])
+    policy = SB3Policy(model)
+    if is_loaded:
+        model.save(tmp_path / "model.zip")
+        model.get_vec_normalize_env().save(tmp_path / "statistics.pkl")
+        statistics = VecNormalize.load(tmp_path / "statistics.pkl", AgentVecEnv(1, SCENARIO))
+        policy = SB3Policy(PPO.load(tmp_path / "model.zip"), vec_normalize=statistics)
+    run = fe.record(SCENARIO, policy, 3)
+    assert run.interaction_ranges.tolist() == expected
+
+
+@pytest.mark.parametrize("algorithm", [A2C, SAC])
+def test_a_model_without_the_statistics_of_its_observations_is_refused(
+    algorithm: Any, tmp_path: Path
+) -> None:
+    env = VecNormalize(AgentVecEnv(1, SCENARIO))
+    algorithm("MlpPolicy", env, device="cpu", seed=0).learn(1).save(tmp_path / "model.zip")
+    policy = SB3Policy(algorithm.load(tmp_path / "model.zip"))
+    with pytest.raises(ArgumentError, match=r"^vec_normalize: expected VecNormalize.load\(path, venv\)"):
+        fe.rollout(SCENARIO, policy, [1])
+    policy = SB3Policy(policy.model, vec_normalize=VecNormalize(FlockVecEnv(1, SCENARIO)))
+    with pytest.raises(ArgumentError, match=r"^vec_normalize: expected statistics of 13 entries"):
+        fe.rollout(SCENARIO, policy, [1])
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "settings"),
+    [
+        (PPO, {}),
+        (PPO, {"use_sde": True, "policy_kwargs": {**TANH, "squash_output": True}}),
+        (A2C, {}),
+        (SAC, {"policy_kwargs": TANH}),
+        (TQC, {"policy_kwargs": TANH}),
+        (TD3, {"policy_kwargs": TANH}),
+        (DDPG, {"policy_kwargs": TANH}),
+    ],
+)
+@pytest.mark.parametrize("wrap", [lambda env: env, lambda env: normalized(env, clip_obs=np.inf)])
+def test_networks_of_all_algorithms_act_as_their_models(algorithm: Any, settings: Any, wrap: Any) -> None:
+    env = wrap(AgentVecEnv(1, SCENARIO))
+    model = algorithm("MlpPolicy", env, device="cpu", seed=1, **deepcopy(settings))  # SB3 writes into dicts
+    network, spec = SB3Policy(model).network(), env.get_attr("policy_spec", 0)[0]
+    rows = np.random.default_rng(0).uniform(spec.layout.low, spec.layout.high, (50, 13)).astype(np.float32)
+    actions = SB3Policy(model).act(rows, spec)
+    assert np.ptp(actions) > 0
+    np.testing.assert_allclose(network.act(rows, spec), actions, rtol=0, atol=rounding_error(network))
+
+
+def rounding_error(network: NetworkPolicy) -> float:
+    """Bound the difference of two float32 evaluations of a network by the sizes of its terms."""
+    error, at, eps = 0.0, 0, float(np.finfo(np.float32).eps)
+    for rows, columns in network.architecture.shapes:
+        weights = np.abs(network.parameters[at : at + (rows + 1) * columns]).reshape(rows + 1, columns)
+        error = float((weights.sum(axis=0) * (error + 2 * (rows + 2) * eps)).max())
+        at += weights.size
+    return error
+
+
+def model_of(algorithm: Any, env: Any = None, **settings: Any) -> Any:
+    """Return a model of an algorithm; with tanh layers and one slot per flock unless told otherwise."""
+    return algorithm("MlpPolicy", env or FlockVecEnv(1, SCENARIO), device="cpu", **deepcopy(settings))
+
+
+def alone() -> Any:
+    model = model_of(PPO)
+    model.env = None
+    return model
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (Mood, "model: expected an MlpPolicy of PPO, A2C, .* got Mood"),
+        (lambda: model_of(ARS), "model: expected an MlpPolicy of PPO, A2C, .* got ARS"),
+        (
+            lambda: model_of(DQN, FlockVecEnv(1, SCENARIO, action_mode="discrete")),
+            "model: expected an MlpPolicy of PPO, A2C, .* got DQN",
+        ),
+        (
+            lambda: RecurrentPPO("MlpLstmPolicy", FlockVecEnv(1, SCENARIO), device="cpu"),
+            "model: expected a model without a memory, got RecurrentPPO",
+        ),
+        (alone, r"model.env: expected .* after PPO.load\(path, env=env\), got none"),
+        (lambda: model_of(PPO, "Pendulum-v1"), "model.env: expected an environment of this package"),
+        (
+            lambda: model_of(PPO, FlockVecEnv(1, SCENARIO, action_mode="range")),
+            "model.env.options.action_mode: expected 'normalized', got 'range'",
+        ),
+        (
+            lambda: model_of(PPO, normalized(FlockVecEnv(1, SCENARIO), clip_obs=1.0)),
+            "vec_normalize.clip_obs: expected numpy.inf, .* got 1.0",
+        ),
+        (lambda: model_of(SAC), r"layers: .*torch.nn.Tanh.* got Linear, ReLU, Linear"),
+        (
+            lambda: model_of(SAC, use_sde=True, policy_kwargs=TANH),
+            "layers: .* got Linear, Tanh, Linear, Tanh, Linear, Hardtanh",
+        ),
+        (lambda: model_of(CrossQ, policy_kwargs=TANH), "layers: .* got BatchRenorm1d, Linear, Tanh"),
+        (
+            lambda: model_of(PPO, VecFrameStack(FlockVecEnv(1, SCENARIO), 2)),
+            r"model.observation_space: expected shape \(18,\) .*VecFrameStack.* got \(36,\)",
+        ),
+        (
+            lambda: model_of(PPO, DummyVecEnv([lambda: NormalizeObservation(fe.FlockEscapeEnv(SCENARIO))])),
+            r"model.observation_space: .* got \(18,\) with other bounds",
+        ),
+    ],
+)
+def test_models_that_are_no_network_of_the_package_are_refused(make: Any, message: str) -> None:
+    policy = SB3Policy(make())
+    with pytest.raises(ArgumentError, match=f"^{message}"):
+        policy.network()
+
+
+def test_the_model_knows_whether_it_sets_the_ranges_of_agents() -> None:
+    for env, per_agent in ((FlockVecEnv(1, SCENARIO), False), (AgentVecEnv(1, SCENARIO), True)):
+        policy = SB3Policy(model_of(PPO, env))
+        expected = fe.record(SCENARIO, policy, 1, per_agent=per_agent).interaction_ranges
+        assert fe.record(SCENARIO, policy, 1).interaction_ranges.tolist() == expected.tolist()
+        assert len(fe.rollout(SCENARIO, policy, [1]).seeds) == 1
+
+
+@pytest.mark.parametrize(
+    "env",
+    [
+        VecFrameStack(AgentVecEnv(1, SCENARIO), 2),
+        DummyVecEnv([lambda: TimeAwareObservation(TimeLimit(fe.FlockEscapeEnv(SCENARIO), T))]),
+    ],
+)
+def test_a_model_of_wrapped_observations_fits_neither_view(env: Any) -> None:
+    message = r"shape \(18,\) for one row per flock or \(13,\) for one row per agent, .*VecFrameStack.* got"
+    with pytest.raises(ArgumentError, match=f"{message} {re.escape(str(env.observation_space.shape))}"):
+        fe.rollout(SCENARIO, SB3Policy(model_of(PPO, env)), [1])

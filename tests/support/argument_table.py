@@ -455,7 +455,7 @@ POLICIES: dict[str, Row] = {
         policies.StubbornWitnesses, after=vars, named=dict.fromkeys(THRESHOLDS, THRESHOLDS)
     ),
     "RandomRange": Row(policies.RandomRange, after=lambda made: made._rng.bit_generator.state),
-    "SB3Policy": Row(policies.SB3Policy, {"model": part(Model())}, after=lambda _: None),
+    "SB3Policy": Row(policies.SB3Policy, {"model": part(Model()), "vec_normalize": part(None)}, after=lambda _: None),
     "bind": Row(policies.bind, {"env": part(fe.FlockEscapeEnv(FLOCK))}, after=lambda _: None),
     "Architecture": Row(
         network.Architecture,
