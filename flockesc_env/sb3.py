@@ -20,7 +20,7 @@ from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, needs_res
 from flockesc_env.episodes.batch import Columns
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.options import View
-from flockesc_env.episodes.scenarios import Scenarios, distinct_scenarios
+from flockesc_env.episodes.scenarios import Scenarios
 from flockesc_env.episodes.seeds import consecutive_seeds, fresh_seed
 from flockesc_env.policies.playing import play
 from flockesc_env.policies.sb3 import SB3Policy
@@ -216,7 +216,6 @@ class FlockEvalCallback(BaseCallback):
         num_flocks: number of flocks per scenario. Their seeds are 1,000,000 and above, for tuning.
         best_model_save_path: folder for ``best_model.zip`` and, with a ``VecNormalize``, its statistics
             ``vecnormalize.pkl``. ``None``: no files.
-        verbose: 1: print every evaluation.
 
     Attributes:
         best_objective: largest mean objective so far.
@@ -228,14 +227,9 @@ class FlockEvalCallback(BaseCallback):
     """
 
     def __init__(
-        self,
-        eval_freq: int,
-        num_flocks: int = 20,
-        *,
-        best_model_save_path: str | Path | None = None,
-        verbose: int = 0,
+        self, eval_freq: int, num_flocks: int = 20, *, best_model_save_path: str | Path | None = None
     ) -> None:
-        super().__init__(verbose)
+        super().__init__()
         self.eval_freq = as_count(eval_freq, "eval_freq")
         self.num_flocks = as_count(num_flocks, "num_flocks", most=len(_TUNING))
         path = best_model_save_path
@@ -271,18 +265,17 @@ class FlockEvalCallback(BaseCallback):
                 num_threads=None,
                 predator_policy=copy(env._predator_policy),
             )[spec.column]
-            for scenario in distinct_scenarios(env.scenarios, len(env.scenarios))[0]
+            for scenario in dict.fromkeys(env.scenarios)
         ]
         objective = float(np.mean(objectives))
         self.num_episodes += np.size(objectives)
         self.logger.record(f"eval/{spec.column}", objective)
         self.logger.record("eval/episodes", self.num_episodes)
         self.logger.dump(self.num_timesteps)
-        if self.verbose:
-            print(f"{self.num_timesteps} samples: {spec.symbol} {spec.text(objective)}")
         if objective > self.best_objective:
             self.best_objective = objective
             if self.best_model_save_path is not None:
+                self.best_model_save_path.mkdir(parents=True, exist_ok=True)
                 self.model.save(self.best_model_save_path / "best_model")
                 normalizer = self.model.get_vec_normalize_env()
                 if normalizer is not None:

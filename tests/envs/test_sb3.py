@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,11 +10,25 @@ import pytest
 from captured_flocks import doomed
 from gymnasium import Wrapper
 from option_table import small_flock
-from stable_baselines3.common.vec_env import VecEnv, VecMonitor, VecNormalize
+from stable_baselines3 import A2C, DQN, PPO, SAC
+from stable_baselines3.common.callbacks import CheckpointCallback, EvalCallback
+from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecMonitor, VecNormalize
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from flockesc_env import AgentVectorEnv, FlockEscapeEnv, FlockVectorEnv, parallel_env
+from flockesc_env import (
+    AgentVectorEnv,
+    FlockEscapeEnv,
+    FlockVectorEnv,
+    Learned,
+    SB3Policy,
+    parallel_env,
+    rollout,
+)
+from flockesc_env.benchmark.seeds import TUNING
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+from flockesc_env.policies import Pursue
+from flockesc_env.sb3 import AgentVecEnv, FlockEvalCallback, FlockVecEnv
 
 FLOCKS = 3
 ENVS = pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
@@ -180,3 +195,101 @@ def test_attributes_and_methods(make: type[VecEnv]) -> None:
     assert env.env_is_wrapped(Wrapper, indices=[1]) == [False]
     env.close()
     env.close()
+
+
+def weights(model: Any) -> np.ndarray:
+    return np.concatenate([part.detach().numpy().ravel() for part in model.policy.parameters()])
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "settings"),
+    [
+        (PPO, {"n_steps": 10, "batch_size": 50}),
+        (A2C, {}),
+        (SAC, {"learning_starts": 20, "buffer_size": 100}),
+        (DQN, {"learning_starts": 20, "buffer_size": 100}),
+    ],
+)
+def test_the_loop_of_stable_baselines3(algorithm: Any, settings: Any, tmp_path: Path) -> None:
+    """Train with its wrappers and callbacks, save, load, act alike, learn on."""
+
+    def make() -> VecMonitor:
+        mode = "discrete" if algorithm is DQN else "normalized"
+        return VecMonitor(AgentVecEnv(1, small_flock(), action_mode=mode))
+
+    env, judge = VecNormalize(make()), VecNormalize(make(), training=False)
+    model = algorithm("MlpPolicy", env, device="cpu", seed=0, **settings)
+    checkpoints = CheckpointCallback(10, str(tmp_path), save_vecnormalize=True)
+    evaluations = EvalCallback(judge, eval_freq=10, best_model_save_path=str(tmp_path), verbose=0)
+    model.learn(100, callback=[checkpoints, evaluations]).save(tmp_path / "last.zip")
+    rows = judge.reset()
+    last = algorithm.load(tmp_path / "last.zip", device="cpu")
+    actions = [each.predict(rows, deterministic=True)[0] for each in (model, last)]
+    np.testing.assert_array_equal(*actions)
+    assert np.isfinite(evaluations.best_mean_reward)
+    assert algorithm.load(tmp_path / "best_model.zip", device="cpu").num_timesteps in {50, 100}
+
+    env = VecNormalize.load(str(tmp_path / "rl_model_vecnormalize_100_steps.pkl"), make())
+    model = algorithm.load(tmp_path / "rl_model_100_steps.zip", env=env, device="cpu")
+    before = weights(model)
+    model.learn(100, reset_num_timesteps=False)
+    assert model.num_timesteps == 200
+    assert not np.array_equal(weights(model), before)
+
+
+@pytest.mark.parametrize("learning_rate", [0.0, 0.1])
+def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float, tmp_path: Path) -> None:
+    settings = {"n_steps": 10, "batch_size": 50, "seed": 0, "device": "cpu", "learning_rate": learning_rate}
+    hunted = small_flock(predators=(Learned(),))
+    scenarios, options = [hunted, hunted.replace(num_steps=9)], {"objective": "minimum", "max_range": 40.0}
+    callback = FlockEvalCallback(10, 3, best_model_save_path=tmp_path / "best")
+    models = []
+    for chosen in (None, callback):
+        env = AgentVecEnv(2, scenarios, predator_policy=Pursue(), **options)
+        model = PPO("MlpPolicy", VecNormalize(env), tensorboard_log=str(tmp_path), **settings)
+        models.append(model.learn(200, callback=chosen))
+    np.testing.assert_array_equal(*map(weights, models))  # the callback does not change the training
+    logged = EventAccumulator(str(tmp_path / "PPO_2")).Reload()
+    values = [event.value for event in logged.Scalars("eval/min_min_distance")]
+    steps = [event.step for event in logged.Scalars("eval/min_min_distance")]
+    assert steps == [0, 100, 200, 200]  # before the training, twice in it, and after it
+    assert callback.num_episodes == logged.Scalars("eval/episodes")[-1].value == 4 * 3 * 2
+    assert callback.best_objective == pytest.approx(max(values))
+    statistics = VecNormalize.load(str(tmp_path / "best" / "vecnormalize.pkl"), env)
+    best = PPO.load(tmp_path / "best" / "best_model.zip", device="cpu")
+    assert best.num_timesteps == steps[int(np.argmax(values))]
+    played = [
+        rollout(
+            scenario,
+            SB3Policy(best, vec_normalize=statistics),
+            TUNING[:3],
+            predator_policy=Pursue(),
+            **options,
+        ).min_min_distance
+        for scenario in scenarios
+    ]
+    assert np.mean(played) == callback.best_objective
+
+
+def test_the_callback_refuses_other_environments() -> None:
+    model = A2C("MlpPolicy", DummyVecEnv([lambda: FlockEscapeEnv(small_flock())]), device="cpu")
+    with pytest.raises(ArgumentError, match=r"model.env: expected a FlockVecEnv or AgentVecEnv"):
+        model.learn(5, callback=FlockEvalCallback(5))
+
+
+def test_one_episode_per_agent_judges_whole_flocks() -> None:
+    """As docs/trainers.md says: ``evaluate_policy`` counts slots."""
+    scenario = small_flock()
+    env = VecMonitor(AgentVecEnv(2, scenario), info_keywords=("min_mean_distance",))
+    model = A2C("MlpPolicy", env, device="cpu", seed=0)
+    env.seed(7)
+    values = []
+    evaluate_policy(
+        model,
+        env,
+        n_eval_episodes=env.num_envs,
+        callback=lambda seen, _: values.append(seen["info"]["min_mean_distance"]) if seen["done"] else None,
+    )
+    assert len(values) == 2 * scenario.num_agents
+    expected = rollout(scenario, SB3Policy(model), [7, 8]).min_mean_distance
+    np.testing.assert_array_equal(np.unique(values), np.sort(expected))

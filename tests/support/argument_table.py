@@ -38,7 +38,7 @@ from flockesc_env.models import graph, order, records
 from flockesc_env.policies import network, registry
 from flockesc_env.policies import predators as predator_policies
 from flockesc_env.render import draw, video
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+from flockesc_env.sb3 import AgentVecEnv, FlockEvalCallback, FlockVecEnv
 from flockesc_env.scenario import initial, motion, neighbors, predators, randomization
 
 FLOCK = small_flock(num_steps=24)
@@ -455,7 +455,9 @@ POLICIES: dict[str, Row] = {
         policies.StubbornWitnesses, after=vars, named=dict.fromkeys(THRESHOLDS, THRESHOLDS)
     ),
     "RandomRange": Row(policies.RandomRange, after=lambda made: made._rng.bit_generator.state),
-    "SB3Policy": Row(policies.SB3Policy, {"model": part(Model()), "vec_normalize": part(None)}, after=lambda _: None),
+    "SB3Policy": Row(
+        policies.SB3Policy, {"model": part(Model()), "vec_normalize": part(None)}, after=lambda _: None
+    ),
     "bind": Row(policies.bind, {"env": part(fe.FlockEscapeEnv(FLOCK))}, after=lambda _: None),
     "Architecture": Row(
         network.Architecture,
@@ -528,6 +530,11 @@ CONSTRUCTORS: dict[str, Row] = {
     ),
     "sb3.FlockVecEnv": Row(FlockVecEnv, after=play, others=ENV_OPTIONS),
     "sb3.AgentVecEnv": Row(AgentVecEnv, after=play, others=ENV_OPTIONS),
+    "sb3.FlockEvalCallback": Row(
+        FlockEvalCallback,
+        {"eval_freq": count(5), "best_model_save_path": file("best")},
+        after=lambda made: [made.eval_freq, made.num_flocks, made.best_model_save_path],
+    ),
 }
 
 
