@@ -96,6 +96,30 @@ def is_per_agent(policy: Any) -> bool:
     return bool(getattr(policy, "per_agent", False))
 
 
+def normalizer_of(env: Any) -> Any:
+    """Return the ``VecNormalize`` among the wrappers of an environment that normalizes observations, or None.
+
+    Attributes are looked up in ``__dict__``, because wrappers also have those of the inner environment.
+    """
+    while env is not None and not getattr(env, "__dict__", {}).get("norm_obs"):
+        env = getattr(env, "__dict__", {}).get("venv")
+    return env
+
+
+def _check_wrappers(env: Any, spec: PolicySpec) -> None:
+    for name, expected in (
+        ("observation_space", spec.layout.space()),
+        ("action_space", spec.actions.space()),
+    ):
+        space = getattr(env, f"single_{name}", None) or getattr(env, name)
+        found = space(env.possible_agents[0]) if callable(space) else space
+        is_clipped = name == "action_space" and bool(np.isinf(getattr(found, "low", 0.0)).all())
+        if found != expected and not is_clipped:
+            raise ArgumentError(f"env.{name}", "that of env.unwrapped, which no wrapper changes", found)
+    if normalizer_of(env) is not None:
+        raise ArgumentError("env", "observations that no VecNormalize changes", shown(env))
+
+
 def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
     """Return a function ``act(obs)`` that returns the policy's action for ``env.step``.
 
@@ -107,10 +131,12 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
 
     Args:
         policy: the policy.
-        env: an environment of this package, which may be wrapped.
+        env: an environment of this package. Wrappers may change neither observations nor actions, except for
+            ``ClipAction``.
 
     Raises:
-        ArgumentError: if ``policy`` is not a policy, or ``env`` is not an environment of this package.
+        ArgumentError: if ``policy`` is not a policy, ``env`` is not an environment of this package, or a
+            wrapper changes a space of ``env`` or normalizes its observations.
     """
     as_policy(policy)
     inner = getattr(env, "unwrapped", env)
@@ -121,6 +147,7 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
         )
     except (AttributeError, TypeError):
         raise ArgumentError("env", "an environment of this package", shown(env)) from None
+    _check_wrappers(env, spec)
     time = spec.layout.index("time")
     rows_per_flock = spec.num_agents if is_per_agent(spec) else 1
 

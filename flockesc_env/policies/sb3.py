@@ -14,7 +14,7 @@ from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, flock_policy_spec
-from flockesc_env.policies.base import Observations, RowMemory, is_per_agent
+from flockesc_env.policies.base import Observations, RowMemory, is_per_agent, normalizer_of
 from flockesc_env.policies.network import NetworkPolicy, Squash
 from flockesc_env.policies.torch import torch_network
 from flockesc_env.scenario.flock import FlockScenario
@@ -49,7 +49,7 @@ class SB3Policy(RowMemory):
     def __init__(self, model: Any, *, vec_normalize: Any = None, deterministic: bool = True) -> None:
         if isinstance(model, type) or not callable(getattr(model, "predict", None)):
             raise ArgumentError("model", "a model (an object with a method predict)", shown(model))
-        if vec_normalize is not None and "norm_obs" not in _attributes(vec_normalize):
+        if vec_normalize is not None and not hasattr(vec_normalize, "norm_obs"):
             raise ArgumentError("vec_normalize", "a VecNormalize or None", shown(vec_normalize))
         self.model = model
         self.vec_normalize = vec_normalize
@@ -126,10 +126,8 @@ class SB3Policy(RowMemory):
 
     def _normalizer(self) -> Any:
         """Return the ``VecNormalize`` that normalizes observations, or ``None``."""
-        env = getattr(self.model, "env", None) if self.vec_normalize is None else self.vec_normalize
-        while env is not None and not _attributes(env).get("norm_obs"):
-            env = _attributes(env).get("venv")
-        return env
+        given = self.vec_normalize
+        return normalizer_of(getattr(self.model, "env", None) if given is None else given)
 
     def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
         row, actions = (
@@ -164,11 +162,6 @@ class SB3Policy(RowMemory):
             return None
         found = env.get_attr("policy_spec", [0])[0]
         return found if isinstance(found, PolicySpec) else None
-
-
-def _attributes(env: Any) -> dict[str, Any]:
-    """Return the attributes of a vector environment without those of the environments that it wraps."""
-    return getattr(env, "__dict__", {})
 
 
 def _space_error(trained: Any, spaces: Mapping[Any, gymnasium.Space[Any]]) -> ArgumentError:

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from option_table import ACTION_MODES, DIMENSIONS, STEPS_PER_ACTION, small_flock
 from same import outcome
-from stable_baselines3.common.vec_env import VecMonitor
+from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNormalize
 
 import flockesc_env as fe
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.policies import (
     FixedRange,
     RandomRange,
@@ -199,3 +200,33 @@ def test_policies_by_name_set_their_options() -> None:
     ours = fe.rollout(SCENARIO, "stubborn-leaders", SEEDS, predator_sensing_range=20.0)
     same = fe.rollout(SCENARIO, StubbornLeaders(), SEEDS, predator_sensing_range=20.0)
     assert outcome(ours).tolist() == outcome(same).tolist()
+
+
+@pytest.mark.parametrize(
+    ("wrap", "field"),
+    [
+        (lambda env: gymnasium.wrappers.RescaleAction(env, 0, 1), "env.action_space"),
+        (lambda env: gymnasium.wrappers.FrameStackObservation(env, 2), "env.observation_space"),
+        (
+            lambda env: gymnasium.vector.SyncVectorEnv(
+                [lambda: gymnasium.wrappers.NormalizeObservation(env)]
+            ),
+            "env.observation_space",
+        ),
+        (lambda _: VecFrameStack(FlockVecEnv(1, SCENARIO), 2), "env.observation_space"),
+        (lambda _: VecMonitor(VecNormalize(FlockVecEnv(1, SCENARIO))), "env"),
+    ],
+)
+def test_bind_refuses_wrappers_that_change_observations_or_actions(wrap: Any, field: str) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        bind(FixedRange(12.0), wrap(fe.FlockEscapeEnv(SCENARIO)))
+    assert caught.value.field == field
+
+
+def test_bind_takes_wrappers_that_clip_actions_or_normalize_rewards() -> None:
+    for env in (
+        gymnasium.wrappers.ClipAction(fe.FlockEscapeEnv(SCENARIO)),
+        gymnasium.wrappers.vector.ClipAction(fe.FlockVectorEnv(2, SCENARIO)),
+        VecNormalize(AgentVecEnv(1, SCENARIO), norm_obs=False),
+    ):
+        assert callable(bind(FixedRange(12.0), env))
