@@ -37,13 +37,16 @@ class EvaluateArgs:
 
     Attributes:
         policy: name of a built-in policy (see ``flockesc simulate --help``), a policy
-            file, the folder of a run, or module:function.
+            file, the folder of a run, module:function, or a model of stable-baselines3
+            with its task, as PPO:model.zip.
+        task: task of the benchmark in which a model of stable-baselines3 was trained.
         flocks: number of held-out flocks.
         output: Parquet file for a table with one row per flock; default: no file.
         num_threads: number of threads; default: one per core.
     """
 
     policy: str
+    task: str | None = None
     flocks: int = 200
     output: Path | None = None
     num_threads: int | None = None
@@ -55,7 +58,9 @@ class CompareArgs:
 
     Attributes:
         policies: names of built-in policies (see ``flockesc simulate --help``), policy
-            files, folders of runs, or module:function.
+            files, folders of runs, module:function, or models of stable-baselines3 with
+            their task, as PPO:model.zip.
+        task: task of the benchmark in which models of stable-baselines3 were trained.
         output: folder for the tables, the recorded runs and the figures.
         objective: what is compared; see ``EnvOptions``.
         flocks: number of held-out flocks for the comparison.
@@ -67,6 +72,7 @@ class CompareArgs:
     """
 
     policies: tuple[str, ...]
+    task: str | None = None
     output: Path = Path("runs/comparison")
     objective: Objective = "mean"
     flocks: int = 200

@@ -24,7 +24,7 @@ from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
 from training import plots
 from training.arguments import CompareArgs
 from training.evaluation import run_policy
-from training.policies import named_policy, policy_argument, scenario_of
+from training.policies import is_model, named_policy, policy_argument, scenario_of
 from training.versions import versions
 
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")
@@ -43,7 +43,7 @@ def compare(args: CompareArgs) -> pl.DataFrame:
     Raises:
         ArgumentError: if an argument is out of bounds or a policy is unknown.
     """
-    entries = [named_policy(spec) for spec in args.policies]
+    entries = [named_policy(spec, args.task) for spec in args.policies]
     scenario = scenario_of(entries)
     spec = FLOCK_OBJECTIVES[args.objective]
     spec.check_defined_in(scenario)
@@ -111,7 +111,7 @@ def compare(args: CompareArgs) -> pl.DataFrame:
 def _watch_command(args: CompareArgs, scenario: FlockScenario, best: float, flock: int) -> str:
     """Return the command that shows a flock under the best fixed range and under the last policy."""
     shown = [str(args.output / file) for file in RECORDS]
-    if scenario == FlockScenario():
+    if scenario == FlockScenario() and not is_model(args.policies[-1]):
         shown = ["--policies", f"fixed:{best:g}", policy_argument(args.policies[-1]), "--seed", str(flock)]
     program = os.path.relpath(Path(sys.executable).with_name("flockesc"))
     return shlex.join([program, "watch", *shown])

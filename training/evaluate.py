@@ -23,7 +23,7 @@ def evaluate(args: EvaluateArgs) -> pl.DataFrame:
     if args.output is not None:
         args.output.parent.mkdir(parents=True, exist_ok=True)
         check_writable(args.output)
-    entry = named_policy(args.policy)
+    entry = named_policy(args.policy, args.task)
     flocks = seeds.first_seeds(seeds.HELD_OUT, args.flocks)
     scenario = scenario_of([entry])
     episodes = run_policy(entry, flocks, scenario=scenario, num_threads=args.num_threads)

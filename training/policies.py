@@ -6,29 +6,39 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from flockesc_env import ArgumentError, FlockScenario, NamedPolicy
-from flockesc_env.cli.policies import policy_of
+from flockesc_env.benchmark.tasks import task_of
+from flockesc_env.cli.policies import MODEL_SUFFIX, policy_of
 from flockesc_env.policies import NAMES
 from training.record import POLICY_FILE
 
 EXPECTED = f"{', '.join(NAMES)}, a policy file, the folder of a finished run or module:function"
 
 
-def named_policy(spec: str) -> NamedPolicy:
+def named_policy(spec: str, task: str | None = None) -> NamedPolicy:
     """Return the policy of a command-line argument.
 
     Args:
         spec: the name of a built-in policy (``flockesc_env.policies.NAMES``), a file that ``save_policy``
-            wrote, the folder of a finished run, or ``module:function``, a function that returns a
-            ``NamedPolicy``.
+            wrote, the folder of a finished run, ``module:function``, a function that returns a
+            ``NamedPolicy``, or a model of stable-baselines3, for example ``PPO:model.zip``.
+        task: name of the task in which models of stable-baselines3 were trained.
 
     Raises:
-        ArgumentError: if ``spec`` is none of these.
+        ArgumentError: if ``spec`` is none of these, it is a model without a task, or the task is unknown.
         RecordError: if the file is damaged or is not a policy.
     """
+    known = None if task is None else task_of(task)
     try:
-        return policy_of(policy_argument(spec))
+        return policy_of(policy_argument(spec), task=known)
     except ArgumentError as error:
+        if is_model(spec):
+            raise
         raise ArgumentError(error.field, f"one of {EXPECTED}", error.given) from None
+
+
+def is_model(spec: str) -> bool:
+    """Return whether a command-line argument is a model of stable-baselines3."""
+    return Path(spec).suffix == MODEL_SUFFIX
 
 
 def policy_argument(spec: str) -> str:

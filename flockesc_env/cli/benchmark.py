@@ -15,16 +15,15 @@ from flockesc_env.benchmark.results import SUFFIX, Result, Training, check_learn
 from flockesc_env.benchmark.scoring import score as play_all
 from flockesc_env.benchmark.scoring import verify as play_again
 from flockesc_env.benchmark.standings import standings
-from flockesc_env.benchmark.tasks import FLOCKS, VERSION, Task, task_of
+from flockesc_env.benchmark.tasks import FLOCKS, VERSION, task_of
 from flockesc_env.benchmark.tasks import tasks as all_tasks
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, optional
 from flockesc_env.cli.output import check_output, note, show, show_json, table
-from flockesc_env.cli.policies import EXPECTED, MODEL_SUFFIX, model_policy, policy_of
+from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import ArgumentError, FlockescError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import write_text
-from flockesc_env.policies.registry import NamedPolicy
 
 MODEL = "PPO:FILE.zip (a model of stable-baselines3)"
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
@@ -109,7 +108,7 @@ def score(
         raise ArgumentError("policies", "at least one policy", "none")
     check_output(output, [SUFFIX])
     chosen = task_of(task)
-    found = [(spec, _policy(spec, chosen)) for spec in policies]
+    found = [(spec, policy_of(spec, task=chosen)) for spec in policies]
     name = learner or found[0][1].name
     check_learner(name)
     result = play_all(
@@ -191,12 +190,6 @@ def report(
     write_text(output, text)
     note(f"saved: {output}")
     return Exit.DONE
-
-
-def _policy(spec: str, task: Task) -> NamedPolicy:
-    if spec.endswith(MODEL_SUFFIX):
-        return model_policy(spec, per_agent=task.per_agent, options=task.options)
-    return policy_of(spec)
 
 
 def _plain(name: str) -> dict[str, object]:

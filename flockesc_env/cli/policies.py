@@ -5,9 +5,8 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
@@ -16,24 +15,32 @@ from flockesc_env.policies.files import SUFFIX, find_policy
 from flockesc_env.policies.registry import NAMES, NamedPolicy
 from flockesc_env.policies.sb3 import SB3Policy
 
+if TYPE_CHECKING:
+    from flockesc_env.benchmark.tasks import Task
+
 EXPECTED = f"{', '.join(NAMES)}, a policy file or module:function"
 
 MODEL_SUFFIX = ".zip"
 _SB3 = ("stable_baselines3", "sb3_contrib")
 
 
-def policy_of(spec: str, argument: str = "policies") -> NamedPolicy:
-    """Return the policy of an argument.
+def policy_of(spec: str, argument: str = "policies", *, task: Task | None = None) -> NamedPolicy:
+    """Return the policy of an argument. Code in a model of stable-baselines3 is executed.
 
     Args:
         spec: as for ``find_policy``, or ``module:function``: a function without arguments that returns a
-            ``NamedPolicy``. The module may lie in the current folder.
+            ``NamedPolicy``. The module may lie in the current folder. With a task also a model that
+            stable-baselines3 saved: its class and file, for example ``PPO:model.zip``.
         argument: name of the argument, for the error message.
+        task: task in which models of stable-baselines3 were trained; a model does not contain its options.
 
     Raises:
         ArgumentError: if ``spec`` is none of these.
+        MissingExtraError: if ``spec`` is a model and stable-baselines3 is not installed.
         RecordError: if the file is damaged or is not a policy.
     """
+    if Path(spec).suffix == MODEL_SUFFIX:
+        return _model_policy(spec, argument, task)
     module, is_code, function = spec.partition(":")
     if not is_code or module == "fixed" or suffix_of(spec) == SUFFIX:
         return find_policy(spec, argument)
@@ -48,18 +55,10 @@ def policy_of(spec: str, argument: str = "policies") -> NamedPolicy:
     return policy
 
 
-def model_policy(spec: str, *, per_agent: bool, options: Mapping[str, Any]) -> NamedPolicy:
-    """Return the policy of a model that stable-baselines3 saved. Loading executes code in the file.
-
-    Args:
-        spec: class of the algorithm and path of the file, for example ``PPO:model.zip``.
-        per_agent: whether the policy sets one range per agent.
-        options: options of the environment in which the model was trained.
-
-    Raises:
-        ArgumentError: if there is no such class, or the file is not a model of it.
-        MissingExtraError: if stable-baselines3 is not installed.
-    """
+def _model_policy(spec: str, argument: str, task: Task | None) -> NamedPolicy:
+    if task is None:
+        expected = "a policy file, or a model with the task in which it was trained (--task)"
+        raise ArgumentError(argument, expected, repr(spec))
     require("sb3", ["stable_baselines3"])
     name, _, path = spec.rpartition(":")
     try:
@@ -68,5 +67,5 @@ def model_policy(spec: str, *, per_agent: bool, options: Mapping[str, Any]) -> N
         model = algorithm.load(path, device="cpu")
     except (Exception, SystemExit) as error:  # the class, its code and the file are the user's
         expected = "ALGORITHM:FILE.zip with a class of stable-baselines3 or sb3-contrib, as PPO:model.zip"
-        raise ArgumentError("policies", expected, f"{spec!r} ({error!r})") from error
-    return NamedPolicy(Path(path).stem, SB3Policy(model), per_agent, dict(options))
+        raise ArgumentError(argument, expected, f"{spec!r} ({error!r})") from error
+    return NamedPolicy(Path(path).stem, SB3Policy(model), task.per_agent, dict(task.options), task.scenario)

@@ -13,12 +13,14 @@ import numpy as np
 import polars as pl
 import pytest
 from small_runs import SMALL, small_run
+from stable_baselines3 import A2C
 
 import flockesc_env as fe
-from flockesc_env.benchmark import seeds
+from flockesc_env.benchmark import seeds, task_of
 from flockesc_env.cli import main
 from flockesc_env.policies import FixedRange, load_policy
 from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.sb3 import AgentVecEnv
 from training.__main__ import TRAINING
 from training.compare import CompareArgs, compare
 from training.config import PPOArgs, SB3Args
@@ -161,6 +163,29 @@ def test_commands_train_evaluate_and_compare(tmp_path: Path) -> None:
     alone = pl.read_parquet(evaluated)["min_mean_distance"]
     beside = pl.read_parquet(out / "episodes.parquet").filter(policy="run")["objective"]
     assert alone.to_list() == beside.to_list()
+
+
+def test_a_model_of_stable_baselines3_plays_with_the_options_of_its_task(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    task, file = task_of("per-agent-visible"), tmp_path / "model.zip"
+    model = A2C("MlpPolicy", AgentVecEnv(1, task.scenario, **task.options), device="cpu", seed=0)
+    model.save(file)
+    compared, evaluated = tmp_path / "compared", tmp_path / "evaluated.parquet"
+    for command in (
+        f"evaluate --policy A2C:{file} --flocks 2 --output {evaluated}",
+        f"compare --policies A2C:{file} --flocks 2 --output {compared} --tuning-flocks 2 --grid-size 2",
+    ):
+        assert TRAINING.main(command.split()) == 2
+        assert "a model with the task in which it was trained (--task), got" in capsys.readouterr().err
+        assert TRAINING.main([*command.split(), "--task", task.name]) == 0
+    assert (
+        str(file) not in capsys.readouterr().out.splitlines()[-1]
+    )  # `flockesc watch` shows the recorded run
+    expected = fe.rollout(task.scenario, fe.SB3Policy(model), seeds.HELD_OUT[:2], **task.options)
+    objectives = pl.read_parquet(compared / "episodes.parquet").filter(policy="model")["objective"]
+    assert objectives.to_list() == expected.min_mean_distance.tolist()
+    assert pl.read_parquet(evaluated)["min_mean_distance"].to_list() == objectives.to_list()
 
 
 @pytest.mark.parametrize("is_default", [True, False])
