@@ -103,13 +103,14 @@ class SB3Policy(RowMemory):
 
         Raises:
             ArgumentError: if the model is not an ``MlpPolicy`` of PPO, A2C, TRPO, SAC, TQC, TD3 or DDPG with
-                tanh between its layers and normalized actions; if it holds no environment of this package, or
-                one with other spaces; if the statistics of normalized observations are missing, or
-                observations can reach ``clip_obs``.
+                tanh between its layers and normalized actions; if neither it nor ``vec_normalize`` holds its
+                environment; if a wrapper changes the spaces; if the statistics of normalized observations are
+                missing, or observations can reach ``clip_obs``.
         """
         layers = _layers(self.model)
         env: Any = getattr(self.model, "env", None)
-        spec = self._trained_spec()
+        env = self.vec_normalize if env is None else env
+        spec = _trained_spec(env)
         if env is None:
             name = type(self.model).__name__
             expected = f"the environment of the training, as after {name}.load(path, env=env)"
@@ -134,11 +135,11 @@ class SB3Policy(RowMemory):
             (spec.view, spec.actions.space()) if isinstance(spec, PolicySpec) else ("predator", spec.space())
         )
         observed = spec.layout.space()
-        trained = getattr(self.model, "observation_space", observed)
-        if trained != observed:
+        trained = getattr(self.model, "observation_space", None)
+        if trained is not None and trained != observed:
             raise _space_error(trained, {row: observed})
-        trained = getattr(self.model, "action_space", actions)
-        if trained != actions:
+        trained = getattr(self.model, "action_space", None)
+        if trained is not None and trained != actions:
             raise ArgumentError("model.action_space", f"the environment's, {actions}", trained)
         normalizer, last = self._normalizer(), getattr(self.model, "_last_obs", None)
         if normalizer is not None and normalizer.obs_rms.mean.shape != spec.layout.low.shape:
@@ -148,20 +149,20 @@ class SB3Policy(RowMemory):
         if normalizer is None and not is_plain:
             expected = "VecNormalize.load(path, venv) of the training, whose observations were normalized"
             raise ArgumentError("vec_normalize", expected, "none")
-        trained_spec = self._trained_spec()
+        trained_spec = _trained_spec(getattr(self.model, "env", None))
         if isinstance(spec, PolicySpec) and trained_spec is not None:
             trained_ranges, ranges = _ranges(trained_spec), _ranges(spec)
             for name, trained in trained_ranges.items():
                 if trained != ranges[name]:
                     raise ArgumentError(name, f"{trained}, with which the model was trained", ranges[name])
 
-    def _trained_spec(self) -> PolicySpec | None:
-        """Return the spec of the environment in the model; ``None`` if it was loaded without one."""
-        env: Any = getattr(self.model, "env", None)
-        if not hasattr(env, "has_attr") or not env.has_attr("policy_spec"):
-            return None
-        found = env.get_attr("policy_spec", [0])[0]
-        return found if isinstance(found, PolicySpec) else None
+
+def _trained_spec(env: Any) -> PolicySpec | None:
+    """Return the spec of a model's environment; ``None`` if it has none of this package."""
+    if not hasattr(env, "has_attr") or not env.has_attr("policy_spec"):
+        return None
+    found = env.get_attr("policy_spec", [0])[0]
+    return found if isinstance(found, PolicySpec) else None
 
 
 def _space_error(trained: Any, spaces: Mapping[Any, gymnasium.Space[Any]]) -> ArgumentError:

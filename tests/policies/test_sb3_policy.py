@@ -199,6 +199,10 @@ def test_networks_of_all_algorithms_act_as_their_models(algorithm: Any, settings
     network, spec = SB3Policy(model).network(), env.get_attr("policy_spec", 0)[0]
     rows = np.random.default_rng(0).uniform(spec.layout.low, spec.layout.high, (50, 13)).astype(np.float32)
     actions = SB3Policy(model).act(rows, spec)
+    model.env = None  # as after a load without one: the wrapper knows the environment, too
+    if isinstance(env, VecNormalize):
+        again = SB3Policy(model, vec_normalize=env).network()
+        assert again.parameters.tolist() == network.parameters.tolist()
     error = rounding_error(network)
     assert np.ptp(actions) > 100 * error
     np.testing.assert_allclose(network.act(rows, spec), actions, rtol=0, atol=error)
