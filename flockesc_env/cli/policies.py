@@ -57,7 +57,7 @@ def policy_of(spec: str, argument: str = "policies", *, task: Task | None = None
 
 def _model_policy(spec: str, argument: str, task: Task | None) -> NamedPolicy:
     if task is None:
-        expected = "a policy file, or a model with the task in which it was trained (--task)"
+        expected = "a policy file, or in commands with --task a model with the task of its training"
         raise ArgumentError(argument, expected, repr(spec))
     require("sb3", ["stable_baselines3"])
     name, _, path = spec.rpartition(":")

@@ -177,7 +177,7 @@ def test_a_model_of_stable_baselines3_plays_with_the_options_of_its_task(
         f"compare --policies A2C:{file} --flocks 2 --output {compared} --tuning-flocks 2 --grid-size 2",
     ):
         assert TRAINING.main(command.split()) == 2
-        assert "a model with the task in which it was trained (--task), got" in capsys.readouterr().err
+        assert "in commands with --task a model with the task of its training, got" in capsys.readouterr().err
         assert TRAINING.main([*command.split(), "--task", task.name]) == 0
     assert (
         str(file) not in capsys.readouterr().out.splitlines()[-1]
