@@ -10,7 +10,6 @@ from typing import Annotated
 import msgspec
 from tyro.conf import Positional, arg
 
-from flockesc_env.benchmark.marl_eval import write_marl_eval
 from flockesc_env.benchmark.results import SUFFIX, Result, Training, check_learner, read_result, write_result
 from flockesc_env.benchmark.scoring import score as play_all
 from flockesc_env.benchmark.scoring import verify as play_again
@@ -121,7 +120,6 @@ def score(
     )
     if output is not None:
         write_result(result, output)
-        write_marl_eval([result], output)
         note(f"saved: {output}")
     if json:
         show_json(
@@ -167,7 +165,7 @@ def report(
     *,
     output: Annotated[
         Path | None,
-        *optional("write the report (.md), a figure and marl-eval's JSON beside it", "print it only"),
+        *optional("write the report (.md) and a figure beside it", "print it only"),
     ] = None,
 ) -> Exit:
     """Compare learners: scores with intervals, and aggregates over tasks by rliable.
@@ -186,7 +184,6 @@ def report(
         show(*text.splitlines())
         return Exit.DONE
     write_figure(results, output.with_suffix(".png"))
-    write_marl_eval(results, output)
     write_text(output, text)
     note(f"saved: {output}")
     return Exit.DONE

@@ -10,7 +10,6 @@ from typing import Final, Literal
 import msgspec
 
 from flockesc_env import ArgumentError
-from flockesc_env.benchmark.marl_eval import SUFFIX, write_marl_eval
 from flockesc_env.benchmark.results import Result, Training, read_result, write_result
 from flockesc_env.benchmark.scoring import score
 from flockesc_env.benchmark.tasks import Task, tasks
@@ -103,14 +102,9 @@ def load_submissions(folder: Path = SUBMISSIONS) -> list[Submission]:
             read = msgspec.toml.decode(card.read_bytes(), type=Card)
         except (FileNotFoundError, msgspec.DecodeError) as error:
             raise ArgumentError(str(card), "kind, summary, authors, code and license", error) from None
-        results = {file.stem: read_result(file) for file in result_files(path)}
+        results = {file.stem: read_result(file) for file in sorted(path.glob("*.json"))}
         found.append(Submission(path.name, read, results))
     return found
-
-
-def result_files(folder: Path) -> list[Path]:
-    """Return the results in a folder, without marl-eval's documents beside them."""
-    return sorted(file for file in folder.rglob("*.json") if not file.name.endswith(SUFFIX))
 
 
 def write_own(trained: Mapping[Run, Arrays], folder: Path = SUBMISSIONS) -> None:
@@ -124,7 +118,6 @@ def write_own(trained: Mapping[Run, Arrays], folder: Path = SUBMISSIONS) -> None
         policies = [(spec, find_policy(spec)) for spec in found]
         result = score(policies, task, learner=name, output=output, training=training)
         write_result(result, output)
-        write_marl_eval([result], output)
 
 
 _Own = tuple[str, Task, list[str], Training | None]

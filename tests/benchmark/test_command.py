@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
@@ -59,8 +58,6 @@ def test_policies_are_scored_verified_and_compared(folder: Path, capsys: pytest.
     result = read_result(folder / "mine.json")
     assert (ran.code, result.learner, result.training) == (Exit.DONE, "mine", None)
     assert ran.out.startswith(f"{TASK}, mine: score {result.scores()[0]:.3f}\n")
-    document = json.loads((folder / "mine.marl-eval.json").read_text())
-    assert document["flockesc"][TASK]["mine"]["seed_0"]["absolute_metrics"]["score"] == list(result.scores())
 
     score(capsys, "stubborn-leaders", "--output", "rule.json")
     (folder / "other.json").write_text((folder / "rule.json").read_text().replace('"v1"', '"v2"'))
@@ -73,12 +70,12 @@ def test_policies_are_scored_verified_and_compared(folder: Path, capsys: pytest.
     assert "none.json" in ran.err
     assert ran.out.startswith("mine.json: verified, 1 policies on 6 flocks")
 
-    ran = Ran(capsys, "benchmark", "report", "mine.json", "rule.json", "--output", "report.md")
+    (folder / "other.json").unlink()
+    files = sorted(path.name for path in folder.glob("*.json"))  # `results/*.json` as the shell expands it
+    ran = Ran(capsys, "benchmark", "report", *files, "--output", "report.md")
     assert (ran.code, ran.out) == (Exit.DONE, "")
     assert "| mine | 1 |" in (folder / "report.md").read_text()
     assert (folder / "report.png").read_bytes().startswith(b"\x89PNG")
-    found = json.loads((folder / "report.marl-eval.json").read_text())
-    assert list(found["flockesc"][TASK]) == ["mine", "stubborn-leaders"]
 
 
 def test_code_is_scored_with_a_mark_and_not_verified(

@@ -1,4 +1,4 @@
-"""Rows, aggregates and documents of made-up results, compared with NumPy and SciPy."""
+"""Rows and aggregates of made-up results, compared with NumPy and SciPy."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from scipy import stats
 
 from flockesc_env import ArgumentError
 from flockesc_env.benchmark import report
-from flockesc_env.benchmark.marl_eval import marl_eval
 from flockesc_env.benchmark.report import aggregates, page, rows
 from flockesc_env.benchmark.results import PolicyResult, Result, Training
 from flockesc_env.benchmark.tasks import FLOCKS, VERSION, task_of
@@ -132,17 +131,3 @@ def test_a_page_ranks_learners_and_marks_code() -> None:
     assert table[2].startswith("| low | 3 | 0.")
     with pytest.raises(ArgumentError, match="results: expected one result per learner on shared, got"):
         rows([*results, results[0]])
-
-
-def test_the_document_of_marl_eval_has_the_structure_of_its_documentation() -> None:
-    """Environment, task, algorithm, run, step; all steps of an environment have the same metrics."""
-    results = [made_up(task, learner, 0.5, 3) for task in TASKS for learner in ("ppo", "tqc")]
-    (environment,) = marl_eval(results).values()
-    assert sorted(environment) == sorted(TASKS)
-    for result in results:
-        runs = environment[result.task][result.learner]
-        metrics = [{"score": [pytest.approx(scores.mean())]} for scores in normalized(result)]
-        assert runs == {
-            f"seed_{seed}": {"step_0": {"step_count": 99, **expected}, "absolute_metrics": expected}
-            for seed, expected in enumerate(metrics, 5)
-        }

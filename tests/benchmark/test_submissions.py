@@ -11,10 +11,10 @@ from flockesc_env.benchmark.scoring import verify
 from flockesc_env.benchmark.standings import standings
 from flockesc_env.benchmark.tasks import tasks
 from studies.benchmark.page import entries_of
-from studies.benchmark.submissions import SUBMISSIONS, load_submissions, result_files
+from studies.benchmark.submissions import SUBMISSIONS, load_submissions
 
 ROOT = Path(flockesc_env.__file__).parents[1]
-FILES = [path.relative_to(ROOT).as_posix() for path in result_files(ROOT / SUBMISSIONS)]
+FILES = [path.relative_to(ROOT).as_posix() for path in sorted((ROOT / SUBMISSIONS).rglob("*.json"))]
 NUM_FLOCKS = 10
 """`python -m flockesc_env benchmark verify FILE` plays all 1,000 flocks."""
 
