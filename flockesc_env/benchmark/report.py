@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -17,9 +18,10 @@ from rliable.library import get_interval_estimates
 
 from flockesc_env.benchmark.results import Result
 from flockesc_env.benchmark.statistics import intervals, profile
-from flockesc_env.benchmark.tasks import task_of
+from flockesc_env.benchmark.tasks import Task, task_of
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import figure_style
+from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import Estimate, FloatArray
 
 RESAMPLES: Final = 2000
@@ -32,12 +34,10 @@ class Row:
 
     Attributes:
         result: the result.
-        score: mean score with its 95 % t interval over training seeds and flocks.
+        score: mean score with its 95 % t interval over training seeds and flocks, and the error of score 1.
         iqm: interquartile mean over training seeds.
         low: score of the worst training seed.
         high: score of the best training seed.
-        better: probability that a run has a higher score than one of the next learner in the table, with its
-            stratified bootstrap interval; None for the last learner, and if one of the two has a single run.
     """
 
     result: Result
@@ -45,7 +45,6 @@ class Row:
     iqm: float
     low: float
     high: float
-    better: Estimate | None
 
 
 @dataclass(frozen=True)
@@ -78,8 +77,7 @@ def rows(results: Sequence[Result]) -> dict[str, list[Row]]:
         names = [one.learner for one in ranked]
         if len(set(names)) < len(names):
             raise ArgumentError("results", f"one result per learner on {task}", ", ".join(names))
-        better = [_improvement(one, other) for one, other in pairwise(ranked)]
-        found[task] = [_row(one, chance) for one, chance in zip(ranked, [*better, None], strict=True)]
+        found[task] = list(map(_row, ranked))
     return found
 
 
@@ -129,7 +127,8 @@ def page(results: Sequence[Result]) -> str:
     for task, entries in tasks.items():
         lines += [f"## {task}", ""]
         lines += ["| learner | seeds | score | IQM | worst to best seed | better than the next |"]
-        lines += ["|---|---|---|---|---|---|", *map(_line, entries), ""]
+        better = [improvement(one.result, other.result) for one, other in pairwise(entries)]
+        lines += ["|---|---|---|---|---|---|", *map(_line, entries, [*better, None]), ""]
     if totals := aggregates(results):
         lines += [
             f"## All {len({result.task for result in results})} tasks",
@@ -141,28 +140,44 @@ def page(results: Sequence[Result]) -> str:
         lines += [""]
     lines += [
         "Scores have 95 % t intervals over training seeds and flocks. With one seed they cover the flocks.",
+        "They include the error of score 1, where the reference does not play all flocks.",
         "*Better than the next* is the probability of improvement. It and the figures over all tasks have",
         "stratified bootstrap intervals over training seeds (rliable).",
     ]
     return "\n".join(lines) + "\n"
 
 
-def _line(row: Row) -> str:
+def _line(row: Row, better: Estimate | None) -> str:
     mark = " (played by its author's code)" if row.result.is_code else ""
     return (
         f"| {row.result.learner}{mark} | {len(row.result.policies)} | {row.score:.3f} | {row.iqm:.3f}"
-        f" | {row.low:.3f} to {row.high:.3f} | {row.better or '-'} |"
+        f" | {row.low:.3f} to {row.high:.3f} | {better or '-'} |"
     )
 
 
-def _row(result: Result, better: Estimate | None) -> Row:
+def _row(result: Result) -> Row:
     own = result.scores()
     mean, low, high = (float(end[0]) for end in intervals(scores_of(result)[np.newaxis]))
-    iqm = float(metrics.aggregate_iqm(own))
-    return Row(result, Estimate(mean, low, high), iqm, float(own.min()), float(own.max()), better)
+    score = with_reference_error(Estimate(mean, low, high), task_of(result.task))
+    return Row(result, score, float(metrics.aggregate_iqm(own)), float(own.min()), float(own.max()))
 
 
-def _improvement(one: Result, other: Result) -> Estimate | None:
+def with_reference_error(estimate: Estimate, task: Task) -> Estimate:
+    """Return a score, or a difference of scores, with the error of score 1 in its interval.
+
+    An error of ``one`` changes every score by the same factor. Half widths of independent errors add in
+    quadrature.
+    """
+    error = estimate.mean * max(world.one_error / (world.one - world.zero) for world in task.worlds.values())
+    low, high = (math.hypot(end - estimate.mean, error) for end in (estimate.low, estimate.high))
+    return Estimate(estimate.mean, estimate.mean - low, estimate.mean + high)
+
+
+def improvement(one: Result, other: Result) -> Estimate | None:
+    """Return the probability that a run of a learner has a higher score than a run of another one.
+
+    The stratified bootstrap interval needs two runs of both; None without them.
+    """
     if min(len(one.policies), len(other.policies)) < 2:  # a bootstrap of one seed has no width
         return None
     pair = {"": (one.scores()[:, np.newaxis], other.scores()[:, np.newaxis])}
@@ -189,5 +204,6 @@ def _estimates(points: FloatArray, ends: FloatArray) -> list[Estimate]:
 
 @figure_style()
 def write_figure(results: Sequence[Result], path: Path) -> None:
-    """Write the figure of ``profiles``."""
-    profiles(results).savefig(path, dpi=150)
+    """Write the figure of ``profiles``; an existing file is replaced atomically."""
+    with atomic_write(path) as file:
+        profiles(results).savefig(file, format="png", dpi=150)

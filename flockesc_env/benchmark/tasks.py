@@ -34,10 +34,12 @@ class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """A scenario in which a task's policies are scored, and the two objectives that normalize scores.
 
     Attributes:
-        scenario: name of the scenario.
+        scenario: name of the scenario in the task. Only a preset's own scenario has the name of a preset.
         best_fixed_range: fixed range with the largest mean objective on tuning flocks, in m for a flock.
         zero: mean objective of the best fixed range on the held-out flocks; the score 0.
-        one: mean objective of the reference; the score 1.
+        one: ``zero`` plus the reference's mean gain over the best fixed range; the score 1. The gain is
+            paired: both play the same held-out flocks, all of them or the first ones.
+        one_error: half width of the 95 % interval of ``one``; 0 if the reference plays all flocks.
         reference: what reaches ``one``; docs/benchmark.md describes the kinds.
     """
 
@@ -45,6 +47,7 @@ class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     best_fixed_range: float
     zero: float
     one: float
+    one_error: float
     reference: Reference
 
     def score(self, objective: Any) -> Any:

