@@ -12,8 +12,8 @@ import numpy as np
 import polars as pl
 import pytest
 
-from flockesc_env import built_in
 from flockesc_env.benchmark.episodes import create_minari, record_episodes
+from flockesc_env.benchmark.scoring import LoadedPolicy
 from flockesc_env.benchmark.seeds import TRAINING
 from flockesc_env.benchmark.tasks import task_of
 from flockesc_env.common.errors import ArgumentError
@@ -25,7 +25,7 @@ POLICIES = ("random", "fixed:0.3")
 
 
 def record(task: str, folder: Path) -> None:
-    record_episodes([(name, built_in(name)) for name in POLICIES], task_of(task), TRAINING[:2], folder)
+    record_episodes([*map(LoadedPolicy.of, POLICIES)], task_of(task), TRAINING[:2], folder)
 
 
 @pytest.fixture(autouse=True)

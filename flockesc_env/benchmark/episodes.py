@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 import re
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
@@ -17,7 +17,9 @@ from gymnasium.envs.registration import EnvSpec
 
 from flockesc_env._core import __version__
 from flockesc_env.benchmark.croissant import AUTHORS, croissant
-from flockesc_env.benchmark.fitting import fitted
+from flockesc_env.benchmark.fitting import UNOBSERVED, fitted
+from flockesc_env.benchmark.results import is_file
+from flockesc_env.benchmark.scoring import LoadedPolicy
 from flockesc_env.benchmark.seeds import refuse_held_out
 from flockesc_env.benchmark.tasks import VERSION, Task, task_of
 from flockesc_env.common.errors import ArgumentError
@@ -28,7 +30,6 @@ from flockesc_env.envs.vector import AgentVectorEnv
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies.files import SUFFIX
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     import polars as pl
 
 _FLOCKS_IN_MEMORY: Final = 10  # the rows of all agents of a flock take up to some ten MB
-_SAME_FOR_ALL: Final = ("reward", "count_components")  # options that a policy does not decide
 
 _COLUMNS: Final = {
     "policy": "name of the policy",
@@ -78,7 +78,7 @@ def environment(task: str, **options: Any) -> Any:
 
 
 def record_episodes(
-    policies: Sequence[tuple[str, NamedPolicy]],
+    policies: Sequence[LoadedPolicy],
     task: Task,
     seeds: Sequence[int],
     output: Path,
@@ -92,7 +92,7 @@ def record_episodes(
     objective.
 
     Args:
-        policies: every policy with the text that names it, as for ``score``.
+        policies: the policies; see ``LoadedPolicy.of``.
         task: the task.
         seeds: seeds of the flocks or lines, the same for every policy.
         output: folder of the data set, new or empty. It gets its files once all of them are complete.
@@ -108,17 +108,16 @@ def record_episodes(
 
     refuse_held_out(seeds)
     check_empty(output)
-    chosen = {policy_name(spec, entry): _fitted(spec, entry, task) for spec, entry in policies}
+    chosen = {policy_name(policy): _fitted(policy, task) for policy in policies}
     if len(chosen) < len(policies) or not chosen.keys().isdisjoint({"episodes", "policies"}):
         expected = "different names of policies, not episodes or policies"
-        raise ArgumentError("policies", expected, ", ".join(policy_name(*each) for each in policies))
-    output.parent.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(prefix=".episodes-", dir=output.parent) as scratch:
+        raise ArgumentError("policies", expected, ", ".join(map(policy_name, policies)))
+    with _new_or_empty(output), TemporaryDirectory(prefix=".episodes-", dir=output) as scratch:
         folder = Path(scratch, "data")
         folder.mkdir()
         ends, facts = [], []
-        for (spec, _), (name, entry) in zip(policies, chosen.items(), strict=True):
-            report(spec)
+        for policy, (name, entry) in zip(policies, chosen.items(), strict=True):
+            report(policy.spec)
             observed = environment(task.name, **entry.options).policy_spec
             env = environment(task.name, **_normalized(entry.options))
             parts = []
@@ -129,8 +128,7 @@ def record_episodes(
                 pl.concat(rows for rows, _ in played).write_parquet(parts[-1])
                 ends += [end for _, end in played]
             pl.scan_parquet(parts).sink_parquet(folder / f"{name}.parquet")
-            sha256 = hashlib.sha256(Path(spec).read_bytes()).hexdigest() if spec.endswith(SUFFIX) else ""
-            facts.append((name, json.dumps(entry.options), sha256, list(observed.layout.names)))
+            facts.append((name, json.dumps(entry.options), policy.sha256, list(observed.layout.names)))
         pl.concat(ends).write_parquet(folder / "episodes.parquet")
         columns = ["policy", "options", "sha256", "entries"]
         pl.DataFrame(facts, columns, orient="row").write_parquet(folder / "policies.parquet")
@@ -147,18 +145,34 @@ def record_episodes(
             {**_COLUMNS, "objective": f"{task.spec.with_unit(task.spec.symbol)}: {task.spec.definition}"},
         )
         (folder / "croissant.json").write_text(json.dumps(document, indent=1) + "\n", "utf-8")
-        folder.rename(output)  # also replaces an empty folder
+        for file in folder.iterdir():
+            file.rename(output / file.name)
 
 
 def check_empty(output: Path) -> None:
     """Check that a folder does not exist or is empty."""
-    if output.exists() and not (output.is_dir() and not any(output.iterdir())):
+    exists = output.exists() or output.is_symlink()
+    if exists and not (output.is_dir() and not any(output.iterdir())):
         raise ArgumentError("output", "a new or empty folder", repr(str(output)))
 
 
-def policy_name(spec: str, entry: NamedPolicy) -> str:
+@contextmanager
+def _new_or_empty(output: Path) -> Iterator[None]:
+    """Make a folder unless it exists. If the block raises an error, a folder that is new is removed."""
+    is_new = not output.exists()
+    output.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    except BaseException:
+        if is_new:
+            output.rmdir()
+        raise
+
+
+def policy_name(policy: LoadedPolicy) -> str:
     """Return the name of a policy in a data set: the file's or else its own, in letters, digits, _ and -."""
-    return re.sub(r"[^A-Za-z0-9_]+", "-", Path(spec).stem if spec.endswith(SUFFIX) else entry.name)
+    name = Path(policy.spec).stem if is_file(policy.spec) else policy.entry.name
+    return re.sub(r"[^A-Za-z0-9_]+", "-", name)
 
 
 def minari_ids(task: Task, names: Iterable[str]) -> list[str]:
@@ -228,13 +242,13 @@ def _normalized(options: dict[str, Any]) -> dict[str, Any]:
     return {**options, "action_mode": "normalized"}
 
 
-def _fitted(spec: str, entry: NamedPolicy, task: Task) -> NamedPolicy:
+def _fitted(policy: LoadedPolicy, task: Task) -> NamedPolicy:
     """Return a policy with the options of the environment in which it plays."""
     try:
-        entry = fitted(entry, task)
+        entry = fitted(policy.entry, task)
     except ArgumentError as error:
-        raise ArgumentError(f"{spec}: {error.field}", error.expected, error.given) from None
-    own = {name: value for name, value in entry.options.items() if name not in _SAME_FOR_ALL}
+        raise ArgumentError(f"{policy.spec}: {error.field}", error.expected, error.given) from None
+    own = {name: value for name, value in entry.options.items() if name not in UNOBSERVED}
     if isinstance(task.scenario, FlockScenario):  # agents that see less than the task allows stay such agents
         own = {"predator_sensing_range": EnvOptions.predator_sensing_range, **own}
     return dataclasses.replace(entry, options={**task.options, **own})

@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, get_args
 
+import numpy as np
+
 from flockesc_env.benchmark.tasks import Task
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.options import EnvOptions, LineOptions
@@ -16,12 +18,14 @@ from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.policies.rules import ListenWhileFleeing, StubbornLeaders
 from flockesc_env.scenario.flock import FlockScenario
 
+UNOBSERVED = ("reward", "count_components")
+"""Options that change neither observations nor actions."""
+
 FREE = (
     *("action_mode", "min_range", "max_range", "range_grid", "steps_per_action"),
-    *("reward", "count_components"),
+    *UNOBSERVED,
 )
-"""Options that a policy chooses itself. Those of the first line decide which ranges it sets, and when; the
-reward and the number of components are not in the observation."""
+"""Options that a policy chooses itself. Those of the first line decide which ranges it sets, and when."""
 
 _ROW_BY_ROW = (
     *get_args(Stored),
@@ -103,6 +107,22 @@ def _check_some(name: str, chosen: tuple[Any, ...], shown: tuple[Any, ...]) -> N
     if more:
         allowed = f"some of {', '.join(map(str, shown))}" if shown else "none"
         raise ArgumentError(name, f"{allowed}, as in the task", ", ".join(map(str, chosen)))
+
+
+def content(entry: NamedPolicy, task: Task) -> Any:
+    """Return what decides the actions of a checkable policy in a task: its class, its numbers, its options.
+
+    Names, the training scenario, and options that no action depends on do not count.
+    """
+    entry = fitted(entry, task)
+    options: Any = EnvOptions if isinstance(task.scenario, FlockScenario) else LineOptions
+    chosen = dataclasses.asdict(options(**entry.options))
+    numbers = {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in vars(entry.policy).items()
+        if not name.startswith("_")
+    }
+    return type(entry.policy), numbers, {name: chosen[name] for name in chosen if name not in UNOBSERVED}
 
 
 def is_checkable(policy: Policy) -> bool:

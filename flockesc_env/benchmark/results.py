@@ -5,27 +5,36 @@ from __future__ import annotations
 import json
 import math
 import re
-from pathlib import Path
-from typing import Any, Final
+import sys
+from collections.abc import Sequence
+from pathlib import Path, PurePosixPath
+from typing import Annotated, Any, Final
 
 import msgspec
 import numpy as np
+from msgspec import Meta
 
+from flockesc_env.benchmark.fitting import content
 from flockesc_env.benchmark.tasks import FLOCKS, VERSION, Task, task_of
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import ArgumentError, RecordError, shown
 from flockesc_env.common.files import write_text
 from flockesc_env.common.json_text import parse_json
+from flockesc_env.policies.files import SUFFIX as POLICY_SUFFIX
+from flockesc_env.policies.registry import built_in
 
 SUFFIX: Final = ".json"
+
+Seed = Annotated[int, Meta(ge=0, le=2**63 - 1)]
+Minutes = Annotated[float, Meta(ge=0, le=sys.float_info.max)]
 
 
 class PolicyResult(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A policy and the objective of every flock in every world.
 
     Attributes:
-        policy: path of the policy file relative to the result, the name of a built-in policy, or
-            ``module:function``.
+        policy: path of the policy file, which lies in or below the result's folder, relative to it; the name
+            of a built-in policy; or ``module:function``.
         sha256: checksum of the policy file; empty without a file.
         objectives: by world, one value per flock, in the order of the seeds.
     """
@@ -46,9 +55,9 @@ class Training(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         hyperparameters: hyperparameters that all runs share.
     """
 
-    seeds: list[int]
-    samples: int
-    cpu_minutes: list[float]
+    seeds: list[Seed]
+    samples: Annotated[int, Meta(ge=1)]
+    cpu_minutes: list[Minutes]
     versions: dict[str, str]
     hyperparameters: dict[str, Any] = {}
 
@@ -94,10 +103,9 @@ class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 def write_result(result: Result, path: Path) -> None:
     """Write a result to a JSON file, a line per policy and world, with floats at full precision."""
     document = msgspec.to_builtins(result)
-    policies = document.pop("policies")
-    text = json.dumps({**document, "policies": []}, indent=1)
-    rows = ",\n  ".join(json.dumps(policy) for policy in policies)
-    write_text(path, text.replace('"policies": []', f'"policies": [\n  {rows}\n ]') + "\n")
+    rows = ",\n  ".join(json.dumps(policy) for policy in document.pop("policies"))
+    head = json.dumps(document, indent=1).removesuffix("\n}")
+    write_text(path, f'{head},\n "policies": [\n  {rows}\n ]\n}}\n')
 
 
 def read_result(path: Path) -> Result:
@@ -124,6 +132,39 @@ def check_learner(name: str) -> None:
         raise ArgumentError("learner", "letters, digits and _ . + : -", shown(name))
 
 
+def is_file(policy: str) -> bool:
+    """Return whether the text that names a policy is the path of a policy file."""
+    return Path(policy).suffix.lower() == POLICY_SUFFIX
+
+
+def check_source(policy: str, sha256: str) -> None:
+    """Check where a result says that a policy comes from: one text per file, below the result's folder."""
+    path = PurePosixPath(policy)
+    if is_file(policy) and (path.is_absolute() or ".." in path.parts or str(path) != policy):
+        expected = "a relative path of a file in or below the result's folder, such as policies/ppo-0.npz"
+        raise ArgumentError("policy", expected, shown(policy))
+    if not re.fullmatch(r"[0-9a-f]{64}" if is_file(policy) else "", sha256):
+        expected = "64 hexadecimal digits" if is_file(policy) else "no checksum for a policy without a file"
+        raise ArgumentError("sha256", expected, shown(sha256))
+
+
+def check_different(contents: Sequence[tuple[str, Any]]) -> None:
+    """Check that no policy counts as two training seeds.
+
+    Args:
+        contents: the text that names every policy, and what is compared.
+
+    Raises:
+        ArgumentError: if two policies agree in what is compared.
+    """
+    for at, (name, own) in enumerate(contents):
+        for other, same in contents[:at]:
+            if own == same:
+                raise ArgumentError(
+                    "policies", "different policies", f"one of them twice ({other} and {name})"
+                )
+
+
 def _check(result: Result) -> None:
     if result.benchmark != VERSION:
         raise ArgumentError("benchmark", VERSION, shown(result.benchmark))
@@ -139,17 +180,39 @@ def _check(result: Result) -> None:
     if not result.policies:
         raise ArgumentError("policies", "at least one", "none")
     for index, policy in enumerate(result.policies):
+        try:
+            check_source(policy.policy, policy.sha256)
+        except ArgumentError as error:
+            raise ArgumentError(f"policies[{index}].{error.field}", error.expected, error.given) from None
         _check_objectives(policy, task, f"policies[{index}].objectives")
-    sums = [policy.sha256 or policy.policy for policy in result.policies]
-    if len(set(sums)) < len(sums):
-        raise ArgumentError("policies", "different policies", "one of them twice")
-    check_seeds(result.training, len(sums))
+    check_different([(policy.policy, _content(policy, task)) for policy in result.policies])
+    check_training(result.training, len(result.policies))
 
 
-def check_seeds(training: Training | None, policies: int) -> None:
-    """Refuse a training whose seeds are not one per policy."""
-    if training and not len(set(training.seeds)) == len(training.seeds) == policies:
+def _content(policy: PolicyResult, task: Task) -> Any:
+    """Return what tells policies apart without their files: checksums, or ``content`` of built-in ones."""
+    if is_file(policy.policy):
+        return policy.sha256
+    try:
+        return content(built_in(policy.policy), task)
+    except ArgumentError:  # code, or a rule that does not fit
+        return policy.policy
+
+
+def check_training(training: Training | None, policies: int) -> None:
+    """Check the numbers of a training, and that there is one seed and one time per policy."""
+    if training is None:
+        return
+    try:
+        msgspec.convert(msgspec.to_builtins(training), Training)
+    except msgspec.ValidationError as error:
+        raise ArgumentError("training", "numbers of a training", error) from None
+    if not len(set(training.seeds)) == len(training.seeds) == policies:
         raise ArgumentError("training.seeds", f"{policies} different seeds, one per policy", training.seeds)
+    if len(training.cpu_minutes) != policies:
+        raise ArgumentError(
+            "training.cpu_minutes", f"{policies} numbers, one per policy", training.cpu_minutes
+        )
 
 
 def _check_objectives(policy: PolicyResult, task: Task, field: str) -> None:

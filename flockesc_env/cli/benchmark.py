@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json as json_format
+import secrets
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +13,7 @@ import msgspec
 from tyro.conf import Positional, arg
 
 from flockesc_env.benchmark.results import SUFFIX, Result, Training, check_learner, read_result, write_result
+from flockesc_env.benchmark.scoring import LoadedPolicy, draw_flocks
 from flockesc_env.benchmark.scoring import score as play_all
 from flockesc_env.benchmark.scoring import verify as play_again
 from flockesc_env.benchmark.standings import standings
@@ -75,6 +78,7 @@ def tasks(*, json: Json = False) -> Exit:
     show(
         f"Policies are scored on {len(FLOCKS):,} held-out flocks, from seed {FLOCKS.start:,} on.",
         "Score 0: the best fixed range. Score 1: the reference.",
+        "A scenario is part of its task. Only a preset's own scenario has the name of a preset.",
     )
     return Exit.DONE
 
@@ -107,39 +111,40 @@ def score(
         raise ArgumentError("policies", "at least one policy", "none")
     check_output(output, [SUFFIX])
     chosen = task_of(task)
-    found = [(spec, policy_of(spec, task=chosen)) for spec in policies]
-    name = learner or found[0][1].name
+    found = [LoadedPolicy.of(spec, lambda code: policy_of(code, task=chosen)) for spec in policies]
+    name = learner or found[0].entry.name
     check_learner(name)
     result = play_all(
         found,
         chosen,
         learner=name,
-        output=output or Path(SUFFIX),
+        output=output,
         training=None if training is None else _read_training(training),
         report=lambda spec: note(f"playing {spec}"),
     )
-    if output is not None:
-        write_result(result, output)
-        note(f"saved: {output}")
     if json:
         show_json(
             {"command": "benchmark score", **msgspec.to_builtins(result), "scores": result.scores().tolist()}
         )
     else:
         show(*_lines(result))
+    if output is not None:
+        write_result(result, output)
+        note(f"saved: {output}")
     return Exit.DONE
 
 
 def verify(
     files: ResultFiles,
     *,
-    flocks: Annotated[
-        int | None, *optional("play some flocks only, drawn by the file's checksum", "all")
-    ] = None,
+    flocks: Annotated[int | None, *optional("play some flocks only, drawn at random", "all")] = None,
+    draw: Annotated[int | None, *optional("seed of a draw, which repeats it", "a new one")] = None,
 ) -> Exit:
     """Play results again and refuse them unless every objective has the same bits.
 
     The task, the flocks and the checksums of files must match, too.
+
+    With --flocks, the output has no score: the other flocks are not verified.
 
     The exit code is 2 if one is refused.
 
@@ -147,16 +152,24 @@ def verify(
     """
     if not files:
         raise ArgumentError("files", "at least one file", "none")
+    if flocks is None and draw is not None:
+        raise ArgumentError("draw", "--flocks beside it", draw)
+    played: list[int] = [*FLOCKS]
+    if flocks is not None:
+        draw = secrets.randbits(32) if draw is None else draw
+        played = draw_flocks(flocks, draw)
+        note(f"playing {len(played):,} of {len(FLOCKS):,} flocks, which --draw {draw} repeats")
     code = Exit.DONE
     for path in files:
         try:
-            result = play_again(path, flocks=flocks)
+            result = play_again(path, flocks=played)
         except (FlockescError, OSError) as error:
             note(f"refused: {error}")
             code = Exit.REFUSED
         else:
-            count = min(len(FLOCKS), flocks or len(FLOCKS))
-            show(f"{path}: verified, {len(result.policies)} policies on {count:,} flocks", *_lines(result))
+            facts = _lines(result) if len(played) == len(FLOCKS) else _means(result, played)
+            head = f"{path}: verified: {len(played):,} of {len(FLOCKS):,} flocks"
+            show(f"{head}, {len(result.policies)} policies", *facts)
     return code
 
 
@@ -175,6 +188,8 @@ def report(
     if not files:
         raise ArgumentError("files", "at least one file", "none")
     check_output(output, [".md"])
+    if output is not None:
+        check_output(output.with_suffix(".png"), [".png"])
     require("analysis", ["matplotlib", "rliable", "scipy"])
     from flockesc_env.benchmark.report import page, write_figure
 
@@ -183,8 +198,8 @@ def report(
     if output is None:
         show(*text.splitlines())
         return Exit.DONE
-    write_figure(results, output.with_suffix(".png"))
     write_text(output, text)
+    write_figure(results, output.with_suffix(".png"))
     note(f"saved: {output}")
     return Exit.DONE
 
@@ -217,6 +232,15 @@ def _lines(result: Result) -> list[str]:
             f" {world.best_fixed_range:g}"
         )
     return lines
+
+
+def _means(result: Result, flocks: Sequence[int]) -> list[str]:
+    """Return the mean objective of some flocks in every world."""
+    task, at = task_of(result.task), [seed - FLOCKS.start for seed in flocks]
+    return [f"{task.name}, {result.learner}: means of these flocks"] + [
+        f"  {name}: {task.spec.symbol} {task.spec.text(result.values(name)[:, at].mean())}"
+        for name in task.worlds
+    ]
 
 
 def _read_training(path: Path) -> Training:

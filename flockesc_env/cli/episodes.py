@@ -14,6 +14,7 @@ from flockesc_env.benchmark.episodes import (
     policy_name,
     record_episodes,
 )
+from flockesc_env.benchmark.scoring import LoadedPolicy
 from flockesc_env.benchmark.seeds import training_seeds
 from flockesc_env.benchmark.tasks import task_of
 from flockesc_env.cli.exits import Exit
@@ -59,9 +60,9 @@ def run(
     if "rule" in policies and not chosen.shortcuts:
         raise ArgumentError("policies", "no rule, because the task has no shortcut", "rule")
     specs = [chosen.shortcuts[0].policy if spec == "rule" else spec for spec in policies]
-    found = [(spec, policy_of(spec)) for spec in specs]
+    found = [LoadedPolicy.of(spec, policy_of) for spec in specs]
     if minari:
-        minari_ids(chosen, [policy_name(*each) for each in found])
+        minari_ids(chosen, map(policy_name, found))
     record_episodes(found, chosen, training_seeds(0, 0, flocks), output, lambda spec: note(f"playing {spec}"))
     note(f"saved: {output}")
     if minari:

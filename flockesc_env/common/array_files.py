@@ -53,9 +53,11 @@ def write_table(table: pl.DataFrame, path: Path, metadata: dict[str, str] | None
         file.write(packed.getbuffer())
 
 
-def read_document(path: Path, expected: str) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """Return the JSON object and the arrays that ``write_document`` wrote."""
-    arrays = read_npz(path, expected)
+def read_document(
+    path: Path, expected: str, raw: bytes | None = None
+) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Return the JSON object and the arrays that ``write_document`` wrote; ``raw``: see ``read_npz``."""
+    arrays = read_npz(path, expected, raw)
     text = str(arrays.pop(_HEADER, np.array(""))[()])
     try:
         parse_json(text)  # rejects duplicate keys; msgspec rejects NaN and invalid Unicode
@@ -64,9 +66,9 @@ def read_document(path: Path, expected: str) -> tuple[dict[str, Any], dict[str, 
         raise RecordError(_HEADER, "a JSON object", error) from None
 
 
-def read_npz(path: Path, expected: str) -> dict[str, NDArray[Any]]:
-    """Return the arrays of an npz file by name."""
-    raw = path.read_bytes()
+def read_npz(path: Path, expected: str, raw: bytes | None = None) -> dict[str, NDArray[Any]]:
+    """Return the arrays of an npz file by name; ``raw``: the file's bytes, if they were read before."""
+    raw = path.read_bytes() if raw is None else raw
     try:
         with zipfile.ZipFile(BytesIO(raw)) as archive:
             members = archive.infolist()

@@ -91,7 +91,17 @@ def load_policy(path: str | Path) -> NamedPolicy:
             cannot act in its scenario with its options, for example because it reads an unknown input.
         ScenarioError: if the scenario is invalid in this version of the package.
     """
-    header, arrays = read_document(as_path(path), "a policy")
+    file = as_path(path)
+    return parse_policy(file.read_bytes(), file)
+
+
+def parse_policy(raw: bytes, path: Path) -> NamedPolicy:
+    """Return the policy in the bytes of a policy file; ``path`` names the file in errors.
+
+    Raises:
+        RecordError, ScenarioError: see ``load_policy``.
+    """
+    header, arrays = read_document(path, "a policy", raw)
     try:
         return _named_policy(header, arrays["parameters"])
     except ScenarioError:

@@ -11,12 +11,11 @@ import msgspec
 
 from flockesc_env import ArgumentError
 from flockesc_env.benchmark.results import Result, Training, read_result, write_result
-from flockesc_env.benchmark.scoring import score
+from flockesc_env.benchmark.scoring import LoadedPolicy, score
 from flockesc_env.benchmark.tasks import Task, tasks
 from flockesc_env.cli.output import note
 from flockesc_env.common.files import atomic_write
 from flockesc_env.jobs import Arrays
-from flockesc_env.policies import find_policy
 from studies.benchmark.baselines import Run, hyperparameters_of, versions_of
 from studies.learned.results import load_studies
 
@@ -109,14 +108,13 @@ def load_submissions(folder: Path = SUBMISSIONS) -> list[Submission]:
 
 def write_own(trained: Mapping[Run, Arrays], folder: Path = SUBMISSIONS) -> None:
     """Score everything of this project that has no result yet, and write the results."""
-    for name, task, found, training in (*_rules(), *_studied(), *_trained(trained, folder)):
+    for name, task, found, training in (*_rules(), *_studied(folder), *_trained(trained, folder)):
         output = folder / name / f"{task.name}.json"
         if output.is_file() and read_result(output).training == training:
             continue
         note(f"{output}: {len(found)} policies")
         output.parent.mkdir(parents=True, exist_ok=True)
-        policies = [(spec, find_policy(spec)) for spec in found]
-        result = score(policies, task, learner=name, output=output, training=training)
+        result = score([*map(LoadedPolicy.of, found)], task, learner=name, output=output, training=training)
         write_result(result, output)
 
 
@@ -130,8 +128,8 @@ def _rules() -> Iterator[_Own]:
             yield rule, task, [rule], None
 
 
-def _studied() -> Iterator[_Own]:
-    """Yield the learners of the study of learned ranges."""
+def _studied(folder: Path) -> Iterator[_Own]:
+    """Yield the learners of the study of learned ranges; copy their policy files."""
     studies = {study.setting: study for study in load_studies(Path("results/learned"))}
     for name, setting in SETTINGS.items():
         study = studies[setting]
@@ -140,10 +138,11 @@ def _studied() -> Iterator[_Own]:
                 continue
             runs = study.runs.filter(learner=learner).sort("training_seed")
             seeds = runs["training_seed"].to_list()
+            policies = {f"{setting}-{seed}": study.file(learner, seed).read_bytes() for seed in seeds}
             yield (
                 title,
                 tasks()[name],
-                [str(study.file(learner, seed)) for seed in seeds],
+                _write_policies(folder / title, policies),
                 Training(
                     seeds=seeds,
                     samples=int(runs["samples"].max()),  # type: ignore[arg-type]
@@ -160,11 +159,8 @@ def _trained(trained: Mapping[Run, Arrays], folder: Path) -> Iterator[_Own]:
     for run, found in trained.items():
         groups.setdefault((run.learner, run.task), {})[run.seed] = found
     for (learner, name), runs in groups.items():
-        files = [folder / learner / "policies" / f"{name}-{seed}.npz" for seed in runs]
-        files[0].parent.mkdir(parents=True, exist_ok=True)
-        for file, found in zip(files, runs.values(), strict=True):
-            with atomic_write(file) as opened:
-                opened.write(found["policy"].tobytes())
+        policies = {f"{name}-{seed}": found["policy"].tobytes() for seed, found in runs.items()}
+        files = _write_policies(folder / learner, policies)
         training = Training(
             seeds=list(runs),
             samples=max(int(found["samples"]) for found in runs.values()),
@@ -172,7 +168,17 @@ def _trained(trained: Mapping[Run, Arrays], folder: Path) -> Iterator[_Own]:
             versions=versions_of(learner),
             hyperparameters=hyperparameters_of(learner, tasks()[name]),
         )
-        yield learner, tasks()[name], list(map(str, files)), training
+        yield learner, tasks()[name], files, training
         if (learner, name) == TRANSFERRED:
             for held_out in ("held-out-worlds", "held-out-sizes"):
-                yield learner, tasks()[held_out], list(map(str, files)), training
+                yield learner, tasks()[held_out], files, training
+
+
+def _write_policies(submission: Path, policies: Mapping[str, bytes]) -> list[str]:
+    """Write policy files below the folder of a submission, and return their paths."""
+    files = [submission / "policies" / f"{name}.npz" for name in policies]
+    files[0].parent.mkdir(parents=True, exist_ok=True)
+    for file, content in zip(files, policies.values(), strict=True):
+        with atomic_write(file) as opened:
+            opened.write(content)
+    return [*map(str, files)]

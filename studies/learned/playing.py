@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
-from flockesc_env import FlockScenario, LineScenario, NamedPolicy, load_policy, rollout
+from flockesc_env import FlockScenario, LineScenario, NamedPolicy, rollout
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import find_policy
+from flockesc_env.policies.files import parse_policy
 
 _AGENT_STEP = 200e-9
 """Estimated seconds of a step of one agent under a policy."""
@@ -20,10 +20,7 @@ def policy_of(policy: str | bytes) -> NamedPolicy:
     """Return a built-in policy, or the one in the bytes of a policy file."""
     if isinstance(policy, str):
         return find_policy(policy)
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "policy.npz"
-        path.write_bytes(policy)
-        return load_policy(path)
+    return parse_policy(policy, Path("policy.npz"))
 
 
 def play(

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import errno
+import re
 from pathlib import Path
 
 import pytest
 from cli_runs import Ran, policy_file
+from matplotlib.figure import Figure
 
 from flockesc_env import NamedPolicy, built_in
 from flockesc_env.benchmark.results import read_result
+from flockesc_env.benchmark.scoring import draw_flocks
 from flockesc_env.benchmark.tasks import tasks
+from flockesc_env.cli import benchmark
 from flockesc_env.cli.exits import Exit
 from flockesc_env.policies import StubbornLeaders
 
@@ -53,7 +58,9 @@ def test_tasks_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
             assert task.spec.text(world.one) in row
 
 
-def test_policies_are_scored_verified_and_compared(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_policies_are_scored_verified_and_compared(
+    few_flocks: range, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     ran = score(capsys, "mine-0.npz", "--learner", "mine", "--output", "mine.json")
     result = read_result(folder / "mine.json")
     assert (ran.code, result.learner, result.training) == (Exit.DONE, "mine", None)
@@ -61,14 +68,22 @@ def test_policies_are_scored_verified_and_compared(folder: Path, capsys: pytest.
 
     score(capsys, "stubborn-leaders", "--output", "rule.json")
     (folder / "other.json").write_text((folder / "rule.json").read_text().replace('"v1"', '"v2"'))
-    ran = Ran(capsys, "benchmark", "verify", "mine.json", "rule.json", "--flocks", 4)
-    assert (ran.code, ran.err) == (Exit.DONE, "")
-    assert "mine.json: verified, 1 policies on 4 flocks" in ran.out
+    flags = ("mine.json", "rule.json", "--flocks", 4)
+    ran = Ran(capsys, "benchmark", "verify", *flags)
+    assert ran.code == Exit.DONE
+    assert "mine.json: verified: 4 of 6 flocks, 1 policies" in ran.out
+    assert "score" not in ran.out
+    seed = int(re.fullmatch(r"flockesc: playing 4 of 6 flocks, which --draw (\d+) repeats\n", ran.err)[1])
+    assert Ran(capsys, "benchmark", "verify", *flags, "--draw", seed).out == ran.out
+    at = [flock - few_flocks.start for flock in draw_flocks(4, seed)]
+    mean = result.values("paper-flock")[:, at].mean()
+    assert f"means of these flocks\n  paper-flock: J_mean {mean:.1f} m\n" in ran.out
     ran = Ran(capsys, "benchmark", "verify", "other.json", "mine.json", "none.json")
     assert ran.code == Exit.REFUSED
     assert "refused: other.json: benchmark: expected v1, got 'v2'" in ran.err
     assert "none.json" in ran.err
-    assert ran.out.startswith("mine.json: verified, 1 policies on 6 flocks")
+    assert ran.out.startswith("mine.json: verified: 6 of 6 flocks, 1 policies")
+    assert f"score {result.scores()[0]:.3f}" in ran.out
 
     (folder / "other.json").unlink()
     files = sorted(path.name for path in folder.glob("*.json"))  # `results/*.json` as the shell expands it
@@ -76,6 +91,35 @@ def test_policies_are_scored_verified_and_compared(folder: Path, capsys: pytest.
     assert (ran.code, ran.out) == (Exit.DONE, "")
     assert "| mine | 1 |" in (folder / "report.md").read_text()
     assert (folder / "report.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_full_disk_loses_no_score(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*arguments: object, **options: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    score(capsys, "mine-0.npz", "--output", "mine.json")
+    (folder / "report.png").write_bytes(b"older")
+    monkeypatch.setattr(Figure, "savefig", lambda self, file, **options: (file.write(b"half"), full()))
+    ran = Ran(capsys, "benchmark", "report", "mine.json", "--output", "report.md")
+    assert (ran.code, (folder / "report.png").read_bytes()) == (Exit.REFUSED, b"older")
+    assert (folder / "report.md").read_text().startswith("# Report")
+    monkeypatch.setattr(benchmark, "write_result", full)
+    ran = score(capsys, "mine-0.npz", "--output", "mine.json")
+    assert ran.code == Exit.REFUSED
+    assert "score 0." in ran.out
+
+
+def test_a_hyperparameter_of_any_name_is_kept(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "training.toml").write_text(
+        "seeds = [0]\nsamples = 10\ncpu_minutes = [1.0]\n[versions]\n[hyperparameters]\npolicies = []\n"
+    )
+    score(capsys, "mine-0.npz", "--training", "training.toml", "--output", "mine.json")
+    result = read_result(folder / "mine.json")
+    assert result.training is not None
+    assert result.training.hyperparameters == {"policies": []}
+    assert len(result.policies) == 1
 
 
 def test_code_is_scored_with_a_mark_and_not_verified(
@@ -106,6 +150,11 @@ BAD = {
     "suffix": ([*SCORE, TASK, "--output", "mine.md"], "output: expected a file that ends in .json, got"),
     "suffix of a report": (["report", "a.json", "--output", "a.html"], "expected a file that ends in .md,"),
     "training": ([*SCORE, TASK, "--training", "training.toml"], "missing required field `cpu_minutes`"),
+    "same file twice": (
+        ["score", "mine-0.npz", "mine-0.npz", "--task", TASK],
+        "got one of them twice (mine-0.npz",
+    ),
+    "draw of all": (["verify", "a.json", "--draw", "1"], "draw: expected --flocks beside it, got 1"),
     "training seeds": ([*SCORE, TASK, "--training", "seeds.toml"], "training.seeds: expected 1 different"),
 }
 

@@ -17,12 +17,12 @@ from cli_runs import Ran
 from flockesc_env import NamedPolicy, PolicySpec, __version__
 from flockesc_env.benchmark.croissant import KEYS
 from flockesc_env.benchmark.episodes import environment, minari_ids, record_episodes
+from flockesc_env.benchmark.scoring import LoadedPolicy
 from flockesc_env.benchmark.seeds import HELD_OUT, TRAINING
 from flockesc_env.benchmark.tasks import Shortcut, task_of
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.episodes import run
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.policies.registry import built_in
 
 ROOT = Path(__file__).parents[2]
 GRID = (0.0, 0.1, 0.35, 1.0)
@@ -44,13 +44,15 @@ class Alternate:
         return np.full(len(observations), self.actions % len(GRID))
 
 
-def alternate(fails_in: int | None = None) -> tuple[str, NamedPolicy]:
+def alternate(fails_in: int | None = None) -> LoadedPolicy:
     options = {"action_mode": "discrete", "range_grid": GRID, "reward": "terminal"}
-    return "module:alternate", NamedPolicy("alternate", Alternate(fails_in), options=options)
+    return LoadedPolicy(
+        "module:alternate", "", NamedPolicy("alternate", Alternate(fails_in), options=options)
+    )
 
 
-def record(task: str, output: Path, *policies: str | tuple[str, NamedPolicy], flocks: int = 2) -> None:
-    found = [(each, built_in(each)) if isinstance(each, str) else each for each in policies]
+def record(task: str, output: Path, *policies: str | LoadedPolicy, flocks: int = 2) -> None:
+    found = [LoadedPolicy.of(each) if isinstance(each, str) else each for each in policies]
     record_episodes(found, task_of(task), TRAINING[:flocks], output)
 
 
@@ -119,10 +121,29 @@ def test_rows_are_in_order_over_all_parts(tmp_path: Path) -> None:
     assert ends["policy"].to_list() == ["random"] * 21 + ["fixed-0-3"] * 21
 
 
-def test_a_run_that_ends_early_leaves_no_file(tmp_path: Path) -> None:
+@pytest.mark.parametrize("exists", [False, True])
+def test_a_run_that_ends_early_leaves_what_was_there(exists: bool, tmp_path: Path) -> None:
+    if exists:
+        (tmp_path / "data").mkdir(mode=0o700)
+    before = [(path, path.stat().st_ino) for path in tmp_path.rglob("*")]
     with pytest.raises(RuntimeError, match="no more"):
         record("line", tmp_path / "data", "random", alternate(fails_in=12), flocks=20)
-    assert not list(tmp_path.iterdir())
+    assert [(path, path.stat().st_ino) for path in tmp_path.rglob("*")] == before
+
+
+def test_an_empty_folder_is_filled_and_stays_the_same_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A mount point or the current folder cannot be replaced; of a link, the folder is filled."""
+    (tmp_path / "data").mkdir()
+    (tmp_path / "link").symlink_to("data")
+    inode = (tmp_path / "data").stat().st_ino
+    monkeypatch.chdir(tmp_path / "link")
+    for output in (Path(), tmp_path / "link"):
+        record("line", output, "random", flocks=1)
+        assert (tmp_path / "data").stat().st_ino == inode
+        assert len({path.unlink() or path.suffix for path in (tmp_path / "data").iterdir()}) == 2
+    assert (tmp_path / "link").is_symlink()
 
 
 @pytest.mark.parametrize("task", ["line", "per-agent-visible"])
@@ -158,9 +179,12 @@ def test_errors(tmp_path: Path) -> None:
     Path(tmp_path, "mine.txt").touch()
     data = tmp_path / "data"
     with pytest.raises(ArgumentError, match="seeds outside of the held-out ones"):
-        record_episodes([("random", built_in("random"))], task_of("line"), HELD_OUT[:1], data)
+        record_episodes([LoadedPolicy.of("random")], task_of("line"), HELD_OUT[:1], data)
     with pytest.raises(ArgumentError, match="output: expected a new or empty folder"):
         record("line", tmp_path, "random")
+    Path(tmp_path, "lost").symlink_to("nowhere")
+    with pytest.raises(ArgumentError, match="output: expected a new or empty folder"):
+        record("line", tmp_path / "lost", "random")
     with pytest.raises(ArgumentError, match="different names of policies"):
         record("line", data, "fixed:0.5", "fixed:0.5")
     with pytest.raises(ArgumentError, match="stubborn-leaders: per_agent: expected False"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import shutil
@@ -13,26 +14,26 @@ import numpy as np
 import pytest
 from cli_runs import policy_file
 
-from flockesc_env import ArgumentError, rollout, save_policy
+from flockesc_env import ArgumentError, load_policy, rollout, save_policy
 from flockesc_env.benchmark import scoring
 from flockesc_env.benchmark.results import Result, Training, read_result, write_result
-from flockesc_env.benchmark.scoring import score, verify
+from flockesc_env.benchmark.scoring import LoadedPolicy, draw_flocks, score, verify
 from flockesc_env.benchmark.tasks import task_of
 from flockesc_env.common.errors import RecordError
-from flockesc_env.policies import StubbornWitnesses, find_policy
+from flockesc_env.policies import StubbornWitnesses
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.scenario.flock import FlockScenario
 
 TASK = task_of("held-out-worlds")
 FILE, RULE = "policies/mine-0.npz", "stubborn-leaders"
+BELOW = "below the result's folder"
 
 
 def scored(folder: Path, *specs: str, training: Training | None = None) -> Path:
     """Score policies, write the result and return its path."""
     path = folder / "result.json"
-    names = [str(folder / spec) if spec == FILE else spec for spec in specs]
-    entries = [(name, find_policy(name)) for name in names]
-    write_result(score(entries, TASK, learner="mine", output=path, training=training), path)
+    policies = [LoadedPolicy.of(str(folder / spec) if spec == FILE else spec) for spec in specs]
+    write_result(score(policies, TASK, learner="mine", output=path, training=training), path)
     return path
 
 
@@ -84,6 +85,13 @@ def change(path: Path, changes: Mapping[str, Any]) -> None:
 
 Policies = Callable[[Sequence[Any]], Sequence[Any]]
 same_file: Policies = lambda found: [found[0], {**found[0], "policy": "copy.npz"}]  # noqa: E731
+
+
+def two(first: str, second: str) -> Policies:
+    """Return the rule's entry under two names."""
+    return lambda found: [{**found[1], "policy": name} for name in (first, second)]
+
+
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "last bit": (
         {"policies.0.objectives.two-predators.3": lambda value: np.nextafter(value, 0)},
@@ -93,6 +101,19 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "another rule": ({"policies.1.policy": "stubborn-leaders-local"}, "got 6 of 6 others (flock 2000000: "),
     "checksum": ({"policies.0.sha256": "0" * 64}, f"mine-0.npz with the sha256 {'0' * 64}, got "),
     "no file": ({"policies.0.policy": "none.npz"}, "an existing policy file, got 'none.npz'"),
+    **{
+        f"path {path}": (
+            {"policies.0.policy": path},
+            f"policy: expected a relative path of a file in or {BELOW}",
+        )
+        for path in ("/mine-0.npz", "policies/../mine-0.npz", "./mine-0.npz", "policies//mine-0.npz")
+    },
+    "folder": ({"policies.0.policy": f"{FILE}/"}, f"a relative path of a file in or {BELOW}, such as"),
+    "short checksum": ({"policies.0.sha256": "0"}, "[0].sha256: expected 64 hexadecimal digits, got '0'"),
+    "checksum of a rule": (
+        {"policies.1.sha256": "0" * 64},
+        "no checksum for a policy without a file, got '0",
+    ),
     "code": ({"policies.1.policy": "my:rule"}, "which can be played again, got 'my:rule', played by its"),
     "sees more": ({"policies.1.policy": "turn-away"}, "[1]: profile_ranges: expected none, as in the task"),
     "flock's view": (
@@ -107,8 +128,25 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "checksum of the task": ({"task_sha256": "0" * 64}, f"of the task held-out-worlds, got '{'0' * 64}'"),
     "unknown field": ({"note": "mine"}, "unknown field `note`"),
     "no policies": ({"policies": []}, "policies: expected at least one, got none"),
-    "rule twice": ({"policies": lambda found: [found[1]] * 2}, "different policies, got one of them twice"),
-    "file twice": ({"policies": same_file}, "different policies, got one of them twice"),
+    "rule twice": (
+        {"policies": two(RULE, RULE)},
+        f"got one of them twice ({RULE} and {RULE})",
+    ),
+    "range twice": (
+        {"policies": two("fixed:12", "fixed:12.0")},
+        "one of them twice (fixed:12 and fixed:12.0)",
+    ),
+    "file twice": (
+        {"policies": same_file},
+        f"different policies, got one of them twice ({FILE} and copy.npz)",
+    ),
+    "negative seed": ({"training.seeds.0": -1}, "Expected `int` >= 0 - at `$.training.seeds[0]`"),
+    "negative samples": ({"training.samples": -10}, "Expected `int` >= 1 - at `$.training.samples`"),
+    "NaN minutes": (
+        {"training.cpu_minutes.0": np.nan},
+        "Expected `float` >= 0.0 - at `$.training.cpu_minutes",
+    ),
+    "minutes of one": ({"training.cpu_minutes": [1.0]}, "expected 2 numbers, one per policy, got [1.0]"),
     "missing seed": ({"training.seeds": [0]}, "seeds: expected 2 different seeds, one per policy, got [0]"),
     "seed twice": ({"training.seeds": [0, 0]}, "expected 2 different seeds, one per policy, got [0, 0]"),
     "no seeds": ({"training": {"samples": 10}}, "missing required field `seeds` - at `$.training`"),
@@ -152,9 +190,48 @@ def test_damaged_files_are_refused(path: Path) -> None:
         verify(path)
 
 
-def test_some_flocks_are_drawn_by_every_byte_of_the_file(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def same_content(file: Path, copy: Path) -> None:
+    """Save a policy again: another name and reward, other bytes."""
+    entry = load_policy(file)
+    save_policy(
+        dataclasses.replace(entry, name="other", options={**entry.options, "reward": "terminal"}), copy
+    )
+
+
+def test_a_policy_counts_once_whatever_its_file_is_called(path: Path) -> None:
+    file, copy = path.parent / FILE, path.parent / "policies/mine-1.npz"
+    same_content(file, copy)
+    policies = [LoadedPolicy.of(str(one)) for one in (file, copy)]
+    with pytest.raises(ArgumentError, match="different policies, got one of them twice"):
+        score(policies, TASK, learner="mine", output=path)
+    sha256 = hashlib.sha256(copy.read_bytes()).hexdigest()
+    change(path, {"policies.1": {**json.loads(path.read_text())["policies"][0]}})
+    change(path, {"policies.1.policy": "policies/mine-1.npz", "policies.1.sha256": sha256})
+    assert read_result(path).policies[1].sha256 == sha256
+    with pytest.raises(RecordError, match="different policies, got one of them twice"):
+        verify(path)
+
+
+def test_the_checksum_is_that_of_the_bytes_that_play(path: Path) -> None:
+    """A file is read once, so it may be replaced; a link stays the file that the result names."""
+    link = path.parent / "link.npz"
+    link.symlink_to(FILE)
+    before, recorded = LoadedPolicy.of(str(link)), read_result(path).policies[0]
+    save_policy(NamedPolicy("mine", StubbornWitnesses(), True, {}, FlockScenario()), path.parent / FILE)
+    (found,) = score([before], TASK, learner="mine", output=path).policies
+    assert (found.policy, found.sha256, found.objectives) == (
+        *("link.npz", recorded.sha256, recorded.objectives),
+    )
+
+
+def test_files_lie_below_the_folder_of_the_result(path: Path) -> None:
+    policies, elsewhere = [LoadedPolicy.of(str(path.parent / FILE))], path.parent / "other" / "result.json"
+    with pytest.raises(ArgumentError, match=f"mine-0.npz: policy: expected .* {BELOW}"):
+        score(policies, TASK, learner="mine", output=elsewhere)
+
+
+def test_some_flocks_are_drawn_by_whoever_verifies(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn: list[tuple[int, ...]] = []
-    choices = set()
 
     def spy(*arguments: Any) -> Any:
         drawn.append(tuple(arguments[-1]))
@@ -162,28 +239,24 @@ def test_some_flocks_are_drawn_by_every_byte_of_the_file(path: Path, monkeypatch
 
     play = scoring.play
     monkeypatch.setattr(scoring, "play", spy)
-    for _ in range(4):
-        path.write_bytes(path.read_bytes() + b"\n")
-        drawn.clear()
-        verify(path, flocks=3)
-        assert len(set(drawn)) == 1, "the same flocks for all policies and worlds"
-        assert len(set(drawn[0])) == 3
-        choices.add(drawn[0])
-    assert len(choices) > 1
-    verify(path, flocks=3)
-    assert len(set(drawn)) == 1, "the same flocks again"
+    choices = {tuple(draw_flocks(3, seed)) for seed in range(20)}
+    assert len(choices) > 10
+    assert all(len(set(chosen)) == 3 for chosen in choices)
+    assert draw_flocks(3, 7) == draw_flocks(3, 7)
+    verify(path, flocks=draw_flocks(3, 7))
+    assert set(drawn) == {tuple(draw_flocks(3, 7))}, "the same flocks for all policies and worlds"
 
 
-@pytest.mark.parametrize("flocks", [0, -1])
-def test_verifying_without_a_flock_is_refused(flocks: int, path: Path) -> None:
-    with pytest.raises(ArgumentError, match="flocks: expected an integer from 1"):
+@pytest.mark.parametrize("flocks", [[], [2_000_006]])
+def test_verifying_without_a_flock_is_refused(flocks: list[int], path: Path) -> None:
+    with pytest.raises(ArgumentError, match="flocks: expected"):
         verify(path, flocks=flocks)
 
 
 def test_some_flocks_of_a_random_policy_are_verified(few_flocks: range, tmp_path: Path) -> None:
     """Its numbers depend on all flocks before."""
     path = scored(tmp_path, "random")
-    assert isinstance(verify(path, flocks=1), Result)
+    assert isinstance(verify(path, flocks=[2_000_003]), Result)
     change(path, {f"policies.0.objectives.{world}": [80.0] * 6 for world in TASK.worlds})
     with pytest.raises(RecordError, match="got 1 of 1 others"):
-        verify(path, flocks=1)
+        verify(path, flocks=[2_000_003])
