@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import msgspec
+import polars as pl
 
 from flockesc_env import ArgumentError
 from flockesc_env.benchmark.results import Result, Training, read_result, write_result
@@ -17,7 +18,7 @@ from flockesc_env.cli.output import note
 from flockesc_env.common.files import atomic_write
 from flockesc_env.jobs import Arrays
 from studies.benchmark.baselines import Run, hyperparameters_of, versions_of
-from studies.learned.results import load_studies
+from studies.learned.results import Study, load_studies
 
 SUBMISSIONS: Final = Path("benchmark/submissions")
 CARD: Final = "card.toml"
@@ -137,7 +138,8 @@ def _studied(folder: Path) -> Iterator[_Own]:
             if learner not in study.learners:
                 continue
             runs = study.runs.filter(learner=learner).sort("training_seed")
-            seeds = runs["training_seed"].to_list()
+            seeds = _distinct(study, learner, runs["training_seed"].to_list(), tasks()[name])
+            runs = runs.filter(pl.col("training_seed").is_in(seeds))
             policies = {f"{setting}-{seed}": study.file(learner, seed).read_bytes() for seed in seeds}
             yield (
                 title,
@@ -151,6 +153,19 @@ def _studied(folder: Path) -> Iterator[_Own]:
                     hyperparameters=study.learners[learner].arguments,
                 ),
             )
+
+
+def _distinct(study: Study, learner: str, seeds: list[int], task: Task) -> list[int]:
+    """Return the training seeds without those that end with the policy of an earlier one.
+
+    Several searches of a rule keep the hand-written one, from which they start.
+    """
+    found: dict[int, Any] = {}
+    for seed in seeds:
+        content = LoadedPolicy.of(str(study.file(learner, seed))).content(task)
+        if content not in found.values():
+            found[seed] = content
+    return [*found]
 
 
 def _trained(trained: Mapping[Run, Arrays], folder: Path) -> Iterator[_Own]:
