@@ -8,6 +8,7 @@ from pathlib import Path
 from flockesc_env import ArgumentError, FlockScenario, NamedPolicy
 from flockesc_env.benchmark.tasks import task_of
 from flockesc_env.cli.policies import MODEL_SUFFIX, policy_of
+from flockesc_env.common.files import suffix_of
 from flockesc_env.policies import NAMES
 from training.record import POLICY_FILE
 
@@ -38,7 +39,7 @@ def named_policy(spec: str, task: str | None = None) -> NamedPolicy:
 
 def is_model(spec: str) -> bool:
     """Return whether a command-line argument is a model of stable-baselines3."""
-    return Path(spec).suffix == MODEL_SUFFIX
+    return suffix_of(spec) == MODEL_SUFFIX
 
 
 def policy_argument(spec: str) -> str:

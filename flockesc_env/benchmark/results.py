@@ -18,7 +18,7 @@ from flockesc_env.benchmark.fitting import content
 from flockesc_env.benchmark.tasks import FLOCKS, VERSION, Task, task_of
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import ArgumentError, RecordError, shown
-from flockesc_env.common.files import write_text
+from flockesc_env.common.files import suffix_of, write_text
 from flockesc_env.common.json_text import parse_json
 from flockesc_env.policies.files import SUFFIX as POLICY_SUFFIX
 from flockesc_env.policies.registry import built_in
@@ -134,7 +134,7 @@ def check_learner(name: str) -> None:
 
 def is_file(policy: str) -> bool:
     """Return whether the text that names a policy is the path of a policy file."""
-    return Path(policy).suffix.lower() == POLICY_SUFFIX
+    return suffix_of(policy) == POLICY_SUFFIX
 
 
 def check_source(policy: str, sha256: str) -> None:

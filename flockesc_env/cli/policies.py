@@ -39,7 +39,7 @@ def policy_of(spec: str, argument: str = "policies", *, task: Task | None = None
         MissingExtraError: if ``spec`` is a model and stable-baselines3 is not installed.
         RecordError: if the file is damaged or is not a policy.
     """
-    if Path(spec).suffix == MODEL_SUFFIX:
+    if suffix_of(spec) == MODEL_SUFFIX:
         return _model_policy(spec, argument, task)
     module, is_code, function = spec.partition(":")
     if not is_code or module == "fixed" or suffix_of(spec) == SUFFIX:
