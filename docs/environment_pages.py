@@ -54,7 +54,8 @@ def write(docs: Path) -> None:
 def _registered(name: str) -> dict[str, Any]:
     """Return what the page of a registered environment shows."""
     spec = gymnasium.spec(name)
-    if spec.entry_point is None:
+    is_single = name != "flockesc/FlockAgents-v0"
+    if not is_single:
         count = fe.FlockScenario().num_agents
         call = f'gymnasium.make_vec("flockesc_env:{name}", num_envs={count})'
         entry_point, make = spec.vector_entry_point, partial(gymnasium.make_vec, name, count)
@@ -62,7 +63,7 @@ def _registered(name: str) -> dict[str, Any]:
         call = f'gymnasium.make("flockesc_env:{name}")'
         entry_point, make = spec.entry_point, lambda **options: gymnasium.make(name, **options).unwrapped
     page = _page(name, call, make, load_env_creator(entry_point))
-    return {**page, "is_vectorized": spec.entry_point is not None and spec.vector_entry_point is not None}
+    return {**page, "is_vectorized": is_single and spec.vector_entry_point is not None}
 
 
 def _page(name: str, call: str, make: Any, kind: type) -> dict[str, Any]:

@@ -209,7 +209,11 @@ _gymnasium.register(
     "flockesc_env.envs.gymnasium:FlockEscapeEnv",
     vector_entry_point="flockesc_env.envs.vector:FlockVectorEnv",
 )
-_gymnasium.register("flockesc/FlockAgents-v0", vector_entry_point="flockesc_env.envs.vector:AgentVectorEnv")
+_gymnasium.register(
+    "flockesc/FlockAgents-v0",
+    "flockesc_env.envs.vector:_no_single_env",
+    vector_entry_point="flockesc_env.envs.vector:AgentVectorEnv",
+)
 _gymnasium.register("flockesc/FlockPursuit-v0", "flockesc_env.envs.pursuit:FlockPursuitEnv")
 _gymnasium.register("flockesc/LineEscape-v0", "flockesc_env.envs.line:LineEscapeEnv")
 

@@ -50,7 +50,7 @@ class FlockTaskClass(TaskClass):
         return True
 
     def max_steps(self, env: EnvBase) -> int:
-        return int(-(-env.policy_spec.num_steps // env.options.steps_per_action))
+        return int(env.policy_spec.num_actions)
 
     def has_render(self, env: EnvBase) -> bool:  # noqa: ARG002
         return False  # BenchMARL does not record videos of flocks

@@ -31,6 +31,13 @@ _MAX_BYTES = 2**26
 _MAX_RATIO = 256
 """The unpacked size of an archive is at most 64 MiB plus 256 times its packed size."""
 
+_KINDS = {
+    "a policy": {_HEADER, "parameters"},
+    "a recorded run": {_HEADER, "num_components"},
+    "an initial state": {"positions"},
+}
+"""Arrays of each kind of npz file."""
+
 _HEADER_READERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
 
@@ -54,11 +61,21 @@ def write_table(table: pl.DataFrame, path: Path, metadata: dict[str, str] | None
 
 
 def read_document(
-    path: Path, expected: str, raw: bytes | None = None
+    path: Path, expected: str, array: str, raw: bytes | None = None
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """Return the JSON object and the arrays that ``write_document`` wrote; ``raw``: see ``read_npz``."""
+    """Return the JSON object and the arrays that ``write_document`` wrote.
+
+    Args:
+        path: path of the file.
+        expected: the expected kind of file.
+        array: name of an array that every file of this kind contains.
+        raw: see ``read_npz``.
+    """
     arrays = read_npz(path, expected, raw)
-    text = str(arrays.pop(_HEADER, np.array(""))[()])
+    if not {_HEADER, array} <= arrays.keys():
+        kinds = (kind for kind, names in _KINDS.items() if names <= arrays.keys())
+        raise RecordError(str(path), expected, next(kinds, f"the arrays {', '.join(arrays) or 'none'}"))
+    text = str(arrays.pop(_HEADER)[()])
     try:
         parse_json(text)  # rejects duplicate keys; msgspec rejects NaN and invalid Unicode
         return msgspec.json.decode(text, type=dict[str, Any]), arrays

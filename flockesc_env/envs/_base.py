@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from copy import deepcopy
+from copy import copy, deepcopy
 from functools import wraps
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, cast
 
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
+from flockesc_env.common.errors import OptionError, shown
 from flockesc_env.episodes.batch import FlockBatch, Observations
 from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptionsDict, View, env_options
 from flockesc_env.episodes.predators import PredatorPolicy
@@ -86,12 +88,45 @@ def needs_reset_if_interrupted(method: Method) -> Method:
     return cast("Method", call)
 
 
-class Viewed:
-    """Base class of all environments: render mode and viewer."""
+def _complete_after(init: Method) -> Method:
+    """Make a constructor set ``_is_complete`` at its end, unless a subclass's constructor called it."""
 
+    @wraps(init)
+    def call(self: Viewed, *args: Any, **kwargs: Any) -> None:
+        init(self, *args, **kwargs)
+        if type(self).__init__ is call:
+            self._is_complete = True
+
+    return cast("Method", call)
+
+
+class Viewed:
+    """Base class of all environments: render mode and viewer. A complete environment keeps its settings."""
+
+    _arguments: ClassVar[type]
+    _is_complete = False
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 20}
     render_mode: str | None = None
     _viewer: Viewer | None = None  # Gymnasium calls `close` even if the constructor failed
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if "__init__" in vars(cls):
+            cls.__init__ = _complete_after(cls.__init__)  # type: ignore[method-assign]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set an attribute.
+
+        Raises:
+            OptionError: if the name is that of a setting, after the constructor.
+        """
+        if self._is_complete and self._is_setting(name):
+            way = "create a new environment" + ("" if name in _DERIVED else f" with {name}=..")
+            raise OptionError(name, f"no assignment after creation ({way})", shown(value))
+        super().__setattr__(name, value)
+
+    def _is_setting(self, name: str) -> bool:
+        return name in _SETTINGS or name in _DERIVED or name in self._arguments.__annotations__
 
     def close(self) -> None:
         """Close the window if one is open."""
@@ -104,6 +139,48 @@ class Viewed:
 
     def _set_frames_per_second(self, fps: int) -> None:
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
+
+
+_SETTINGS = {"autoreset_mode", "copy", "num_envs", "num_flocks", "per_agent", "scenario"}
+"""Arguments of constructors that are not in a ``TypedDict``."""
+
+_DERIVED = {
+    *("options", "policy_spec", "predator_policy_spec", "possible_agents"),
+    *("observation_space", "action_space", "single_observation_space", "single_action_space"),
+    *("observation_spaces", "action_spaces", "state_space"),
+}
+"""Attributes that follow from the arguments."""
+
+
+class Registered(Viewed):
+    """Base class of environments that ``gymnasium.make`` or ``make_vec`` creates.
+
+    ``spec`` contains the number of actions of an episode, which the scenario and the options determine.
+    """
+
+    _spec: EnvSpec | None = None
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """The specification with which Gymnasium created the environment; ``None``: it did not."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        self._spec = copy(spec)
+        if self._spec is not None and self._spec.max_episode_steps is None:
+            self._spec.max_episode_steps = self._num_actions()
+
+    def set_wrapper_attr(self, name: str, value: Any, *, force: bool = True) -> bool:
+        """Set an attribute, as ``Wrapper.set_wrapper_attr`` asks for; see ``__setattr__``."""
+        if force or hasattr(self, name) or self._is_setting(name):
+            setattr(self, name, value)
+            return True
+        return False
+
+    @abstractmethod
+    def _num_actions(self) -> int:
+        """Return the number of actions of an episode that does not end early."""
 
 
 class Rendered(Viewed):

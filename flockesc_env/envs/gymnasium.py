@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_seed
-from flockesc_env.envs._base import FlockArguments, OneFlock, needs_reset_if_interrupted
+from flockesc_env.envs._base import FlockArguments, OneFlock, Registered, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import Observations, is_over
 from flockesc_env.scenario.flock import FlockScenario
 
 
-class GymnasiumEnv(OneFlock[Observations], gymnasium.Env[Observations, Any]):
+class GymnasiumEnv(Registered, OneFlock[Observations], gymnasium.Env[Observations, Any]):
     """Base class of the Gymnasium environments with one flock."""
 
     _ranges_at_start: FloatArray | None = None
@@ -46,6 +46,9 @@ class GymnasiumEnv(OneFlock[Observations], gymnasium.Env[Observations, Any]):
         observation = self._resume(rows)
         self._show()
         return observation, _core.infos(columns, self._ranges_at_start)[0]
+
+    def _num_actions(self) -> int:
+        return self._batch.policy_spec.num_actions
 
 
 class FlockEscapeEnv(GymnasiumEnv):

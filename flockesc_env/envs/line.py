@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import ResetNeededError
-from flockesc_env.envs._base import LineArguments, Rendered, needs_reset_if_interrupted
+from flockesc_env.envs._base import LineArguments, Registered, Rendered, needs_reset_if_interrupted
 from flockesc_env.episodes.options import line_options
 from flockesc_env.episodes.seeds import EpisodeSchedule, fresh_seed
 from flockesc_env.episodes.spaces import line_policy_spec
@@ -28,7 +28,7 @@ RESET_OPTIONS = ("initial_state", "episode")
 FRAMES_PER_SECOND = 5
 
 
-class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
+class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any]):
     """A line under attack, ``flockesc/LineEscape-v0``; the action is its interaction range.
 
     An episode terminates when the line reaches its steady state and is truncated after
@@ -44,6 +44,7 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
         DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
+    _arguments = LineArguments
     metadata: dict[str, Any] = {**Rendered.metadata, "render_fps": FRAMES_PER_SECOND}
     _viewer: LineViewer | None = None
 
@@ -127,6 +128,9 @@ class LineEscapeEnv(Rendered, gymnasium.Env[NDArray[np.float32], Any]):
             self._viewer.forget()
         self._show(episode)
         return episode.observe()
+
+    def _num_actions(self) -> int:
+        return self.policy_spec.num_actions
 
     def _drop_episodes(self) -> None:
         self._episode = None

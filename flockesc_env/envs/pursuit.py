@@ -14,7 +14,7 @@ from flockesc_env.envs.gymnasium import GymnasiumEnv
 from flockesc_env.episodes.batch import Observations, is_over
 from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.options import View
-from flockesc_env.policies.base import Policy
+from flockesc_env.policies.base import Policy, StoredPolicy
 from flockesc_env.policies.ranges import FixedRange
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
@@ -60,6 +60,8 @@ class FlockPursuitEnv(GymnasiumEnv):
         self.flock_policy = (
             FixedRange(10.0) if flock_policy is None else as_policy(flock_policy, "flock_policy")
         )
+        if isinstance(self.flock_policy, StoredPolicy):
+            self.flock_policy.check(self.options, per_agent=View.of(per_agent).is_per_agent)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.space()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar, Unpack
+from typing import Any, ClassVar, NoReturn, Unpack
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_flag, as_mapping, as_seed
 from flockesc_env.common.errors import ArgumentError, ResetNeededError, shown
 from flockesc_env.envs import _autoreset
-from flockesc_env.envs._base import FlockArguments, ManyFlocks, needs_reset_if_interrupted
-from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, FlockBatch, Observations
+from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, needs_reset_if_interrupted
+from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, Observations
 from flockesc_env.episodes.options import View
 from flockesc_env.episodes.scenarios import Scenarios, as_scenarios
 from flockesc_env.episodes.seeds import consecutive_seeds
@@ -23,7 +23,7 @@ from flockesc_env.scenario.flock import FlockScenario
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]
 
 
-class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
+class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
     """Base class: a batch of flocks with one or more slots per flock, which share its episode."""
 
     _view: ClassVar[View]
@@ -48,7 +48,10 @@ class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[
         if slots % rows:
             raise ArgumentError("num_envs", f"a multiple of scenario.num_agents = {rows}", slots)
         super().__init__(given, arguments, num_flocks=slots // rows, view=self._view)
-        _check_limit(max_episode_steps, self._batch)
+        least = self._num_actions()
+        if max_episode_steps is not None and as_count(max_episode_steps, "max_episode_steps") < least:
+            expected = f"None or at least {least}, the number of actions of an episode"
+            raise ArgumentError("max_episode_steps", expected, max_episode_steps)
         self.num_envs = slots
         self.policy_spec = self._batch.policy_spec
         self.single_observation_space = self.policy_spec.layout.space()
@@ -141,6 +144,9 @@ class _BatchVectorEnv(ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[
 
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002
         ManyFlocks.close(self)
+
+    def _num_actions(self) -> int:
+        return self._batch.policy_spec.num_actions
 
     def _drop_episodes(self) -> None:
         super()._drop_episodes()
@@ -266,17 +272,17 @@ class AgentVectorEnv(_BatchVectorEnv):
     _view = View.AGENT
 
 
+def _no_single_env(**_: Any) -> NoReturn:
+    """Refuse ``gymnasium.make("flockesc/FlockAgents-v0")``, which has no environment of one slot."""
+    way = 'gymnasium.make_vec("flockesc/FlockAgents-v0", num_envs=300 * flocks)'
+    expected = f"an environment of one slot; for a slot per agent, 300 per flock by default, call {way}"
+    raise ArgumentError("id", expected, "flockesc/FlockAgents-v0")
+
+
 def _mode(mode: Any) -> AutoresetMode:
     if isinstance(mode, AutoresetMode):
         return mode
     return AutoresetMode(as_choice(mode, "autoreset_mode", [known.value for known in AutoresetMode]))
-
-
-def _check_limit(max_episode_steps: Any, batch: FlockBatch) -> None:
-    actions = -(-batch.policy_spec.num_steps // batch.options.steps_per_action)
-    if max_episode_steps is not None and as_count(max_episode_steps, "max_episode_steps") < actions:
-        expected = f"None or at least {actions}, the number of actions of an episode"
-        raise ArgumentError("max_episode_steps", expected, max_episode_steps)
 
 
 def _scatter(column: NDArray[Any], mask: NDArray[np.bool]) -> NDArray[Any]:

@@ -148,20 +148,20 @@ class PolicySpec:
     Attributes:
         actions: the action space, and the maps between actions and ranges.
         layout: names and bounds of the entries of an observation row.
+        options: the options of the environment.
         view: what a row and an action belong to, the flock or an agent.
         num_agents: number of agents per flock. Rows are ordered by flock, then by agent.
         num_steps: number of model steps of an episode; the largest if flocks have different scenarios.
         length_scale: a length of this many m is observed as 1/2; 1 on the line.
-        profile_ranges: candidate ranges of the observation; empty without a profile.
     """
 
     actions: RangeActions
     layout: ObservationLayout
+    options: EnvOptions | LineOptions
     view: View
     num_agents: int
     num_steps: int
     length_scale: float = 1.0
-    profile_ranges: tuple[float, ...] = ()
 
     @property
     def per_agent(self) -> bool:
@@ -172,6 +172,16 @@ class PolicySpec:
     def rows(self) -> int:
         """Number of rows, and of actions, per flock."""
         return self.num_agents if self.per_agent else 1
+
+    @property
+    def num_actions(self) -> int:
+        """Number of actions of an episode that does not end early."""
+        return -(-self.num_steps // self.options.steps_per_action)
+
+    @property
+    def profile_ranges(self) -> tuple[float, ...]:
+        """Candidate ranges of the observation; empty without a profile."""
+        return tuple(self.options.profile_ranges or ())
 
     @property
     def candidate_ranges(self) -> FloatArray:
@@ -190,11 +200,11 @@ def flock_policy_spec(scenario: FlockScenario, options: EnvOptions, view: View) 
     return PolicySpec(
         actions=RangeActions(options),
         layout=ObservationLayout.of(entries),
+        options=options,
         view=view,
         num_agents=scenario.num_agents,
         num_steps=scenario.num_steps,
         length_scale=scenario.initial_side,
-        profile_ranges=tuple(options.profile_ranges or ()),
     )
 
 
@@ -205,8 +215,8 @@ def line_policy_spec(scenario: LineScenario, options: LineOptions) -> PolicySpec
         layout=ObservationLayout.of(
             _core.line_observation_entries(scenario.num_agents, len(options.profile_ranges or ()))
         ),
+        options=options,
         view=View.FLOCK,
         num_agents=scenario.num_agents,
         num_steps=scenario.max_steps,
-        profile_ranges=tuple(options.profile_ranges or ()),
     )

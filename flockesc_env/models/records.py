@@ -87,7 +87,7 @@ def load_run(path: str | Path) -> RecordedRun:
         ScenarioError: if the scenario is invalid in this version of the package.
     """
     path = as_path(path)
-    header, columns = read_document(path, "a recorded run (npz)")
+    header, columns = read_document(path, "a recorded run (npz)", "num_components")
     try:
         model, fields = MODELS[header["model"]], header["scenario"]
         origin = {name: header[name] for name in _ORIGIN}

@@ -1,9 +1,14 @@
-"""``Policy`` (protocol of range policies), ``RowMemory`` (base of policies with a memory) and ``bind``."""
+"""``Policy`` (protocol of range policies), ``bind``, and base classes of policies.
+
+``RowMemory`` is for policies with a memory, ``StoredPolicy`` for those that files contain.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from copy import copy
+from dataclasses import fields
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +16,7 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import as_policy
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.memory import reset_policy
+from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.episodes.spaces import PolicySpec
 
 Observations = NDArray[np.float32]
@@ -91,6 +97,48 @@ class RowMemory:
         self._memory, self._begins = memory, np.zeros(count, bool)
 
 
+class StoredPolicy:
+    """Base class of policies that know the options with which they were saved.
+
+    Attributes:
+        options: options of the environment for which the policy was saved; ``None``: the policy was not read
+            from a file and plays with any options.
+        per_agent: True: the policy needs one observation per agent. False: one per flock. ``None``: any.
+    """
+
+    options: EnvOptions | LineOptions | None = None
+    per_agent: bool | None = None
+
+    def with_options(self, options: EnvOptions | LineOptions, *, per_agent: bool) -> Self:
+        """Return a copy that knows these options and, unless its class decides, this view."""
+        policy = copy(self)
+        policy.options = options
+        if type(self).per_agent is None:
+            policy.per_agent = per_agent
+        return policy
+
+    def check(self, options: EnvOptions | LineOptions, *, per_agent: bool) -> None:
+        """Check that an environment has the view and the options of this policy.
+
+        ``reward`` and ``count_components`` may differ, because no observation shows them.
+
+        Raises:
+            ArgumentError: if the view or an option differs.
+        """
+        if self.per_agent is not None and per_agent != self.per_agent:
+            rows = "agent" if self.per_agent else "flock"
+            expected = f"{self.per_agent}, because the policy needs one observation per {rows}"
+            raise ArgumentError("per_agent", expected, per_agent)
+        if self.options is None or self.options == options:
+            return
+        for field in fields(self.options):
+            known, given = (getattr(each, field.name, None) for each in (self.options, options))
+            if known != given and field.name not in {"reward", "count_components"}:
+                way = "use **load_policy(path).options"
+                expected = f"{known!r}, with which the policy was saved ({way})"
+                raise ArgumentError(field.name, expected, shown(given))
+
+
 def is_per_agent(policy: Any) -> bool:
     """Return whether a policy chooses one range per agent."""
     return bool(getattr(policy, "per_agent", False))
@@ -135,8 +183,9 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
             ``ClipAction``.
 
     Raises:
-        ArgumentError: if ``policy`` is not a policy, ``env`` is not an environment of this package, or a
-            wrapper changes a space of ``env`` or normalizes its observations.
+        ArgumentError: if ``policy`` is not a policy; if ``env`` is not an environment of this package; if a
+            wrapper changes a space of ``env`` or normalizes its observations; or if the policy was read from a
+            file and an option of the environment differs from the file's.
     """
     as_policy(policy)
     inner = getattr(env, "unwrapped", env)
@@ -148,6 +197,8 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
     except (AttributeError, TypeError):
         raise ArgumentError("env", "an environment of this package", shown(env)) from None
     _check_wrappers(env, spec)
+    if isinstance(policy, StoredPolicy):
+        policy.check(spec.options, per_agent=spec.per_agent)
     time = spec.layout.index("time")
     rows_per_flock = spec.num_agents if is_per_agent(spec) else 1
 

@@ -10,10 +10,10 @@ from typing import Any, get_args
 import numpy as np
 
 from flockesc_env.common.array_files import read_document, write_document
-from flockesc_env.common.checks import as_instance, as_path
+from flockesc_env.common.checks import as_choice, as_instance, as_path
 from flockesc_env.common.errors import ArgumentError, InputError, RecordError, ScenarioError
 from flockesc_env.common.files import suffix_of
-from flockesc_env.episodes.options import EnvOptions, LineOptions, View
+from flockesc_env.episodes.options import View, env_options, line_options
 from flockesc_env.episodes.spaces import PolicySpec, flock_policy_spec, line_policy_spec
 from flockesc_env.models.records import versions
 from flockesc_env.policies.memory_rules import (
@@ -31,6 +31,7 @@ from flockesc_env.scenario.line import LineScenario
 
 SUFFIX = ".npz"
 _SHORT_LINE = 1000
+_HEADER = {"name", "model", "scenario", "per_agent", "options", "architecture"}
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 
 Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift | SpreadOut | StepAside
@@ -101,14 +102,14 @@ def parse_policy(raw: bytes, path: Path) -> NamedPolicy:
     Raises:
         RecordError, ScenarioError: see ``load_policy``.
     """
-    header, arrays = read_document(path, "a policy", raw)
+    header, arrays = read_document(path, "a policy", "parameters", raw)
     try:
         return _named_policy(header, arrays["parameters"])
     except ScenarioError:
         raise
     except InputError as error:
         raise RecordError(f"{path}: {error.field}", error.expected, error.given) from None
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+    except (AttributeError, TypeError, ValueError) as error:
         raise RecordError(str(path), "a policy", repr(error)) from None
 
 
@@ -132,19 +133,23 @@ def find_policy(spec: str, argument: str = "policies") -> NamedPolicy:
 
 
 def _named_policy(header: dict[str, Any], parameters: Any) -> NamedPolicy:
+    if not header.keys() >= _HEADER:
+        raise RecordError("header", ", ".join(sorted(_HEADER)), ", ".join(header) or "none")
     name, per_agent, options = header["name"], header["per_agent"], header["options"]
     if not isinstance(name, str) or not isinstance(per_agent, bool):
         raise RecordError("header", "a string name, a bool per_agent", f"{name!r}, {per_agent!r}")
-    scenario = from_fields(_MODELS[header["model"]], header["scenario"])
+    model = as_choice(header["model"], "model", _MODELS)
+    scenario = from_fields(_MODELS[model], header["scenario"])
     if isinstance(scenario, FlockScenario):
-        spec = flock_policy_spec(scenario, EnvOptions(**options), View.of(per_agent))
+        spec = flock_policy_spec(scenario, env_options(scenario, options), View.of(per_agent))
     else:  # a long line has gigabytes of entries, of the same kinds as a short one
         short = scenario.replace(num_agents=min(scenario.num_agents, _SHORT_LINE))
-        spec = line_policy_spec(short, LineOptions(**options))
+        spec = line_policy_spec(short, line_options(options))
     chosen = {"criterion": header["criterion"]} if "criterion" in header else {}
     policy = _policy(header["architecture"], parameters, chosen)
     if isinstance(policy, NetworkPolicy):
         _check_action(policy, spec, scenario.num_agents)
+    policy = policy.with_options(spec.options, per_agent=per_agent)
     return NamedPolicy(name, policy, per_agent=per_agent, options=options, scenario=scenario)
 
 
@@ -165,7 +170,7 @@ def _check_action(policy: NetworkPolicy, spec: PolicySpec, num_agents: int) -> N
 def _policy(architecture: dict[str, Any] | str, parameters: Any, chosen: dict[str, Any]) -> Stored:
     """Return a network with an architecture, or a rule by its name with its other arguments."""
     if isinstance(architecture, str):
-        return _RULES[architecture](*parameters, **chosen)
+        return _RULES[as_choice(architecture, "architecture", _RULES)](*parameters, **chosen)
     values: dict[str, Any]
     values = {
         name: tuple(value) if isinstance(value, list) else value for name, value in architecture.items()

@@ -23,7 +23,7 @@ from flockesc_env.common.checks import (
 )
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec, RangeActions
-from flockesc_env.policies.base import Observations, RowMemory
+from flockesc_env.policies.base import Observations, RowMemory, StoredPolicy
 
 Parameters = NDArray[np.float32]
 Squash = Literal["clip", "tanh"]
@@ -97,7 +97,7 @@ class Architecture:
         return json.dumps(asdict(self))
 
 
-class NetworkPolicy(RowMemory):
+class NetworkPolicy(StoredPolicy, RowMemory):
     """A neural network that sets ranges.
 
     It requires ``action_mode="normalized"``, unless it chooses from ranges or candidates. Actions do not
@@ -123,10 +123,12 @@ class NetworkPolicy(RowMemory):
         """Return one action per observation row; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if an input is not in the observation; if the network sets a value and the action
-                mode is not ``"normalized"``; if it scores candidates and there are none; if it has a memory
-                and the number of rows changes during an episode.
+            ArgumentError: if the view or an option differs from those of the policy's file; if an input is
+                not in the observation; if the network sets a value and the action mode is not
+                ``"normalized"``; if it scores candidates and there are none; if it has a memory and the
+                number of rows changes during an episode.
         """
+        self.check(spec.options, per_agent=spec.per_agent)
         actions, ranges = choices(self.architecture, spec.actions, spec.profile_ranges)
         memory = np.empty((len(observations), 0))
         if self.architecture.memory:

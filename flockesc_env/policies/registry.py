@@ -9,9 +9,16 @@ from typing import Any, Final, cast
 
 from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_seed, as_text, parse_number
 from flockesc_env.common.errors import ArgumentError, shown, shown_name
-from flockesc_env.episodes.options import PROFILE_RANGES, EnvOptions, EnvOptionsDict, env_options
+from flockesc_env.episodes.options import (
+    PROFILE_RANGES,
+    EnvOptions,
+    EnvOptionsDict,
+    LineOptions,
+    env_options,
+    line_options,
+)
 from flockesc_env.models.simulate import Trajectory
-from flockesc_env.policies.base import Policy
+from flockesc_env.policies.base import Policy, StoredPolicy
 from flockesc_env.policies.memory_rules import (
     ListenWhileThreatened,
     SpreadOut,
@@ -97,13 +104,15 @@ class NamedPolicy:
 
     Attributes:
         name: name in tables and figures.
-        policy: the policy.
+        policy: the policy. One from a file is copied if its options differ from ``options``; the copy refuses
+            environments with other options than these.
         per_agent: True: the policy sets one range per agent. False: one per flock.
         options: environment options, by the names of ``EnvOptions`` or, for a line, ``LineOptions``.
         scenario: the scenario in which the policy was trained; ``None``: none in particular.
 
     Raises:
         ArgumentError: if an attribute has the wrong type, or the name contains control characters.
+        OptionError: if the policy was read from a file, and an option is unknown or out of bounds.
     """
 
     name: str
@@ -120,6 +129,12 @@ class NamedPolicy:
         as_instance(self.options, "options", dict)
         if self.scenario is not None:
             as_model(self.scenario)
+        if isinstance(self.policy, StoredPolicy) and (known := self.policy.options) is not None:
+            is_line = isinstance(known, LineOptions)
+            options = line_options(self.options) if is_line else env_options(FlockScenario(), self.options)
+            if options != known or self.per_agent != self.policy.per_agent:
+                policy = self.policy.with_options(options, per_agent=self.per_agent)
+                object.__setattr__(self, "policy", policy)
 
     def record(self, seed: int, scenario: FlockScenario | str | None = None) -> Trajectory:
         """Run the policy on one flock and return the trajectory; see ``flockesc_env.record``.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, replace
 from typing import Any, Unpack, cast, overload
 
 from flockesc_env.common.checks import as_count, as_flag, as_policy, as_seed, as_seeds
@@ -18,7 +19,7 @@ from flockesc_env.episodes.options import (
 )
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.models.simulate import Trajectory
-from flockesc_env.policies.base import Policy, is_per_agent
+from flockesc_env.policies.base import Policy, StoredPolicy, is_per_agent
 from flockesc_env.policies.files import find_policy
 from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record_flock, results
 from flockesc_env.policies.registry import NamedPolicy
@@ -79,7 +80,8 @@ def rollout(
         scenario: the model's parameters, or a preset's name; its class decides which model runs. ``None``:
             the scenario in which a policy from a file was trained, otherwise the paper's flock.
         policy: sets the ranges: a policy, a ``NamedPolicy``, the name of a built-in policy, or the path of a
-            policy file. The options of a named policy or a policy file are used unless given here.
+            policy file. The options of a named policy or a policy file are used unless given here. The
+            attribute ``policy`` of a loaded policy has the options of its file and refuses others.
         seeds: seeds of the flocks; ``env.reset(seed=k)`` starts the same flock.
         per_agent: True: the policy sets one range per agent. False: one per flock. ``None``: as the policy's
             attribute ``per_agent`` says, or the observation space of the model of an ``SB3Policy``.
@@ -97,7 +99,8 @@ def rollout(
         ``Episodes`` or, for a line, ``LineEpisodes``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value, or if the outcomes do not fit into memory.
+        ArgumentError: if an argument has the wrong type or value, if an option differs from those of the
+            policy's file, or if the outcomes do not fit into memory.
         OptionError: if an option is unknown, missing or out of bounds.
         ScenarioError: if the scenario has no predator, or the name is not a preset.
 
@@ -105,13 +108,13 @@ def rollout(
         >>> rollout("paper-flock", "stubborn-leaders", seeds=range(3)).min_mean_distance.round(2)
         array([84.65, 87.7 , 91.85])
     """
-    entry = _named(policy, per_agent)
+    entry = _named(policy, per_agent, options)
     model = _scenario(scenario, entry)
     checked = as_seeds(seeds)
     is_line = isinstance(model, LineScenario)
     size = _LINE_BATCH_SIZE if is_line else _BATCH_SIZE
     size = size if batch_size is None else as_count(batch_size, "batch_size")
-    chosen: Any = {**entry.options, **options}
+    chosen: Any = entry.options
     if is_line:
         for name, value in (("per_agent", per_agent or None), ("predator_policy", predator_policy)):
             if value is not None:
@@ -156,10 +159,10 @@ def record(
         ArgumentError: if an argument has the wrong type or value, or if the run does not fit into memory.
         OptionError: if an option is unknown, missing or out of bounds.
     """
-    entry = _named(policy, per_agent)
+    entry = _named(policy, per_agent, options)
     chosen: Any = entry.scenario if scenario is None else scenario
     model = as_scenario(chosen, FlockScenario)
-    flock_options = env_options(model, cast("EnvOptionsDict", {**entry.options, **options}))
+    flock_options = env_options(model, cast("EnvOptionsDict", entry.options))
     return record_flock(
         entry.policy,
         as_seed(seed),
@@ -170,16 +173,21 @@ def record(
     )
 
 
-def _named(policy: AnyPolicy, per_agent: bool | None) -> NamedPolicy:
-    """Return the policy as a ``NamedPolicy``, with ``per_agent`` set."""
+def _named(policy: AnyPolicy, per_agent: bool | None, options: Mapping[str, Any]) -> NamedPolicy:
+    """Return the policy as a ``NamedPolicy`` with this view and, where given, these options."""
     found = find_policy(policy, "policy") if isinstance(policy, str) else policy
-    if not isinstance(found, NamedPolicy):
-        as_policy(found)
-        found = NamedPolicy(type(found).__name__, found, per_agent=is_per_agent(found))
-    if per_agent is None:
-        return found
-    view = as_flag(per_agent, "per_agent")
-    return NamedPolicy(found.name, found.policy, view, found.options, found.scenario)
+    if isinstance(found, NamedPolicy):
+        view = found.per_agent if per_agent is None else as_flag(per_agent, "per_agent")
+        return replace(found, per_agent=view, options={**found.options, **options})
+    as_policy(found)
+    view = is_per_agent(found) if per_agent is None else as_flag(per_agent, "per_agent")
+    if not isinstance(found, StoredPolicy) or found.options is None:
+        return NamedPolicy(type(found).__name__, found, view, dict(options))
+    values = ((field, getattr(found.options, field.name)) for field in fields(found.options))
+    own = {field.name: value for field, value in values if value != field.default}
+    entry = NamedPolicy(type(found).__name__, found, view, {**own, **options})
+    found.check(cast("Any", entry.policy).options, per_agent=view)
+    return entry
 
 
 def _is_per_agent(

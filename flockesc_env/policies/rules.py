@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray, as_floats
-from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies.base import Observations
+from flockesc_env.policies.base import Observations, StoredPolicy
 
 
-class RangeRule(ABC):
+class RangeRule(StoredPolicy, ABC):
     """Base of rules that return a range for every observation row.
 
     Attributes:
@@ -27,14 +26,11 @@ class RangeRule(ABC):
         """Return the action of every row; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if ``spec.per_agent`` is not the rule's, the observation lacks an entry or a
-                profile that the rule reads, or a rule has a memory and the number of rows changes during an
-                episode.
+            ArgumentError: if ``spec.per_agent`` is not the rule's, an option differs from those of the rule's
+                file, the observation lacks an entry or a profile that the rule reads, or a rule has a memory
+                and the number of rows changes during an episode.
         """
-        if spec.per_agent != self.per_agent:
-            rows = "agent" if self.per_agent else "flock"
-            expected = f"{self.per_agent}, because the policy needs one observation per {rows}"
-            raise ArgumentError("per_agent", expected, spec.per_agent)
+        self.check(spec.options, per_agent=spec.per_agent)
         return spec.actions.from_ranges(self._ranges(observations, spec))
 
     @abstractmethod

@@ -1,16 +1,105 @@
-"""The Gymnasium contract for whole episodes over all triples of options, and views of the current state."""
+"""The Gymnasium contract: ids, wrappers, whole episodes, and views of the current state."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
 
 import gymnasium
 import numpy as np
 import pytest
 from flock_states import state
+from gymnasium import wrappers
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
 from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
+
+IDS = [name for name in gymnasium.registry if name.startswith("flockesc/")]
+
+
+def play(env: Any) -> list[Any]:
+    """Return all results of an episode under the highest action."""
+    steps = [env.reset(seed=0)]
+    while len(steps) == 1 or not (steps[-1][2] or steps[-1][3]):
+        steps.append(env.step(env.action_space.high))
+    return steps
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_every_id(name: str) -> None:
+    is_line, is_single = "Line" in name, "Agents" not in name
+    short, long = (fe.LineScenario(max_steps=t) if is_line else small_flock(num_steps=t) for t in (7, 9))
+    for scenario, limit in ((short, 4), (long, 5)):
+        options: dict[str, Any] = {"scenario": scenario, "steps_per_action": 2}
+        for mode in ("sync", None) if is_single else (None,):
+            slots = gymnasium.make_vec(name, num_envs=5, vectorization_mode=mode, **options)
+            slots.reset(seed=0)
+            slots.step(slots.action_space.sample())
+            specs = [env.spec for env in getattr(slots, "envs", [slots])]
+            assert {spec.max_episode_steps for spec in specs} == {limit}
+        if is_single:
+            env = gymnasium.make(name, **options)
+            assert len(play(env)) - 1 == env.spec.max_episode_steps == limit  # type: ignore[union-attr]
+            assert len(play(gymnasium.make(name, max_episode_steps=2, **options))) - 1 == 2
+    if is_single:
+        env = gymnasium.make(name, steps_per_action=500)
+        again = gymnasium.make(EnvSpec.from_json(env.spec.to_json()))  # type: ignore[union-attr]
+        assert again.spec == env.spec
+        np.testing.assert_equal(play(again), play(env))
+    else:
+        with pytest.raises(fe.ArgumentError, match=r"call gymnasium.make_vec\(.*, num_envs=300 \* flocks\)"):
+            gymnasium.make(name)
+
+
+WRAPPED: list[tuple[Callable[[], Any], Any, dict[str, Any]]] = [
+    *(
+        (lambda: gymnasium.make("flockesc/FlockEscape-v0", scenario=small_flock()), wrapper, arguments)
+        for wrapper, arguments in (
+            (wrappers.ClipAction, {}),
+            (wrappers.RescaleAction, {"min_action": np.float32(0), "max_action": np.float32(1)}),
+            (wrappers.RescaleObservation, {"min_obs": np.float32(0), "max_obs": np.float32(1)}),
+            (wrappers.NormalizeObservation, {}),
+            (wrappers.NormalizeReward, {}),
+            (wrappers.RecordEpisodeStatistics, {}),
+            (wrappers.TimeAwareObservation, {}),
+            (wrappers.FrameStackObservation, {"stack_size": 3}),
+            (wrappers.DelayObservation, {"delay": 2}),
+            (wrappers.ClipReward, {"min_reward": -0.1}),
+        )
+    ),
+    *(
+        (make, wrapper, arguments)
+        for make in (
+            lambda: fe.FlockVectorEnv(2, small_flock()),
+            lambda: fe.AgentVectorEnv(10, small_flock()),
+        )
+        for wrapper, arguments in (
+            (wrappers.vector.ClipAction, {}),
+            (wrappers.vector.RescaleAction, {"min_action": np.float32(0), "max_action": np.float32(1)}),
+            (wrappers.vector.RescaleObservation, {"min_obs": np.float32(0), "max_obs": np.float32(1)}),
+            (wrappers.vector.NormalizeObservation, {}),
+            (wrappers.vector.NormalizeReward, {}),
+            (wrappers.vector.RecordEpisodeStatistics, {}),
+            (wrappers.vector.ClipReward, {"min_reward": -0.1}),
+        )
+    ),
+]
+
+
+@pytest.mark.parametrize(("make", "wrapper", "arguments"), WRAPPED)
+def test_wrappers(make: Callable[[], Any], wrapper: Any, arguments: dict[str, Any]) -> None:
+    """An episode in a wrapper has the length of one without, and observations in the wrapper's space."""
+    env = wrapper(make(), **arguments)
+    env.action_space.seed(0)
+    observation, _ = env.reset(seed=0)
+    for step in range(small_flock().num_steps):
+        assert observation in env.observation_space
+        observation, reward, _, truncated, _ = env.step(env.action_space.sample())
+        assert np.isfinite(reward).all()
+        assert np.all(truncated) == np.any(truncated) == (step == small_flock().num_steps - 1)
 
 
 def test_line_terminates_when_steady_and_is_truncated_otherwise() -> None:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from collections.abc import Callable
 from typing import Any, get_type_hints
 
+import gymnasium
 import numpy as np
 import pytest
+from envs import adapters
 from option_table import small_flock
+from stable_baselines3.common.vec_env import VecMonitor
 
 import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError, OptionError, ScenarioError
@@ -89,6 +93,51 @@ def test_keywords_are_the_fields_of_the_dataclass(keywords: type, options: type)
     assert get_type_hints(keywords) == get_type_hints(options)
     assert set(keywords.__annotations__) == {field.name for field in dataclasses.fields(options)}
     assert not keywords.__required_keys__
+
+
+@adapters()
+def test_settings_are_not_assigned_after_creation(make: Callable[[], Any]) -> None:
+    env = make().unwrapped
+    names = [*vars(env.options), "scenario", "options", "policy_spec", "num_envs"]
+    for each in (env, copy.deepcopy(env)):
+        before = {name: getattr(each, name, None) for name in names}
+        for name in [*names, "render_mode"]:
+            with pytest.raises(OptionError, match=f"^{name}: expected no assignment after creation"):
+                setattr(each, name, "another")
+        assert {name: getattr(each, name, None) for name in names} == before
+        each.note = 7  # other names are free
+        each.note += 1
+        assert each.note == 8
+
+
+def test_settings_are_not_assigned_through_wrappers() -> None:
+    alone = gymnasium.make("flockesc/FlockEscape-v0", scenario=small_flock())
+    several = gymnasium.make_vec("flockesc/LineEscape-v0", num_envs=2)
+    slots = AgentVecEnv(1, small_flock())
+    for name in ("scenario", "max_range"):
+        for call in (alone.set_wrapper_attr, several.set_attr, slots.set_attr, VecMonitor(slots).set_attr):
+            with pytest.raises(OptionError, match=f"{name}: .*environment with {name}=.."):
+                call(name, None)
+    alone.set_wrapper_attr("note", 7)
+    assert alone.get_wrapper_attr("note") == 7
+
+
+def test_a_subclass_can_replace_its_spaces() -> None:
+    class Doubled(fe.FlockEscapeEnv):
+        def __init__(self) -> None:
+            super().__init__(small_flock())
+            self.action_space = gymnasium.spaces.Box(-2.0, 2.0, (1,))
+            self.factor = 0.5
+
+        def step(self, action: Any) -> Any:
+            return super().step(self.factor * action)
+
+    env = Doubled()
+    env.reset(seed=0)
+    env.step(np.float32([2.0]))
+    env.factor = 0.25
+    with pytest.raises(OptionError, match=r"action_space: .* \(create a new environment\)"):
+        env.action_space = gymnasium.spaces.Box(-4.0, 4.0, (1,))
 
 
 FLOCK, LINE = small_flock(), fe.LineScenario(num_agents=5, max_steps=10)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env as check_gymnasium
-from option_table import ACTION_MODES, DIMENSIONS, small_flock
-from pettingzoo.test import api_test, max_cycles_test, parallel_api_test, parallel_seed_test, seed_test
+from option_table import DIMENSIONS, small_flock
+from pettingzoo.test import api_test, parallel_api_test
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
 import flockesc_env
@@ -30,7 +29,6 @@ TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
 pytestmark = pytest.mark.filterwarnings("ignore:reset\\(\\) ignores unknown options:UserWarning")
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
-modes = pytest.mark.parametrize("mode", ACTION_MODES)
 counts = pytest.mark.parametrize("count", [1, 2])
 # Agents and predators have different observation spaces, which the suite advises against.
 different_views = pytest.mark.filterwarnings(
@@ -41,36 +39,6 @@ different_views = pytest.mark.filterwarnings(
 
 def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> FlockScenario:
     return small_flock(dimension, predators=TWO[:count], **changes)
-
-
-def learned(dimension: int = 2, count: int = 1, **changes: Any) -> FlockScenario:
-    return hunted(dimension, count, **changes).with_learned_predators()
-
-
-@dimensions
-@modes
-@counts
-@different_views
-@pytest.mark.parametrize("steps_per_action", [1, 4])
-def test_pettingzoo(dimension: int, mode: str, count: int, steps_per_action: int) -> None:
-    options: dict[str, Any] = {
-        "action_mode": mode,
-        "steps_per_action": steps_per_action,
-    }
-
-    def parallel(max_cycles: int = 10) -> Any:
-        return parallel_env(learned(dimension, count, num_steps=max_cycles), **options)
-
-    def turns(max_cycles: int = 10) -> Any:
-        return flockesc_env.env(learned(dimension, count, num_steps=max_cycles), **options)
-
-    parallel_api_test(parallel(), num_cycles=30)
-    api_test(turns(), num_cycles=30)
-    parallel_seed_test(parallel, num_cycles=30)
-    seed_test(turns, num_cycles=30)
-    if steps_per_action == 1:
-        max_cycles_test(SimpleNamespace(parallel_env=parallel, env=turns))
-    api_test(flockesc_env.raw_env(learned(dimension, count), **options), num_cycles=30)
 
 
 def sample(environment: Any) -> dict[str, Any]:

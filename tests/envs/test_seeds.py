@@ -61,7 +61,7 @@ RANDOM = (
 )
 @pytest.mark.parametrize("interface", INTERFACES)
 def test_environments_play_the_simulated_flock(
-    interface: str, changes: dict[str, Any], seed: int, dimension: int
+    interface: str, seed: int, dimension: int, changes: dict[str, Any]
 ) -> None:
     scenario = small_flock(dimension, **changes)
     run = fe.simulate(scenario, RHO, seed=seed)

@@ -33,6 +33,9 @@ MAKERS: dict[str, Callable[[], Any]] = {
 }
 
 interfaces = pytest.mark.parametrize("interface", MAKERS)
+one_of_each_class = pytest.mark.parametrize(
+    "interface", ["gymnasium", "parallel", "line", "vector", "stable-baselines3"]
+)
 
 
 def continuations(env: Any, make: Callable[[], Any]) -> dict[str, Any]:
@@ -148,7 +151,7 @@ def test_states_of_other_environments_are_refused(other: Callable[[], Any]) -> N
     assert env.get_state() == before
 
 
-@interfaces
+@one_of_each_class
 def test_damaged_states_are_refused(interface: str) -> None:
     env = MAKERS[interface]()
     start(env, 0)
@@ -165,7 +168,7 @@ def test_damaged_states_are_refused(interface: str) -> None:
     assert env.get_state() == good
 
 
-@pytest.mark.parametrize("interface", ["gymnasium", "parallel", "line", "vector", "stable-baselines3"])
+@one_of_each_class
 def test_saving_before_the_first_reset_is_refused(interface: str) -> None:
     env = MAKERS[interface]()
     with pytest.raises(fe.EpisodeError, match="reset"):

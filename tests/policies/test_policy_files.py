@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,20 @@ import numpy as np
 import pytest
 from option_table import small_flock
 
-from flockesc_env import LineScenario, load_policy, rollout, save_policy
+from flockesc_env import (
+    FlockEscapeEnv,
+    FlockPursuitEnv,
+    LineScenario,
+    bind,
+    load_policy,
+    load_run,
+    parallel_env,
+    record,
+    rollout,
+    save_policy,
+    save_run,
+    simulate,
+)
 from flockesc_env.common.errors import ArgumentError, RecordError
 from flockesc_env.policies import (
     FixedRange,
@@ -77,6 +91,71 @@ def test_a_policy_loads_unchanged_and_plays_as_before(entry: Any, tmp_path: Path
         load_policy(tmp_path / "lost.npz")
 
 
+OTHER_OPTIONS: dict[str, Any] = {
+    "action_mode": "range",
+    "min_range": 1.0,
+    "max_range": 31.0,
+    "range_grid": (0.0, 10.0),
+    "steps_per_action": 3,
+    "objective": "minimum",
+    "predator_sensing_range": 12.0,
+    "profile_ranges": (0.0, 10.0),
+    "extra_entries": (),
+}
+"""Other values of all options that change what a policy observes or what its actions mean."""
+
+
+@pytest.mark.parametrize("name", [*OTHER_OPTIONS, "per_agent"])
+@pytest.mark.parametrize("make", [flock_policy, lambda: rule_policy(StubbornWitnesses())])
+def test_a_loaded_policy_refuses_environments_with_other_options(
+    make: Callable[[], NamedPolicy], name: str, tmp_path: Path
+) -> None:
+    save_policy(make(), tmp_path / "policy.npz")
+    stored = load_policy(tmp_path / "policy.npz")
+    own = {**stored.options, "max_range": 30.0, "extra_entries": ("escape_direction",)}
+    loaded = dataclasses.replace(stored, options=own)
+    makers: dict[bool, Callable[..., Any]] = {True: parallel_env, False: FlockEscapeEnv}
+    per_agent = name != "per_agent"
+    changed = {name: OTHER_OPTIONS[name]} if per_agent else {}
+    env = makers[per_agent](SCENARIO, **{**own, **changed})
+    rows = np.zeros((6, len(env.policy_spec.layout.names)), np.float32)
+    view: dict[str, Any] = {"per_agent": per_agent, **changed}
+    calls: list[Callable[[], Any]] = [
+        lambda: bind(loaded.policy, env),
+        lambda: loaded.policy.act(rows, env.policy_spec),
+        lambda: rollout(SCENARIO, loaded.policy, [0], **view),
+        lambda: record(SCENARIO, loaded.policy, 0, **view),
+        lambda: FlockPursuitEnv(SCENARIO, flock_policy=loaded.policy, **{**own, **view}),
+    ]
+    for call in calls:
+        with pytest.raises(ArgumentError) as caught:
+            call()
+        assert caught.value.field == name
+        assert per_agent is ("(use **load_policy(path).options)" in caught.value.expected)
+
+
+def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
+    """In any scenario; with others only if a ``NamedPolicy`` or the options of its rollout say so."""
+    save_policy(flock_policy(), tmp_path / "policy.npz")
+    loaded = load_policy(tmp_path / "policy.npz")
+    other = SCENARIO.replace(num_agents=9, num_steps=7)
+    expected = rollout(other, loaded, range(3))
+    np.testing.assert_equal(vars(rollout(other, loaded.policy, range(3))), vars(expected))
+    env = parallel_env(other, **loaded.options, reward="distance")
+    act = bind(loaded.policy, env)
+    observations, infos = env.reset(seed=2)
+    while env.agents:
+        observations, *_, infos = env.step(act(observations))
+    assert infos["agent_0"]["min_mean_distance"] == expected.min_mean_distance[2]
+    options = {**loaded.options, "steps_per_action": 3}
+    slower = dataclasses.replace(loaded, options=options)
+    given = rollout(other, loaded, range(3), steps_per_action=3)
+    np.testing.assert_equal(vars(rollout(other, slower, range(3))), vars(given))
+    bind(slower.policy, parallel_env(other, **options))
+    with pytest.raises(ArgumentError, match="steps_per_action: expected 2"):
+        rollout(other, loaded.policy, range(3), steps_per_action=3)
+
+
 @pytest.mark.parametrize(
     "changes",
     [
@@ -126,6 +205,29 @@ def test_a_network_that_cannot_act_is_refused(
     with pytest.raises(RecordError) as caught:
         load_policy(rewritten(tmp_path / "policy.npz", **changes))
     assert message in str(caught.value)
+
+
+def test_another_file_is_named(tmp_path: Path) -> None:
+    save_policy(flock_policy(), tmp_path / "policy.npz")
+    save_run(simulate(SCENARIO, 5.0, seed=0), tmp_path / "run.npz")
+    np.savez(tmp_path / "start.npz", positions=np.zeros((3, 2)))
+    np.savez(tmp_path / "arrays.npz", first=[1], second=[2])
+    for call, name, message in (
+        (load_policy, "run", "expected a policy, got a recorded run"),
+        (load_policy, "start", "expected a policy, got an initial state"),
+        (load_policy, "arrays", "expected a policy, got the arrays first, second"),
+        (load_run, "policy", r"expected a recorded run \(npz\), got a policy"),
+    ):
+        with pytest.raises(RecordError, match=f"{name}.npz: {message}$"):
+            call(tmp_path / f"{name}.npz")
+    for changes, message in (
+        ({"model": "fish"}, "model: expected one of flock, line, got 'fish'"),
+        ({"architecture": "Rule"}, "architecture: expected one of StubbornWitnesses, .*, got 'Rule'"),
+        ({"options": {"max_rang": 3.0}}, "max_rang: .* did you mean max_range"),
+    ):
+        save_policy(flock_policy(), tmp_path / "policy.npz")
+        with pytest.raises(RecordError, match=message):
+            load_policy(rewritten(tmp_path / "policy.npz", **changes))
 
 
 def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
