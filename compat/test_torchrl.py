@@ -27,7 +27,7 @@ from flockesc_env import (
     load_policy,
     parallel_env,
 )
-from flockesc_env.common.errors import ActionError, ArgumentError, ResetNeededError
+from flockesc_env.common.errors import ActionError, ArgumentError, OptionError, ResetNeededError
 from flockesc_env.torchrl import FlockTorchRLEnv
 
 # TorchRL warns about every PettingZoo version except one from 2023.
@@ -256,3 +256,11 @@ def test_snippets_of_the_docs() -> None:
     assert own
     for snippet in own:
         exec(snippet, {})  # noqa: S102, our own text
+
+
+def test_settings_are_not_assigned_after_creation() -> None:
+    env = FlockTorchRLEnv(2, SCENARIO)
+    for name in ("scenario", "max_range", "render_mode", "per_agent", "num_flocks"):
+        with pytest.raises(OptionError, match=f"{name}: expected no assignment after creation"):
+            setattr(env, name, None)
+    check_env_specs(env.to("cpu"))
