@@ -67,14 +67,14 @@ def trained(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
 
 
 def test_the_file_holds_the_actor(trained: SB3Rounds[Any]) -> None:
-    policy = load_policy(trained.args.run / "policy.npz")
+    policy: Any = load_policy(trained.args.run / "policy.npz")
     assert trained.model.env is not None
     seen = trained.model.env.get_attr("policy_spec")[0]
     rng = np.random.default_rng(0)
     for scale in (1, 30):  # outputs inside and outside their bounds
         observations = scale * rng.normal(size=(500, len(seen.layout.names))).astype(np.float32)
         expected, _ = trained.model.predict(observations, deterministic=True)
-        actions = policy.policy.act(observations, seen)
+        actions = policy.policy.with_options(seen.options, per_agent=seen.per_agent).act(observations, seen)
         if seen.actions.mode == "discrete":
             scorer: Any = trained.model.policy.mlp_extractor
             ranges = np.tile(scorer._ranges, (len(observations), 1))
