@@ -118,7 +118,7 @@ def _vmas() -> Candidate:
     import torch
     from vmas import make_env
 
-    agents, flocks = 100, 32
+    agents, flocks = 100, 512  # more flocks at once cost more per flock, as do fewer
     # With the default minimum distance between entities, placing 100 agents takes a minute.
     env = make_env(
         "flocking", num_envs=flocks, device="cpu", seed=0, n_agents=agents, min_dist_between_entities=0.05

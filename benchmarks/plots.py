@@ -21,9 +21,10 @@ _STYLES = {
     "NumPy, all pairs": (_NUMPY, "s"),
     "NumPy, BLAS": (_NUMPY, "P"),
     "SciPy cKDTree": (_SCIPY, "^"),
-    "Numba, cell list": (_NUMBA, "v"),
+    "Numba, all pairs, fastmath": (_NUMBA, "v"),
     "Numba, cell list, fastmath": (_NUMBA, "D"),
     "JAX, all pairs": (_JAX, "*"),
+    "JAX, all pairs, float32": (_JAX, "p"),
     "plain Rust, all pairs": (_RUST, "X"),
     "plain Rust, cell list": (_RUST, "h"),
 }
@@ -47,7 +48,7 @@ def cost_against_range(records: list[Record], folder: Path) -> Path:
     _lines(axes, records, "rho", lambda record: 1e6 * record.median)
     axes.set_xlabel("interaction range (m)")
     axes.set_ylabel("time per step of one flock (µs)")
-    axes.set_title("A step of the paper's flock: 300 agents, one core, float64")
+    axes.set_title("A step of the paper's flock: 300 agents, one core")
     return _save(figure, folder / "cost_against_range.png")
 
 
@@ -59,7 +60,7 @@ def cost_against_size(records: list[Record], folder: Path) -> Path:
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
     axes.set_xlabel("number of agents")
     axes.set_ylabel("time per step and agent (ns)")
-    axes.set_title("Larger flocks of the same density: range 10 m, one core, float64")
+    axes.set_title("Larger flocks of the same density: range 10 m, one core")
     return _save(figure, folder / "cost_against_size.png")
 
 

@@ -13,6 +13,12 @@ _MODULES = ("numpy_flocks", "numba_cells", "jax_all_pairs", "plain_rust")
 
 TOLERANCE = 1e-9
 """Largest allowed difference in m. Sums in another order differ by rounding errors."""
+SINGLE_TOLERANCE = 1e-4
+"""Largest allowed median difference in m of peers in float32.
+
+Positions up to 128 m have rounding errors of 4e-6 m, and ten steps have a few each. The median is compared
+because rounding can move a pair across the range, which turns a few agents.
+"""
 
 
 class DisagreementError(Exception):
@@ -38,7 +44,7 @@ def check(
     """Compare positions and J_mean of the peers with this project after ten steps near the predator.
 
     Raises:
-        DisagreementError: if a peer differs by more than ``TOLERANCE``.
+        DisagreementError: if a peer differs by more than its tolerance.
     """
     predator = ConstantVelocity(position=(20.0, 20.0))
     scenario = FlockScenario(num_steps=10, predators=(predator,), neighbor_rule=rule)
@@ -49,11 +55,12 @@ def check(
         objective = np.array([run.mean_distance.min() for run in runs])
         for peer in peers:
             outcome = peer.run(flocks, interaction_range, scenario.num_steps)
-            difference = max(
-                np.abs(outcome.positions - positions).max(),
-                np.abs(outcome.min_mean_distance - objective).max(),
+            differences = np.abs(
+                np.append(outcome.positions - positions, outcome.min_mean_distance - objective)
             )
-            if not difference <= TOLERANCE:
+            largest, tolerance = (np.median, SINGLE_TOLERANCE) if peer.is_single else (np.max, TOLERANCE)
+            difference = largest(differences)
+            if not difference <= tolerance:
                 raise DisagreementError(
                     f"{peer.name} differs by {difference:.3g} m at {interaction_range} {rule.unit}"
                 )

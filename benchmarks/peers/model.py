@@ -81,11 +81,13 @@ class Peer:
         name: name in tables and figures.
         run: the function to time.
         flocks_at_once: number of flocks per call, for peers that are faster with many; ``None``: ``FLOCKS``.
+        is_single: whether it computes in float32.
     """
 
     name: str
     run: Run
     flocks_at_once: int | None = None
+    is_single: bool = False
 
 
 def one_by_one(run: Callable[[Model, Floats, Floats, float, int], tuple[Floats, float]]) -> Run:

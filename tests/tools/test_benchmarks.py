@@ -6,8 +6,10 @@ Peers whose packages are in the ``bench`` extra alone are checked by every bench
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks import (
@@ -38,6 +40,35 @@ def test_a_peer_that_computes_something_else_is_refused() -> None:
 
     with pytest.raises(peers.DisagreementError, match=r"wider differs by .* at .* m"):
         peers.check([Peer("wider", run)])
+
+
+def test_a_peer_in_float32_agrees_up_to_its_rounding_errors() -> None:
+    def run(flocks: Flocks, interaction_range: float, steps: int) -> Outcome:
+        single = replace(
+            flocks, positions=np.float32(flocks.positions), velocities=np.float32(flocks.velocities)
+        )
+        return numpy_flocks.PEERS[0].run(single, interaction_range, steps)
+
+    rounded = Peer("rounded", run, is_single=True)
+    peers.check([rounded])
+    late = replace(
+        rounded, run=lambda flocks, interaction_range, steps: run(flocks, interaction_range, steps - 1)
+    )
+    for wrong in (replace(rounded, is_single=False), late):
+        with pytest.raises(peers.DisagreementError):
+            peers.check([wrong])
+
+
+def test_the_limits_of_equal_numbers_are_one_number() -> None:
+    document = json.loads(
+        (Path(__file__).parents[2] / "results" / "benchmarks" / "benchmarks.json").read_text()
+    )
+    for record in document["records"]:
+        if record["section"] == "line":
+            record["seconds"] = [2.7e-5 if record["contender"] == PROJECT else 2.66e-5]
+    assert "takes 27 us; all pairs in NumPy take 27 us." in page.rendered(
+        "<!-- grid and line --><!-- end -->", document
+    ).replace("\n", " ")
 
 
 @pytest.mark.parametrize("rho", line.RANGES)
@@ -75,7 +106,7 @@ def test_figures_are_drawn_from_the_file_alone(tmp_path: Path) -> None:
 @pytest.mark.parametrize("path", page.PAGES, ids=str)
 def test_the_tables_of_the_pages_show_the_committed_run(path: Path) -> None:
     text = path.read_text("utf-8")
-    assert text.count("<!-- end -->") == {"README.md": 1, "performance.md": 6}[path.name]
+    assert text.count("<!-- end -->") == {"README.md": 2, "performance.md": 7}[path.name]
     assert page.rendered(text, json.loads(Path("results/benchmarks/benchmarks.json").read_text())) == text
 
 
@@ -83,10 +114,19 @@ def test_the_table_of_frameworks_shows_the_committed_measurements() -> None:
     text = frameworks.PAGE.read_text("utf-8")
     assert text.count("\n| stable-baselines3 PPO: [sb3_ppo.py]") == 1
     assert frameworks.rendered(text) == text
-    run = json.loads((frameworks.RESULTS / "sb3_ppo.json").read_text())["runs"][0]
-    low, high = run["interval"]
+
+
+def test_the_readme_has_the_gain_of_its_example(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(Path(__file__).parents[2])
+    files = [frameworks.RESULTS / "sb3_ppo.json", *frameworks.RESULTS.glob("processors/sb3_ppo*.json")]
+    gains = [[run["gain"] for run in json.loads(path.read_text())["runs"]] for path in files]
+    assert len(files) == 3
+    assert {len(of_seeds) for of_seeds in gains} == {5}
     readme = " ".join(Path("README.md").read_text("utf-8").split())
-    assert f"`{run['gain']:+.1f} m [{low:+.1f}, {high:+.1f}] over the best fixed range`" in readme
+    expected = (
+        f"about {np.mean(gains):.0f} m above the best fixed range (+{np.min(gains)} to +{np.max(gains)} m"
+    )
+    assert f"{expected} over five seeds and two processors)" in readme
 
 
 def test_the_page_shows_the_committed_counts_of_instructions() -> None:
