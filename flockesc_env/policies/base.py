@@ -118,9 +118,7 @@ class StoredPolicy:
         return policy
 
     def check(self, options: EnvOptions | LineOptions, *, per_agent: bool) -> None:
-        """Check that an environment has the view and the options of this policy.
-
-        ``reward`` and ``count_components`` may differ, because no observation shows them.
+        """Check that an environment has the view and the options of this policy; see ``check_options``.
 
         Raises:
             ArgumentError: if the view or an option differs.
@@ -129,14 +127,23 @@ class StoredPolicy:
             rows = "agent" if self.per_agent else "flock"
             expected = f"{self.per_agent}, because the policy needs one observation per {rows}"
             raise ArgumentError("per_agent", expected, per_agent)
-        if self.options is None or self.options == options:
-            return
-        for field in fields(self.options):
-            known, given = (getattr(each, field.name, None) for each in (self.options, options))
-            if known != given and field.name not in {"reward", "count_components"}:
-                way = "use **load_policy(path).options"
-                expected = f"{known!r}, with which the policy was saved ({way})"
-                raise ArgumentError(field.name, expected, shown(given))
+        if self.options is not None:
+            check_options(self.options, options, "saved (use **load_policy(path).options)")
+
+
+def check_options(known: EnvOptions | LineOptions, options: EnvOptions | LineOptions, origin: str) -> None:
+    """Check that an environment has the options with which a policy was ``origin``: trained or saved.
+
+    ``reward`` and ``count_components`` may differ, because no observation shows them.
+
+    Raises:
+        ArgumentError: if an option differs.
+    """
+    for field in fields(known):
+        expected, given = (getattr(each, field.name, None) for each in (known, options))
+        if expected != given and field.name not in {"reward", "count_components"}:
+            expected = f"{expected!r}, with which the policy was {origin}"
+            raise ArgumentError(field.name, expected, shown(given))
 
 
 def is_per_agent(policy: Any) -> bool:
@@ -184,8 +191,8 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
 
     Raises:
         ArgumentError: if ``policy`` is not a policy; if ``env`` is not an environment of this package; if a
-            wrapper changes a space of ``env`` or normalizes its observations; or if the policy was read from a
-            file and an option of the environment differs from the file's.
+            wrapper changes a space of ``env`` or normalizes its observations; or if the policy was read from
+            a file and an option of the environment differs from the file's.
     """
     as_policy(policy)
     inner = getattr(env, "unwrapped", env)

@@ -14,7 +14,7 @@ from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, flock_policy_spec
-from flockesc_env.policies.base import Observations, RowMemory, is_per_agent, normalizer_of
+from flockesc_env.policies.base import Observations, RowMemory, check_options, is_per_agent, normalizer_of
 from flockesc_env.policies.network import NetworkPolicy, Squash
 from flockesc_env.policies.torch import torch_network
 from flockesc_env.scenario.flock import FlockScenario
@@ -25,9 +25,9 @@ class SB3Policy(RowMemory):
 
     The state of a recurrent model is kept per row and reset at the start of every episode. Use the
     environment options with which the model was trained. Different spaces are rejected. While the model holds
-    its environment, so are other values of ``min_range``, ``max_range``, ``range_grid`` and
-    ``profile_ranges``. A saved model contains its spaces but no environment: after ``model.load(path)``,
-    without ``env``, only the spaces are compared. Options such as ``steps_per_action`` are never compared.
+    its environment, so are other options, except for ``reward`` and ``count_components``. A saved model
+    contains its spaces but no environment: after ``model.load(path)``, without ``env``, only the spaces are
+    compared.
 
     Observations are normalized with the statistics of ``vec_normalize``. A saved model does not contain these
     statistics. It contains the last observations of its training: if they are out of bounds, they were
@@ -151,10 +151,7 @@ class SB3Policy(RowMemory):
             raise ArgumentError("vec_normalize", expected, "none")
         trained_spec = _trained_spec(getattr(self.model, "env", None))
         if isinstance(spec, PolicySpec) and trained_spec is not None:
-            trained_ranges, ranges = _ranges(trained_spec), _ranges(spec)
-            for name, trained in trained_ranges.items():
-                if trained != ranges[name]:
-                    raise ArgumentError(name, f"{trained}, with which the model was trained", ranges[name])
+            check_options(trained_spec.options, spec.options, "trained")
 
 
 def _trained_spec(env: Any) -> PolicySpec | None:
@@ -219,14 +216,3 @@ def _normalized(network: NetworkPolicy, layout: ObservationLayout, normalizer: A
     weights = (weights.reshape(inputs, outputs) / scale[:, np.newaxis]).astype(np.float32)
     parameters = np.concatenate([weights.ravel(), biases - mean @ weights, rest])
     return NetworkPolicy(network.architecture, parameters)
-
-
-def _ranges(spec: PolicySpec) -> dict[str, Any]:
-    """Return the options that give actions and candidates their ranges and leave spaces equal."""
-    actions = spec.actions
-    return {
-        "min_range": actions.min_range,
-        "max_range": actions.max_range,
-        "range_grid": None if actions.grid is None else actions.grid.tolist(),
-        "profile_ranges": spec.profile_ranges,
-    }

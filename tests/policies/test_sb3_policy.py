@@ -107,6 +107,7 @@ def test_a_recurrent_model_of_sb3_plays_like_its_own_loop(monkeypatch: pytest.Mo
         ({"action_mode": "range"}, "model.action_space"),
         ({"max_range": 50.0}, "max_range"),
         ({"min_range": 5.0}, "min_range"),
+        ({"steps_per_action": 2}, "steps_per_action"),
     ],
 )
 def test_a_model_of_another_environment_is_refused(options: dict[str, Any], field: str) -> None:
