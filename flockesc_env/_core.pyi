@@ -17,6 +17,7 @@ __all__ = [
     "check_lines",
     "check_memory",
     "check_record",
+    "clipped",
     "component_labels",
     "default_flock_scenario",
     "default_line_scenario",
@@ -26,6 +27,7 @@ __all__ = [
     "kinds",
     "laplacian",
     "line_observation_entries",
+    "log1p",
     "named_infos",
     "neighbor_pairs",
     "network_outputs",
@@ -187,6 +189,8 @@ def network_outputs(
     observations: NDArray[np.float32],
     memory: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+def log1p(numbers: NDArray[np.float64]) -> NDArray[np.float64]: ...
+def clipped(actions: NDArray[np.float64]) -> NDArray[np.float64]: ...
 def tanh_layers(
     widths: list[int], parameters: NDArray[np.float64], inputs: NDArray[np.float64]
 ) -> NDArray[np.float64]: ...

@@ -33,8 +33,10 @@ def outside(actions: Any, index: int, name: str, low: float, high: float, size: 
     value = np.asarray(actions).item(index)
     if size is not None:
         return ActionError(name, f"an integer from 0 to {size - 1}", value)
-    expected = f"a number from {low} to {high} (gymnasium.wrappers.ClipAction clips it)"
-    return ActionError(name, expected, float(value))
+    hint = "gymnasium.wrappers.ClipAction clips it"
+    if np.isnan(value):
+        hint = "a policy that returns NaN has diverged"
+    return ActionError(name, f"a number from {low} to {high} ({hint})", float(value))
 
 
 def check_agents(actions: Collection[Any], agents: list[str], known: Collection[str]) -> None:

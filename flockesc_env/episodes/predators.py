@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import ActionError
 from flockesc_env.episodes.actions import plain_array
@@ -64,18 +65,20 @@ class PredatorPolicySpec:
             ActionError: if the dtype or shape is wrong, or an action is outside the action space.
         """
         plain = plain_array(actions, (count, self.dimension), name)
-        is_invalid = ~(np.abs(plain) <= 1).all(axis=1)  # also true for NaN
+        clipped = _core.clipped(plain)
+        is_invalid = np.isnan(clipped).any(axis=1)
         if is_invalid.any():
             first = int(np.argmax(is_invalid))
             raise ActionError(f"{name}[{first}]", _BOUNDS, plain[first].tolist())
-        return plain
+        return clipped
 
     def plain_one(self, action: Any, name: str = "action") -> FloatArray:
         """Return a single action, shape (D,), as a new float64 array of shape (1, D)."""
         plain = plain_array(action, (self.dimension,), name)
-        if not (np.abs(plain) <= 1).all():
+        clipped = _core.clipped(plain[np.newaxis])
+        if np.isnan(clipped).any():
             raise ActionError(name, _BOUNDS, plain.tolist())
-        return plain[np.newaxis]
+        return clipped
 
     def plain_of(self, names: list[str], actions: Mapping[str, Any]) -> FloatArray:
         """Return the actions of the agents in ``names`` as a new float64 array of shape (len(names), D)."""

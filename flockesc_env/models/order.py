@@ -119,15 +119,18 @@ def binder_cumulant(
     Raises:
         ArgumentError: if there are no values, they are not finite, or an axis does not exist.
     """
-    squares = as_floats(order_parameter, "order_parameter") ** 2
-    if not squares.size:
+    values = as_floats(order_parameter, "order_parameter")
+    if not values.size:
         raise ArgumentError("order_parameter", "at least one value", "none")
-    axes = range(squares.ndim) if axis is None else np.ravel(as_array(axis, "axis")).tolist()
+    axes = range(values.ndim) if axis is None else np.ravel(as_array(axis, "axis")).tolist()
     over = tuple(as_integer(each, "axis") for each in axes)
     try:
+        # The cumulant does not depend on the unit. In this unit the powers are finite.
+        _, unit = np.frexp(np.abs(values).max(axis=over, keepdims=True))
+        squares = np.ldexp(values, -unit) ** 2
         fourth, second = (squares**2).mean(axis=over), squares.mean(axis=over)
     except (ValueError, OverflowError):  # an axis that does not exist, or one twice
-        expected = f"different axes of an array of shape {squares.shape}"
+        expected = f"different axes of an array of shape {values.shape}"
         raise ArgumentError("axis", expected, shown(axis)) from None
     with np.errstate(invalid="ignore"):
         found: FloatArray | np.float64 = 1 - fourth / (3 * second**2)
@@ -186,11 +189,10 @@ def _first_zero(points: FloatArray, velocities: FloatArray, side: float | None) 
         offsets -= side * np.rint(offsets / side)
     distances = np.linalg.norm(offsets, axis=1)
     products = (fluctuations[first] * fluctuations[second]).sum(axis=1)
-    bins = np.rint(distances / width).astype(np.int64)
+    _, bins = np.unique(np.rint(distances / width), return_inverse=True)
     counts = np.bincount(bins)
-    used = counts > 0
-    r = np.r_[0.0, np.bincount(bins, distances)[used] / counts[used]]
-    c = np.r_[strength / len(points), np.bincount(bins, products)[used] / counts[used]]
+    r = np.r_[0.0, np.bincount(bins, distances) / counts]
+    c = np.r_[strength / len(points), np.bincount(bins, products) / counts]
     # The fluctuations sum to 0, so the products of pairs do not have a positive sum: C has a zero.
     at = int(np.argmax(c <= 0))
     return float(r[at - 1] + (r[at] - r[at - 1]) * c[at - 1] / (c[at - 1] - c[at]))

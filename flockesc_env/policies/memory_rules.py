@@ -6,11 +6,12 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
-from flockesc_env.policies.profile_rules import heard_velocities, unit, vector_entries
+from flockesc_env.policies.profile_rules import dot, heard_velocities, unit, vector_entries
 from flockesc_env.policies.rules import RangeRule, not_negative
 
 Criterion = Literal["closest_approach", "escape_direction"]
@@ -74,7 +75,7 @@ class StubbornWitnesses(RangeRule, RowMemory):
         has_stopped |= is_seen | (is_later & (count < min_neighbors))
         waits = time < patience
         later = later + growth * (time - patience)
-        later += crowding * np.log1p(count) - agreement * _heard_cosine(observations, spec)
+        later += crowding * _core.log1p(count) - agreement * _heard_cosine(observations, spec)
         later = np.clip(later, 0.0, spec.actions.max_range)
         ranges = np.where(waits | has_stopped, 0.0, np.where(heard, later, first))
         self._remember(len(begins), has_stopped, heard | ~waits, heard)
@@ -214,7 +215,8 @@ class SpreadOut(RangeRule, RowMemory):
         has_seen, turned_at, count_then = self._recall(begins, False, 0.0, 0.0)
         spread_time, gain, interaction_range = self.parameters
         time = observations[:, spec.layout.index("time")].astype(np.float64)
-        count = np.log1p(_neighbor_count(observations, f"profile_{ranges.size - 2}_neighbor_count", spec))
+        count = _neighbor_count(observations, f"profile_{ranges.size - 2}_neighbor_count", spec)
+        count = _core.log1p(count)
         has_seen |= observations[:, spec.layout.index("predator_sensed")] > 0
         turned_at, count_then = np.where(begins, (time, count), (turned_at, count_then))
 
@@ -223,8 +225,7 @@ class SpreadOut(RangeRule, RowMemory):
         fall = np.divide(count_then - count, elapsed, out=np.zeros_like(count), where=elapsed > 0)
         outward = velocities[:, -2] - velocities[:, -1]
         outward[:, 0] += gain * fall
-        headings = velocities / np.maximum(np.linalg.norm(velocities, axis=2, keepdims=True), 1e-9)
-        chosen = np.einsum("rka,ra->rk", headings, outward).argmax(axis=1)
+        chosen = dot(unit(velocities), outward[:, np.newaxis]).argmax(axis=1)
         chosen[begins] = 0
         turns = ranges[chosen] > 0
         turned_at, count_then = np.where(turns, (time, count), (turned_at, count_then))

@@ -113,8 +113,8 @@ class Planner:
         self._num_threads = num_threads
         actions = self._batch(1).policy_spec.actions
         if ranges is None:
-            squares = np.linspace(0, 1, _NUM_RANGES) ** 2
-            ranges = actions.min_range + squares * (actions.max_range - actions.min_range)
+            parts = np.linspace(0, 1, _NUM_RANGES)
+            ranges = actions.min_range + parts * parts * (actions.max_range - actions.min_range)
             ranges = np.minimum(ranges, actions.max_range)  # the last one may be rounded up
         chosen = _ranges(ranges, "ranges", actions)
         if futures is None:

@@ -86,7 +86,7 @@ class BestNextHeading(RangeRule):
         own = observations[:, [spec.layout.index("escape_direction_ahead")]].astype(np.float64)
         heard = candidate_entries("escape_cosine", observations, spec)
         ahead = unit(heard_velocities(observations, spec))[:, :, 0]
-        lengths = np.sqrt(np.maximum(1 + 2 * self.turn * ahead + self.turn**2, 1e-9))
+        lengths = np.sqrt(np.maximum(1 + 2 * self.turn * ahead + self.turn * self.turn, 1e-9))
         return _best((own + self.turn * heard) / lengths, observations, spec)
 
 
@@ -121,7 +121,7 @@ class StepAside(RangeRule):
         weights = weight * np.maximum(1 - time / max(aside_time, 1e-9), 0)
         if weights.any():
             headings = unit(heard_velocities(observations, spec))
-            scores += weights * np.einsum("rka,ra->rk", headings, _aside(observations, spec))
+            scores += weights * dot(headings, _aside(observations, spec)[:, np.newaxis])
         return _best(scores, observations, spec)
 
 
@@ -151,10 +151,25 @@ def vector_entries(prefix: str, observations: Observations, spec: PolicySpec) ->
     return vector
 
 
+def dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the scalar products of vectors, whose axes are the last axis.
+
+    The order of the additions does not depend on the machine, as it does in BLAS and in ``numpy.einsum``.
+    """
+    product: FloatArray = a[..., 0] * b[..., 0]
+    for axis in range(1, a.shape[-1]):
+        product += a[..., axis] * b[..., axis]
+    return product
+
+
 def unit(vectors: FloatArray) -> FloatArray:
     """Return the directions of some vectors; 0 stays 0."""
-    directions: FloatArray = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
-    return directions
+    return vectors / np.maximum(_norm(vectors), 1e-9)
+
+
+def _norm(vectors: FloatArray) -> FloatArray:
+    """Return the lengths of some vectors, with a last axis of length 1."""
+    return np.sqrt(dot(vectors, vectors))[..., np.newaxis]
 
 
 def _best(
@@ -171,16 +186,16 @@ def _aside(observations: Observations, spec: PolicySpec) -> FloatArray:
     direction = vector_entries("predator_direction_", observations, spec)
     velocity = _velocity("predator_velocity_", observations, spec)
     velocity[:, 0] += 1  # in units of v0, which is the agent's speed
-    speed = np.maximum(np.linalg.norm(velocity, axis=1, keepdims=True), 1e-9)
+    speed = np.maximum(_norm(velocity), 1e-9)
     along = velocity / speed
-    across = unit(np.sum(direction * along, axis=1, keepdims=True) * along - direction)
+    across = unit(dot(direction, along)[:, np.newaxis] * along - direction)
     cosine = np.minimum(1 / speed, 1)
-    aside: FloatArray = cosine * along + np.sqrt(1 - cosine**2) * across
+    aside: FloatArray = cosine * along + np.sqrt(1 - cosine * cosine) * across
     return aside
 
 
 def _velocity(prefix: str, observations: Observations, spec: PolicySpec) -> FloatArray:
     """Return a velocity that entries show scaled, in units of the largest v0, shape (rows, axes)."""
     scaled = vector_entries(prefix, observations, spec)
-    velocity: FloatArray = scaled / (1 - np.linalg.norm(scaled, axis=1, keepdims=True))
+    velocity: FloatArray = scaled / (1 - _norm(scaled))
     return velocity

@@ -55,7 +55,11 @@ def approach(
     heading = [1.0] * dimension
     if direction is not None:
         heading = as_floats(direction, "direction", (dimension,)).tolist()
-    norm, flat = math.hypot(*heading), math.hypot(*heading[:2])
+    exponent = math.frexp(max(map(abs, heading)))[1]
+    heading = [math.ldexp(entry, -exponent) for entry in heading]  # exact, and squares do not overflow
+    # Not math.hypot, whose last bit depends on the version of Python and on the machine.
+    squares = [entry * entry for entry in heading]
+    flat, norm = math.sqrt(squares[0] + squares[1]), math.sqrt(squares[0] + squares[1] + sum(squares[2:]))
     if norm == 0:
         raise ArgumentError("direction", "a nonzero vector", direction)
     distance = 80 * math.sqrt(dimension) if distance is None else _length(distance, "distance")

@@ -57,7 +57,7 @@ class LeadPursuit:
         excess = self._max_speed**2 - (velocity**2).sum(axis=1, keepdims=True)
         meeting = (approach + np.sqrt(approach**2 + excess * distance**2)) / excess
         aim = centroid + self.lead * meeting * velocity
-        length = np.linalg.norm(aim, axis=1, keepdims=True)
+        length = _norm(aim)
         action: FloatArray = np.divide(aim, length, out=np.zeros_like(aim), where=length > 0)
         return action
 
@@ -86,5 +86,10 @@ class NetworkPredator:
 
 def _unscaled(values: FloatArray, half: float) -> FloatArray:
     """Return lengths or vectors whose scaled value is ``values``; ``half`` has the scaled length 1/2."""
-    lengths: FloatArray = half * values / (1 - np.linalg.norm(values, axis=1, keepdims=True))
+    lengths: FloatArray = half * values / (1 - _norm(values))
     return lengths
+
+
+def _norm(vectors: FloatArray) -> FloatArray:
+    """Return the lengths of vectors of one or two numbers, shape (rows, 1)."""
+    return np.sqrt((vectors * vectors).sum(axis=1, keepdims=True))

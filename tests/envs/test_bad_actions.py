@@ -5,13 +5,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from envs import REMEMBERING, Weave, adapters, draw, has_ended, play, start, step
 from gymnasium.error import ResetNeeded
+from gymnasium.spaces import Box
+from gymnasium.wrappers import RescaleAction
 from option_table import ACTION_MODES, small_flock
+from stable_baselines3.common.policies import BasePolicy
 
 import flockesc_env as fe
 from flockesc_env.common.errors import ActionError, EpisodeError
@@ -95,6 +99,36 @@ def test_bounds_themselves_are_actions(mode: str) -> None:
             rho = environment.step(action)[-1]["interaction_range"]
             assert 0.1 <= rho <= 0.7
             assert rho == pytest.approx(expected, rel=1e-7)
+
+
+def test_rounding_in_float32_is_clipped() -> None:
+    """Where SAC, TD3 and DDPG, a scaled tanh and ``RescaleAction`` map the ends of their actions."""
+    rng, ends = np.random.default_rng(0), np.array([-1, 1], np.float32)
+    bounds = [(0.9, 3.7), *np.sort(10 ** rng.uniform(-2, 3, (200, 2))).tolist()]
+    for low, high in bounds:
+        env = fe.FlockEscapeEnv(FLOCK, min_range=low, max_range=high, action_mode="range")
+        space = env.action_space
+        assert isinstance(space, Box)
+        rescaled = [
+            BasePolicy.unscale_action(SimpleNamespace(action_space=space), ends),  # type: ignore[arg-type]
+            ends * ((space.high - space.low) / 2) + (space.high + space.low) / 2,
+        ]
+        for least, most in ((0, 1), (-1, 1), (0.1, 0.7)):
+            wrapper = RescaleAction(env, np.float32(least), np.float32(most))
+            rescaled.append(np.concatenate([wrapper.action(end) for end in np.float32([[least], [most]])]))
+        for actions in rescaled:
+            found = env.policy_spec.actions.to_ranges(actions[:, np.newaxis], 2)
+            assert ((low <= found) & (found <= high)).all()
+            np.testing.assert_allclose(found, [low, high], rtol=0, atol=1e-6 * high)
+        for beyond in (low - 1e-6 * high, high + 1e-6 * high):
+            assert refused_field(env, np.array([beyond])) == "action"
+
+
+def test_nan_is_not_told_to_clip() -> None:
+    env = fe.FlockEscapeEnv(FLOCK)
+    for bad, hint in ((np.nan, "a policy that returns NaN has diverged"), (np.inf, "ClipAction clips it")):
+        with pytest.raises(ActionError, match=hint):
+            env.step(np.array([bad]))
 
 
 @adapters(lambda adapter: adapter.has_states)

@@ -34,6 +34,16 @@ def test_episodes_equal_the_golden_ones(num_threads: int) -> None:
     assert hashes(num_threads) == GOLDEN
 
 
+def test_flushing_subnormal_numbers_changes_no_episode() -> None:
+    torch = pytest.importorskip("torch")
+    if not torch.set_flush_denormal(True):
+        pytest.skip("this processor cannot flush subnormal numbers")
+    try:
+        assert hashes(1) == GOLDEN
+    finally:
+        torch.set_flush_denormal(False)
+
+
 @each_level
 def test_episodes_are_the_same_on_lower_x86_levels(level: int, has_avx2: bool, tmp_path: Path) -> None:
     assert run_masked(PRINT_HASHES, level, tmp_path) == [has_avx2, False, GOLDEN]

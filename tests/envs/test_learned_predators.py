@@ -16,6 +16,7 @@ from option_table import AGENT_REWARDS, DIMENSIONS, INDIVIDUAL_REWARDS, OBJECTIV
 from reference import FlockState
 
 from flockesc_env import ConstantVelocity, EnvOptions, FlockScenario, Learned, parallel_env, simulate
+from flockesc_env.common.errors import ActionError
 from flockesc_env.episodes.batch import FlockBatch
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
@@ -62,6 +63,19 @@ def test_law_and_observations(dimension: int, seed: int, hold: int) -> None:
         for name in ("positions", "velocities", "predator_positions", "predator_velocities"):
             np.testing.assert_allclose(now[name], getattr(state, name), rtol=0, atol=1e-8)
             setattr(state, name, now[name])
+
+
+@dimensions
+def test_rounding_in_float32_is_clipped(dimension: int) -> None:
+    scenario = hunted(dimension)
+    ends = np.resize([1.0, 0.0, -1.0, 1.0, 0.0], (scenario.num_steps, 2, dimension))
+    exact, beyond = (simulate(scenario, 9.0, seed=1, predator_actions=ends * by) for by in (1, 1 + 3e-7))
+    np.testing.assert_array_equal(exact.predator_positions, beyond.predator_positions)
+    spec = FlockBatch(scenario, EnvOptions()).predator_policy_spec
+    np.testing.assert_array_equal(spec.plain(ends[0] * (1 + 3e-7), 2), ends[0])
+    for refused in (np.nan, 1 + 1e-6):
+        with pytest.raises(ActionError, match=r"predator_actions\[1\]"):
+            spec.plain([[0.0] * dimension, [refused] * dimension], 2)
 
 
 @dimensions

@@ -65,6 +65,13 @@ def test_correlation_length_of_a_sheared_row() -> None:
     assert np.isnan(fe.correlation_length(run_of(row, np.ones_like(row)))).all()
 
 
+def test_correlation_length_of_two_tight_clusters() -> None:
+    """Bins are 1e-9 m wide. C falls from C(0) = 1.01 to -0.99 at 90 m, with C = 1 - 0.01 at 1e-9 m."""
+    clusters = [[0.0, 0.0], [0.0, 1e-9], [90.0, 0.0], [90.0, 1e-9]]
+    apart = [[1.0, 0.1], [1.0, -0.1], [-1.0, 0.1], [-1.0, -0.1]]
+    assert fe.correlation_length(run_of(clusters, apart))[0] == pytest.approx(90 * 0.99 / (0.99 + 1.0))
+
+
 def test_correlation_length_of_a_wave_in_a_periodic_world() -> None:
     """The correlation of a sine wave is a cosine, which is zero at a quarter of the wavelength."""
     row = np.stack([np.arange(16.0), np.full(16, 8.0)], axis=1)
@@ -95,7 +102,8 @@ def test_binder_cumulants_of_known_distributions() -> None:
     )
     two_phases = np.zeros(100)
     two_phases[:5] = 1.0  # <v^2> = <v^4> = 0.05
-    assert fe.binder_cumulant(two_phases) == pytest.approx(1 - 1 / 0.15)
+    for scale in (1.0, 1e200, 1e-200):
+        assert fe.binder_cumulant(scale * two_phases) == pytest.approx(1 - 1 / 0.15)
 
 
 SCANNED = [

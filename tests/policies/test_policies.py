@@ -7,7 +7,9 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
+from masked_cpu import run_with_baseline_numpy
 from option_table import ACTION_MODES, DIMENSIONS, STEPS_PER_ACTION, small_flock
+from rule_ranges import ranges
 from same import outcome
 from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNormalize
 
@@ -185,6 +187,17 @@ def test_record_equals_the_episode_of_the_rollout(name: str, steps_per_action: i
         np.testing.assert_array_equal(
             fe.simulate(SCENARIO, schedule=ranges, seed=SEEDS[0]).positions, run.positions
         )
+
+
+PRINT_RANGES = """
+import json
+from rule_ranges import ranges
+print(json.dumps(ranges()))
+"""
+
+
+def test_rules_set_the_same_bits_with_every_instruction_set() -> None:
+    assert run_with_baseline_numpy(PRINT_RANGES) == ranges()
 
 
 def test_policies_by_name_set_their_options() -> None:

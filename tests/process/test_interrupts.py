@@ -161,6 +161,38 @@ def test_ctrl_c_during_the_observation_of_a_reset_keeps_the_episodes_of_a_batch(
     assert finish(process).splitlines() == ["interrupted", "works"]
 
 
+# Networks whose outputs for all rows take a minute.
+NETWORKS = {
+    "policy": """
+        architecture = fe.Architecture(spec.layout.names, (1_000, 1_000))
+        policy = fe.NetworkPolicy(architecture, np.zeros(architecture.size))
+        act = lambda: policy.act(np.zeros((100_000, len(spec.layout.names)), np.float32), spec)
+    """,
+    "layers": """
+        act = lambda: tanh_layers([10, 1_000, 1_000, 1], np.zeros(1_013_001), np.zeros((100_000, 10)))
+    """,
+}
+
+
+@pytest.mark.parametrize("network", NETWORKS)
+def test_ctrl_c_during_the_outputs_of_a_network(network: str) -> None:
+    process = start(f"""
+        import time
+        import numpy as np
+        import flockesc_env as fe
+        from flockesc_env.policies.network import tanh_layers
+        spec = fe.FlockEscapeEnv(flock).policy_spec
+        {NETWORKS[network]}
+        threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+        try:
+            act()
+        except KeyboardInterrupt:
+            print("interrupted", flush=True)
+        check()
+    """)
+    assert finish(process).splitlines() == ["interrupted", "works"]
+
+
 # Environments in which one step would take hours.
 STEPS = {
     "gymnasium": """

@@ -49,6 +49,14 @@ def test_the_edge_is_touched(direction: tuple[float, float]) -> None:
     assert left.max() == pytest.approx(0.0, abs=1e-12)
 
 
+def test_only_the_direction_of_a_vector_counts() -> None:
+    """Bit for bit, without overflow of squares, and without the last bit of ``math.hypot``."""
+    for exponent in (-900, 0, 900):
+        scaled = [math.ldexp(entry, exponent) for entry in (-2.0, 0.7)]
+        _, velocity = approach(direction=scaled, speed=7.0)
+        assert velocity == tuple(7.0 * entry / math.sqrt(2.0 * 2.0 + 0.7 * 0.7) for entry in (-2.0, 0.7))
+
+
 def test_in_space_the_default_flies_along_the_diagonal() -> None:
     """Equal to the preset ``space`` bit for bit, with every strategy."""
     assert approach(dimension=3) == ((-30.0, -30.0, -30.0), (10.0, 10.0, 10.0))

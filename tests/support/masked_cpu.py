@@ -1,4 +1,4 @@
-"""Child processes from which newer instruction sets of the processor are hidden (``masked_cpuid.c``)."""
+"""Child processes in which newer instruction sets of the processor are hidden, from all code or NumPy."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from numpy._core import _multiarray_umath
 
 SUPPORT = Path(__file__).parent
 UNAVAILABLE = 77  # exit status of masked_cpuid.c if CPUID cannot be intercepted
@@ -31,8 +32,20 @@ def run_masked(script: str, level: int, folder: Path) -> Any:
         pytest.skip("needs a C compiler: `apt-get install gcc`")
     source = str(SUPPORT / "masked_cpuid.c")
     subprocess.run([compiler, "-shared", "-fPIC", "-Werror", "-o", library, source], check=True)  # noqa: S603
-    path = os.pathsep.join([str(SUPPORT), *sys.path])
-    masked = {**os.environ, "LD_PRELOAD": str(library), "X86_64_LEVEL": str(level), "PYTHONPATH": path}
+    return _run(script, LD_PRELOAD=str(library), X86_64_LEVEL=str(level))
+
+
+def run_with_baseline_numpy(script: str) -> Any:
+    """Run a script that prints JSON, and return the result. NumPy uses only what every processor has."""
+    has = _multiarray_umath.__cpu_features__
+    return _run(
+        script, NPY_DISABLE_CPU_FEATURES=" ".join(filter(has.get, _multiarray_umath.__cpu_dispatch__))
+    )
+
+
+def _run(script: str, **variables: str) -> Any:
+    variables["PYTHONPATH"] = os.pathsep.join([str(SUPPORT), *sys.path])
+    masked = {**os.environ, **variables}
     child = subprocess.run([sys.executable, "-c", script], env=masked, capture_output=True, text=True)  # noqa: S603
     if child.returncode == UNAVAILABLE:
         pytest.skip("this processor cannot intercept CPUID")

@@ -3,8 +3,11 @@
 
 use std::sync::Arc;
 
-use flockesc_core::{Error, NormalizedRange};
-use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use flockesc_core::{Error, NormalizedRange, bindings};
+use numpy::{
+    Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2,
+    PyUntypedArrayMethods,
+};
 use pyo3::call::PyCallArgs;
 use pyo3::conversion::FromPyObjectOwned;
 use pyo3::prelude::*;
@@ -258,19 +261,22 @@ impl RangeMap {
     /// Returns the range of a continuous action, or NaN if it is outside of the action space.
     fn of_number(&self, value: f64) -> f64 {
         let (low, high) = self.bounds();
-        // The bounds of the space are float32. They must be accepted even if they are outside of
-        // the float64 bounds.
-        let (least, most) = (f64::from(low as f32), f64::from(high as f32));
-        if !(low.min(least)..=high.max(most)).contains(&value) {
-            return f64::NAN;
-        }
-        let value = value.clamp(low, high);
+        let value = bindings::clipped(value, low, high);
         if self.is_normalized {
             self.map.of(value)
         } else {
             value
         }
     }
+}
+
+/// Returns the entries of predators' actions clipped to [-1, 1], with NaN for those outside of the action space.
+#[pyfunction]
+pub(crate) fn clipped<'py>(actions: PyReadonlyArray2<'py, f64>) -> Object<'py> {
+    let shape = [actions.shape()[0], actions.shape()[1]];
+    let entries = actions.as_slice()?.iter();
+    let entries = entries.map(|entry| bindings::clipped(*entry, -1.0, 1.0));
+    shaped(actions.py(), entries.collect(), shape)
 }
 
 /// Calls a function of `flockesc_env.episodes.actions`.

@@ -21,7 +21,7 @@ mod _core {
     use pyo3::types::IntoPyDict;
 
     #[pymodule_export]
-    use crate::actions::RangeMap;
+    use crate::actions::{RangeMap, clipped};
     #[pymodule_export]
     use crate::batch::FlockBatch;
     #[pymodule_export]
@@ -41,7 +41,7 @@ mod _core {
         scan_flock, simulate_flock, simulate_line, sweep_flock, sweep_line, views,
     };
     #[pymodule_export]
-    use crate::rollout::{network_outputs, rollout_line, tanh_layers};
+    use crate::rollout::{log1p, network_outputs, rollout_line, tanh_layers};
 
     #[pymodule_export]
     const MAX_PARTS: usize = flockesc_core::MAX_PARTS;

@@ -1,7 +1,8 @@
-//! Networks: their outputs, and rollouts of whole episodes under them.
+//! Functions for policies: networks, rollouts of whole episodes under them, and a logarithm.
 
 use std::sync::Arc;
 
+use flockesc_core::bindings::{self, work};
 use flockesc_core::{
     Architecture, Entry, EpisodeOutcome, Head, LineConfig, LineEpisodeConfig, LineEpisodeOutcome,
     NetworkRanges, Networks, Objective, line_entries, objectives,
@@ -13,7 +14,7 @@ use pyo3::types::{IntoPyDict, PyDict};
 use crate::actions::RangeMap;
 use crate::arrays::{Dict, Object, column, shaped};
 use crate::errors::{CoreError, argument_error, option_error};
-use crate::long_call::{long_call, maybe_detach};
+use crate::long_call::{long_call, run};
 
 /// Networks of one architecture, one per row of `parameters`. `choices` are the ranges in m that they choose from.
 #[derive(FromPyObject)]
@@ -56,10 +57,11 @@ pub(crate) fn network_outputs<'py>(
     let shape = [memory.shape()[0], memory.shape()[1]];
     let observations = observations.as_slice()?.to_vec();
     let mut memory = memory.as_slice()?.to_vec();
-    let outputs = maybe_detach(py, observations.len(), || {
-        networks.outputs(&observations, &mut memory)
-    });
-    let outputs = outputs.map_err(CoreError::from)?;
+    let work = networks.work(shape[0]);
+    let (outputs, memory) = run(py, work, move |progress| {
+        let outputs = networks.outputs(&observations, &mut memory, progress)?;
+        Ok((outputs, memory))
+    })?;
     Ok((outputs.into_pyarray(py), shaped(py, memory, shape)?))
 }
 
@@ -71,12 +73,24 @@ pub(crate) fn tanh_layers<'py>(
     parameters: PyReadonlyArray1<'py, f64>,
     inputs: PyReadonlyArray2<'py, f64>,
 ) -> Object<'py> {
-    let outputs = flockesc_core::tanh_layers(&widths, parameters.as_slice()?, inputs.as_slice()?);
     let shape = [
         inputs.shape()[0],
         widths.last().copied().unwrap_or_default(),
     ];
-    shaped(py, outputs.map_err(CoreError::from)?, shape)
+    let (parameters, inputs) = (parameters.as_slice()?.to_vec(), inputs.as_slice()?.to_vec());
+    let outputs = run(py, work(shape[0], parameters.len()), move |progress| {
+        flockesc_core::tanh_layers(&widths, &parameters, &inputs, progress)
+    })?;
+    shaped(py, outputs, shape)
+}
+
+/// Returns ln(1 + x) of every number x. Unlike `numpy.log1p`, it has the same bits on every machine.
+#[pyfunction]
+pub(crate) fn log1p<'py>(
+    numbers: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let logarithms = numbers.as_slice()?.iter().map(|x| bindings::log1p(*x));
+    Ok(logarithms.collect::<Vec<_>>().into_pyarray(numbers.py()))
 }
 
 /// Returns one array per outcome, with one entry per flock.

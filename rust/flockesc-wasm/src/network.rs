@@ -1,6 +1,6 @@
 //! `Network`: a policy file's network, which sets ranges from observation rows.
 
-use flockesc_core::{Architecture, Head, NetworkRanges, Networks, NormalizedRange};
+use flockesc_core::{Architecture, Head, NetworkRanges, Networks, NormalizedRange, Progress};
 use wasm_bindgen::prelude::*;
 
 /// A network and its memory during one episode.
@@ -53,7 +53,9 @@ impl Network {
         if self.memory.is_empty() {
             self.memory = vec![0.0; count * self.memory_per_row];
         }
-        let outputs = self.networks.outputs(observations, &mut self.memory)?;
+        let outputs =
+            self.networks
+                .outputs(observations, &mut self.memory, &Progress::default())?;
         Ok(outputs
             .into_iter()
             .map(|output| self.ranges.of(output))

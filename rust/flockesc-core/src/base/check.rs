@@ -3,6 +3,7 @@
 use std::hint::black_box;
 
 use crate::base::error::{Error, Result};
+use crate::base::vector::{larger, smaller};
 
 /// Largest number of agents of a scenario. The limit prevents allocations that exceed the memory of any
 /// machine.
@@ -31,6 +32,27 @@ pub(crate) fn rounding() -> Result<()> {
         Ok(())
     } else {
         Err(Error::Rounding)
+    }
+}
+
+/// Largest distance of an action from its bounds, in units of the larger bound: 8 roundings, of 2^-24 each.
+///
+/// A linear map onto [low, high] in float32 misses a bound by as many roundings as it has operations. These are at
+/// most 4, with that of the bound, for `low + (high - low) (a + 1) / 2` and `a (high - low) / 2 + (low + high) / 2`,
+/// and 5 + max(|a|, |b|) / (b - a) for Gymnasium's `RescaleAction(a, b)`: 6 for [0, 1].
+const ACTION_ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
+
+/// Returns an action clipped to [low, high], or NaN if it is NaN or farther outside than by rounding in float32.
+#[must_use]
+pub fn clipped(action: f64, low: f64, high: f64) -> f64 {
+    let slack = ACTION_ROUNDING * larger(low.abs(), high.abs());
+    // The bounds of a space of float32 are accepted even if they are subnormal or infinite.
+    let least = smaller(low - slack, f64::from(low as f32));
+    let most = larger(high + slack, f64::from(high as f32));
+    if (least..=most).contains(&action) {
+        action.clamp(low, high)
+    } else {
+        f64::NAN
     }
 }
 

@@ -98,7 +98,7 @@ fn play<const D: usize>(
     let (mut mean_return, mut num_actions) = (0.0, 0);
     while !episode.has_ended() {
         episode.observe(&mut observations, progress)?;
-        network.act(&observations, &mut ranges);
+        network.act(&observations, &mut ranges, progress)?;
         let mut num_rewarded = rows;
         if config.view.is_per_agent() {
             let caught = episode.world().caught();

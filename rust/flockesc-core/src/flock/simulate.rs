@@ -6,6 +6,7 @@ use nalgebra::SVector;
 
 use super::initial_state::InitialState;
 use super::world::World;
+use crate::base::check::clipped;
 use crate::base::error::{Error, Result};
 use crate::base::memory;
 use crate::flock::scenario::FlockConfig;
@@ -79,7 +80,7 @@ pub fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
     }
 }
 
-/// Checks the actions of learned predators: `count` entries or none, each in [-1, 1].
+/// Checks the actions of learned predators: `count` entries or none, each in [-1, 1] up to rounding in float32.
 ///
 /// # Errors
 /// [`Error::Argument`] naming the wrong length or the first entry out of bounds.
@@ -91,7 +92,7 @@ pub fn check_predator_actions(actions: &[f64], count: usize) -> Result<()> {
         );
         return Err(Error::argument("predator_actions", expected, given));
     }
-    match actions.iter().position(|c| !(-1.0..=1.0).contains(c)) {
+    match actions.iter().position(|c| clipped(*c, -1.0, 1.0).is_nan()) {
         Some(at) => Err(Error::argument(
             format!("predator_actions[{at}]"),
             "a number from -1 to 1",

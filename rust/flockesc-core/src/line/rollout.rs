@@ -61,7 +61,7 @@ fn play(
 ) -> Result<LineEpisodeOutcome> {
     let (mut range, mut num_actions) = ([0.0], 0);
     while !episode.has_ended() {
-        network.act(&episode.observation(), &mut range);
+        network.act(&episode.observation(), &mut range, progress)?;
         episode.advance(range[0], progress)?;
         num_actions += 1;
     }

@@ -5,9 +5,13 @@ use multiversion::multiversion;
 
 use super::tanh::tanh;
 use crate::base::error::{Error, Result};
+use crate::parallel::Progress;
 
 /// Number of rows that are computed together.
 pub(super) const LANES: usize = 16;
+
+/// Number of multiplications that take as long as the visit of an agent.
+const PRODUCTS: usize = 64;
 
 /// One number per row.
 pub(super) type Lanes = [f64; LANES];
@@ -44,12 +48,25 @@ pub(super) fn forward(
     }
 }
 
+/// Returns the work of `rows` rows in a network with `size` parameters, as a number of visited agents that take as
+/// long.
+#[must_use]
+pub fn work(rows: usize, size: usize) -> usize {
+    rows.saturating_mul(1 + size / PRODUCTS)
+}
+
 /// Returns the outputs of a network with layers of these widths for every row of `inputs`: tanh layers, then a
 /// linear one. Each layer has its weights, one row per input, and then its biases in `parameters`.
 ///
 /// # Errors
-/// [`Error::Argument`] if `parameters` or `inputs` has the wrong length.
-pub fn tanh_layers(widths: &[usize], parameters: &[f64], inputs: &[f64]) -> Result<Vec<f64>> {
+/// [`Error::Argument`] if `parameters` or `inputs` has the wrong length; [`Error::Interrupted`] if `progress` was
+/// cancelled.
+pub fn tanh_layers(
+    widths: &[usize],
+    parameters: &[f64],
+    inputs: &[f64],
+    progress: &Progress,
+) -> Result<Vec<f64>> {
     let shapes: Vec<_> = widths.windows(2).map(|pair| (pair[0], pair[1])).collect();
     let size: usize = shapes
         .iter()
@@ -66,6 +83,7 @@ pub fn tanh_layers(widths: &[usize], parameters: &[f64], inputs: &[f64]) -> Resu
     let (mut values, mut scratch) = (vec![[0.0; LANES]; width], vec![[0.0; LANES]; width]);
     let mut outputs = Vec::with_capacity(inputs.len() / entries * columns);
     for rows in inputs.chunks(LANES * entries) {
+        progress.check()?;
         for (lane, row) in rows.chunks_exact(entries).enumerate() {
             for (value, number) in values.iter_mut().zip(row) {
                 value[lane] = *number;

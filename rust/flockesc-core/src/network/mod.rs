@@ -9,6 +9,6 @@ mod networks;
 mod tanh;
 
 pub use architecture::{Architecture, Head, Squash};
-pub use forward::tanh_layers;
+pub use forward::{tanh_layers, work};
 pub(crate) use networks::EpisodeNetwork;
 pub use networks::{NetworkRanges, Networks, NormalizedRange};

@@ -1,8 +1,9 @@
 //! `Networks`: networks of one architecture, and their memory during an episode.
 
 use super::architecture::{Architecture, Head, Squash};
-use super::forward::{LANES, Lanes, forward, squash};
+use super::forward::{LANES, Lanes, forward, squash, work};
 use crate::base::error::{Error, Result};
+use crate::parallel::Progress;
 
 /// Entries whose sign determines whether a row is reflected. The second entry counts if the first
 /// is 0.
@@ -150,8 +151,13 @@ impl Networks {
     /// index of the range that it chooses. `memory` has [`Architecture::memory`] numbers per row and is updated.
     ///
     /// # Errors
-    /// [`Error::Argument`] if an array has the wrong length.
-    pub fn outputs(&self, observations: &[f32], memory: &mut Vec<f64>) -> Result<Vec<f64>> {
+    /// [`Error::Argument`] if an array has the wrong length; [`Error::Interrupted`] if `progress` was cancelled.
+    pub fn outputs(
+        &self,
+        observations: &[f32],
+        memory: &mut Vec<f64>,
+        progress: &Progress,
+    ) -> Result<Vec<f64>> {
         let rows = observations.len() / self.row_length;
         let lengths = (rows * self.row_length, rows * self.architecture.memory);
         if (observations.len(), memory.len()) != lengths {
@@ -161,9 +167,16 @@ impl Networks {
         let mut network = self.for_episode(0, rows);
         network.memory.copy_from_slice(memory);
         let mut outputs = vec![0.0; rows];
-        network.output(observations, &mut outputs);
+        network.output(observations, &mut outputs, progress)?;
         *memory = network.memory;
         Ok(outputs)
+    }
+
+    /// Returns the work of the outputs of `rows` rows, as a number of visited agents that take as long.
+    #[must_use]
+    pub fn work(&self, rows: usize) -> usize {
+        let passes = self.candidates.len().max(1);
+        work(rows, self.size.saturating_mul(passes))
     }
 
     /// Checks that there is one network, or one per episode.
@@ -264,18 +277,30 @@ impl EpisodeNetwork<'_> {
     }
 
     /// Writes the range in m of every observation row, and updates the memory.
-    pub(crate) fn act(&mut self, observations: &[f32], ranges: &mut [f64]) {
-        self.output(observations, ranges);
+    pub(crate) fn act(
+        &mut self,
+        observations: &[f32],
+        ranges: &mut [f64],
+        progress: &Progress,
+    ) -> Result<()> {
+        self.output(observations, ranges, progress)?;
         for range in ranges {
             *range = self.networks.ranges.of(*range);
         }
+        Ok(())
     }
 
     /// Writes the output of every observation row, and updates the memory; see [`Networks::outputs`].
-    fn output(&mut self, observations: &[f32], outputs: &mut [f64]) {
+    fn output(
+        &mut self,
+        observations: &[f32],
+        outputs: &mut [f64],
+        progress: &Progress,
+    ) -> Result<()> {
         let networks = self.networks;
         let blocks = observations.chunks(LANES * networks.row_length);
         for (block, (rows, outputs)) in blocks.zip(outputs.chunks_mut(LANES)).enumerate() {
+            progress.check()?;
             let sign_flips = networks.sign_flips(rows);
             networks.read(&networks.inputs, rows, &sign_flips, &mut self.values);
             match networks.architecture.head() {
@@ -290,6 +315,7 @@ impl EpisodeNetwork<'_> {
                 }
             }
         }
+        Ok(())
     }
 
     fn forward(&mut self) {

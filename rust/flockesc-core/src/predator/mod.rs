@@ -226,7 +226,8 @@ pub(crate) fn set_actions<const D: usize>(
     let all = configs.iter().zip(predators);
     for (_, predator) in all.filter(|(config, _)| config.is_learned()) {
         let action = given.next().map(SVector::<f64, D>::from_column_slice);
-        let action = action.unwrap_or_else(SVector::zeros);
+        let action =
+            action.map_or_else(SVector::zeros, |action| action.map(|a| a.clamp(-1.0, 1.0)));
         // The norm is limited to 1, so that the acceleration does not depend on the direction of the action.
         predator.action = action / action.norm().max(1.0);
     }
