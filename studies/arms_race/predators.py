@@ -92,4 +92,5 @@ def _unscaled(values: FloatArray, half: float) -> FloatArray:
 
 def _norm(vectors: FloatArray) -> FloatArray:
     """Return the lengths of vectors of one or two numbers, shape (rows, 1)."""
-    return np.sqrt((vectors * vectors).sum(axis=1, keepdims=True))
+    norms: FloatArray = np.sqrt((vectors * vectors).sum(axis=1, keepdims=True))
+    return norms
