@@ -15,8 +15,8 @@ use syn::{Attribute, Item, ItemMod, ItemUse, Macro, UseTree, Visibility};
 /// Top-level modules by layer, the lowest layer first. Modules of one layer do not use each other.
 const LAYERS: [&[&str]; 10] = [
     &["base"],
-    &["parallel", "snapshot", "network"],
-    &["agents"],
+    &["parallel", "snapshot"],
+    &["agents", "network"],
     &["neighbor"],
     &["predator"],
     &["flock", "line"],
