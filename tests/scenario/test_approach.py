@@ -52,9 +52,9 @@ def test_the_edge_is_touched(direction: tuple[float, float]) -> None:
 def test_only_the_direction_of_a_vector_counts() -> None:
     """Bit for bit, without overflow of squares, and without the last bit of ``math.hypot``."""
     for exponent in (-900, 0, 900):
-        scaled = [math.ldexp(entry, exponent) for entry in (-2.0, 0.7)]
+        scaled = [math.ldexp(entry, exponent) for entry in (-2.0, 0.8)]
         _, velocity = approach(direction=scaled, speed=7.0)
-        assert velocity == tuple(7.0 * entry / math.sqrt(2.0 * 2.0 + 0.7 * 0.7) for entry in (-2.0, 0.7))
+        assert velocity == tuple(7.0 * entry / math.sqrt(2.0 * 2.0 + 0.8 * 0.8) for entry in (-2.0, 0.8))
 
 
 def test_in_space_the_default_flies_along_the_diagonal() -> None:
