@@ -161,15 +161,15 @@ def test_ctrl_c_during_the_observation_of_a_reset_keeps_the_episodes_of_a_batch(
     assert finish(process).splitlines() == ["interrupted", "works"]
 
 
-# Networks whose outputs for all rows take a minute.
+# Networks whose outputs for all rows take minutes on any processor.
 NETWORKS = {
     "policy": """
-        architecture = fe.Architecture(spec.layout.names, (1_000, 1_000))
+        architecture = fe.Architecture(spec.layout.names, (2_000, 2_000))
         policy = fe.NetworkPolicy(architecture, np.zeros(architecture.size))
-        act = lambda: policy.act(np.zeros((100_000, len(spec.layout.names)), np.float32), spec)
+        act = lambda: policy.act(np.zeros((1_000_000, len(spec.layout.names)), np.float32), spec)
     """,
     "layers": """
-        act = lambda: tanh_layers([10, 1_000, 1_000, 1], np.zeros(1_013_001), np.zeros((100_000, 10)))
+        act = lambda: tanh_layers([10, 2_000, 2_000, 1], np.zeros(4_026_001), np.zeros((1_000_000, 10)))
     """,
 }
 
