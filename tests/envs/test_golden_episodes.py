@@ -29,7 +29,7 @@ print(json.dumps([features["AVX2"], features["AVX512F"], hashes(2)]))
 PROCESSES, ENVIRONMENTS, RESETS = 4, 25, 100
 
 
-@pytest.mark.parametrize("num_threads", [1, 2, 4])
+@pytest.mark.parametrize("num_threads", [1, 4])
 def test_episodes_equal_the_golden_ones(num_threads: int) -> None:
     assert hashes(num_threads) == GOLDEN
 
