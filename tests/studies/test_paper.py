@@ -112,7 +112,8 @@ def test_the_paper_is_reproduced(
     skip_bootstraps(monkeypatch)
     monkeypatch.setattr("training.figure_style.DPI", 40)
     output, page = tmp_path / "paper", tmp_path / "docs.md"
-    flags = ["--flocks", 4, "--lines", 40, "--output", output, "--page", page, "--json"]
+    flags = ["--flocks", 4, "--lines", 40, "--backend", "serial", "--output", output]
+    flags += ["--page", page, "--json"]
     ran = Ran(capsys, "paper", *flags, run=STUDIES.main)
     assert ran.code == Exit.DONE
     results = PaperResults.load(output)
@@ -143,7 +144,7 @@ def test_the_paper_is_reproduced(
     for name in pictures:
         (output / f"{name}.svg").unlink()
     jobs_before = sorted((output / "cache").iterdir())
-    some = Ran(capsys, "paper", *flags[:6], "--figures", "9", run=STUDIES.main)
+    some = Ran(capsys, "paper", *flags[:8], "--figures", "9", run=STUDIES.main)
     assert some.code == Exit.DONE
     found = {path.stem: path.read_bytes() for path in output.glob("*.svg")}
     assert found == {"figure_9": drawn["figure_9"]}
