@@ -42,7 +42,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """End tests that hang. The environments of `make compat` have no pytest-timeout."""
     if config.pluginmanager.hasplugin("timeout"):
         for item in items:
-            item.add_marker(pytest.mark.timeout(1800 if "slow" in item.path.parts else 120))
+            item.add_marker(pytest.mark.timeout(1800 if "slow" in item.path.parts else 300))
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

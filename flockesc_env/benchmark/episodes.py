@@ -17,7 +17,7 @@ from gymnasium.envs.registration import EnvSpec
 
 from flockesc_env._core import __version__
 from flockesc_env.benchmark.croissant import AUTHORS, croissant
-from flockesc_env.benchmark.fitting import UNOBSERVED, fitted
+from flockesc_env.benchmark.fitting import fitted
 from flockesc_env.benchmark.results import is_file
 from flockesc_env.benchmark.scoring import LoadedPolicy
 from flockesc_env.benchmark.seeds import refuse_held_out
@@ -28,7 +28,7 @@ from flockesc_env.envs.gymnasium import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.envs.vector import AgentVectorEnv
 from flockesc_env.episodes.memory import reset_policy
-from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.options import UNOBSERVED, EnvOptions
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.scenario.flock import FlockScenario

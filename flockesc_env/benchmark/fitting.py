@@ -9,7 +9,7 @@ import numpy as np
 
 from flockesc_env.benchmark.tasks import Task
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.policies.base import Policy
 from flockesc_env.policies.files import Stored
 from flockesc_env.policies.profile_rules import BestCandidate, BestNextHeading
@@ -17,9 +17,6 @@ from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.policies.rules import ListenWhileFleeing, StubbornLeaders
 from flockesc_env.scenario.flock import FlockScenario
-
-UNOBSERVED = ("reward", "count_components")
-"""Options that change neither observations nor actions."""
 
 FREE = (
     *("action_mode", "min_range", "max_range", "range_grid", "steps_per_action"),
@@ -120,7 +117,7 @@ def content(entry: NamedPolicy, task: Task) -> Any:
     numbers = {
         name: value.tolist() if isinstance(value, np.ndarray) else value
         for name, value in vars(entry.policy).items()
-        if not name.startswith("_")
+        if not name.startswith("_") and name != "options"
     }
     return type(entry.policy), numbers, {name: chosen[name] for name in chosen if name not in UNOBSERVED}
 

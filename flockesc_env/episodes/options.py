@@ -59,6 +59,9 @@ _LARGEST_ACTION = float(np.finfo(np.float32).max)
 PROFILE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
 """Candidate ranges in m that suit the paper's flock, for the option ``profile_ranges``."""
 
+UNOBSERVED = ("reward", "count_components")
+"""Options that change neither observations nor actions."""
+
 GRID_SIZE = 21
 """Number of ranges in the default grid of ``action_mode="discrete"``."""
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import as_policy
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.memory import reset_policy
-from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.episodes.spaces import PolicySpec
 
 Observations = NDArray[np.float32]
@@ -134,14 +134,14 @@ class StoredPolicy:
 def check_options(known: EnvOptions | LineOptions, options: EnvOptions | LineOptions, origin: str) -> None:
     """Check that an environment has the options with which a policy was ``origin``: trained or saved.
 
-    ``reward`` and ``count_components`` may differ, because no observation shows them.
+    The options in ``UNOBSERVED`` may differ.
 
     Raises:
         ArgumentError: if an option differs.
     """
     for field in fields(known):
         expected, given = (getattr(each, field.name, None) for each in (known, options))
-        if expected != given and field.name not in {"reward", "count_components"}:
+        if expected != given and field.name not in UNOBSERVED:
             expected = f"{expected!r}, with which the policy was {origin}"
             raise ArgumentError(field.name, expected, shown(given))
 

@@ -214,5 +214,5 @@ def _normalized(network: NetworkPolicy, layout: ObservationLayout, normalizer: A
     inputs, outputs = network.architecture.shapes[0]
     weights, biases, rest = np.split(network.parameters, [inputs * outputs, (inputs + 1) * outputs])
     weights = (weights.reshape(inputs, outputs) / scale[:, np.newaxis]).astype(np.float32)
-    parameters = np.concatenate([weights.ravel(), biases - mean @ weights, rest])
+    parameters = np.concatenate([weights.ravel(), biases - (mean[:, np.newaxis] * weights).sum(axis=0), rest])
     return NetworkPolicy(network.architecture, parameters)

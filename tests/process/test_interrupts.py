@@ -183,8 +183,8 @@ def test_ctrl_c_during_the_outputs_of_a_network(network: str) -> None:
         from flockesc_env.policies.network import tanh_layers
         spec = fe.FlockEscapeEnv(flock).policy_spec
         {NETWORKS[network]}
-        threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
         try:
+            interrupt_next_call()
             act()
         except KeyboardInterrupt:
             print("interrupted", flush=True)

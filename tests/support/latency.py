@@ -33,7 +33,7 @@ dense = fe.FlockScenario(num_agents=10_000, initial_side=100.0, blind_angle=1.0,
 line = fe.LineScenario(escape_force="linear_as_printed", max_steps=FOREVER)
 profiled = fe.FlockScenario(num_agents=20_000, initial_side=816.0)
 candidates = {"max_range": 300.0, "profile_ranges": tuple(np.linspace(5.0, 300.0, 64).tolist())}
-points = np.random.default_rng(0).uniform(0.0, 1.0, (60_000, 2))
+points = np.random.default_rng(0).uniform(0.0, 1.0, (1_000_000, 2))
 
 Call = Callable[[], Any]
 
@@ -107,7 +107,10 @@ CALLS: dict[str, Callable[[], Call]] = {
     "neighbor_pairs": lambda: lambda: graph.neighbor_pairs(None, points[:30_000], 0.2),
     "component_labels": lambda: (
         lambda: graph.component_labels(
-            fe.FlockScenario(num_agents=60_000, blind_angle=1.0, mutual=True), points, 0.3, velocities=points
+            fe.FlockScenario(num_agents=len(points), blind_angle=1.0, mutual=True),
+            points,
+            0.05,
+            velocities=points,
         )
     ),
 }

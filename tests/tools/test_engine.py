@@ -228,7 +228,7 @@ def test_stored_networks_set_the_same_ranges_on_a_flock_with_other_options() -> 
     """The architecture is the document in the file, which lacks fields in files of older versions."""
     played = []
     for path in sorted((ROOT / "results" / "learned").glob("*/policies/*.npz")):
-        header, _ = read_document(path, "a policy")
+        header, _ = read_document(path, "a policy", "parameters")
         stored = fe.load_policy(path)
         if isinstance(stored.scenario, fe.FlockScenario) and isinstance(stored.policy, fe.NetworkPolicy):
             short = stored.scenario.replace(num_steps=ACTIONS)
