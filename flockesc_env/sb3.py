@@ -12,6 +12,7 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from flockesc_env import _core
+from flockesc_env.benchmark.seeds import TUNING
 from flockesc_env.common.checks import as_array, as_choice, as_count, as_path
 from flockesc_env.common.errors import ActionError, ArgumentError, OptionError, shown
 from flockesc_env.common.extras import require
@@ -33,9 +34,6 @@ from stable_baselines3.common.vec_env.base_vec_env import (  # noqa: E402
     VecEnvObs,
     VecEnvStepReturn,
 )
-
-_TUNING = range(1_000_000, 2_000_000)
-"""Seeds for tuning, as in ``flockesc_env.benchmark.seeds``."""
 
 
 class _BatchVecEnv(ManyFlocks, VecEnv):
@@ -231,7 +229,7 @@ class FlockEvalCallback(BaseCallback):
     ) -> None:
         super().__init__()
         self.eval_freq = as_count(eval_freq, "eval_freq")
-        self.num_flocks = as_count(num_flocks, "num_flocks", most=len(_TUNING))
+        self.num_flocks = as_count(num_flocks, "num_flocks", most=len(TUNING))
         path = best_model_save_path
         self.best_model_save_path = None if path is None else as_path(path, "best_model_save_path")
         self.best_objective = -np.inf
@@ -253,7 +251,7 @@ class FlockEvalCallback(BaseCallback):
     def _evaluate(self) -> None:
         env: Any = self.training_env.unwrapped
         spec = FLOCK_OBJECTIVES[env.options.objective]
-        seeds = _TUNING[: self.num_flocks]
+        seeds = TUNING[: self.num_flocks]
         objectives = [
             play(
                 SB3Policy(self.model),
