@@ -11,10 +11,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from benchmarks.measure import cores
 from benchmarks.peers.model import Flocks, Model, Outcome, Peer
 
 jax.config.update("jax_platforms", "cpu")
 jax.config.update("jax_enable_x64", True)
+with cores(1):  # as many threads as cores: threads that share a core take three times as long
+    jax.devices()
 
 State = tuple[jax.Array, jax.Array, jax.Array, jax.Array]
 """Positions and velocities, shape (2, n), position of the predator, (2, 1), smallest mean distance."""
