@@ -57,7 +57,7 @@ robustness: build ## find the best fixed range of every flock preset (about 35 m
 	$(BIN)/python -m studies robustness --output results/robustness --page docs/robustness.md
 
 .PHONY: validation
-validation: build ## measure published results of other models (about 60 minutes)
+validation: build ## measure published results of other models (about 35 minutes)
 	$(BIN)/python -m studies validation --output results/validation --page docs/validation.md
 
 .PHONY: test

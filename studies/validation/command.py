@@ -35,7 +35,7 @@ def run(
 
     Interrupted, run it again to continue.
 
-    Example: python -m studies validation --only robust_consensus --scale 0.1
+    Example: python -m studies validation --only vicsek --scale 0.1
     """
     chosen = PARTS if only is None else only
     for name in chosen:

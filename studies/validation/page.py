@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from studies.pages import compared, path_from, render, signed
+from studies.pages import path_from, render, signed
 from studies.validation.results import ValidationResults, part
 
 
@@ -19,7 +19,6 @@ def markdown_page(results: ValidationResults, figures: Path, page: Path) -> str:
             results=found,
             picture=path_from(page, figures / f"{name}.png"),
             signed=signed,
-            compared=compared,
         )
         sections.append((module, module.here(found), module.verdict(found), measured, section.strip()))
     return render("validation/validation.md", sections=sections)

@@ -19,13 +19,9 @@ if TYPE_CHECKING:
 
 PARTS: Final[tuple[str, ...]] = (
     "vicsek",
-    "vectorial_noise",
-    "topological",
-    "robust_consensus",
     "predator_ring",
     "criticality",
     "milling",
-    "attack_speed",
 )
 """Modules of this package, in the order of the page. Each measures one published result."""
 
@@ -35,7 +31,6 @@ class Verdict(StrEnum):
 
     AGREES = "agrees"
     DIFFERS = "differs"
-    OPEN = "cannot be judged"
 
 
 class Part(Protocol):
@@ -72,11 +67,11 @@ def scaled(count: int, scale: float, least: int = 4) -> int:
 
 @dataclass(frozen=True)
 class Measured:
-    """Results of a part, with the command that measured them and its processor minutes; None: unknown."""
+    """Results of a part, with the command that measured them and its processor minutes."""
 
     command: str
     versions: dict[str, str]
-    minutes: float | None
+    minutes: float
     results: Any
 
 

@@ -1,4 +1,4 @@
-"""Order against angular and vectorial noise: small flocks, and verdicts on made-up measurements."""
+"""Order against angular noise: small flocks, and verdicts on made-up measurements."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flockesc_env import binder_cumulant, simulate
+from flockesc_env import simulate
 from flockesc_env.jobs import Arrays, Job
-from studies.validation import vectorial_noise, vicsek
+from studies.validation import vicsek
 from studies.validation.page import markdown_page
 from studies.validation.results import Measured, ValidationResults, Verdict
 
@@ -69,58 +69,3 @@ def measured_order(sharper: bool = True, scale: float = 1.0) -> dict[str, Arrays
 )
 def test_verdict_on_order(fields: dict[str, Any], verdict: Verdict) -> None:
     assert vicsek.verdict(vicsek.results(measured_order(**fields))) == verdict
-
-
-def phases(ordered: float, flocks: int = 8) -> Arrays:
-    """Return moments of flocks at 8 noises; at the fourth they are in order for a share of the time."""
-    rng = np.random.default_rng(0)
-    time = np.array([1, 1, 1, ordered, 0, 0, 0, 0])[:, None] * (1 - 0.01 * rng.random((8, flocks)))
-    disorder = {1: 0.01 * np.pi**0.5 / 2, 2: 1e-4, 4: 2e-8}  # of a Gaussian vector in the plane
-    names = {"mean": 1, "second": 2, "fourth": 4}
-    return {name: time * 0.8**power + (1 - time) * disorder[power] for name, power in names.items()}
-
-
-def measured_noise(vectorial: tuple[float, float], angular: tuple[float, float]) -> dict[str, Arrays]:
-    """Return made-up moments from the shares of random and aligned starts, for both noises."""
-    shares = {"sensing_noise": vectorial, "angular_noise": angular}
-    starts = ("random", "aligned")
-    return {
-        f"{noise} {start}": phases(share)
-        for noise, each in shares.items()
-        for start, share in zip(starts, each, strict=True)
-    }
-
-
-@pytest.mark.parametrize(
-    ("vectorial", "angular", "verdict"),
-    [
-        ((0.1, 0.6), (1.0, 1.0), Verdict.AGREES),
-        ((1.0, 1.0), (1.0, 1.0), Verdict.DIFFERS),  # no dip
-        ((0.1, 0.1), (1.0, 1.0), Verdict.OPEN),  # no hysteresis
-        ((0.1, 0.6), (0.1, 0.6), Verdict.OPEN),  # the control too
-    ],
-)
-def test_verdict_on_the_transition(
-    vectorial: tuple[float, float], angular: tuple[float, float], verdict: Verdict
-) -> None:
-    results = vectorial_noise.results(measured_noise(vectorial, angular))
-    assert vectorial_noise.verdict(results) == verdict
-    assert f"| vectorial | {results.transitions['sensing_noise'].dip} |" in page_of(
-        "vectorial_noise", results
-    )
-    assert len(vectorial_noise.figure(results).axes) == 4
-
-
-def test_pooled_cumulants_are_those_of_all_flocks_and_times() -> None:
-    order = np.random.default_rng(1).random((8, 5, 30))
-    moments = {
-        name: (order**power).mean(axis=-1) for name, power in (("mean", 1), ("second", 2), ("fourth", 4))
-    }
-    measured = {
-        f"{noise} {start}": moments for noise in vectorial_noise.NOISES for start in ("random", "aligned")
-    }
-    found = vectorial_noise.results(measured).transitions["sensing_noise"]
-    exact = np.asarray(binder_cumulant(order, axis=(1, 2)))
-    np.testing.assert_allclose([each.mean for each in found.cumulant], exact)
-    assert found.dip.mean == pytest.approx(exact.min())
-    assert all(each.low < each.mean < each.high for each in found.cumulant)
