@@ -73,9 +73,9 @@ class OrderAgainstNoise:
         return max(self.from_random, key=lambda change: abs(change.mean))
 
 
-def periodic_flock(num_agents: int, density: float, **fields: Any) -> FlockScenario:
+def periodic_flock(num_agents: int, **fields: Any) -> FlockScenario:
     """Return the Vicsek model with time step 1 and interaction range 1, which starts aligned."""
-    side = (num_agents / density) ** 0.5
+    side = (num_agents / DENSITY) ** 0.5
     aligned = AlignedHeadings((1.0, 0.0), 0.0)
     start = {"initial_side": side, "periodic_side": side, "initial_headings": aligned, "predators": ()}
     return FlockScenario(
@@ -83,21 +83,21 @@ def periodic_flock(num_agents: int, density: float, **fields: Any) -> FlockScena
     )
 
 
-def moments(scenario: FlockScenario, field: str, noises: Sequence[float], skip: int, seeds: range) -> Arrays:
-    """Return time means of the polarization, its square and its fourth power, shape (noises, seeds)."""
-    late = scan(scenario, field, noises, 1.0, seeds).polarization[..., skip:]
-    return {name: (late**power).mean(axis=-1) for name, power in (("mean", 1), ("second", 2), ("fourth", 4))}
+def mean_order(scenario: FlockScenario, noises: Sequence[float], skip: int, seeds: range) -> Arrays:
+    """Return time means of the polarization, shape (noises, seeds)."""
+    late = scan(scenario, "angular_noise", noises, 1.0, seeds).polarization[..., skip:]
+    return {"mean": late.mean(axis=-1)}
 
 
 def jobs(scale: float) -> dict[str, list[Job]]:
     """Return the jobs by flock, for ``results``."""
     fields: dict[str, Any] = {"speed": 0.03, "num_steps": NUM_STEPS}
-    flocks = {str(size): periodic_flock(size, DENSITY, **fields) for size in SIZES}
+    flocks = {str(size): periodic_flock(size, **fields) for size in SIZES}
     random = {"initial_headings": RandomHeadings()}
-    flocks["random"] = periodic_flock(CONTROL, DENSITY, **fields, **random)
+    flocks["random"] = periodic_flock(CONTROL, **fields, **random)
     return {
         name: [
-            Job(f"{__name__}:moments", (flock, "angular_noise", NOISES, SKIP, seeds), 5e-3 * flock.num_agents)
+            Job(f"{__name__}:mean_order", (flock, NOISES, SKIP, seeds), 5e-3 * flock.num_agents)
             for seeds in chunks(first_seeds(HELD_OUT, scaled(SIZES[flock.num_agents], scale)), 1)
         ]
         for name, flock in flocks.items()
