@@ -7,18 +7,11 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from flockesc_env.benchmark.episodes import (
-    check_empty,
-    create_minari,
-    minari_ids,
-    policy_name,
-    record_episodes,
-)
+from flockesc_env.benchmark.episodes import record_episodes
 from flockesc_env.benchmark.scoring import LoadedPolicy
 from flockesc_env.benchmark.seeds import training_seeds
 from flockesc_env.benchmark.tasks import task_of
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import switch
 from flockesc_env.cli.output import check_folder, note, show, table
 from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import ArgumentError
@@ -33,13 +26,10 @@ def run(
     ],
     flocks: Annotated[int, arg(help="number of flocks, or lines, that every policy plays")] = 100,
     output: Annotated[Path, arg(help="folder of the data set, new or empty")],
-    minari: Annotated[
-        bool, switch("also create a Minari data set per policy; for tasks with one range per flock or line")
-    ] = False,
 ) -> Exit:
     """Record episodes of policies on a task, for offline reinforcement learning.
 
-    The folder gets Parquet files and croissant.json, which describes them.
+    The folder gets Parquet files.
 
     The flocks are training flocks, never those that score policies.
 
@@ -55,18 +45,13 @@ def run(
     if not policies:
         raise ArgumentError("policies", "at least one policy", "none")
     chosen = task_of(task)
-    check_empty(output)
     check_folder(output)
     if "rule" in policies and not chosen.shortcuts:
         raise ArgumentError("policies", "no rule, because the task has no shortcut", "rule")
     specs = [chosen.shortcuts[0].policy if spec == "rule" else spec for spec in policies]
     found = [LoadedPolicy.of(spec, policy_of) for spec in specs]
-    if minari:
-        minari_ids(chosen, map(policy_name, found))
     record_episodes(found, chosen, training_seeds(0, 0, flocks), output, lambda spec: note(f"playing {spec}"))
     note(f"saved: {output}")
-    if minari:
-        note(f"saved in Minari: {', '.join(create_minari(chosen, output))}")
     episodes = pl.read_parquet(output / "episodes.parquet", columns=["policy", "objective"])
     rows = [
         [name, chosen.spec.text(mean), f"{(output / f'{name}.parquet').stat().st_size / 1e6:.1f}"]
