@@ -119,7 +119,7 @@ fuzz: ## fuzz documents, steps and snapshots of the core, one minute each
 # libraries. compat/NAME.in lists the requirements of an environment, compat/NAME.txt its pins.
 COMPAT := .compat
 RELEASES := oldest newest
-PEERS := bare benchmarl datasets rl_zoo3 rllib supersuit torchrl
+PEERS := bare benchmarl rl_zoo3 rllib supersuit torchrl
 ENVIRONMENTS := $(RELEASES) $(PEERS)
 NEWEST_PYTHON ?= $(PYTHON)
 CONTRACT := envs/test_{conformance,gymnasium,pettingzoo,sb3,states,vector_env}.py model/test_golden.py \

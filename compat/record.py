@@ -14,7 +14,7 @@ from pathlib import Path
 RECORD = Path("results/benchmark/compat.json")
 PACKAGES = (
     *("numpy", "gymnasium", "pettingzoo", "stable-baselines3", "rl_zoo3", "supersuit", "torchrl"),
-    *("benchmarl", "ray", "mlcroissant", "minari", "torch"),
+    *("benchmarl", "ray", "torch"),
 )
 
 
