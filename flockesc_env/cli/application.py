@@ -140,8 +140,9 @@ class _ShortUsage:
 
     def write(self, text: str) -> int:
         text = re.sub(r"(usage:.*?)\{[\w-]+(,[\w-]+)+\}", r"\1SUBCOMMAND", text)
-        if text.startswith("usage:") and len(text.partition("\n")[0]) > _WIDTH:
-            text = re.sub(r"\[--.*\]", "[OPTIONS]", text, count=1)
+        for flags in (r"\[--.*\]", "--.*"):  # optional ones; all
+            if text.startswith("usage:") and len(text.partition("\n")[0]) > _WIDTH:
+                text = re.sub(flags, "[OPTIONS]", text, count=1)
         written: int = self._stream.write(text)
         return written
 
