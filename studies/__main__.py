@@ -9,7 +9,6 @@ from studies.arms_race import command as arms_race
 from studies.benchmark import command as benchmark
 from studies.learned import command as learned
 from studies.paper import command as paper
-from studies.related import command as related
 from studies.robustness import command as robustness
 from studies.validation import command as validation
 
@@ -25,7 +24,6 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "learned-mechanism": learned.mechanism,
     "learned-coverage": learned.coverage,
     "learned-page": learned.page,
-    "related": related.run,
     "validation": validation.run,
     "arms-race": arms_race.run,
     "benchmark-freeze": benchmark.freeze,

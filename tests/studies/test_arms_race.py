@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 import pytest
 from option_table import small_flock
+from study_folders import check_race, skip_bootstraps, without_intervals
 
 from flockesc_env import rollout
 from flockesc_env.common import stats
@@ -182,3 +183,13 @@ def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None
     before = {file: file.read_bytes() for file in files}
     page.ARMS_RACE.run(options, output, tmp_path / "page.md", find_backend("serial"))
     assert {file: file.read_bytes() for file in files} == before
+
+
+def test_the_committed_page_follows_from_its_results(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tables without intervals; tests/slow/test_committed_pages.py compares whole pages."""
+    skip_bootstraps(monkeypatch)
+
+    def tables(text: str) -> str:
+        return without_intervals("\n".join(line for line in text.splitlines() if line.startswith("|")))
+
+    check_race(tables)

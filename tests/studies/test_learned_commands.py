@@ -17,7 +17,6 @@ from studies.__main__ import STUDIES
     [
         ["paper", "--output"],
         ["robustness", "--output"],
-        ["related", "--output"],
         ["validation", "--output"],
         ["arms-race", "--output"],
         ["learned", "shared", "--output"],

@@ -1,1 +1,0 @@
-"""A related result: a bandit over fixed ranges."""
