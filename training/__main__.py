@@ -1,4 +1,4 @@
-"""Entry point of ``python -m training``: the commands train, extend, evaluate, compare and tune."""
+"""Entry point of ``python -m training``: the commands train, evaluate and compare."""
 
 import sys
 from typing import Annotated
@@ -9,12 +9,12 @@ from flockesc_env.cli.application import Application
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.output import show
 from flockesc_env.common.extras import require
-from training.arguments import CompareArgs, EvaluateArgs, ExtendArgs, TuneArgs
+from training.arguments import CompareArgs, EvaluateArgs
 from training.presets import train_descriptions, train_presets
 
 Preset = tyro.extras.subcommand_type_from_defaults(train_presets(), train_descriptions(), prefix_names=False)
 
-_MODULES = ("cmaes", "matplotlib", "optuna", "polars", "sb3_contrib", "stable_baselines3", "torch")
+_MODULES = ("cmaes", "matplotlib", "polars", "sb3_contrib", "stable_baselines3", "torch")
 _NO_PREFIX = tyro.conf.arg(name="")
 
 
@@ -24,21 +24,6 @@ def _train(args: Annotated[Preset, _NO_PREFIX]) -> Exit:  # type: ignore[valid-t
     from training.train import train
 
     show(f"Policy: {train(args)}")
-    return Exit.DONE
-
-
-def _extend(args: Annotated[ExtendArgs, _NO_PREFIX]) -> Exit:
-    """Continue a finished run with a larger budget, in a new folder."""
-    require("train", _MODULES)
-    from training.extend import extend, scheduled
-    from training.record import RunRecord
-
-    policy = extend(args)
-    show(f"Policy: {policy}")
-    record = RunRecord.read(policy.parent)
-    if record.continued_at:
-        field, times = scheduled(record.args), ", ".join(map(str, record.continued_at))
-        show(f"It differs from the policy of one long run: the schedule of {field} changed at {times}.")
     return Exit.DONE
 
 
@@ -60,20 +45,10 @@ def _compare(args: Annotated[CompareArgs, _NO_PREFIX]) -> Exit:
     return Exit.DONE
 
 
-def _tune(args: Annotated[TuneArgs, _NO_PREFIX]) -> Exit:
-    """Tune the hyperparameters of a learner on tuning flocks with Optuna."""
-    require("train", _MODULES)
-    from training.tune import tune
-
-    found = tune(args)
-    show(f"Best: {found.best_value} {found.best_params}")
-    return Exit.DONE
-
-
 TRAINING = Application(
     "python -m training",
     "Train range policies and compare them with the grid search over fixed ranges.",
-    {"train": _train, "extend": _extend, "evaluate": _evaluate, "compare": _compare, "tune": _tune},
+    {"train": _train, "evaluate": _evaluate, "compare": _compare},
 )
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Arguments of the commands extend, evaluate, compare and tune.
+"""Arguments of the commands evaluate and compare.
 
 This module imports no heavy library, so that ``python -m training`` starts fast.
 """
@@ -8,27 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from tyro.conf import Positional
-
 from flockesc_env.episodes.objectives import Objective
-
-
-@dataclass(frozen=True, kw_only=True)
-class ExtendArgs:
-    """Arguments of ``extend``.
-
-    Attributes:
-        run: folder of the finished run.
-        total: number of generations (search) or rounds (other learners) of the longer run, those of the
-            finished run included.
-        output: folder of the longer run; default: <run>-<total>.
-        progress: show a progress bar.
-    """
-
-    run: Positional[Path]
-    total: Positional[int]
-    output: Path | None = None
-    progress: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,28 +60,3 @@ class CompareArgs:
     max_range: float = 100.0
     grid_size: int = 11
     num_threads: int | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class TuneArgs:
-    """Arguments of ``tune``.
-
-    Attributes:
-        run: name of a preset, as for ``train``.
-        trials: number of trials, including those of earlier calls.
-        share: length of a trial as a share of the preset's generations or episodes.
-        flocks: number of tuning flocks on which a trial is evaluated.
-        output: folder for the Optuna study (``<run>.journal``) and its table (``<run>.csv``).
-        runs: folder for the training runs of the trials.
-        storage: URL of a database for the Optuna study, for workers without a shared disk.
-        backend: where trials run: serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..].
-    """
-
-    run: Positional[str]
-    trials: int = 20
-    share: float = 0.5
-    flocks: int = 200
-    output: Path = Path("results/learned/tuning")
-    runs: Path = Path("runs/tuning")
-    storage: str | None = None
-    backend: str = "processes"

@@ -90,7 +90,7 @@ def load_checkpoint(record: RunRecord) -> Any:
 
 
 def finish(args: Args, policy: Stored, measured: Measured) -> Path:
-    """Write curve, speed and policy, and return the policy's file. The checkpoint stays, for ``extend``."""
+    """Write curve, speed and policy, and return the policy's file."""
     write_table(pl.DataFrame(measured.curve), args.run / CURVE_FILE)
     inside, seconds = measured.environment_seconds, measured.seconds
     speed = {

@@ -26,13 +26,10 @@ class RunRecord:
     Attributes:
         args: arguments of the run.
         versions: versions of the packages that results depend on.
-        continued_at: budgets after which a finished run was continued, if its schedules changed there
-            (``training.extend``).
     """
 
     args: Args
     versions: dict[str, str] = field(default_factory=versions)
-    continued_at: tuple[int, ...] = ()
 
     def to_json(self, name: str = "") -> str:
         """Return the record of a run of this name as JSON."""
@@ -41,8 +38,6 @@ class RunRecord:
             "args": {**dataclasses.asdict(self.args), "run": name},
             "versions": self.versions,
         }
-        if self.continued_at:
-            document["continued_at"] = self.continued_at
         return json.dumps(document, indent=2) + "\n"
 
     def write(self) -> None:
@@ -64,6 +59,6 @@ class RunRecord:
             known = {field.name for field in dataclasses.fields(args_type)}
             given = {name: value for name, value in document["args"].items() if name in known}
             args = args_type(**tuples({**given, "run": run}))
-            return cls(args, document["versions"], tuple(document.get("continued_at", ())))
+            return cls(args, document["versions"])
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise RecordError(str(path), "the record of a run", repr(error)) from None

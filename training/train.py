@@ -98,15 +98,11 @@ class Rounds(ABC, Generic[A]):
                     self.completed += 1
                     self.measured.seconds += time.process_time() - begun
                     report(self.completed, total, f"{args.spec.symbol} {args.spec.text(value)}")
-                    is_point = self.completed % args.checkpoint_every == 0
-                    if is_point:
+                    if self.completed % args.checkpoint_every == 0 or self.completed == total:
                         self.add_point()
-                    if is_point or self.completed == total:
                         save_checkpoint(record, (self.completed, self.measured, self.state()))
                         saved = self.completed
         except KeyboardInterrupt:
             kept = f"{saved} of {total} rounds are saved in {args.run}; the same command continues"
             raise KeyboardInterrupt(kept if saved else "nothing is saved yet") from None
-        if total % args.checkpoint_every:  # not in the checkpoint: a longer run lacks this point
-            self.add_point()
         return finish(args, self.result(), self.measured)

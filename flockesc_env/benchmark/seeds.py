@@ -17,9 +17,6 @@ HELD_OUT = range(2_000_000, 3_000_000)
 TRAINING = range(3_000_000, 1_003_000_000)
 """Flocks for training runs."""
 
-TUNING_RUN = 999
-"""Seed of training runs that tune hyperparameters; no reported run uses it."""
-
 FLOCKS_PER_RUN = 1_000_000
 
 
