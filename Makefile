@@ -34,7 +34,7 @@ build: $(UV) ## create the virtual environment .venv and install the package in 
 	$(BIN)/maturin develop --uv --profile $(PROFILE) --locked --quiet
 
 .PHONY: demo
-demo: build ## train a range policy and compare it with the best fixed range (about 90 seconds on 2 cores)
+demo: build ## train a range policy and compare it with the best fixed range (about 2 minutes on 2 cores, after the build)
 	rm -rf $(DEMO)
 	$(BIN)/python -m training train per-agent-visible-derived-ppo --run $(DEMO)
 	$(BIN)/python -m training compare --policies stubborn-leaders win-stay-lose-shift-escape $(DEMO) \
