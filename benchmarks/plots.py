@@ -12,7 +12,7 @@ from matplotlib.ticker import StrMethodFormatter
 from benchmarks import PROJECT
 from benchmarks.measure import Record
 from flockesc_env.render.palette import LIGHT
-from training.figure_style import WIDTH, label_ends, save_figure
+from training.figure_style import WIDTH, label_ends, label_points, save_figure
 
 _NUMPY, _NUMBA, _JAX, _RUST, _SCIPY = LIGHT.others
 # A color per library and a marker per contender.
@@ -78,7 +78,7 @@ def _figure() -> tuple[Figure, Axes]:
 def _lines(axes: Axes, records: list[Record], key: str, value: Callable[[Record], float]) -> None:
     """Draw a line per contender, with its name right of the axes, or of its end if that is earlier."""
     last = max(record.case[key] for record in records if record.seconds)
-    ends = []
+    ends, early = [], []
     for name in dict.fromkeys(record.contender for record in records):
         points = [(r.case[key], value(r)) for r in records if r.contender == name and r.seconds]
         color, marker = _STYLES[name]
@@ -94,16 +94,9 @@ def _lines(axes: Axes, records: list[Record], key: str, value: Callable[[Record]
         if points[-1][0] == last:
             ends.append((points[-1][1], name, color))
         else:
-            axes.annotate(
-                name,
-                points[-1],
-                xytext=(8, 0),
-                textcoords="offset points",
-                color=color,
-                ha="left",
-                va="center",
-            )
+            early.append((points[-1], name, color))
     label_ends(axes, ends, gap=0.06)
+    label_points(axes, early, gap=0.06)
 
 
 def _save(figure: Figure, path: Path) -> Path:

@@ -55,20 +55,29 @@ def label_ends(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float 
         labels: height in data coordinates, text and color of each label.
         gap: least distance between labels, as a share of the height of the panel.
     """
+    last = float(axes.get_xlim()[1])
+    label_points(axes, [((last, height), text, color) for height, text, color in labels], gap, 5.0)
+
+
+def label_points(
+    axes: Axes, labels: Sequence[tuple[tuple[float, float], str, str]], gap: float, offset: float = 8.0
+) -> None:
+    """Write labels ``offset`` pt right of points in data coordinates, moved apart as by ``label_ends``."""
     axes.get_ylim()  # computes limits that are still to be computed
     to_axes = axes.transScale + axes.transLimits
-    ordered = sorted(labels)
-    places = [float(to_axes.transform((1.0, height))[1]) for height, _, _ in ordered]
+    ordered = sorted(labels, key=lambda label: label[0][1])
+    points = [to_axes.transform(point) for point, _, _ in ordered]
+    places = [float(y) for _, y in points]
     for _ in range(200):
         for below in range(len(places) - 1):
             overlap = max(gap - (places[below + 1] - places[below]), 0.0)
             places[below] -= overlap / 2
             places[below + 1] += overlap / 2
-    for place, (_, text, color) in zip(places, ordered, strict=True):
+    for place, (x, _), (_, text, color) in zip(places, points, ordered, strict=True):
         axes.annotate(
             text,
-            (1.0, place),
-            xytext=(5, 0),
+            (float(x), place),
+            xytext=(offset, 0),
             xycoords="axes fraction",
             textcoords="offset points",
             color=color,
