@@ -40,13 +40,13 @@ demo: build ## train a range policy and compare it with the best fixed range (ab
 	$(BIN)/python -m training compare --policies stubborn-leaders win-stay-lose-shift-escape $(DEMO) \
 	  --output $(DEMO)/comparison
 
-bench paper robustness validation: PROFILE := release
+speed paper robustness validation: PROFILE := release
 
-.PHONY: bench
-bench: build ## benchmark this project and its peers (about 15 minutes)
-	$(INSTALL) --extra bench
-	$(BIN)/python -m benchmarks run
-	$(BIN)/python -m benchmarks page
+.PHONY: speed
+speed: build ## benchmark this project and its peers (about 15 minutes)
+	$(INSTALL) --extra speed
+	$(BIN)/python -m speed run
+	$(BIN)/python -m speed page
 
 .PHONY: paper
 paper: build ## reproduce the figures and check the claims of the paper (about 15 minutes)
@@ -216,7 +216,7 @@ mutants: build $(CARGO_TOOLS)/cargo-mutants ## mutation testing of samples of th
 
 .PHONY: instructions
 instructions: build ## count the instructions of a step with valgrind, and renew the counts that `make test-all` compares with
-	$(BIN)/python -m benchmarks instructions
+	$(BIN)/python -m speed instructions
 
 .PHONY: audit
 audit: $(CARGO_DENY) ## check licenses, sources and versions of all crates

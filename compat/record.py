@@ -1,4 +1,4 @@
-"""Record the run of an environment's tests for docs/benchmark.md: versions, number of tests and date.
+"""Record the run of an environment's tests for docs/scoreboard.md: versions, number of tests and date.
 
 Usage: ENVIRONMENT/bin/python compat/record.py ENVIRONMENT JUNIT_FILE
 """
@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ET
 from importlib.metadata import distributions
 from pathlib import Path
 
-RECORD = Path("results/benchmark/compat.json")
+RECORD = Path("results/scoreboard/compat.json")
 PACKAGES = (
     *("numpy", "gymnasium", "pettingzoo", "stable-baselines3", "rl_zoo3", "supersuit", "torchrl"),
     *("benchmarl", "ray", "torch"),

@@ -12,7 +12,6 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.benchmark.seeds import TUNING
 from flockesc_env.common.checks import as_array, as_choice, as_count, as_path
 from flockesc_env.common.errors import ActionError, ArgumentError, OptionError, shown
 from flockesc_env.common.extras import require
@@ -25,6 +24,7 @@ from flockesc_env.episodes.scenarios import Scenarios
 from flockesc_env.episodes.seeds import consecutive_seeds, fresh_seed
 from flockesc_env.policies.playing import play
 from flockesc_env.policies.sb3 import SB3Policy
+from flockesc_env.tasks.seeds import TUNING
 
 require("sb3", ["stable_baselines3"])
 from stable_baselines3.common.callbacks import BaseCallback  # noqa: E402, after the check

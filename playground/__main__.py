@@ -19,7 +19,7 @@ from flockesc_env.watch.page import Content, render
 
 HERE = Path(__file__).parent
 RESULTS = HERE.parent / "results"
-LEARNED = RESULTS / "learned"
+LEARNED = RESULTS / "findings"
 
 WORLD, SEED = "paper-flock", "242"
 """The flock at first: of the seeds from 0 to 299, the one whose objectives are nearest to the means."""
@@ -38,7 +38,7 @@ def main(folder: Path) -> None:
     for policy in policies:
         target = folder / "policies" / f"{policy['spec']}.npz"
         target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(LEARNED / policy["file"].removeprefix("results/learned/"), target)
+        shutil.copyfile(LEARNED / policy["file"].removeprefix("results/findings/"), target)
     write_text(folder / "index.html", render([], content(policies)))
 
 
@@ -81,7 +81,7 @@ def policy_documents() -> list[dict[str, Any]]:
             setting = path.parents[1].name
             spec = f"{setting}/{path.stem}"
             entry = file_document(path, spec, setting, with_data=path.stem == "search-0")
-            found.append({**entry, "file": f"results/learned/{setting}/policies/{path.name}"})
+            found.append({**entry, "file": f"results/findings/{setting}/policies/{path.name}"})
     return found
 
 

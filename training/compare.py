@@ -13,7 +13,6 @@ import numpy as np
 import polars as pl
 
 from flockesc_env import FlockScenario, FlockSweepResult, save_run, sweep
-from flockesc_env.benchmark import seeds
 from flockesc_env.common import stats
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.checks import as_count
@@ -21,6 +20,7 @@ from flockesc_env.common.files import check_writable, write_text
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
+from flockesc_env.tasks import seeds
 from training import plots
 from training.arguments import CompareArgs
 from training.evaluation import run_policy

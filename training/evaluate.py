@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import polars as pl
 
-from flockesc_env.benchmark import seeds
 from flockesc_env.common import stats
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import check_writable
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
+from flockesc_env.tasks import seeds
 from training.arguments import EvaluateArgs
 from training.evaluation import run_policy
 from training.policies import named_policy, scenario_of

@@ -16,11 +16,11 @@ import torch
 from torch import nn
 
 from flockesc_env import Architecture, ArgumentError, NetworkPolicy
-from flockesc_env.benchmark.seeds import training_seeds
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import Observations
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.torch import layer_parameters
+from flockesc_env.tasks.seeds import training_seeds
 from training.branches import GROUP, Branches
 from training.config import ImitationArgs
 from training.policies import named_policy

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from flockesc_env import ArgumentError, FlockScenario, NamedPolicy
-from flockesc_env.benchmark.tasks import task_of
 from flockesc_env.cli.policies import MODEL_SUFFIX, policy_of
 from flockesc_env.common.files import suffix_of
 from flockesc_env.policies import NAMES
+from flockesc_env.tasks.task import task_of
 from training.record import POLICY_FILE
 
 EXPECTED = f"{', '.join(NAMES)}, a policy file, the folder of a finished run or module:function"

@@ -21,8 +21,8 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecEnvWrapper,
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from flockesc_env import FlockScenario, LineEscapeEnv, LineScenario, NetworkPolicy, SB3Policy
-from flockesc_env.benchmark.seeds import training_seeds
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+from flockesc_env.tasks.seeds import training_seeds
 from training.config import SB3Args
 from training.outputs import Measured
 from training.train import Rounds

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from cmaes import CMA
 
-from flockesc_env.benchmark.seeds import training_seeds
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.policies.files import Stored
+from flockesc_env.tasks.seeds import training_seeds
 from training.cma import growing, maximize
 from training.config import SearchArgs
 from training.families import family_of

@@ -8,9 +8,9 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, Generic, TypeVar
 
-from flockesc_env.benchmark.seeds import TUNING, first_seeds
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.policies.files import Stored
+from flockesc_env.tasks.seeds import TUNING, first_seeds
 from training.config import Args
 from training.evaluation import objective
 from training.outputs import CURVE_FLOCKS, Measured, begin, finish, load_checkpoint, save_checkpoint

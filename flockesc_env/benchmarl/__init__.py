@@ -86,7 +86,7 @@ class FlockTaskClass(TaskClass):
 
 
 class FlockTask(Task):
-    """All settings of ``docs/results.md`` with one range per agent, as tasks of the same options.
+    """All settings of ``docs/findings.md`` with one range per agent, as tasks of the same options.
 
     The reward of all tasks is ``"individual_running_minimum"``. Learners of the page can have other options
     (``max_range``, ``steps_per_action``) than their setting.

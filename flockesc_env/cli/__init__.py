@@ -8,30 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from flockesc_env.cli import benchmark, episodes, presets, replay, simulate, sweep, watch
+from flockesc_env.cli import episodes, presets, replay, simulate, sweep, tasks, watch
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.exits import Exit
 
-BENCHMARK = Application(
-    "flockesc benchmark",
-    "Score policies on frozen tasks, verify the scores of others, and record episodes.",
-    {
-        "tasks": benchmark.tasks,
-        "score": benchmark.score,
-        "verify": benchmark.verify,
-        "report": benchmark.report,
-        "episodes": episodes.run,
-    },
-    default="tasks",
-)
-
-COMMANDS: dict[str, Callable[..., Exit] | Application] = {
+COMMANDS: dict[str, Callable[..., Exit]] = {
     "simulate": simulate.run,
     "sweep": sweep.run,
     "presets": presets.run,
     "watch": watch.run,
     "replay": replay.run,
-    "benchmark": BENCHMARK,
+    "tasks": tasks.run,
+    "score": tasks.score,
+    "verify": tasks.verify,
+    "report": tasks.report,
+    "episodes": episodes.run,
 }
 
 

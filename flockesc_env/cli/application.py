@@ -31,20 +31,17 @@ class Application:
     """A command-line program.
 
     A command is a function that returns an ``Exit``. Its keyword arguments are the flags, its docstring is
-    the help text. tyro does not wrap lines, so each paragraph is one line. A command can also be an
-    ``Application`` with its own commands.
+    the help text. tyro does not wrap lines, so each paragraph is one line.
 
     Attributes:
         program: name of the program in help texts.
         summary: description of the program, a sentence.
         commands: commands by name.
-        default: command that runs without the name of a command; empty: the help text.
     """
 
     program: str
     summary: str
-    commands: Mapping[str, Callable[..., Exit] | Application]
-    default: str = ""
+    commands: Mapping[str, Callable[..., Exit]]
 
     def main(self, argv: Sequence[str] | None = None) -> int:
         """Run a command with ``argv`` or, if it is None, ``sys.argv[1:]``; return its exit code."""
@@ -67,8 +64,6 @@ class Application:
         return Exit.REFUSED
 
     def _run(self, argv: list[str]) -> int:
-        if self.default and (not argv or (argv[0].startswith("-") and argv[0] not in {"-h", "--help"})):
-            argv = [self.default, *argv]
         name = argv[0] if argv else "--help"
         if name == "--version":
             show(f"flockesc {__version__}")
@@ -82,10 +77,7 @@ class Application:
                 )
             app = tyro.extras.SubcommandApp()
             for command, run in self.commands.items():
-                summary = (
-                    run.summary if isinstance(run, Application) else (run.__doc__ or "").partition("\n")[0]
-                )
-                app.command(name=command, help=summary)(_listed if isinstance(run, Application) else run)
+                app.command(name=command, help=(run.__doc__ or "").partition("\n")[0])(run)
             codes = "\n".join(f"{code.value:>5}  {meaning}" for code, meaning in MEANINGS.items())
             app.cli(
                 prog=self.program,
@@ -101,8 +93,6 @@ class Application:
 
     def _command(self, name: str, flags: list[str]) -> Exit | int:
         command = self.commands[name]
-        if isinstance(command, Application):
-            return command._run(flags)
         is_help = not {"-h", "--help"}.isdisjoint(flags)
         stdout: Any = _ShortUsage(sys.stdout) if is_help else sys.stdout
         try:
@@ -119,11 +109,6 @@ class Application:
             if stop.code and "scenario" in known and (field := similar_field(flags, known)):
                 note(f"{field} is a field of the scenario; set it with --set {field}=VALUE")
             raise
-
-
-def _listed() -> Exit:
-    """Stand for a command with its own commands in a list of commands."""
-    return Exit.REFUSED
 
 
 class _ShortUsage:

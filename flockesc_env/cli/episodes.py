@@ -1,4 +1,4 @@
-"""The command ``flockesc benchmark episodes``: record a data set of episodes."""
+"""The command ``flockesc episodes``: record a data set of episodes."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from flockesc_env.benchmark.episodes import record_episodes
-from flockesc_env.benchmark.scoring import LoadedPolicy
-from flockesc_env.benchmark.seeds import training_seeds
-from flockesc_env.benchmark.tasks import task_of
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.output import check_folder, note, show, table
 from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
+from flockesc_env.tasks.episodes import record_episodes
+from flockesc_env.tasks.scoring import LoadedPolicy
+from flockesc_env.tasks.seeds import training_seeds
+from flockesc_env.tasks.task import task_of
 
 
 def run(
-    task: Annotated[Positional[str], arg(help="name of a task; flockesc benchmark lists them")],
+    task: Annotated[Positional[str], arg(help="name of a task; flockesc tasks lists them")],
     *,
     policies: Annotated[
         tuple[str, ...], arg(help=f"rule (the task's first shortcut), {EXPECTED}", metavar="POLICY ..")
@@ -37,7 +37,7 @@ def run(
 
     A policy from a file gets the file's name, for example medium or best.
 
-    Example: flockesc benchmark episodes shared --policies random rule --output data
+    Example: flockesc episodes shared --policies random rule --output data
     """
     require("analysis", ["polars"])
     import polars as pl

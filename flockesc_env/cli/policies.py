@@ -16,7 +16,7 @@ from flockesc_env.policies.registry import NAMES, NamedPolicy
 from flockesc_env.policies.sb3 import SB3Policy
 
 if TYPE_CHECKING:
-    from flockesc_env.benchmark.tasks import Task
+    from flockesc_env.tasks.task import Task
 
 EXPECTED = f"{', '.join(NAMES)}, a policy file or module:function"
 

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.errors import OptionError, shown
 from flockesc_env.episodes.batch import FlockBatch, Observations
+from flockesc_env.episodes.current_state import FlockView
 from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptionsDict, View, env_options
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.scenarios import Scenarios, as_scenarios
-from flockesc_env.episodes.views import FlockView
 from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario

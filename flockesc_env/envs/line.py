@@ -13,10 +13,10 @@ from flockesc_env import _core
 from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import ResetNeededError
 from flockesc_env.envs._base import LineArguments, Registered, Rendered, needs_reset_if_interrupted
+from flockesc_env.episodes.current_state import LineView
 from flockesc_env.episodes.options import line_options
 from flockesc_env.episodes.seeds import EpisodeSchedule, fresh_seed
 from flockesc_env.episodes.spaces import line_policy_spec
-from flockesc_env.episodes.views import LineView
 from flockesc_env.render import line_viewer
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_scenario

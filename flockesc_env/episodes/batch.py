@@ -19,8 +19,8 @@ from flockesc_env.common.checks import (
     as_threads,
 )
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.options import EnvOptions, View
+from flockesc_env.episodes.policy_reset import reset_policy
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
 from flockesc_env.episodes.scenarios import distinct_scenarios
 from flockesc_env.episodes.seeds import fresh_seed

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import ActionError
-from flockesc_env.episodes.actions import plain_array
+from flockesc_env.episodes.action_checks import plain_array
 from flockesc_env.episodes.spaces import ObservationLayout, predator_layout
 from flockesc_env.scenario.flock import FlockScenario
 

@@ -14,9 +14,9 @@ from flockesc_env.common.checks import FloatArray, as_policy, as_threads
 from flockesc_env.common.extras import data_frame
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.batch import Columns, FlockBatch, Step
-from flockesc_env.episodes.memory import reset_policy
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, FlockOutcomes
 from flockesc_env.episodes.options import EnvOptions, LineOptions, View
+from flockesc_env.episodes.policy_reset import reset_policy
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
 from flockesc_env.episodes.spaces import RangeActions, line_policy_spec
 from flockesc_env.models.simulate import IntArray, Trajectory, simulate

@@ -22,8 +22,8 @@ from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.render.colors import FRAME
 from flockesc_env.render.dependencies import require_video
 from flockesc_env.render.frame import FlockFrame, recorded_frames, shared_view
-from flockesc_env.render.names import policy_title
 from flockesc_env.render.options import ColorBy, RenderOptions, as_render_options
+from flockesc_env.render.titles import policy_title
 
 _FORMATS: dict[str, dict[str, Any]] = {
     ".mp4": {"codec": "libx264", "quality": 6},

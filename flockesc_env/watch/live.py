@@ -18,7 +18,7 @@ from flockesc_env.policies.files import SUFFIX
 from flockesc_env.policies.network import NetworkPolicy
 from flockesc_env.policies.ranges import FixedRange
 from flockesc_env.policies.registry import NamedPolicy
-from flockesc_env.render.names import policy_title
+from flockesc_env.render.titles import policy_title
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import PRESETS
 

@@ -17,7 +17,7 @@ from studies.flags import prepare
 def run(
     *,
     output: Annotated[Path, arg(help="folder of the results")] = Path("results/arms_race"),
-    learned: Annotated[Path, arg(help="folder of the studies of learned ranges")] = Path("results/learned"),
+    learned: Annotated[Path, arg(help="folder of the studies of learned ranges")] = Path("results/findings"),
     page: Annotated[Path, arg(help="file of the Markdown page")] = Path("docs/arms-race.md"),
     rounds: Annotated[int, arg(help="rounds, in which a flock policy and then a predator is trained")] = 3,
     num_flocks: Annotated[int, arg(help="held-out flocks of the cross-play, at least 2")] = 1000,

@@ -12,13 +12,13 @@ import numpy as np
 import polars as pl
 
 from flockesc_env import Learned, save_policy
-from flockesc_env.benchmark.seeds import HELD_OUT, TUNING, first_seeds
 from flockesc_env.common.array_files import write_npz, write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Arrays
+from flockesc_env.tasks.seeds import HELD_OUT, TUNING, first_seeds
 from studies.arms_race.evolve import SCENARIO, Budget, play_job, steps_per_action, train_job
 from studies.arms_race.players import Flock, Predator
-from studies.learned.results import load_study
+from studies.findings.results import load_study
 from studies.measurements import Runner, chunks
 from studies.study import document, machine
 from studies.tables import rows
@@ -129,7 +129,7 @@ class RaceOptions:
     In each round, a flock policy and then a predator is trained for each of ``tracks``.
     """
 
-    learned: Path = Path("results/learned")
+    learned: Path = Path("results/findings")
     rounds: int = 3
     num_flocks: int = 1000
     tracks: tuple[str, ...] = TRACKS

@@ -19,10 +19,10 @@ HEAVY = {
 }
 ROOMS = (
     *("_core", "common", "scenario", "episodes", "models", "policies", "render", "watch", "notebook"),
-    *("envs", "benchmark", "sb3", "torchrl", "benchmarl", "jobs", "cli", "__main__"),
+    *("envs", "tasks", "sb3", "torchrl", "benchmarl", "jobs", "cli", "__main__"),
 )
 LAYERS = [*(f"flockesc_env.{room}" for room in ROOMS), "flockesc_env"]
-LAYERS += ["training", "studies", "benchmarks", "playground"]
+LAYERS += ["training", "studies", "speed", "playground"]
 """From the lowest up: a module imports its own layer and lower ones, so no room imports the root."""
 
 

@@ -8,8 +8,8 @@ import pytest
 from study_folders import check_race, check_results
 
 from flockesc_env.jobs import Cache, find_backend
-from studies.learned.replay import replay
-from studies.learned.results import Study, load_studies
+from studies.findings.replay import replay
+from studies.findings.results import Study, load_studies
 from studies.measurements import Runner
 
 
@@ -21,7 +21,7 @@ def test_arms_race() -> None:
     check_race()
 
 
-RESULTS = Path("results/learned")
+RESULTS = Path("results/findings")
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import shutil
 
 import pytest
 
-from benchmarks import instructions
+from speed import instructions
 
 
 @pytest.mark.skipif(shutil.which("valgrind") is None, reason="needs valgrind: apt-get install valgrind")

@@ -26,7 +26,7 @@ from studies.arms_race.race import BEST_FIXED, CROSS_PLAY_FILE, LEARNED, PER_AGE
 from studies.arms_race.results import RaceResults, load_race
 from studies.measurements import Runner
 
-LEARNED_RESULTS = Path(__file__).parents[2] / "results" / "learned"
+LEARNED_RESULTS = Path(__file__).parents[2] / "results" / "findings"
 PER_AGENT_FILE = str(LEARNED_RESULTS / "per-agent-visible" / "policies" / "search-0.npz")
 SCENARIO = small_flock(num_agents=6, num_steps=24, initial_side=60.0).with_learned_predators()
 BUDGET = Budget(population=4, generations=2, flocks=2, final_flocks=2, check_every=1, tuning_flocks=3)

@@ -12,13 +12,13 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from study_folders import write_study
 
-from benchmarks import plots
-from benchmarks.measure import Record
-from flockesc_env.benchmark.statistics import profile
-from studies.learned import figures
-from studies.learned.results import BEST_FIXED, load_studies
-from studies.learned.story import story
-from studies.learned.summary import summarize
+from flockesc_env.tasks.statistics import profile
+from speed import plots
+from speed.measure import Record
+from studies.findings import figures
+from studies.findings.results import BEST_FIXED, load_studies
+from studies.findings.story import story
+from studies.findings.summary import summarize
 
 RESULTS = Path(__file__).parents[2] / "results"
 
@@ -42,7 +42,7 @@ def test_the_story_shows_the_gain_of_each_setting(tmp_path: Path) -> None:
 
 
 def test_no_two_performance_profiles_have_the_same_color() -> None:
-    studies = figures.shown_studies(load_studies(RESULTS / "learned"))
+    studies = figures.shown_studies(load_studies(RESULTS / "findings"))
     profiles = {
         study.setting: {
             name: profile(study.values(name)[:, :50], figures.thresholds(study))
@@ -56,7 +56,7 @@ def test_no_two_performance_profiles_have_the_same_color() -> None:
 
 
 def test_labels_of_the_benchmarks_hide_nothing(tmp_path: Path) -> None:
-    document = json.loads((RESULTS / "benchmarks" / "benchmarks.json").read_text("utf-8"))
+    document = json.loads((RESULTS.parent / "speed/results/benchmarks.json").read_text("utf-8"))
     drawn: list[Figure] = []
     with mock.patch.object(plots, "save_figure", side_effect=lambda figure, *_: drawn.append(figure)):
         plots.draw([Record.from_document(entry) for entry in document["records"]], tmp_path)

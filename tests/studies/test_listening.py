@@ -10,11 +10,11 @@ import pytest
 from option_table import small_flock
 
 from flockesc_env import FlockScenario, record
-from flockesc_env.benchmark.seeds import HELD_OUT
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy
-from studies.learned import listening
-from studies.learned.listening import SILENT, draw_listening, measure_listening
+from flockesc_env.tasks.seeds import HELD_OUT
+from studies.findings import listening
+from studies.findings.listening import SILENT, draw_listening, measure_listening
 
 SCENARIO = small_flock(num_agents=8, num_steps=18, predator_range=45.0)
 STEPS = 3

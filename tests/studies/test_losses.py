@@ -11,16 +11,16 @@ import pytest
 from tiny_studies import TINY, write_preset
 
 from flockesc_env import built_in, load_policy, rollout, sweep
-from flockesc_env.benchmark.seeds import HELD_OUT, TUNING
 from flockesc_env.jobs import find_backend
-from studies.learned import losses, retrained
-from studies.learned.cells import LOSSES_FILE, read_cells
-from studies.learned.held_out import FLOCK_GRID
-from studies.learned.losses import measure_losses
-from studies.learned.results import load_study
-from studies.learned.study import StudyArgs, study
-from studies.learned.summary import BEST_THERE, LEARNED
-from studies.learned.transfer import refusal, worlds
+from flockesc_env.tasks.seeds import HELD_OUT, TUNING
+from studies.findings import losses, retrained
+from studies.findings.cells import LOSSES_FILE, read_cells
+from studies.findings.held_out import FLOCK_GRID
+from studies.findings.losses import measure_losses
+from studies.findings.results import load_study
+from studies.findings.study import StudyArgs, study
+from studies.findings.summary import BEST_THERE, LEARNED
+from studies.findings.transfer import refusal, worlds
 
 OTHER = TINY.replace(num_agents=5)
 FLOCKS = 6

@@ -9,17 +9,17 @@ import polars as pl
 import pytest
 
 import flockesc_env as fe
-from flockesc_env.benchmark.seeds import HELD_OUT
 from flockesc_env.jobs import Cache, find_backend
-from studies.learned.dispersal import dispersal
-from studies.learned.fear import RULES, fear_figures, measure_fear
-from studies.learned.information import SENSING, draw_information, measure_information, objective
-from studies.learned.named import Named, largest_turn
-from studies.learned.results import load_study
-from studies.learned.summary import summarize
+from flockesc_env.tasks.seeds import HELD_OUT
+from studies.findings.dispersal import dispersal
+from studies.findings.fear import RULES, fear_figures, measure_fear
+from studies.findings.information import SENSING, draw_information, measure_information, objective
+from studies.findings.named import Named, largest_turn
+from studies.findings.results import load_study
+from studies.findings.summary import summarize
 from studies.measurements import Runner
 
-COMMITTED = Path(__file__).parents[2] / "results" / "learned"
+COMMITTED = Path(__file__).parents[2] / "results" / "findings"
 
 
 def test_flying_apart() -> None:
@@ -109,7 +109,7 @@ def test_policies_play_the_same_flocks_with_and_without_the_force(tmp_path: Path
 def test_every_number_of_candidates_plays_the_same_flocks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("studies.learned.information._COUNTS", (0, 1, 4))
+    monkeypatch.setattr("studies.findings.information._COUNTS", (0, 1, 4))
     file = measure_information(tmp_path, 2, Runner(Cache(tmp_path / "cache"), find_backend("serial")))
     table = pl.read_parquet(file)
     assert table.group_by("sensing", "candidates").len()["len"].to_list() == [2] * len(SENSING) * 3

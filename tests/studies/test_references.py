@@ -11,12 +11,12 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from flockesc_env import ArgumentError, FixedRange, FlockScenario, PurePursuit, rollout, simulate
-from flockesc_env.benchmark.seeds import HELD_OUT, TUNING
 from flockesc_env.policies import find_policy
 from flockesc_env.scenario.approach import approach
-from studies.learned import references
-from studies.learned.names import FREE_HEADINGS
-from studies.learned.references import (
+from flockesc_env.tasks.seeds import HELD_OUT, TUNING
+from studies.findings import references
+from studies.findings.names import FREE_HEADINGS
+from studies.findings.references import (
     clairvoyant,
     free_headings,
     informed_greedy,
@@ -24,11 +24,11 @@ from studies.learned.references import (
     planner,
     reference_jobs,
 )
-from studies.learned.results import Study, load_studies
+from studies.findings.results import Study, load_studies
 from training.config import Setting
 from training.presets import presets
 
-COMMITTED = Path(__file__).parents[2] / "results" / "learned"
+COMMITTED = Path(__file__).parents[2] / "results" / "findings"
 OBJECTIVES = ["mean", "minimum"]
 SMALL = FlockScenario(num_agents=12, num_steps=36, initial_side=30.0)
 

@@ -15,13 +15,13 @@ from tiny_studies import write_preset
 from flockesc_env.cli.exits import Exit
 from flockesc_env.jobs import Cache, find_backend
 from studies.__main__ import STUDIES
-from studies.learned.replay import policy_files, replay
-from studies.learned.results import BEST_FIXED, load_studies, load_study
-from studies.learned.study import StudyArgs, study
+from studies.findings.replay import policy_files, replay
+from studies.findings.results import BEST_FIXED, load_studies, load_study
+from studies.findings.study import StudyArgs, study
 from studies.measurements import Runner
 from training.presets import presets
 
-RESULTS = Path("results/learned")
+RESULTS = Path("results/findings")
 SETTINGS = list(presets())
 FLOCKS = 5
 
@@ -61,7 +61,7 @@ def results(studied: Path, tmp_path: Path) -> Path:
 
 
 def run(results: Path, capsys: pytest.CaptureFixture[str], *words: str) -> Ran:
-    words = ("learned-replay", "tiny", "--results", str(results), "--backend", "serial", *words)
+    words = ("findings-replay", "tiny", "--results", str(results), "--backend", "serial", *words)
     return Ran(capsys, *words, run=STUDIES.main)
 
 

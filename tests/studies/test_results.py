@@ -11,21 +11,21 @@ import pytest
 from scipy.stats import t, trim_mean, ttest_1samp, ttest_ind
 from study_folders import check_results, skip_bootstraps, without_intervals, write_study
 
-from flockesc_env.benchmark.seeds import HELD_OUT
-from flockesc_env.benchmark.statistics import aggregate, difference, intervals, means, profile
 from flockesc_env.common.errors import RecordError
 from flockesc_env.common.stats import Estimate
-from studies.learned.coverage import SEEDS, VARIATIONS, coverage, two_way
-from studies.learned.held_out import rules_of
-from studies.learned.kinds import Kind, best_by_kind, kind_of, tuning_objectives
-from studies.learned.page import DETAILS
-from studies.learned.questions import QUESTIONS
-from studies.learned.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
-from studies.learned.summary import hidden
+from flockesc_env.tasks.seeds import HELD_OUT
+from flockesc_env.tasks.statistics import aggregate, difference, intervals, means, profile
+from studies.findings.coverage import SEEDS, VARIATIONS, coverage, two_way
+from studies.findings.held_out import rules_of
+from studies.findings.kinds import Kind, best_by_kind, kind_of, tuning_objectives
+from studies.findings.page import DETAILS
+from studies.findings.questions import QUESTIONS
+from studies.findings.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
+from studies.findings.summary import hidden
 from training.presets import presets
 
 ROOT = Path(__file__).parents[2]
-COMMITTED = ROOT / "results" / "learned"
+COMMITTED = ROOT / "results" / "findings"
 FLOCKS = 40
 
 
@@ -210,7 +210,7 @@ def test_the_committed_page_and_table_are_those_of_the_committed_results(
     skip_bootstraps(monkeypatch)
     summaries = check_results(without_intervals)
     assert {summary.study.setting for summary in summaries} <= set(QUESTIONS)
-    page = ROOT / "docs" / "results.md"
+    page = ROOT / "docs" / "findings.md"
     for text in (page.read_text("utf-8"), page.with_name(DETAILS).read_text("utf-8")):
         for picture in re.findall(r"\]\((.*?\.png)\)", text):
             assert (page.parent / picture).is_file()

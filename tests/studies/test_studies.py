@@ -12,13 +12,13 @@ import pytest
 from tiny_studies import TINY, Spy, write_preset
 
 from flockesc_env import load_policy, rollout, sweep
-from flockesc_env.benchmark import seeds
-from flockesc_env.benchmark.seeds import HELD_OUT, TRAINING, TUNING
-from studies.learned import explain
-from studies.learned.held_out import FLOCK_GRID
-from studies.learned.names import FREE_HEADINGS
-from studies.learned.results import BEST_FIXED, ORACLE, Study, load_study
-from studies.learned.study import StudyArgs, study
+from flockesc_env.tasks import seeds
+from flockesc_env.tasks.seeds import HELD_OUT, TRAINING, TUNING
+from studies.findings import explain
+from studies.findings.held_out import FLOCK_GRID
+from studies.findings.names import FREE_HEADINGS
+from studies.findings.results import BEST_FIXED, ORACLE, Study, load_study
+from studies.findings.study import StudyArgs, study
 from training.outputs import save_checkpoint
 from training.record import RunRecord
 from training.search import SearchRounds

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from flockesc_env.episodes.views import FlockView
+from flockesc_env.episodes.current_state import FlockView
 
 NAMES = (
     *("step", "positions", "velocities", "distances", "caught", "interaction_range"),

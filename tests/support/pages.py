@@ -10,7 +10,7 @@ from playwright.sync_api import Page
 import flockesc_env as fe
 
 ROOT = Path(__file__).parents[2]
-LEARNED = ROOT / "results" / "learned"
+LEARNED = ROOT / "results" / "findings"
 BEST = LEARNED / "per-agent-visible" / "policies" / "search-0.npz"
 SEED = 7
 COLORED = """[...document.querySelectorAll(".panel canvas")].map((canvas) => {

@@ -13,13 +13,13 @@ import numpy as np
 import polars as pl
 import pytest
 
-from flockesc_env.benchmark.seeds import HELD_OUT, TUNING
 from flockesc_env.common import stats
+from flockesc_env.tasks.seeds import HELD_OUT, TUNING
 from studies.arms_race.page import markdown_page as race_page
 from studies.arms_race.results import load_race
-from studies.learned.page import DETAILS, details_page, markdown_page, readme_table
-from studies.learned.results import load_studies
-from studies.learned.summary import Summary, summarize
+from studies.findings.page import DETAILS, details_page, markdown_page, readme_table
+from studies.findings.results import load_studies
+from studies.findings.summary import Summary, summarize
 
 LEARNER = {"kind": "search", "arguments": {}, "note": ""}
 
@@ -46,7 +46,7 @@ def write_study(
     document = {
         "setting": setting,
         "title": f"about {setting}",
-        "command": f"python -m studies learned {setting}",
+        "command": f"python -m studies findings {setting}",
         "objective": "mean",
         "is_line": False,
         "tuning_flocks": 40,
@@ -138,8 +138,8 @@ def skip_bootstraps(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def check_results(shown: Shown = str) -> list[Summary]:
-    """Compare docs/results.md, its details and the table of the README; return what they show."""
-    folder, page = RESULTS / "learned", ROOT / "docs" / "results.md"
+    """Compare docs/findings.md, its details and the table of the README; return what they show."""
+    folder, page = RESULTS / "findings", ROOT / "docs" / "findings.md"
     summaries = summarize(load_studies(folder))
     assert shown(page.read_text("utf-8")) == shown(markdown_page(summaries, folder, page))
     details = page.with_name(DETAILS)

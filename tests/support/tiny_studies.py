@@ -12,7 +12,7 @@ import training.train
 from flockesc_env import FlockScenario
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES
-from studies.learned import explain, playing, watching
+from studies.findings import explain, playing, watching
 from training import evaluation
 from training.config import Args
 

@@ -13,7 +13,7 @@ from flockesc_env.common.extras import MissingExtraError
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SOURCES = (
-    *("benchmarks", "compat", "docs", "examples", "flockesc_env", "fuzz", "results", "rust"),
+    *("compat", "docs", "examples", "flockesc_env", "fuzz", "results", "rust", "scoreboard", "speed"),
     *("playground", "studies", "tests", "training"),
 )
 SUFFIX = re.compile(r"\.(css|gif|html|js|json|lock|md|parquet|png|py|pyi|rs|svg|toml)$")

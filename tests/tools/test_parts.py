@@ -23,9 +23,9 @@ from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.policies import Planner
 from flockesc_env.render import draw
 from flockesc_env.render.canvas import Canvas
-from studies.learned import figures
-from studies.learned.results import load_study
-from studies.learned.summary import summarize
+from studies.findings import figures
+from studies.findings.results import load_study
+from studies.findings.summary import summarize
 from training import plots
 from training.arguments import CompareArgs
 from training.compare import compare

@@ -1,5 +1,5 @@
 //! `RangeMap`: conversion of actions into interaction ranges. Actions that cannot be read directly, and errors, are
-//! left to the functions of `flockesc_env.episodes.actions`.
+//! left to the functions of `flockesc_env.episodes.action_checks`.
 
 use std::sync::Arc;
 
@@ -279,9 +279,9 @@ pub(crate) fn clipped<'py>(actions: PyReadonlyArray2<'py, f64>) -> Object<'py> {
     shaped(actions.py(), entries.collect(), shape)
 }
 
-/// Calls a function of `flockesc_env.episodes.actions`.
+/// Calls a function of `flockesc_env.episodes.action_checks`.
 fn python<'py>(py: Python<'py>, name: &str, arguments: impl PyCallArgs<'py>) -> Object<'py> {
-    let module = py.import("flockesc_env.episodes.actions")?;
+    let module = py.import("flockesc_env.episodes.action_checks")?;
     module.getattr(name)?.call1(arguments)
 }
 

@@ -1,4 +1,4 @@
-//! Straightforward implementations of the models: `f64`, scalar, one thread. `benchmarks/` compares
+//! Straightforward implementations of the models: `f64`, scalar, one thread. `speed/` compares
 //! flockesc-core with them. They share no code with flockesc-core.
 
 mod all_pairs;

@@ -1,0 +1,247 @@
+"""The commands tasks, score, verify and report: frozen tasks and results on them."""
+
+from __future__ import annotations
+
+import json as json_format
+import secrets
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from tyro.conf import Positional, arg
+
+from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.flags import Json, optional
+from flockesc_env.cli.output import check_output, note, show, show_json, table
+from flockesc_env.cli.policies import EXPECTED, policy_of
+from flockesc_env.common.errors import ArgumentError, FlockescError
+from flockesc_env.common.extras import require
+from flockesc_env.common.files import write_text
+from flockesc_env.tasks.results import SUFFIX, Result, Training, check_learner, read_result, write_result
+from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks
+from flockesc_env.tasks.scoring import score as play_all
+from flockesc_env.tasks.scoring import verify as play_again
+from flockesc_env.tasks.standings import standings
+from flockesc_env.tasks.task import FLOCKS, VERSION, task_of, tasks
+
+MODEL = "PPO:FILE.zip (a model of stable-baselines3)"
+_TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
+
+TaskName = Annotated[str, arg(help="name of a task; flockesc tasks lists them")]
+ResultFiles = Annotated[
+    Positional[tuple[Path, ...]],
+    arg(
+        help="results that flockesc score wrote",
+        metavar="FILE ..",
+        help_behavior_hint="(at least one)",
+    ),
+]
+
+
+def run(*, json: Json = False) -> Exit:
+    """List the tasks and what normalizes their scores.
+
+    docs/scoreboard.md describes every task, and has the results of all learners.
+
+    Example: flockesc tasks
+    """
+    if json:
+        show_json(
+            {
+                "command": "tasks",
+                "version": VERSION,
+                "tasks": {name: _plain(name) for name in tasks()},
+            }
+        )
+        return Exit.DONE
+    head = ["task", "range per", "J", "samples", "scored in", "score 0", "score 1", "reference"]
+    rows = [
+        [
+            *(task.name, "agent" if task.per_agent else task.spec.model, task.spec.symbol),
+            *(
+                f"{task.samples:,}",
+                name,
+                task.spec.text(world.zero),
+                task.spec.text(world.one),
+                world.reference,
+            ),
+        ]
+        for task in tasks().values()
+        for name, world in task.worlds.items()
+    ]
+    show(*table(head, rows), "")
+    best = [[name, one.learner, one.kind, f"{one.score:.3f}"] for name, one in standings().items()]
+    show(*table(["task", "present best", "kind", "score"], best), "")
+    show(
+        f"Policies are scored on {len(FLOCKS):,} held-out flocks, from seed {FLOCKS.start:,} on.",
+        "Score 0: the best fixed range. Score 1: the reference.",
+        "A scenario is part of its task. Only a preset's own scenario has the name of a preset.",
+    )
+    return Exit.DONE
+
+
+def score(
+    policies: Annotated[
+        Positional[tuple[str, ...]],
+        arg(
+            help=f"all training seeds of a learner, or a rule: {EXPECTED}, or {MODEL}",
+            metavar="POLICY ..",
+            help_behavior_hint="(at least one)",
+        ),
+    ],
+    *,
+    task: TaskName,
+    learner: Annotated[str, arg(help="name of the learner or rule")] = "",
+    training: Annotated[
+        Path | None, *optional(f"how the learner was trained: {_TRAINING}", "nothing is said")
+    ] = None,
+    output: Annotated[Path | None, *optional("write the result (.json)", "print it only")] = None,
+    json: Json = False,
+) -> Exit:
+    """Play policies on the held-out flocks of a task and print their score.
+
+    A learner is all its training seeds, not the best one: give all of its files.
+
+    Example: flockesc score ppo-0.npz ppo-1.npz --task per-agent-local
+    """
+    if not policies:
+        raise ArgumentError("policies", "at least one policy", "none")
+    check_output(output, [SUFFIX])
+    chosen = task_of(task)
+    found = [LoadedPolicy.of(spec, lambda code: policy_of(code, task=chosen)) for spec in policies]
+    name = learner or found[0].entry.name
+    check_learner(name)
+    result = play_all(
+        found,
+        chosen,
+        learner=name,
+        output=output,
+        training=None if training is None else _read_training(training),
+        report=lambda spec: note(f"playing {spec}"),
+    )
+    if json:
+        show_json({"command": "score", **msgspec.to_builtins(result), "scores": result.scores().tolist()})
+    else:
+        show(*_lines(result))
+    if output is not None:
+        write_result(result, output)
+        note(f"saved: {output}")
+    return Exit.DONE
+
+
+def verify(
+    files: ResultFiles,
+    *,
+    flocks: Annotated[int | None, *optional("play some flocks only, drawn at random", "all")] = None,
+    draw: Annotated[int | None, *optional("seed of a draw, which repeats it", "a new one")] = None,
+) -> Exit:
+    """Play results again and refuse them unless every objective has the same bits.
+
+    The task, the flocks and the checksums of files must match, too.
+
+    With --flocks, the output has no score: the other flocks are not verified.
+
+    The exit code is 2 if one is refused.
+
+    Example: flockesc verify result.json
+    """
+    if not files:
+        raise ArgumentError("files", "at least one file", "none")
+    if flocks is None and draw is not None:
+        raise ArgumentError("draw", "--flocks beside it", draw)
+    played: list[int] = [*FLOCKS]
+    if flocks is not None:
+        draw = secrets.randbits(32) if draw is None else draw
+        played = draw_flocks(flocks, draw)
+        note(f"playing {len(played):,} of {len(FLOCKS):,} flocks, which --draw {draw} repeats")
+    code = Exit.DONE
+    for path in files:
+        try:
+            result = play_again(path, flocks=played)
+        except (FlockescError, OSError) as error:
+            note(f"refused: {error}")
+            code = Exit.REFUSED
+        else:
+            facts = _lines(result) if len(played) == len(FLOCKS) else _means(result, played)
+            head = f"{path}: verified: {len(played):,} of {len(FLOCKS):,} flocks"
+            show(f"{head}, {len(result.policies)} policies", *facts)
+    return code
+
+
+def report(
+    files: ResultFiles,
+    *,
+    output: Annotated[
+        Path | None,
+        *optional("write the report (.md) and a figure beside it", "print it only"),
+    ] = None,
+) -> Exit:
+    """Compare learners: scores with intervals, and aggregates over tasks by rliable.
+
+    Example: flockesc report results/*.json --output report.md
+    """
+    if not files:
+        raise ArgumentError("files", "at least one file", "none")
+    check_output(output, [".md"])
+    if output is not None:
+        check_output(output.with_suffix(".png"), [".png"])
+    require("analysis", ["matplotlib", "rliable", "scipy"])
+    from flockesc_env.tasks.report import page, write_figure
+
+    results = [read_result(path) for path in files]
+    text = page(results)
+    if output is None:
+        show(*text.splitlines())
+        return Exit.DONE
+    write_text(output, text)
+    write_figure(results, output.with_suffix(".png"))
+    note(f"saved: {output}")
+    return Exit.DONE
+
+
+def _plain(name: str) -> dict[str, object]:
+    task = task_of(name)
+    return {
+        "asks": task.asks,
+        "per_agent": task.per_agent,
+        "objective": task.spec.column,
+        "samples": task.samples,
+        "options": dict(task.options),
+        "scenario": json_format.loads(task.scenario.to_json()),
+        "worlds": msgspec.to_builtins(task.worlds),
+        "sha256": task.sha256,
+    }
+
+
+def _lines(result: Result) -> list[str]:
+    """Return the score of a result with the mean objective in every world."""
+    task, scores = task_of(result.task), result.scores()
+    spread = f" (training seeds: {scores.min():.3f} to {scores.max():.3f})" if len(scores) > 1 else ""
+    marks = "; played by its author's code" if result.is_code else ""
+    lines = [f"{task.name}, {result.learner}: score {scores.mean():.3f}{spread}{marks}"]
+    for name, world in task.worlds.items():
+        reached = result.values(name).mean()
+        gain = task.spec.text(reached - world.zero, "+")
+        lines.append(
+            f"  {name}: {task.spec.symbol} {task.spec.text(reached)}, {gain} over the best fixed range,"
+            f" {world.best_fixed_range:g}"
+        )
+    return lines
+
+
+def _means(result: Result, flocks: Sequence[int]) -> list[str]:
+    """Return the mean objective of some flocks in every world."""
+    task, at = task_of(result.task), [seed - FLOCKS.start for seed in flocks]
+    return [f"{task.name}, {result.learner}: means of these flocks"] + [
+        f"  {name}: {task.spec.symbol} {task.spec.text(result.values(name)[:, at].mean())}"
+        for name in task.worlds
+    ]
+
+
+def _read_training(path: Path) -> Training:
+    try:
+        return msgspec.convert(tomllib.loads(path.read_text("utf-8")), Training)
+    except (ValueError, msgspec.ValidationError) as error:
+        raise ArgumentError("training", _TRAINING, f"{path}: {error}") from None

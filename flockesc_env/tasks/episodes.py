@@ -1,0 +1,120 @@
+"""``record_episodes``: data sets of the episodes of a task, as Parquet files."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.extras import data_frame, require
+from flockesc_env.envs.gymnasium import FlockEscapeEnv
+from flockesc_env.envs.line import LineEscapeEnv
+from flockesc_env.envs.vector import AgentVectorEnv
+from flockesc_env.episodes.options import UNOBSERVED, EnvOptions
+from flockesc_env.episodes.policy_reset import reset_policy
+from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.tasks.fitting import fitted
+from flockesc_env.tasks.scoring import LoadedPolicy, Report
+from flockesc_env.tasks.seeds import refuse_held_out
+from flockesc_env.tasks.task import Task, task_of
+
+
+def environment(task: str, **options: Any) -> Any:
+    """Return the environment of a task's training; with one range per agent it is a batch of one flock."""
+    scenario = task_of(task).scenario
+    if isinstance(scenario, LineScenario):
+        return LineEscapeEnv(scenario, **options)
+    if task_of(task).per_agent:
+        return AgentVectorEnv(scenario=scenario, autoreset_mode="Disabled", **options)
+    return FlockEscapeEnv(scenario, **options)
+
+
+def record_episodes(
+    policies: Sequence[LoadedPolicy],
+    task: Task,
+    seeds: Sequence[int],
+    output: Path,
+    report: Report = lambda _: None,
+) -> None:
+    """Record a data set in a new or empty folder, which gets its files once all of them are complete.
+
+    Actions are float32 from -1 to 1; rewards are changes of the objective. The options in policies.parquet
+    are those of ``environment``, as JSON. ``report`` gets each policy's text before it plays. Needs polars.
+
+    Raises:
+        ArgumentError: if a policy does not fit the task, names agree, a seed is held out, or files exist.
+    """
+    require("analysis", ["polars"])
+    import polars as pl
+
+    refuse_held_out(seeds)
+    if output.exists() and not (output.is_dir() and not any(output.iterdir())):
+        raise ArgumentError("output", "a new or empty folder", repr(str(output)))
+    stems = (Path(each.spec).stem if each.sha256 else each.entry.name for each in policies)
+    names = [re.sub(r"[^A-Za-z0-9_]+", "-", stem) for stem in stems]
+    if len({"episodes", "policies", *names}) < 2 + len(names):
+        raise ArgumentError("policies", "different names, not episodes or policies", ", ".join(names))
+    entries = [_fitted(policy, task) for policy in policies]
+    output.mkdir(parents=True, exist_ok=True)
+    ends, facts = [], []
+    with TemporaryDirectory(dir=output) as folder, TemporaryDirectory(dir=output) as scratch:
+        for name, policy, entry in zip(names, policies, entries, strict=True):
+            report(policy.spec)
+            spec = environment(task.name, **entry.options).policy_spec
+            env = environment(task.name, **{**entry.options, "action_mode": "normalized"})
+            parts = []
+            for start in range(0, len(seeds), 10):  # the rows of a flock take up to some ten MB
+                played = [_play(name, entry, spec, env, task, seed) for seed in seeds[start : start + 10]]
+                parts.append(Path(scratch, f"{name}-{start}.parquet"))
+                pl.concat(rows for rows, _ in played).write_parquet(parts[-1])
+                ends += [end for _, end in played]
+            pl.scan_parquet(parts).sink_parquet(Path(folder, f"{name}.parquet"))
+            facts.append((name, json.dumps(entry.options), policy.sha256, list(spec.layout.names)))
+        columns = ["policy", "seed", "steps", "objective", "last_observation"]
+        rows = pl.DataFrame(ends, columns, orient="row").cast({"last_observation": pl.List(pl.Float32)})
+        rows.write_parquet(Path(folder, "episodes.parquet"))
+        columns = ["policy", "options", "sha256", "entries"]
+        pl.DataFrame(facts, columns, orient="row").write_parquet(Path(folder, "policies.parquet"))
+        for file in Path(folder).iterdir():
+            file.rename(output / file.name)
+
+
+def _fitted(policy: LoadedPolicy, task: Task) -> NamedPolicy:
+    """Return a policy with the options of the environment in which it plays."""
+    try:
+        entry = fitted(policy.entry, task)
+    except ArgumentError as error:
+        raise ArgumentError(f"{policy.spec}: {error.field}", error.expected, error.given) from None
+    own = {name: value for name, value in entry.options.items() if name not in UNOBSERVED}
+    if not isinstance(task.scenario, LineScenario):  # agents that see less than allowed stay such agents
+        own = {"predator_sensing_range": EnvOptions.predator_sensing_range, **own}
+    return dataclasses.replace(entry, options={**task.options, **own})
+
+
+def _play(name: str, entry: NamedPolicy, spec: Any, env: Any, task: Task, seed: int) -> tuple[Any, Any]:
+    """Play an episode; return the table of its actions, and its row in the table of episodes."""
+    observation, _ = env.reset(seed=seed)
+    reset_policy(entry.policy, np.ones(spec.rows, bool))
+    steps: list[tuple[Any, ...]] = []
+    while not steps or not (steps[-1][-2] | steps[-1][-1]).all():  # terminated or truncated
+        seen = np.atleast_2d(observation)
+        ranges = spec.actions.to_ranges(entry.policy.act(seen, spec), spec.rows)
+        action = env.policy_spec.actions.from_ranges(ranges).astype(np.float32)
+        observation, *results, info = env.step(action if task.per_agent else action[0])
+        ranges = env.policy_spec.actions.to_ranges(action, spec.rows).astype(np.float32)
+        steps.append((seen, action[:, 0], ranges, *map(np.atleast_1d, results)))
+    step, agent = np.indices((len(steps), spec.rows), np.int32).reshape(2, -1)
+    rows: dict[str, Any] = {"policy": [name] * len(step), "seed": np.full(len(step), seed), "step": step}
+    rows |= {"agent": agent} if task.per_agent else {}
+    columns = ("observation", "action", "range", "reward", "terminated", "truncated")
+    rows |= zip(columns, map(np.concatenate, zip(*steps, strict=True)), strict=True)
+    objective = float(np.atleast_1d(info[task.spec.column])[0])
+    return data_frame(rows), (name, seed, len(steps), objective, np.ravel(observation).tolist())

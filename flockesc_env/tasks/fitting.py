@@ -1,0 +1,132 @@
+"""Whether a policy fits a task: what its observation may show, and which classes show nothing else."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, get_args
+
+import numpy as np
+
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
+from flockesc_env.policies.base import Policy
+from flockesc_env.policies.files import Stored
+from flockesc_env.policies.profile_rules import BestCandidate, BestNextHeading
+from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
+from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.policies.rules import ListenWhileFleeing, StubbornLeaders
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.tasks.task import Task
+
+FREE = (
+    *("action_mode", "min_range", "max_range", "range_grid", "steps_per_action"),
+    *UNOBSERVED,
+)
+"""Options that a policy chooses itself. Those of the first line decide which ranges it sets, and when."""
+
+_ROW_BY_ROW = (
+    *get_args(Stored),
+    BestCandidate,
+    BestNextHeading,
+    FixedRange,
+    ListenWhileFleeing,
+    RandomRange,
+    ScheduledRange,
+    StubbornLeaders,
+)
+
+
+def fitted(entry: NamedPolicy, task: Task) -> NamedPolicy:
+    """Return a policy as it plays a task.
+
+    ``FixedRange`` and ``RandomRange`` observe nothing and set one range per agent or one for the flock. They
+    take the view and the options of the task.
+
+    Raises:
+        ArgumentError: if the policy does not fit; see ``check_fits``.
+    """
+    if isinstance(entry.policy, FixedRange | RandomRange):
+        options = {**task.options, **entry.options}
+        return dataclasses.replace(entry, per_agent=task.per_agent, options=options)
+    check_fits(entry, task)
+    return entry
+
+
+def check_fits(entry: NamedPolicy, task: Task) -> None:
+    """Refuse a policy for another problem, or one whose options show more than the task does.
+
+    The task's own options say what it shows. A policy may see that and what follows from it:
+
+    - ``per_agent``: the view is the task's. The flock view sums up the whole flock, which no agent sees.
+    - ``predator_sensing_range``: at most the task's.
+    - ``profile_ranges``: some of the task's candidates.
+    - ``extra_entries``: some of the task's. Agents also may have ``"closest_approach"`` if every
+      world has one predator, because it follows from that predator's entries; ``"escape_direction"`` does
+      not, because it depends on the whole flock.
+    - ``objective``: the task's, which decides the entry ``running_minimum``.
+
+    ``FREE`` lists the other options. Memory is free, because tasks say what is observed and not what is
+    remembered. A policy trained in another scenario of the same model fits: it plays in the task's.
+
+    The check reads options, not code: see ``is_checkable``. No check finds out on which flocks the numbers of
+    a policy were chosen.
+    """
+    model = task.scenario
+    if entry.scenario is not None and type(entry.scenario) is not type(model):
+        raise ArgumentError("scenario", f"a {type(model).__name__}", type(entry.scenario).__name__)
+    if entry.per_agent is not task.per_agent:
+        raise ArgumentError("per_agent", f"{task.per_agent}, as in the task", entry.per_agent)
+    options: Any = EnvOptions if isinstance(model, FlockScenario) else LineOptions
+    names = [field.name for field in dataclasses.fields(options)]
+    unknown = sorted(set(entry.options) - set(names))
+    if unknown:
+        raise ArgumentError("options", f"some of {', '.join(names)}", ", ".join(unknown))
+    chosen, shown = options(**entry.options), options(**task.options)
+    _check_some("profile_ranges", chosen.profile_ranges or (), shown.profile_ranges or ())
+    if not isinstance(model, FlockScenario):
+        return
+    played = [world for world in task.scenarios.values() if isinstance(world, FlockScenario)]
+    is_alone = all(len(world.predators) == 1 for world in played)
+    follows = ("closest_approach",) if task.per_agent and is_alone else ()
+    _check_some("extra_entries", chosen.extra_entries, (*shown.extra_entries, *follows))
+    if "objective" in entry.options and chosen.objective != shown.objective:
+        raise ArgumentError("objective", f"{shown.objective!r}, as in the task", repr(chosen.objective))
+    if shown.predator_sensing_range is not None:
+        sensing, most = chosen.predator_sensing_range, model.predator_range
+        if sensing is None or (sensing != "predator_range" and float(sensing) > most):
+            expected = f"at most the task's, 'predator_range' or {most:g} m"
+            raise ArgumentError("predator_sensing_range", expected, sensing)
+
+
+def _check_some(name: str, chosen: tuple[Any, ...], shown: tuple[Any, ...]) -> None:
+    """Refuse entries that are not among those of the task."""
+    more = [entry for entry in chosen if entry not in shown]
+    if more:
+        allowed = f"some of {', '.join(map(str, shown))}" if shown else "none"
+        raise ArgumentError(name, f"{allowed}, as in the task", ", ".join(map(str, chosen)))
+
+
+def content(entry: NamedPolicy, task: Task) -> Any:
+    """Return what decides the actions of a checkable policy in a task: its class, its numbers, its options.
+
+    Names, the training scenario, and options that no action depends on do not count.
+    """
+    entry = fitted(entry, task)
+    options: Any = EnvOptions if isinstance(task.scenario, FlockScenario) else LineOptions
+    chosen = dataclasses.asdict(options(**entry.options))
+    numbers = {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in vars(entry.policy).items()
+        if not name.startswith("_") and name != "options"
+    }
+    return type(entry.policy), numbers, {name: chosen[name] for name in chosen if name not in UNOBSERVED}
+
+
+def is_checkable(policy: Policy) -> bool:
+    """Return whether a policy is of a class that computes each row's action from that row alone.
+
+    Such a policy consists of numbers, and a memory per row. It sees what its options show. Other code gets
+    the rows of all agents at once, can hold a simulator or a ``Planner``, and can recognize the held-out
+    flocks. No check of options finds that.
+    """
+    return type(policy) in _ROW_BY_ROW

@@ -1,0 +1,226 @@
+"""Results of the benchmark: a learner's policies on a task, with the objective of every flock."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path, PurePosixPath
+from typing import Annotated, Any, Final
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+
+from flockesc_env.common.checks import FloatArray
+from flockesc_env.common.errors import ArgumentError, RecordError, shown
+from flockesc_env.common.files import suffix_of, write_text
+from flockesc_env.common.json_text import parse_json
+from flockesc_env.policies.files import SUFFIX as POLICY_SUFFIX
+from flockesc_env.policies.registry import built_in
+from flockesc_env.tasks.fitting import content
+from flockesc_env.tasks.task import FLOCKS, VERSION, Task, task_of
+
+SUFFIX: Final = ".json"
+
+Seed = Annotated[int, Meta(ge=0, le=2**63 - 1)]
+Minutes = Annotated[float, Meta(ge=0, le=sys.float_info.max)]
+
+
+class PolicyResult(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A policy and the objective of every flock in every world.
+
+    Attributes:
+        policy: path of the policy file, which lies in or below the result's folder, relative to it; the name
+            of a built-in policy; or ``module:function``.
+        sha256: checksum of the policy file; empty without a file.
+        objectives: by world, one value per flock, in the order of the seeds.
+    """
+
+    policy: str
+    sha256: str
+    objectives: dict[str, list[float]]
+
+
+class Training(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How a learner was trained.
+
+    Attributes:
+        seeds: training seed of every policy.
+        samples: number of actions of each training run.
+        cpu_minutes: processor time of each training run.
+        versions: versions of the libraries.
+        hyperparameters: hyperparameters that all runs share.
+    """
+
+    seeds: list[Seed]
+    samples: Annotated[int, Meta(ge=1)]
+    cpu_minutes: list[Minutes]
+    versions: dict[str, str]
+    hyperparameters: dict[str, Any] = {}
+
+
+class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The result of a learner, or of a rule, on a task.
+
+    Attributes:
+        benchmark: version of the benchmark.
+        task: name of the task.
+        task_sha256: checksum of the task.
+        flocks: first seed of the flocks, and their number.
+        learner: name of the learner or rule.
+        is_code: whether a policy's code is not part of the package, so that others cannot play it again.
+        policies: one policy per training seed.
+        training: how the learner was trained; None for a rule.
+        versions: versions with which the policies were played.
+    """
+
+    benchmark: str
+    task: str
+    task_sha256: str
+    flocks: tuple[int, int]
+    learner: str
+    is_code: bool
+    policies: list[PolicyResult]
+    training: Training | None
+    versions: dict[str, str]
+
+    def values(self, world: str) -> FloatArray:
+        """Return the objective in a world, shape (policies, flocks)."""
+        return np.array([policy.objectives[world] for policy in self.policies])
+
+    def scores(self) -> FloatArray:
+        """Return the normalized score of every policy, shape (policies,)."""
+        task = task_of(self.task)
+        means = {world: self.values(world).mean(axis=1) for world in task.worlds}
+        return np.array(
+            [task.score({w: float(means[w][at]) for w in means}) for at in range(len(self.policies))]
+        )
+
+
+def write_result(result: Result, path: Path) -> None:
+    """Write a result to a JSON file, a line per policy and world, with floats at full precision."""
+    document = msgspec.to_builtins(result)
+    rows = ",\n  ".join(json.dumps(policy) for policy in document.pop("policies"))
+    head = json.dumps(document, indent=1).removesuffix("\n}")
+    write_text(path, f'{head},\n "policies": [\n  {rows}\n ]\n}}\n')
+
+
+def read_result(path: Path) -> Result:
+    """Read a result, and check everything that needs no replay.
+
+    Raises:
+        FileNotFoundError: if the file does not exist.
+        RecordError: if the file is damaged, or is not about the tasks and flocks of this version.
+    """
+    try:
+        result = msgspec.convert(parse_json(path.read_text("utf-8")), Result)
+    except (ValueError, msgspec.ValidationError) as error:
+        raise RecordError(str(path), "a result of the benchmark", error) from None
+    try:
+        _check(result)
+    except ArgumentError as error:
+        raise RecordError(f"{path}: {error.field}", error.expected, error.given) from None
+    return result
+
+
+def check_learner(name: str) -> None:
+    """Check the name of a learner, which gets into tables and names of folders."""
+    if not re.fullmatch(r"[\w.+:-]+", name, re.ASCII):
+        raise ArgumentError("learner", "letters, digits and _ . + : -", shown(name))
+
+
+def is_file(policy: str) -> bool:
+    """Return whether the text that names a policy is the path of a policy file."""
+    return suffix_of(policy) == POLICY_SUFFIX
+
+
+def check_source(policy: str, sha256: str) -> None:
+    """Check where a result says that a policy comes from: one text per file, below the result's folder."""
+    path = PurePosixPath(policy)
+    if is_file(policy) and (path.is_absolute() or ".." in path.parts or str(path) != policy):
+        expected = "a relative path of a file in or below the result's folder, such as policies/ppo-0.npz"
+        raise ArgumentError("policy", expected, shown(policy))
+    if not re.fullmatch(r"[0-9a-f]{64}" if is_file(policy) else "", sha256):
+        expected = "64 hexadecimal digits" if is_file(policy) else "no checksum for a policy without a file"
+        raise ArgumentError("sha256", expected, shown(sha256))
+
+
+def check_different(contents: Sequence[tuple[str, Any]]) -> None:
+    """Check that no policy counts as two training seeds.
+
+    Args:
+        contents: the text that names every policy, and what is compared.
+
+    Raises:
+        ArgumentError: if two policies agree in what is compared.
+    """
+    for at, (name, own) in enumerate(contents):
+        for other, same in contents[:at]:
+            if own == same:
+                raise ArgumentError(
+                    "policies", "different policies", f"one of them twice ({other} and {name})"
+                )
+
+
+def _check(result: Result) -> None:
+    if result.benchmark != VERSION:
+        raise ArgumentError("benchmark", VERSION, shown(result.benchmark))
+    check_learner(result.learner)
+    task = task_of(result.task)
+    if result.task_sha256 != task.sha256:
+        raise ArgumentError(
+            "task_sha256", f"{task.sha256}, of the task {task.name}", shown(result.task_sha256)
+        )
+    flocks = (FLOCKS.start, len(FLOCKS))
+    if result.flocks != flocks:
+        raise ArgumentError("flocks", f"first seed and number {flocks}", result.flocks)
+    if not result.policies:
+        raise ArgumentError("policies", "at least one", "none")
+    for index, policy in enumerate(result.policies):
+        try:
+            check_source(policy.policy, policy.sha256)
+        except ArgumentError as error:
+            raise ArgumentError(f"policies[{index}].{error.field}", error.expected, error.given) from None
+        _check_objectives(policy, task, f"policies[{index}].objectives")
+    check_different([(policy.policy, _content(policy, task)) for policy in result.policies])
+    check_training(result.training, len(result.policies))
+
+
+def _content(policy: PolicyResult, task: Task) -> Any:
+    """Return what tells policies apart without their files: checksums, or ``content`` of built-in ones."""
+    if is_file(policy.policy):
+        return policy.sha256
+    try:
+        return content(built_in(policy.policy), task)
+    except ArgumentError:  # code, or a rule that does not fit
+        return policy.policy
+
+
+def check_training(training: Training | None, policies: int) -> None:
+    """Check the numbers of a training, and that there is one seed and one time per policy."""
+    if training is None:
+        return
+    try:
+        msgspec.convert(msgspec.to_builtins(training), Training)
+    except msgspec.ValidationError as error:
+        raise ArgumentError("training", "numbers of a training", error) from None
+    if not len(set(training.seeds)) == len(training.seeds) == policies:
+        raise ArgumentError("training.seeds", f"{policies} different seeds, one per policy", training.seeds)
+    if len(training.cpu_minutes) != policies:
+        raise ArgumentError(
+            "training.cpu_minutes", f"{policies} numbers, one per policy", training.cpu_minutes
+        )
+
+
+def _check_objectives(policy: PolicyResult, task: Task, field: str) -> None:
+    if set(policy.objectives) != set(task.worlds):
+        raise ArgumentError(field, f"the worlds {', '.join(task.worlds)}", ", ".join(policy.objectives))
+    for world, values in policy.objectives.items():
+        finite, given = sum(map(math.isfinite, values)), len(values)
+        if not finite == given == len(FLOCKS):
+            raise ArgumentError(
+                f"{field}.{world}", f"{len(FLOCKS)} finite numbers", f"{finite} finite of {given}"
+            )

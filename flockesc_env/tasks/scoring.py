@@ -1,0 +1,230 @@
+"""``score`` and ``verify``: play policies on the held-out flocks of a task, and play a result again."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from flockesc_env.common.checks import FloatArray, as_count, as_seed, as_seeds
+from flockesc_env.common.errors import ArgumentError, RecordError, shown
+from flockesc_env.models.records import versions
+from flockesc_env.policies.files import parse_policy
+from flockesc_env.policies.ranges import RandomRange
+from flockesc_env.policies.registry import NamedPolicy, built_in
+from flockesc_env.policies.rollout import rollout
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.tasks.fitting import content, fitted, is_checkable
+from flockesc_env.tasks.results import (
+    PolicyResult,
+    Result,
+    Training,
+    check_different,
+    check_source,
+    check_training,
+    is_file,
+    read_result,
+)
+from flockesc_env.tasks.task import FLOCKS, VERSION, Task, task_of
+
+_SHOWN: Final = 3
+"""Flocks that the error about a difference names."""
+
+Report = Callable[[str], None]
+
+
+class LoadedPolicy(NamedTuple):
+    """A policy with the text that names it, and the checksum of the bytes that it was loaded from.
+
+    Attributes:
+        spec: path of a policy file, name of a built-in policy, or ``module:function``.
+        sha256: checksum of the policy file; empty without a file.
+        entry: the policy.
+    """
+
+    spec: str
+    sha256: str
+    entry: NamedPolicy
+
+    @classmethod
+    def of(cls, spec: str, find: Callable[[str], NamedPolicy] = built_in) -> LoadedPolicy:
+        """Return the policy that a text names. A file is read once.
+
+        Args:
+            spec: see ``LoadedPolicy``.
+            find: returns the policy of a text that is not the path of a policy file.
+
+        Raises:
+            ArgumentError: if there is no such policy.
+            RecordError: if the file is damaged or is not a policy.
+        """
+        if not is_file(spec):
+            return cls(spec, "", find(spec))
+        if not Path(spec).is_file():
+            raise ArgumentError("policies", "an existing policy file", shown(spec))
+        raw = Path(spec).read_bytes()
+        return cls(spec, hashlib.sha256(raw).hexdigest(), parse_policy(raw, Path(spec)))
+
+    def content(self, task: Task) -> Any:
+        """Return what decides the actions in a task, for a comparison; of code it is the text."""
+        return content(self.entry, task) if is_checkable(self.entry.policy) else self.spec
+
+
+def play(entry: NamedPolicy, task: Task, world: str, flocks: Sequence[int]) -> FloatArray:
+    """Play a policy with its own options in a world of a task; return the objective, shape (flocks,)."""
+    scenario = task.scenarios[world]
+    options = {"objective": task.spec.name} if isinstance(scenario, FlockScenario) else {}
+    entry = dataclasses.replace(entry, options={**options, **entry.options})
+    return task.spec.values(rollout(scenario, entry, flocks))
+
+
+def score(
+    policies: Sequence[LoadedPolicy],
+    task: Task,
+    *,
+    learner: str,
+    output: Path | None = None,
+    training: Training | None = None,
+    report: Report = lambda _: None,
+) -> Result:
+    """Play the policies of a learner on the held-out flocks of a task.
+
+    Args:
+        policies: one policy per training seed; see ``LoadedPolicy.of``.
+        task: the task.
+        learner: name of the learner or rule.
+        output: path of the result, which is not written; the result names files relative to its folder, and
+            they must lie in or below it. None: relative to the current folder, wherever they lie.
+        training: how the learner was trained.
+        report: called with the name of every policy before it plays.
+
+    Raises:
+        ArgumentError: if a policy does not fit the task, two policies are the same, a policy file is not in
+            or below the folder of ``output``, or the training does not have one seed per policy.
+    """
+    check_training(training, len(policies))
+    folder = Path() if output is None else output.parent
+    fitting = []
+    for spec, sha256, entry in policies:
+        source = _relative(Path(spec), folder) if sha256 else spec
+        try:
+            fitting.append((source, fitted(entry, task)))
+            if output is not None:
+                check_source(source, sha256)
+        except ArgumentError as error:
+            raise ArgumentError(f"{spec}: {error.field}", error.expected, error.given) from None
+    check_different([(one.spec, one.content(task)) for one in policies])
+    found = []
+    for (spec, sha256, _), (source, entry) in zip(policies, fitting, strict=True):
+        report(spec)
+        objectives = {world: play(entry, task, world, FLOCKS).tolist() for world in task.worlds}
+        found.append(PolicyResult(policy=source, sha256=sha256, objectives=objectives))
+    return Result(
+        benchmark=VERSION,
+        task=task.name,
+        task_sha256=task.sha256,
+        flocks=(FLOCKS.start, len(FLOCKS)),
+        learner=learner,
+        is_code=not all(map(_is_reproducible, policies)),
+        policies=found,
+        training=training,
+        versions=versions(),
+    )
+
+
+def draw_flocks(count: int, seed: int) -> list[int]:
+    """Return the seeds of some of the held-out flocks, in rising order, all if there are not more.
+
+    Args:
+        count: number of flocks.
+        seed: seed of the draw. Nobody who writes a result may know it before.
+    """
+    chosen = np.random.default_rng(as_seed(seed, "draw")).permutation(FLOCKS)[: as_count(count, "flocks")]
+    return sorted(chosen.tolist())
+
+
+def verify(path: Path, *, flocks: Sequence[int] | None = None, report: Report = lambda _: None) -> Result:
+    """Play a result again and compare every objective, bit for bit; return the result.
+
+    Args:
+        path: path of the result. Policy files lie relative to it.
+        flocks: seeds of the flocks to play, for example those of ``draw_flocks``; None: all.
+        report: called with the name of every policy before it plays.
+
+    Raises:
+        ArgumentError: if ``flocks`` is empty or has other seeds than the held-out flocks.
+        RecordError: if the result is not about this version's tasks and flocks, a policy file has another
+            checksum, a policy does not fit the task, two policies are the same, an objective differs, or the
+            policies are code.
+    """
+    result = read_result(path)
+    task = task_of(result.task)
+    drawn = [seed - FLOCKS.start for seed in (FLOCKS if flocks is None else as_seeds(flocks, "flocks"))]
+    if not set(drawn) <= {*range(len(FLOCKS))}:
+        raise ArgumentError("flocks", f"seeds from {FLOCKS[0]} to {FLOCKS[-1]}", shown(flocks))
+    found = [_find(policy, task, path, f"policies[{at}]") for at, policy in enumerate(result.policies)]
+    try:
+        check_different([(one.spec, one.content(task)) for one in found])
+    except ArgumentError as error:
+        raise RecordError(f"{path}: {error.field}", error.expected, error.given) from None
+    for index, (policy, one) in enumerate(zip(result.policies, found, strict=True)):
+        field = f"{path}: policies[{index}]"
+        report(policy.policy)
+        entry = fitted(one.entry, task)
+        for world, recorded in policy.objectives.items():
+            played = _played(entry, task, world, drawn)
+            given = np.array(recorded)[drawn]
+            differs = np.flatnonzero(played.view(np.int64) != given.view(np.int64))
+            if len(differs):
+                named = ", ".join(
+                    f"flock {FLOCKS[drawn[at]]}: {float(given[at])!r}, played {float(played[at])!r}"
+                    for at in differs[:_SHOWN]
+                )
+                expected = f"objectives in {world} with the bits that {policy.policy} reaches"
+                raise RecordError(field, expected, f"{len(differs)} of {len(drawn)} others ({named})")
+    return result
+
+
+def _played(entry: NamedPolicy, task: Task, world: str, drawn: Sequence[int]) -> FloatArray:
+    """Return the objectives of some flocks; the numbers of a random policy depend on all flocks before."""
+    if isinstance(entry.policy, RandomRange):
+        return play(entry, task, world, FLOCKS)[drawn]
+    return play(entry, task, world, [FLOCKS[at] for at in drawn])
+
+
+def _find(policy: PolicyResult, task: Task, path: Path, field: str) -> LoadedPolicy:
+    """Return a policy of the result at ``path``, after a check of its file."""
+    spec = str(path.parent / policy.policy) if is_file(policy.policy) else policy.policy
+    try:
+        found = LoadedPolicy.of(spec)
+    except ArgumentError:
+        if is_file(spec):
+            raise RecordError(f"{path}: {field}", "an existing policy file", shown(policy.policy)) from None
+        expected = "a policy file or a built-in policy, which can be played again"
+        given = f"{shown(policy.policy)}, played by its author's code"
+        raise RecordError(f"{path}: {field}", expected, given) from None
+    if found.sha256 != policy.sha256:
+        expected = f"{policy.policy} with the sha256 {policy.sha256}"
+        raise RecordError(f"{path}: {field}", expected, found.sha256)
+    try:
+        fitted(found.entry, task)
+    except ArgumentError as error:
+        raise RecordError(f"{path}: {field}: {error.field}", error.expected, error.given) from None
+    return found
+
+
+def _is_reproducible(policy: LoadedPolicy) -> bool:
+    """Return whether others can play a policy: it is a file or built-in, and computes rows one by one."""
+    spec = policy.spec
+    is_given = bool(policy.sha256) or ":" not in spec or spec.startswith("fixed:")
+    return is_given and is_checkable(policy.entry.policy)
+
+
+def _relative(path: Path, folder: Path) -> str:
+    """Return the path of a file from a folder; a link to a file stays itself."""
+    return Path(os.path.relpath(path.parent.resolve() / path.name, folder.resolve())).as_posix()

@@ -1,0 +1,127 @@
+"""Figures per policy over training seeds and flocks, with 95 % t intervals that cover both.
+
+All flocks of a run share the policy of its training seed, so episodes are not independent. ``means`` treats
+training seeds and flocks as two crossed random factors. The mean squares of the two-way analysis of variance
+give the variance of the mean. Its degrees of freedom are those of Satterthwaite, "An approximate distribution
+of estimates of variance components" (1946). Where training seeds dominate, it is Student's interval over the
+training seeds. ``studies.findings.coverage`` measures how often the intervals contain the true mean.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from rliable.metrics import aggregate_iqm
+from scipy.stats import t
+
+from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
+
+
+@dataclass(frozen=True)
+class Aggregate:
+    """Figures of one policy over training seeds and flocks, paired flock by flock with a baseline.
+
+    ``iqm`` is the interquartile mean over training seeds of the mean over flocks. ``lowest`` and ``highest``
+    are mean differences of a training seed. ``improvement`` is the share of flocks with a larger objective
+    than under the baseline; ties count half.
+    """
+
+    objective: Estimate
+    iqm: float
+    difference: Estimate
+    lowest: float
+    highest: float
+    improvement: Estimate
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Share of episodes above every threshold, each of shape (thresholds,)."""
+
+    share: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+def aggregate(values: FloatArray, baseline: FloatArray) -> Aggregate:
+    """Compute the figures of a policy: values (training seeds, flocks) and a baseline (flocks,)."""
+    difference = values - baseline
+    better = (difference > 0) + 0.5 * (difference == 0)
+    per_seed = difference.mean(axis=1)
+    objective, gain = means(np.stack([values, difference]))
+    return Aggregate(
+        objective=objective,
+        iqm=float(aggregate_iqm(values.mean(axis=1))),
+        difference=gain,
+        lowest=float(per_seed.min()),
+        highest=float(per_seed.max()),
+        improvement=_estimates(*_shares(better[np.newaxis]))[0],
+    )
+
+
+def means(scores: FloatArray) -> list[Estimate]:
+    """Return the mean of every score with its interval over training seeds and flocks.
+
+    Scores have the shape (scores, training seeds, flocks). With one training seed, the interval covers the
+    flocks alone.
+    """
+    return _estimates(*intervals(scores))
+
+
+def profile(values: FloatArray, thresholds: FloatArray) -> Profile:
+    """Return the share of episodes above each threshold, with its interval over seeds and flocks."""
+    return Profile(*_shares((values > thresholds[:, None, None]).astype(np.float64)))
+
+
+def difference(values: FloatArray, other: FloatArray) -> Estimate:
+    """Return the mean paired difference of two policies, each of shape (its training seeds, flocks)."""
+    (found,) = _estimates(*intervals(values[np.newaxis], other[np.newaxis]))
+    return found
+
+
+def intervals(
+    scores: FloatArray, other: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return mean, lower and upper end of the interval of every score, as ``means``."""
+    by_flock, free = scores.mean(axis=1), scores.shape[2] - 1
+    parts = _seed_parts(scores)
+    if other is not None:
+        by_flock = by_flock - other.mean(axis=1)
+        parts += _seed_parts(other)
+    flocks = by_flock.var(axis=1, ddof=1) / (free + 1)
+    seeds = sum((part for part, _, _ in parts), np.zeros(len(scores)))
+    total = seeds + flocks - sum((rest for _, rest, _ in parts), np.zeros(len(scores)))
+    total = np.maximum(total, np.maximum(seeds, flocks))
+    squares = flocks**2 / free
+    for part, rest, others in parts:
+        squares += (part**2 + rest**2 / free) / others
+    freedom = np.divide(total**2, squares, out=np.full(len(scores), float(free)), where=squares > 0)
+    half = t.ppf(0.5 + CONFIDENCE / 2, freedom) * np.sqrt(total)
+    mean = by_flock.mean(axis=1)
+    return mean, mean - half, mean + half
+
+
+def _seed_parts(scores: FloatArray) -> list[tuple[FloatArray, FloatArray, int]]:
+    """Return the variances of the mean that training seeds, and what they and flocks leave, contribute.
+
+    The degrees of freedom of the first one come with them. The list is empty for one training seed.
+    """
+    _, num_seeds, num_flocks = scores.shape
+    if num_seeds == 1:
+        return []
+    by_seed, by_flock = scores.mean(axis=2, keepdims=True), scores.mean(axis=1, keepdims=True)
+    rest = scores - by_seed - by_flock + by_flock.mean(axis=2, keepdims=True)
+    free = num_seeds - 1
+    error = (rest**2).sum(axis=(1, 2)) / (free * (num_flocks - 1)) / (num_seeds * num_flocks)
+    return [(by_seed[:, :, 0].var(axis=1, ddof=1) / num_seeds, error, free)]
+
+
+def _shares(marks: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the intervals of scores from 0 to 1, which end at 0 and 1."""
+    share, low, high = intervals(marks)
+    return share, np.maximum(low, 0), np.minimum(high, 1)
+
+
+def _estimates(mean: FloatArray, low: FloatArray, high: FloatArray) -> list[Estimate]:
+    return [Estimate(*map(float, row)) for row in zip(mean, low, high, strict=True)]

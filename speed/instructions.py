@@ -1,0 +1,160 @@
+"""Instructions of one step through every interface, counted by valgrind's callgrind.
+
+A count does not depend on the load of the machine. Valgrind has no AVX-512, so the core runs with AVX2.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from flockesc_env import (
+    AgentVectorEnv,
+    Architecture,
+    FlockScenario,
+    FlockVectorEnv,
+    LineScenario,
+    NetworkPolicy,
+    Reynolds,
+    Topological,
+    Voronoi,
+    component_labels,
+    parallel_env,
+    rollout,
+    simulate,
+    sweep,
+)
+from flockesc_env.episodes.options import PROFILE_RANGES
+
+RESULTS: Final = Path("speed/results/instructions.json")
+PAGE: Final = Path("docs/performance.md")
+HEAD: Final = "| one step of the paper's flock | instructions |"
+MARGIN: Final = 1.03
+"""Largest ratio of a count to the committed one."""
+
+_STEPS: Final = 20
+_FLOCK: Final = FlockScenario(num_steps=120)
+# Callgrind writes a count at each call of this function of the C library. Nothing else calls it.
+_MARKER: Final = "getloadavg"
+
+Case = tuple[str, int, Callable[[], object]]
+"""Name, number of steps, and a function that runs them."""
+
+
+def _cases() -> Iterator[Case]:
+    for rho in (0, 5, 10, 20, 30, 100):
+        yield _swept(f"model step, {rho} m", _FLOCK, rho)
+    yield _swept("model step in space, 10 m", FlockScenario(dimension=3, num_steps=120), 10)
+    yield _swept("model step of 10,000 agents, 10 m", FlockScenario(num_agents=10_000, num_steps=5), 10)
+    yield _swept("model step with a blind angle, 10 m", _FLOCK.replace(blind_angle=np.pi / 2), 10)
+    yield _swept("model step of boids, 10 m", _FLOCK.replace(motion=Reynolds()), 10)
+    yield _swept("model step, 7 nearest neighbors", _FLOCK.replace(neighbor_rule=Topological()), 7)
+    yield _swept(
+        "model step, Voronoi neighbors", _FLOCK.replace(neighbor_rule=Voronoi(), num_steps=_STEPS), 10
+    )
+    line = partial(sweep, LineScenario(), [0.05], seeds=range(_STEPS), num_threads=1)
+    yield "run of the line, range 0.05", _STEPS, line
+    positions = simulate(_FLOCK, 10.0, seed=7).positions[-1]
+    yield "connected components, 10 m", 1, lambda: component_labels(_FLOCK, positions, 10.0)
+    profile: dict[str, Any] = {
+        "profile_ranges": PROFILE_RANGES,
+        "extra_entries": ["escape_direction", "closest_approach"],
+    }
+    yield _stepped("`FlockVectorEnv`", FlockVectorEnv)
+    yield _stepped("`FlockVectorEnv` with profile", FlockVectorEnv, **profile)
+    yield _stepped("`AgentVectorEnv`", AgentVectorEnv)
+    yield _stepped("`AgentVectorEnv` with profile", AgentVectorEnv, **profile)
+    env = parallel_env(_FLOCK)
+    env.reset(seed=7)
+    ranges = np.full((_FLOCK.num_agents, 1), -0.8, np.float32)
+    actions = dict(zip(env.agents, ranges, strict=True))
+    yield "PettingZoo's `step`", _STEPS, partial(_repeat, lambda: env.step(actions))
+    yield "`step_array`", _STEPS, partial(_repeat, lambda: env.step_array(ranges))
+    architecture = Architecture(("neighbor_count", "predator_distance"), hidden=(8,))
+    network = NetworkPolicy(architecture, np.linspace(-1, 1, architecture.size))
+    play = partial(rollout, _FLOCK, network, [7], per_agent=True, num_threads=1)
+    yield "rollout of a network per agent", _FLOCK.num_steps, play
+
+
+def _swept(name: str, scenario: FlockScenario, rho: float) -> Case:
+    return name, scenario.num_steps, partial(sweep, scenario, [rho], seeds=[7], num_threads=1)
+
+
+def _stepped(name: str, make: Callable[..., Any], **options: Any) -> Case:
+    env = make(scenario=_FLOCK, num_threads=1, **options)
+    env.reset(seed=7)
+    actions = np.full(env.action_space.shape, -0.8, np.float32)
+    return name, _STEPS, partial(_repeat, lambda: env.step(actions))
+
+
+def _repeat(step: Callable[[], object]) -> None:
+    for _ in range(_STEPS):
+        step()
+
+
+def _run() -> None:
+    """Run every case twice, and mark begin and end of the second run."""
+    gc.disable()  # a collection would fall into another case on another machine
+    for name, num_steps, run in _cases():
+        run()
+        os.getloadavg()
+        run()
+        os.getloadavg()
+        print(num_steps, name, sep="\t")
+
+
+def count() -> dict[str, int]:
+    """Return the instructions of a step in every case.
+
+    Raises:
+        CalledProcessError: if valgrind or a case fails.
+    """
+    with TemporaryDirectory() as folder:
+        tool = ("valgrind", "--tool=callgrind", f"--dump-before={_MARKER}", "--callgrind-out-file=counts")
+        environment = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONPATH": str(Path.cwd())}
+        done = subprocess.run(
+            [*tool, sys.executable, "-m", "speed.instructions"],
+            stdout=subprocess.PIPE,
+            text=True,
+            check=True,
+            cwd=folder,
+            env=environment,
+        )
+        counts = {}
+        for index, line in enumerate(done.stdout.splitlines()):
+            num_steps, name = line.split("\t")
+            dump = Path(folder, f"counts.{2 * index + 2}").read_text()
+            counts[name] = int(re.findall(r"^totals: (\d+)", dump, re.MULTILINE)[0]) // int(num_steps)
+        return counts
+
+
+def show(counts: dict[str, int], earlier: dict[str, int]) -> None:
+    """Print the counts and their ratios to earlier ones."""
+    table = Table("benchmark", "instructions", "ratio to before", title="Instructions")
+    for name, instructions in counts.items():
+        ratio = f"{instructions / earlier[name]:.3f}" if name in earlier else "-"
+        table.add_row(name, f"{instructions:,}", ratio)
+    Console().print(table)
+
+
+def rendered(page: str, counts: dict[str, int]) -> str:
+    """Return the page with the table of the counts."""
+    rows = [f"| {name} | {instructions:,} |" for name, instructions in counts.items()]
+    before, _, after = page.partition(HEAD)
+    return before + "\n".join([HEAD, "|---|---|", *rows]) + after[after.index("\n\n") :]
+
+
+if __name__ == "__main__":
+    _run()

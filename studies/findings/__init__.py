@@ -1,0 +1,1 @@
+"""From training runs to docs/findings.md: rows, tables, figures, the page."""

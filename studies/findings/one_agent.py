@@ -1,0 +1,122 @@
+"""One agent that waits for the range that turns it the right way, blind and with a profile."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from flockesc_env import FlockScenario, NamedPolicy, built_in, load_policy
+from flockesc_env.common.array_files import write_npz
+from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.render.palette import LIGHT
+from flockesc_env.tasks.seeds import HELD_OUT, first_seeds
+from studies.findings.results import load_study
+from studies.findings.watching import watch
+from training.figure_style import RANGES, WIDTH
+
+AGENT_FILE = "one_agent.npz"
+CANDIDATES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
+"""Ranges in m whose heard velocity the figure shows. They are also those of the rule."""
+
+BLIND_SETTING = "per-agent-visible-derived"
+_TITLES = {
+    "blind": "Without a profile: the best policy",
+    "informed": "With a profile: the rule turn-away",
+}
+_SHOWN = 2.0
+"""Seconds of the figure."""
+
+
+def measure_agent(results: Path) -> Path:
+    """Follow one agent of the first held-out flock under two policies; return the file.
+
+    The policies are the best one of ``BLIND_SETTING`` and the rule ``turn-away``. Of the agents that head
+    more than 120 degrees off their escape direction at the start, it is the one that needs the median time
+    to come within 30 degrees of it under the first policy. The file holds per policy:
+
+    - ``times`` of its actions in s;
+    - ``own``: the agent's angle off the escape direction in degrees;
+    - ``heard``: that of the velocity heard within each candidate, shape (actions, candidates); NaN where the
+      agent would hear nobody;
+    - ``chosen``: the ranges that it sets, in m.
+    """
+    file = load_study(results / BLIND_SETTING).file()
+    rule = built_in("turn-away")
+    informed = replace(rule, options={**rule.options, "max_range": CANDIDATES[-1]})
+    runs = {"blind": _run(load_policy(file)), "informed": _run(informed)}
+    own = runs["blind"]["own"]
+    arrival = np.where((own < 30).any(axis=0), (own < 30).argmax(axis=0), len(own))
+    agents = np.flatnonzero(own[0] > 120)
+    agent = agents[np.argsort(arrival[agents], kind="stable")[len(agents) // 2]]
+    kept = {
+        f"{name}_{part}": values if part == "times" else values[:, agent]
+        for name, run in runs.items()
+        for part, values in run.items()
+    }
+    write_npz(results / AGENT_FILE, kept)
+    return results / AGENT_FILE
+
+
+def _run(policy: NamedPolicy) -> dict[str, NDArray[Any]]:
+    """Run a policy; its observation also has the profile, which the policy does not see if it is blind."""
+    extra = ("escape_direction", "closest_approach")
+    profile = [rho for rho in CANDIDATES if rho <= policy.options.get("max_range", EnvOptions.max_range)]
+    options = {**policy.options, "profile_ranges": profile, "extra_entries": extra}
+    entry = replace(policy, options=options, scenario=FlockScenario())
+    layout, seen, ranges = watch(entry, first_seeds(HELD_OUT, 1))
+
+    def column(name: str) -> NDArray[np.float64]:
+        return seen[:, :, layout.index(name)].astype(np.float64)
+
+    heard = np.full((*seen.shape[:2], len(CANDIDATES)), np.nan)
+    for k, rho in enumerate(profile):
+        hears = (column(f"profile_{k}_neighbor_count") > 0) | (rho == 0)
+        heard[..., k] = np.where(hears, _degrees(column(f"profile_{k}_escape_cosine")), np.nan)
+    step = policy.options.get("steps_per_action", 1) * FlockScenario().time_step
+    own = _degrees(column("escape_direction_ahead"))
+    times = np.arange(len(own)) * step
+    return {"times": times, "own": own, "heard": heard, "chosen": ranges}
+
+
+def _degrees(cosines: NDArray[np.float64]) -> NDArray[np.float64]:
+    angles: NDArray[np.float64] = np.degrees(np.arccos(np.clip(cosines, -1, 1)))
+    return angles
+
+
+def draw_agent(file: Path) -> Figure:
+    """Draw the agent's heading, and below what it would hear under each range and the ranges that it sets."""
+    with np.load(file, allow_pickle=False) as source:
+        kept = {name: source[name] for name in source.files}
+    figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
+    panels = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(2, 3))
+    for (heading, choice), (name, title) in zip(panels.T, _TITLES.items(), strict=True):
+        times = kept[f"{name}_times"]
+        heading.plot(times, kept[f"{name}_own"], "o-", color=LIGHT.learned, lw=2, ms=3)
+        heading.axhline(0, color=LIGHT.muted, lw=0.8)
+        heading.set(ylim=(-8, 188), yticks=(0, 90, 180), title=title)
+        mesh = _choices(choice, times, kept[f"{name}_heard"], kept[f"{name}_chosen"])
+        choice.set_xlabel("time (s)")
+    panels[0, 0].set_ylabel("own heading,\ndegrees off")
+    panels[1, 0].set_ylabel("range")
+    figure.colorbar(mesh, ax=panels[1], label="heading that it\nwould hear,\ndegrees off", ticks=(0, 90, 180))
+    return figure
+
+
+def _choices(axes: Axes, times: NDArray[Any], heard: NDArray[Any], chosen: NDArray[Any]) -> QuadMesh:
+    """Draw the angles of the candidates as cells, and a dot on the range that the agent sets."""
+    step = times[1]
+    edges = np.append(times, times[-1] + step)
+    rows = np.arange(len(CANDIDATES) + 1) - 0.5
+    mesh = axes.pcolormesh(edges, rows, heard.T, cmap=RANGES.reversed(), vmin=0, vmax=180)
+    places = np.interp(chosen, CANDIDATES, range(len(CANDIDATES)))
+    axes.plot(times + step / 2, places, "o", mfc=LIGHT.page, mec=LIGHT.ink, ms=4.5, mew=0.8)
+    axes.set_yticks(range(len(rows) - 1), ["0: fly straight", *(f"{rho:g} m" for rho in CANDIDATES[1:])])
+    axes.set_xlim(0, _SHOWN)
+    return mesh

@@ -1,1 +1,0 @@
-"""From training runs to docs/results.md: rows, tables, figures, the page."""

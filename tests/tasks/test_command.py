@@ -1,0 +1,175 @@
+"""``flockesc tasks``: lists tasks, scores, verifies and compares policies, and names bad input."""
+
+from __future__ import annotations
+
+import errno
+import re
+from pathlib import Path
+
+import pytest
+from cli_runs import Ran, policy_file
+from matplotlib.figure import Figure
+
+from flockesc_env import NamedPolicy, built_in
+from flockesc_env.cli import tasks as command
+from flockesc_env.cli.exits import Exit
+from flockesc_env.policies import StubbornLeaders
+from flockesc_env.tasks.results import read_result
+from flockesc_env.tasks.scoring import draw_flocks
+from flockesc_env.tasks.task import tasks
+
+TASK = "per-agent-visible"
+
+
+class Rule(StubbornLeaders):
+    """Code of a user."""
+
+
+def rule() -> NamedPolicy:
+    return NamedPolicy("own", Rule(), True, dict(built_in("stubborn-leaders").options))
+
+
+@pytest.fixture
+def folder(few_flocks: range, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with the policy file of a learner."""
+    assert few_flocks
+    monkeypatch.chdir(tmp_path)
+    policy_file(tmp_path / "mine-0.npz")
+    return tmp_path
+
+
+def score(capsys: pytest.CaptureFixture[str], *words: str) -> Ran:
+    return Ran(capsys, "score", *words, "--task", TASK)
+
+
+def test_tasks_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    listed, document = Ran(capsys, "tasks"), Ran(capsys, "tasks", "--json").json()
+    assert listed.code == Exit.DONE
+    assert list(document["tasks"]) == list(tasks())
+    for name, task in tasks().items():
+        assert document["tasks"][name]["sha256"] == task.sha256
+        for world in task.worlds.values():
+            row = next(
+                line
+                for line in listed.out.splitlines()
+                if {name, world.scenario} <= {*line.replace("  ", "\n").split()}
+            )
+            assert task.spec.text(world.zero) in row
+            assert task.spec.text(world.one) in row
+
+
+def test_policies_are_scored_verified_and_compared(
+    few_flocks: range, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ran = score(capsys, "mine-0.npz", "--learner", "mine", "--output", "mine.json")
+    result = read_result(folder / "mine.json")
+    assert (ran.code, result.learner, result.training) == (Exit.DONE, "mine", None)
+    assert ran.out.startswith(f"{TASK}, mine: score {result.scores()[0]:.3f}\n")
+
+    score(capsys, "stubborn-leaders", "--output", "rule.json")
+    (folder / "other.json").write_text((folder / "rule.json").read_text().replace('"v1"', '"v2"'))
+    flags = ("mine.json", "rule.json", "--flocks", 4)
+    ran = Ran(capsys, "verify", *flags)
+    assert ran.code == Exit.DONE
+    assert "mine.json: verified: 4 of 6 flocks, 1 policies" in ran.out
+    assert "score" not in ran.out
+    seed = int(re.fullmatch(r"flockesc: playing 4 of 6 flocks, which --draw (\d+) repeats\n", ran.err)[1])
+    assert Ran(capsys, "verify", *flags, "--draw", seed).out == ran.out
+    at = [flock - few_flocks.start for flock in draw_flocks(4, seed)]
+    mean = result.values("paper-flock")[:, at].mean()
+    assert f"means of these flocks\n  paper-flock: J_mean {mean:.1f} m\n" in ran.out
+    ran = Ran(capsys, "verify", "other.json", "mine.json", "none.json")
+    assert ran.code == Exit.REFUSED
+    assert "refused: other.json: benchmark: expected v1, got 'v2'" in ran.err
+    assert "none.json" in ran.err
+    assert ran.out.startswith("mine.json: verified: 6 of 6 flocks, 1 policies")
+    assert f"score {result.scores()[0]:.3f}" in ran.out
+
+    (folder / "other.json").unlink()
+    files = sorted(path.name for path in folder.glob("*.json"))  # `results/*.json` as the shell expands it
+    ran = Ran(capsys, "report", *files, "--output", "report.md")
+    assert (ran.code, ran.out) == (Exit.DONE, "")
+    assert "| mine | 1 |" in (folder / "report.md").read_text()
+    assert (folder / "report.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_full_disk_loses_no_score(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*arguments: object, **options: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    score(capsys, "mine-0.npz", "--output", "mine.json")
+    (folder / "report.png").write_bytes(b"older")
+    monkeypatch.setattr(Figure, "savefig", lambda self, file, **options: (file.write(b"half"), full()))
+    ran = Ran(capsys, "report", "mine.json", "--output", "report.md")
+    assert (ran.code, (folder / "report.png").read_bytes()) == (Exit.REFUSED, b"older")
+    assert (folder / "report.md").read_text().startswith("# Report")
+    monkeypatch.setattr(command, "write_result", full)
+    ran = score(capsys, "mine-0.npz", "--output", "mine.json")
+    assert ran.code == Exit.REFUSED
+    assert "score 0." in ran.out
+
+
+def test_a_hyperparameter_of_any_name_is_kept(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "training.toml").write_text(
+        "seeds = [0]\nsamples = 10\ncpu_minutes = [1.0]\n[versions]\n[hyperparameters]\npolicies = []\n"
+    )
+    score(capsys, "mine-0.npz", "--training", "training.toml", "--output", "mine.json")
+    result = read_result(folder / "mine.json")
+    assert result.training is not None
+    assert result.training.hyperparameters == {"policies": []}
+    assert len(result.policies) == 1
+
+
+def test_code_is_scored_with_a_mark_and_not_verified(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ran = score(capsys, f"{__name__}:rule", "--output", "code.json")
+    assert ran.code == Exit.DONE, ran.err
+    assert "; played by its author's code" in ran.out
+    assert read_result(folder / "code.json").is_code
+    same = score(capsys, "stubborn-leaders", "--json").json()["policies"][0]["objectives"]
+    assert read_result(folder / "code.json").policies[0].objectives == same
+    ran = Ran(capsys, "verify", "code.json")
+    assert (ran.code, ran.out) == (Exit.REFUSED, "")
+    assert "expected a policy file or a built-in policy, which can be played again, got" in ran.err
+
+
+SCORE = ["score", "mine-0.npz", "--task"]
+BAD = {
+    "command": (
+        ["scores"],
+        "report, episodes, got 'scores' (did you mean score?)",
+    ),
+    "task": ([*SCORE, "per-agent-visibly"], "got 'per-agent-visibly' (did you mean per-agent-visible?)"),
+    "no policy": (["score", "--task", TASK], "policies: expected at least one policy, got none"),
+    "no file": (["verify"], "files: expected at least one file, got none"),
+    "no report": (["report"], "files: expected at least one file, got none"),
+    "misfit": (["score", "turn-away", "--task", TASK], "turn-away: profile_ranges: expected none, as in the"),
+    "suffix": ([*SCORE, TASK, "--output", "mine.md"], "output: expected a file that ends in .json, got"),
+    "suffix of a report": (["report", "a.json", "--output", "a.html"], "expected a file that ends in .md,"),
+    "training": ([*SCORE, TASK, "--training", "training.toml"], "missing required field `cpu_minutes`"),
+    "same file twice": (
+        ["score", "mine-0.npz", "mine-0.npz", "--task", TASK],
+        "got one of them twice (mine-0.npz",
+    ),
+    "draw of all": (["verify", "a.json", "--draw", "1"], "draw: expected --flocks beside it, got 1"),
+    "training seeds": ([*SCORE, TASK, "--training", "seeds.toml"], "training.seeds: expected 1 different"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_named_in_a_line_and_nothing_is_written(
+    name: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    argv, message = BAD[name]
+    (folder / "training.toml").write_text("seeds = [0]\nsamples = 10\n")
+    (folder / "seeds.toml").write_text("seeds = [0, 1]\nsamples = 10\ncpu_minutes = [1.0, 1.0]\n[versions]\n")
+    before = sorted(folder.iterdir())
+    output = [] if "--output" in argv or argv[0] != "score" else ["--output", "result.json"]
+    ran = Ran(capsys, *argv, *output)
+    assert (ran.code, ran.out) == (Exit.REFUSED, "")
+    (line,) = [line for line in ran.err.splitlines() if "playing" not in line]
+    assert message in line
+    assert sorted(folder.iterdir()) == before

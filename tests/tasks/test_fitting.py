@@ -1,0 +1,159 @@
+"""Which policies fit which tasks: nobody sees more than the task shows."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from flockesc_env import ArgumentError, FlockScenario, LineScenario, NamedPolicy, load_policy
+from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.policies import NAMES, FixedRange, RandomRange, ScheduledRange, StubbornLeaders, built_in
+from flockesc_env.tasks.fitting import FREE, check_fits, fitted, is_checkable
+from flockesc_env.tasks.task import Task, task_of, tasks
+from studies.findings.questions import QUESTIONS
+from training.presets import presets
+
+
+def changed(task: Task, **options: Any) -> Task:
+    return dataclasses.replace(task, options={**task.options, **options})
+
+
+LOCAL, VISIBLE, SHARED = map(task_of, ("per-agent-local", "per-agent-visible", "shared"))
+PROFILE = changed(VISIBLE, profile_ranges=[0.0, 5.0, 10.0])
+LINE = task_of("line")
+LINE_PROFILE = changed(LINE, profile_ranges=[0.0, 0.1])
+WORLDS = task_of("held-out-worlds")  # in one of them are two predators
+RHO = FixedRange(0.1)
+
+
+def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> NamedPolicy:
+    return NamedPolicy("", RHO, per_agent, options, scenario)
+
+
+@pytest.mark.parametrize(
+    ("entry", "task", "field", "message"),
+    [
+        (named(predator_sensing_range=None), LOCAL, "predator_sensing_range", "or 30 m, got None"),
+        (named(predator_sensing_range=30.5), LOCAL, "predator_sensing_range", "or 30 m, got 30.5"),
+        (named(per_agent=False), LOCAL, "per_agent", "True, as in the task, got False"),
+        (named(per_agent=True), SHARED, "per_agent", "False, as in the task, got True"),
+        (named(per_agent=True), LINE, "per_agent", "False, as in the task, got True"),
+        (named(profile_ranges=(0, 5)), VISIBLE, "profile_ranges", "none, as in the task, got 0.0, 5.0"),
+        (named(profile_ranges=(0, 5, 7)), PROFILE, "profile_ranges", "0.0, 5.0, 10.0, as in the task"),
+        (named(profile_ranges=(0, 5, 10, 15)), PROFILE, "profile_ranges", "got 0.0, 5.0, 10.0, 15.0"),
+        (named(extra_entries=("escape_direction",)), VISIBLE, "extra_entries", "closest_approach, as in"),
+        (named(False, extra_entries=("closest_approach",)), SHARED, "extra_entries", "none, as in"),
+        (named(extra_entries=("closest_approach",)), WORLDS, "extra_entries", "none, as in"),
+        (named(objective="minimum"), VISIBLE, "objective", "'mean', as in the task, got 'minimum'"),
+        (named(scenario=LineScenario()), VISIBLE, "scenario", "a FlockScenario, got LineScenario"),
+        (named(False, FlockScenario()), LINE, "scenario", "a LineScenario, got FlockScenario"),
+        (named(False, profile_ranges=(0.1,)), LINE, "profile_ranges", "none, as in the task, got 0.1"),
+        (named(False, profile_ranges=(0.1, 0.2)), LINE_PROFILE, "profile_ranges", "got 0.1, 0.2"),
+        (named(False, predator_sensing_range=None), LINE, "options", "got predator_sensing_range"),
+        (named(max_rage=1.0), LOCAL, "options", "got max_rage"),
+    ],
+)
+def test_policies_that_see_more_do_not(entry: NamedPolicy, task: Task, field: str, message: str) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        check_fits(entry, task)
+    assert caught.value.field == field
+    assert message in str(caught.value)
+
+
+def test_every_option_is_checked_or_free() -> None:
+    """A new option must be listed here, in ``FREE`` or in a refusal above."""
+    checked = {"objective", "predator_sensing_range", "profile_ranges", "extra_entries"}
+    known = {field.name for options in (EnvOptions, LineOptions) for field in dataclasses.fields(options)}
+    assert known == checked | {*FREE}
+
+
+BLIND = {"fixed:RHO", "random"}
+LOCAL_RULES = BLIND | {"stubborn-leaders-local", "stubborn-witnesses"}
+NO_APPROACH = LOCAL_RULES | {"stubborn-leaders"}
+VISIBLE_RULES = NO_APPROACH | {"listen-while-threatened", "win-stay-lose-shift"}
+EIGHT_RULES = VISIBLE_RULES | {"win-stay-lose-shift-escape", "spread-out"}
+EIGHT_RULES |= {"turn-away", "keep-distance", "head-away", "step-aside"}
+FLOCK_RULES = BLIND | {"listen-while-fleeing"}
+FITTING = {
+    "shared": FLOCK_RULES,
+    "per-agent-visible": VISIBLE_RULES,
+    "per-agent-local": LOCAL_RULES | {"listen-while-threatened"},
+    "per-agent-visible-profile": EIGHT_RULES,
+    "steering-predator": VISIBLE_RULES,
+    "line": BLIND,
+    "held-out-worlds": NO_APPROACH,
+    "held-out-sizes": VISIBLE_RULES,
+    "warned-flock": FLOCK_RULES,
+    "warned-agents": LOCAL_RULES | {"listen-while-threatened"},
+    "warned-nearest": LOCAL_RULES | {"listen-while-threatened"},
+}
+"""Built-in policies by task, written down from their descriptions in docs/policies.md."""
+
+
+def fits(entry: NamedPolicy, task: Task) -> bool:
+    try:
+        fitted(entry, task)
+    except ArgumentError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("name", tasks())
+def test_built_in_rules_fit_the_tasks_that_show_what_they_need(name: str) -> None:
+    found = {rule for rule in NAMES if fits(built_in(rule.replace("RHO", "1")), task_of(name))}
+    assert found == FITTING[name]
+
+
+BENCHMARL = Path(__file__).parents[2] / "flockesc_env" / "benchmarl"
+
+
+def test_the_tasks_of_benchmarl_have_the_options_of_the_settings_with_one_range_per_agent() -> None:
+    found = {}
+    for file in BENCHMARL.glob("*.yaml"):
+        task = yaml.safe_load(file.read_text())
+        assert task.pop("reward") == "individual_running_minimum"
+        found[file.stem] = {"objective": "mean", **task}
+    settings = {name: presets()[name].setting for name in QUESTIONS}
+    expected = {
+        name.replace("-", "_"): {"scenario": setting.scenario, **setting.env_options()}
+        for name, setting in settings.items()
+        if setting.per_agent and not setting.is_line
+    }
+    as_lists = {
+        name: {key: list(value) if isinstance(value, tuple) else value for key, value in options.items()}
+        for name, options in expected.items()
+    }
+    assert found == as_lists
+    members = re.findall(r"^    ([A-Z_]+) = None$", (BENCHMARL / "__init__.py").read_text(), re.MULTILINE)
+    assert {member.lower() for member in members} == found.keys()
+
+
+RESULTS = Path("results/findings")
+STUDIED = {name: name for name in tasks() if (RESULTS / name).is_dir()}
+STUDIED |= {"per-agent-local-minimum": "warned-nearest"}
+
+
+@pytest.mark.parametrize("setting", STUDIED)
+def test_every_trained_policy_fits_the_task_of_its_setting(setting: str) -> None:
+    files = sorted((RESULTS / setting / "policies").glob("*.npz"))
+    assert files
+    for file in files:
+        entry = load_policy(file)
+        check_fits(entry, task_of(STUDIED[setting]))
+        assert is_checkable(entry.policy), file
+
+
+class Own(StubbornLeaders):
+    """Code of a user."""
+
+
+def test_only_classes_of_the_package_are_checkable() -> None:
+    assert all(is_checkable(built_in(name.replace("RHO", "1")).policy) for name in NAMES)
+    assert is_checkable(ScheduledRange([1.0]))
+    assert is_checkable(RandomRange(0))
+    assert not is_checkable(Own())

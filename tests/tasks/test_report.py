@@ -1,0 +1,134 @@
+"""Rows and aggregates of made-up results, compared with NumPy and SciPy."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from flockesc_env import ArgumentError
+from flockesc_env.tasks import report
+from flockesc_env.tasks.report import aggregates, improvement, page, rows
+from flockesc_env.tasks.results import PolicyResult, Result, Training
+from flockesc_env.tasks.task import FLOCKS, VERSION, task_of
+
+NUM_FLOCKS = 40
+TASKS = ("held-out-worlds", "line", "shared")
+"""They differ in the number of worlds and in the objective."""
+
+
+def made_up(task_name: str, learner: str, level: float, seeds: int, *, is_code: bool = False) -> Result:
+    """Return a result whose scores are around a level."""
+    task, rng = task_of(task_name), np.random.default_rng([*learner.encode(), *task_name.encode()])
+
+    def objectives() -> dict[str, list[float]]:
+        shift = rng.normal(level, 0.1)
+        return {
+            name: (world.zero + (world.one - world.zero) * rng.normal(shift, 0.3, NUM_FLOCKS)).tolist()
+            for name, world in task.worlds.items()
+        }
+
+    return Result(
+        benchmark=VERSION,
+        task=task_name,
+        task_sha256=task.sha256,
+        flocks=(FLOCKS.start, NUM_FLOCKS),
+        learner=learner,
+        is_code=is_code,
+        policies=[
+            PolicyResult(policy=f"{at}.npz", sha256=f"{at}", objectives=objectives()) for at in range(seeds)
+        ],
+        training=Training(seeds=[*range(5, 5 + seeds)], samples=99, cpu_minutes=[1.0] * seeds, versions={}),
+        versions={},
+    )
+
+
+def normalized(result: Result) -> np.ndarray:
+    """Return the score of every policy on every flock, in plain words."""
+    worlds = task_of(result.task).worlds
+    return np.array(
+        [
+            np.mean([(np.array(p.objectives[n]) - w.zero) / (w.one - w.zero) for n, w in worlds.items()], 0)
+            for p in result.policies
+        ]
+    )
+
+
+def chance(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the probability that a training seed is better than one of another learner."""
+    return float(np.mean([(a > b) + 0.5 * (a == b) for a in one for b in other]))
+
+
+@pytest.fixture
+def _few_resamples(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Save time where no bootstrap interval is compared."""
+    monkeypatch.setattr(report, "RESAMPLES", 20)
+
+
+@pytest.mark.usefixtures("_few_resamples")
+@pytest.mark.parametrize("task", TASKS)
+def test_rows_are_those_of_numpy_and_scipy(task: str) -> None:
+    results = [made_up(task, "rule", 0.3, 1), made_up(task, "ppo", 0.42, 5), made_up(task, "tqc", 0.4, 4)]
+    (found,) = rows(results).values()
+    expected = sorted(results, key=lambda result: -normalized(result).mean())
+    assert [row.result for row in found] == expected
+    for row in found:
+        scores = normalized(row.result)
+        own = scores.mean(axis=1)
+        iqm = stats.trim_mean(own, 0.25)
+        told = (row.score.mean, row.iqm, row.low, row.high)
+        assert told == pytest.approx((own.mean(), iqm, own.min(), own.max()), rel=1e-12)
+        if row.result.learner == "rule":  # one policy: Student's interval over flocks
+            (world, *_) = task_of(task).worlds.values()  # the reference plays 200 flocks of shared
+            error = own.mean() * world.one_error / (world.one - world.zero)
+            half = np.hypot(stats.t.interval(0.95, NUM_FLOCKS - 1, 0, stats.sem(scores[0]))[1], error)
+            interval = (own.mean() - half, own.mean() + half)
+            assert (row.score.low, row.score.high) == pytest.approx(interval, rel=1e-12)
+    better = [improvement(one.result, other.result) for one, other in pairwise(found)]
+    assert [entry.mean for entry in better if entry] == pytest.approx(
+        [
+            chance(normalized(one).mean(axis=1), normalized(other).mean(axis=1))
+            for one, other in pairwise(expected)
+            if min(len(one.policies), len(other.policies)) > 1  # otherwise there is no interval
+        ]
+    )
+
+
+def bootstrap(scores: np.ndarray, statistic: Any) -> list[float]:
+    """Return the ends of the 95 % interval of a statistic; the training seeds of every task are resampled."""
+    at = np.random.default_rng(1).integers(len(scores), size=(2000, *scores.shape))
+    drawn = [statistic(sample) for sample in np.take_along_axis(scores[np.newaxis], at, axis=1)]
+    return [float(end) for end in np.percentile(drawn, [2.5, 97.5])]
+
+
+def test_aggregates_are_over_all_tasks_and_as_many_training_seeds_as_all_have() -> None:
+    levels = {"ppo": 0.6, "tqc": 0.3}
+    results = [made_up(task, name, level, 5) for task in TASKS for name, level in levels.items()]
+    results[0] = made_up(TASKS[0], "ppo", 0.6, 8)
+    partial = [made_up(task, "partial", 0.9, 5) for task in TASKS[:-1]]
+    found = aggregates([*results, *partial])
+    assert [(entry.learner, entry.seeds) for entry in found] == [("ppo", 5), ("tqc", 5)]
+    for entry in found:
+        own = [result for result in results if result.learner == entry.learner]
+        scores = np.stack([normalized(result).mean(axis=1)[:5] for result in own], axis=1)
+        for estimate, statistic in (
+            (entry.iqm, lambda drawn: stats.trim_mean(drawn, 0.25, axis=None)),
+            (entry.mean, np.mean),
+        ):
+            assert estimate.mean == pytest.approx(statistic(scores))
+            low, high = bootstrap(scores, statistic)
+            assert [estimate.low, estimate.high] == pytest.approx([low, high], abs=0.1 * (high - low))
+    assert aggregates([*partial, made_up(TASKS[-1], "rule", 0.1, 1)]) == []
+
+
+@pytest.mark.usefixtures("_few_resamples")
+def test_a_page_ranks_learners_and_marks_code() -> None:
+    results = [made_up("shared", "low", 0.1, 3), made_up("shared", "high", 0.9, 3, is_code=True)]
+    table = [line for line in page(results).splitlines() if line.startswith("| ")]
+    assert table[1].startswith("| high (played by its author's code) | 3 | 0.")
+    assert table[2].startswith("| low | 3 | 0.")
+    with pytest.raises(ArgumentError, match="results: expected one result per learner on shared, got"):
+        rows([*results, results[0]])

@@ -1,0 +1,262 @@
+"""Scores are those of a rollout, and a result that differs from its replay in one bit is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from cli_runs import policy_file
+
+from flockesc_env import ArgumentError, load_policy, rollout, save_policy
+from flockesc_env.common.errors import RecordError
+from flockesc_env.policies import StubbornWitnesses
+from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.tasks import scoring
+from flockesc_env.tasks.results import Result, Training, read_result, write_result
+from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks, score, verify
+from flockesc_env.tasks.task import task_of
+
+TASK = task_of("held-out-worlds")
+FILE, RULE = "policies/mine-0.npz", "stubborn-leaders"
+BELOW = "below the result's folder"
+
+
+def scored(folder: Path, *specs: str, training: Training | None = None) -> Path:
+    """Score policies, write the result and return its path."""
+    path = folder / "result.json"
+    policies = [LoadedPolicy.of(str(folder / spec) if spec == FILE else spec) for spec in specs]
+    write_result(score(policies, TASK, learner="mine", output=path, training=training), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def folder(few_flocks: range, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The result of a policy file and a rule, as if they were training seeds 0 and 1 of a learner."""
+    folder = tmp_path_factory.mktemp("scored")
+    (folder / "policies").mkdir()
+    policy_file(folder / FILE)
+    training = Training(seeds=[0, 1], samples=10, cpu_minutes=[0.5, 0.5], versions={"torch": "2.9"})
+    return scored(folder, FILE, RULE, training=training).parent
+
+
+@pytest.fixture
+def path(folder: Path, tmp_path: Path) -> Path:
+    """A copy of the result in another folder."""
+    return Path(shutil.copytree(folder, tmp_path / "copy")) / "result.json"
+
+
+def test_a_result_has_the_objectives_of_rollouts_and_is_verified(path: Path, few_flocks: range) -> None:
+    result, file = read_result(path), path.parent / FILE
+    assert [policy.policy for policy in result.policies] == [FILE, RULE]
+    assert [policy.sha256 for policy in result.policies] == [
+        hashlib.sha256(file.read_bytes()).hexdigest(),
+        "",
+    ]
+    normalized = []
+    for name, world in TASK.worlds.items():
+        played = [rollout(TASK.scenarios[name], spec, few_flocks) for spec in (str(file), RULE)]
+        objectives = np.array([episodes.min_mean_distance for episodes in played])
+        np.testing.assert_array_equal(result.values(name), objectives)
+        normalized.append((objectives.mean(axis=1) - world.zero) / (world.one - world.zero))
+    np.testing.assert_allclose(result.scores(), np.mean(normalized, axis=0), rtol=1e-12)
+    assert verify(path) == result
+    assert not result.is_code
+
+
+def change(path: Path, changes: Mapping[str, Any]) -> None:
+    """Change entries of a result's file, by path: values, or functions of the old value."""
+    document = json.loads(path.read_text())
+    for name, value in changes.items():
+        *parents, last = [int(key) if key.isdigit() else key for key in name.split(".")]
+        entry: Any = document
+        for key in parents:
+            entry = entry[key]
+        entry[last] = value(entry[last]) if callable(value) else value
+    path.write_text(json.dumps(document))
+
+
+Policies = Callable[[Sequence[Any]], Sequence[Any]]
+same_file: Policies = lambda found: [found[0], {**found[0], "policy": "copy.npz"}]  # noqa: E731
+
+
+def two(first: str, second: str) -> Policies:
+    """Return the rule's entry under two names."""
+    return lambda found: [{**found[1], "policy": name} for name in (first, second)]
+
+
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "last bit": (
+        {"policies.0.objectives.two-predators.3": lambda value: np.nextafter(value, 0)},
+        "policies[0]: expected objectives in two-predators with the bits that policies/mine-0.npz reaches, "
+        "got 1 of 6 others (flock 2000003: ",
+    ),
+    "another rule": ({"policies.1.policy": "stubborn-leaders-local"}, "got 6 of 6 others (flock 2000000: "),
+    "checksum": ({"policies.0.sha256": "0" * 64}, f"mine-0.npz with the sha256 {'0' * 64}, got "),
+    "no file": ({"policies.0.policy": "none.npz"}, "an existing policy file, got 'none.npz'"),
+    **{
+        f"path {path}": (
+            {"policies.0.policy": path},
+            f"policy: expected a relative path of a file in or {BELOW}",
+        )
+        for path in ("/mine-0.npz", "policies/../mine-0.npz", "./mine-0.npz", "policies//mine-0.npz")
+    },
+    "folder": ({"policies.0.policy": f"{FILE}/"}, f"a relative path of a file in or {BELOW}, such as"),
+    "short checksum": ({"policies.0.sha256": "0"}, "[0].sha256: expected 64 hexadecimal digits, got '0'"),
+    "checksum of a rule": (
+        {"policies.1.sha256": "0" * 64},
+        "no checksum for a policy without a file, got '0",
+    ),
+    "code": ({"policies.1.policy": "my:rule"}, "which can be played again, got 'my:rule', played by its"),
+    "sees more": ({"policies.1.policy": "turn-away"}, "[1]: profile_ranges: expected none, as in the task"),
+    "flock's view": (
+        {"policies.1.policy": "listen-while-fleeing"},
+        "per_agent: expected True, as in the task",
+    ),
+    "first flock": ({"flocks": [2_000_001, 6]}, "number (2000000, 6), got (2000001, 6)"),
+    "fewer flocks": ({"flocks": [2_000_000, 5]}, "number (2000000, 6), got (2000000, 5)"),
+    "version": ({"benchmark": "v2"}, "benchmark: expected v1, got 'v2'"),
+    "task": ({"task": "held-out-sizes"}, "of the task held-out-sizes, got '"),
+    "unknown task": ({"task": "held-out-world"}, "(did you mean held-out-worlds?)"),
+    "checksum of the task": ({"task_sha256": "0" * 64}, f"of the task held-out-worlds, got '{'0' * 64}'"),
+    "unknown field": ({"note": "mine"}, "unknown field `note`"),
+    "no policies": ({"policies": []}, "policies: expected at least one, got none"),
+    "rule twice": (
+        {"policies": two(RULE, RULE)},
+        f"got one of them twice ({RULE} and {RULE})",
+    ),
+    "range twice": (
+        {"policies": two("fixed:12", "fixed:12.0")},
+        "one of them twice (fixed:12 and fixed:12.0)",
+    ),
+    "file twice": (
+        {"policies": same_file},
+        f"different policies, got one of them twice ({FILE} and copy.npz)",
+    ),
+    "negative seed": ({"training.seeds.0": -1}, "Expected `int` >= 0 - at `$.training.seeds[0]`"),
+    "negative samples": ({"training.samples": -10}, "Expected `int` >= 1 - at `$.training.samples`"),
+    "NaN minutes": (
+        {"training.cpu_minutes.0": np.nan},
+        "Expected `float` >= 0.0 - at `$.training.cpu_minutes",
+    ),
+    "minutes of one": ({"training.cpu_minutes": [1.0]}, "expected 2 numbers, one per policy, got [1.0]"),
+    "missing seed": ({"training.seeds": [0]}, "seeds: expected 2 different seeds, one per policy, got [0]"),
+    "seed twice": ({"training.seeds": [0, 0]}, "expected 2 different seeds, one per policy, got [0, 0]"),
+    "no seeds": ({"training": {"samples": 10}}, "missing required field `seeds` - at `$.training`"),
+    "NaN": ({"policies.1.objectives.intercept.2": np.nan}, "6 finite numbers, got 5 finite of 6"),
+    "5 numbers": (
+        {"policies.1.objectives.intercept": [80.0] * 5},
+        "policies[1].objectives.intercept: expected 6 finite numbers, got 5 finite of 5",
+    ),
+    "one world": (
+        {"policies.1.objectives": {"intercept": [80.0] * 6}},
+        "policies[1].objectives: expected the worlds intercept, two-predators, got intercept",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_changed_result_is_refused_with_a_line_that_names_the_change(name: str, path: Path) -> None:
+    changes, message = REFUSED[name]
+    change(path, changes)
+    with pytest.raises(RecordError) as caught:
+        verify(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_another_policy_under_the_name_of_the_file_is_refused(path: Path) -> None:
+    file = path.parent / FILE
+    other = NamedPolicy("mine", StubbornWitnesses(), True, {}, FlockScenario())
+    save_policy(other, file)
+    with pytest.raises(RecordError, match="with the sha256"):
+        verify(path)
+    change(path, {"policies.0.sha256": hashlib.sha256(file.read_bytes()).hexdigest()})
+    with pytest.raises(RecordError, match="got 6 of 6 others"):
+        verify(path)
+
+
+def test_damaged_files_are_refused(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(RecordError, match="expected a result of the benchmark"):
+        verify(path)
+
+
+def same_content(file: Path, copy: Path) -> None:
+    """Save a policy again: another name and reward, other bytes."""
+    entry = load_policy(file)
+    save_policy(
+        dataclasses.replace(entry, name="other", options={**entry.options, "reward": "terminal"}), copy
+    )
+
+
+def test_a_policy_counts_once_whatever_its_file_is_called(path: Path) -> None:
+    file, copy = path.parent / FILE, path.parent / "policies/mine-1.npz"
+    same_content(file, copy)
+    policies = [LoadedPolicy.of(str(one)) for one in (file, copy)]
+    with pytest.raises(ArgumentError, match="different policies, got one of them twice"):
+        score(policies, TASK, learner="mine", output=path)
+    sha256 = hashlib.sha256(copy.read_bytes()).hexdigest()
+    change(path, {"policies.1": {**json.loads(path.read_text())["policies"][0]}})
+    change(path, {"policies.1.policy": "policies/mine-1.npz", "policies.1.sha256": sha256})
+    assert read_result(path).policies[1].sha256 == sha256
+    with pytest.raises(RecordError, match="different policies, got one of them twice"):
+        verify(path)
+
+
+def test_the_checksum_is_that_of_the_bytes_that_play(path: Path) -> None:
+    """A file is read once, so it may be replaced; a link stays the file that the result names."""
+    link = path.parent / "link.npz"
+    link.symlink_to(FILE)
+    before, recorded = LoadedPolicy.of(str(link)), read_result(path).policies[0]
+    save_policy(NamedPolicy("mine", StubbornWitnesses(), True, {}, FlockScenario()), path.parent / FILE)
+    (found,) = score([before], TASK, learner="mine", output=path).policies
+    assert (found.policy, found.sha256, found.objectives) == (
+        *("link.npz", recorded.sha256, recorded.objectives),
+    )
+
+
+def test_files_lie_below_the_folder_of_the_result(path: Path) -> None:
+    policies, elsewhere = [LoadedPolicy.of(str(path.parent / FILE))], path.parent / "other" / "result.json"
+    with pytest.raises(ArgumentError, match=f"mine-0.npz: policy: expected .* {BELOW}"):
+        score(policies, TASK, learner="mine", output=elsewhere)
+
+
+def test_some_flocks_are_drawn_by_whoever_verifies(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[tuple[int, ...]] = []
+
+    def spy(*arguments: Any) -> Any:
+        drawn.append(tuple(arguments[-1]))
+        return play(*arguments)
+
+    play = scoring.play
+    monkeypatch.setattr(scoring, "play", spy)
+    choices = {tuple(draw_flocks(3, seed)) for seed in range(20)}
+    assert len(choices) > 10
+    assert all(len(set(chosen)) == 3 for chosen in choices)
+    assert draw_flocks(3, 7) == draw_flocks(3, 7)
+    verify(path, flocks=draw_flocks(3, 7))
+    assert set(drawn) == {tuple(draw_flocks(3, 7))}, "the same flocks for all policies and worlds"
+
+
+@pytest.mark.parametrize("flocks", [[], [2_000_006]])
+def test_verifying_without_a_flock_is_refused(flocks: list[int], path: Path) -> None:
+    with pytest.raises(ArgumentError, match="flocks: expected"):
+        verify(path, flocks=flocks)
+
+
+def test_some_flocks_of_a_random_policy_are_verified(few_flocks: range, tmp_path: Path) -> None:
+    """Its numbers depend on all flocks before."""
+    path = scored(tmp_path, "random")
+    assert isinstance(verify(path, flocks=[2_000_003]), Result)
+    change(path, {f"policies.0.objectives.{world}": [80.0] * 6 for world in TASK.worlds})
+    with pytest.raises(RecordError, match="got 1 of 1 others"):
+        verify(path, flocks=[2_000_003])

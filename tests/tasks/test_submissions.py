@@ -1,0 +1,41 @@
+"""Submissions: results verify on some flocks, and the page shows all of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import flockesc_env
+from flockesc_env.tasks.results import read_result
+from flockesc_env.tasks.scoring import draw_flocks, verify
+from flockesc_env.tasks.standings import standings
+from flockesc_env.tasks.task import tasks
+from studies.scoreboard.page import entries_of
+from studies.scoreboard.submissions import SUBMISSIONS, load_submissions
+
+ROOT = Path(flockesc_env.__file__).parents[1]
+FILES = [path.relative_to(ROOT).as_posix() for path in sorted((ROOT / SUBMISSIONS).rglob("*.json"))]
+NUM_FLOCKS = 1
+"""`python -m flockesc_env benchmark verify FILE` plays all 1,000 flocks."""
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_a_submission_verifies(file: str) -> None:
+    result = read_result(ROOT / file)
+    assert not result.is_code
+    assert file == f"{SUBMISSIONS}/{result.learner}/{result.task}.json"
+    if result.learner != "random":  # its numbers depend on all flocks before
+        verify(ROOT / file, flocks=draw_flocks(NUM_FLOCKS, 0))
+
+
+def test_the_present_best_and_the_page_are_those_of_the_submissions() -> None:
+    entries = entries_of(load_submissions(ROOT / SUBMISSIONS))
+    best = {name: (shown[0].result.learner, shown[0].row.score.mean) for name, shown in entries.items()}
+    assert {name: (one.learner, one.score) for name, one in standings().items()} == best
+    assert set(entries) == set(tasks())
+    page = (ROOT / "docs/scoreboard.md").read_text()
+    for shown in entries.values():
+        for entry in shown:
+            assert f"[{entry.result.learner}]" in page
+            assert f"| {entry.row.score:.3f} |" in page
