@@ -28,7 +28,6 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "arms-race": arms_race.run,
     "scoreboard-freeze": scoreboard.freeze,
     "scoreboard-train": scoreboard.train,
-    "scoreboard-submit": scoreboard.submit,
     "scoreboard-page": scoreboard.page,
 }
 

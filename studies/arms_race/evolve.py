@@ -13,8 +13,8 @@ from cmaes import CMA
 
 from flockesc_env import FlockScenario, NamedPolicy, NetworkPolicy, rollout
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.splits import TUNING, first_seeds, training_seeds
 from flockesc_env.jobs import Arrays, Job
-from flockesc_env.tasks.seeds import TUNING, first_seeds, training_seeds
 from studies.arms_race.players import Flock, Predator
 from studies.arms_race.predators import SIZE, LeadPursuit, NetworkPredator
 from training.cma import growing, maximize

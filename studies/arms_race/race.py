@@ -10,19 +10,19 @@ from typing import Final
 
 import numpy as np
 import polars as pl
+from training.versions import versions
 
 from flockesc_env import Learned, save_policy
 from flockesc_env.common.array_files import write_npz, write_table
 from flockesc_env.common.files import write_text
+from flockesc_env.episodes.splits import HELD_OUT, TUNING, first_seeds
 from flockesc_env.jobs import Arrays
-from flockesc_env.tasks.seeds import HELD_OUT, TUNING, first_seeds
 from studies.arms_race.evolve import SCENARIO, Budget, play_job, steps_per_action, train_job
 from studies.arms_race.players import Flock, Predator
 from studies.findings.results import load_study
 from studies.measurements import Runner, chunks
 from studies.study import document, machine
 from studies.tables import rows
-from training.versions import versions
 
 BEST_FIXED, LEADERS = "best fixed range", "stubborn leaders"
 SHARED, SMALL_SHARED, PER_AGENT, DERIVED = "shared", "shared, searched", "per agent", "per agent, derived"

@@ -45,10 +45,10 @@ def score(capsys: pytest.CaptureFixture[str], *words: str) -> Ran:
 def test_tasks_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     listed, document = Ran(capsys, "tasks"), Ran(capsys, "tasks", "--json").json()
     assert listed.code == Exit.DONE
-    assert list(document["tasks"]) == list(tasks())
-    for name, task in tasks().items():
+    assert list(document["tasks"]) == list(tasks)
+    for name, task in tasks.items():
         assert document["tasks"][name]["sha256"] == task.sha256
-        for world in task.worlds.values():
+        for world in task.scales.values():
             row = next(
                 line
                 for line in listed.out.splitlines()

@@ -9,14 +9,14 @@ from typing import Any
 
 import pytest
 import yaml
+from training.presets import presets
 
 from flockesc_env import ArgumentError, FlockScenario, LineScenario, NamedPolicy, load_policy
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.policies import NAMES, FixedRange, RandomRange, ScheduledRange, StubbornLeaders, built_in
 from flockesc_env.tasks.fitting import FREE, check_fits, fitted, is_checkable
-from flockesc_env.tasks.task import Task, task_of, tasks
+from flockesc_env.tasks.task import Task, tasks
 from studies.findings.questions import QUESTIONS
-from training.presets import presets
 
 
 def changed(task: Task, **options: Any) -> Task:
@@ -25,9 +25,9 @@ def changed(task: Task, **options: Any) -> Task:
 
 LOCAL, VISIBLE, SHARED = map(task_of, ("per-agent-local", "per-agent-visible", "shared"))
 PROFILE = changed(VISIBLE, profile_ranges=[0.0, 5.0, 10.0])
-LINE = task_of("line")
+LINE = tasks["line"]
 LINE_PROFILE = changed(LINE, profile_ranges=[0.0, 0.1])
-WORLDS = task_of("held-out-worlds")  # in one of them are two predators
+WORLDS = tasks["held-out-worlds"]  # in one of them are two predators
 RHO = FixedRange(0.1)
 
 
@@ -105,7 +105,7 @@ def fits(entry: NamedPolicy, task: Task) -> bool:
 
 @pytest.mark.parametrize("name", tasks())
 def test_built_in_rules_fit_the_tasks_that_show_what_they_need(name: str) -> None:
-    found = {rule for rule in NAMES if fits(built_in(rule.replace("RHO", "1")), task_of(name))}
+    found = {rule for rule in NAMES if fits(built_in(rule.replace("RHO", "1")), tasks[name])}
     assert found == FITTING[name]
 
 
@@ -134,7 +134,7 @@ def test_the_tasks_of_benchmarl_have_the_options_of_the_settings_with_one_range_
 
 
 RESULTS = Path("results/findings")
-STUDIED = {name: name for name in tasks() if (RESULTS / name).is_dir()}
+STUDIED = {name: name for name in tasks if (RESULTS / name).is_dir()}
 STUDIED |= {"per-agent-local-minimum": "warned-nearest"}
 
 
@@ -144,7 +144,7 @@ def test_every_trained_policy_fits_the_task_of_its_setting(setting: str) -> None
     assert files
     for file in files:
         entry = load_policy(file)
-        check_fits(entry, task_of(STUDIED[setting]))
+        check_fits(entry, tasks[STUDIED[setting]])
         assert is_checkable(entry.policy), file
 
 

@@ -22,9 +22,9 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.tasks import scoring
 from flockesc_env.tasks.results import Result, Training, read_result, write_result
 from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks, score, verify
-from flockesc_env.tasks.task import task_of
+from flockesc_env.tasks.task import tasks
 
-TASK = task_of("held-out-worlds")
+TASK = tasks["held-out-worlds"]
 FILE, RULE = "policies/mine-0.npz", "stubborn-leaders"
 BELOW = "below the result's folder"
 

@@ -33,7 +33,7 @@ def test_the_present_best_and_the_page_are_those_of_the_submissions() -> None:
     entries = entries_of(load_submissions(ROOT / SUBMISSIONS))
     best = {name: (shown[0].result.learner, shown[0].row.score.mean) for name, shown in entries.items()}
     assert {name: (one.learner, one.score) for name, one in standings().items()} == best
-    assert set(entries) == set(tasks())
+    assert set(entries) == set(tasks)
     page = (ROOT / "docs/scoreboard.md").read_text()
     for shown in entries.values():
         for entry in shown:

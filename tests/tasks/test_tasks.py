@@ -10,16 +10,16 @@ import numpy as np
 import polars as pl
 import pytest
 from scipy import stats
+from training.config import Setting
 
 from flockesc_env import ArgumentError, built_in, sweep
+from flockesc_env.episodes.splits import HELD_OUT, TRAINING, TUNING, refuse_held_out
 from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.tasks.fitting import fitted
 from flockesc_env.tasks.scoring import play
-from flockesc_env.tasks.seeds import HELD_OUT, TRAINING, TUNING, refuse_held_out
 from flockesc_env.tasks.task import VERSION, read_tasks, tasks
 from studies.findings.held_out import choose_range
 from studies.findings.names import CLAIRVOYANT
-from training.config import Setting
 
 TASKS = tasks()
 HELD_OUT_TASKS = {"held-out-worlds", "held-out-sizes"}
@@ -30,7 +30,7 @@ def test_the_best_fixed_range_reaches_in_a_task_what_it_reaches_in_a_sweep(
     name: str,
 ) -> None:
     task, flocks = TASKS[name], TUNING[:2]
-    for at, world in task.worlds.items():
+    for at, world in task.scales.items():
         best = world.best_fixed_range
         entry = fitted(built_in(f"fixed:{best}"), task)
         expected = sweep(task.scenarios[at], [best], flocks).values(task.spec.name)[0]
@@ -48,15 +48,15 @@ def test_policies_are_trained_in_the_world_that_scores_them_except_in_held_out_t
 def test_the_scores_of_the_best_fixed_range_and_of_the_reference_are_0_and_1(name: str) -> None:
     task = TASKS[name]
     for score in (0, 1, -0.25):
-        objectives = {at: world.zero + score * (world.one - world.zero) for at, world in task.worlds.items()}
+        objectives = {at: world.zero + score * (world.one - world.zero) for at, world in task.scales.items()}
         assert task.score(objectives) == pytest.approx(score, abs=1e-12)
-    assert all(world.zero < world.one for world in task.worlds.values())
+    assert all(world.zero < world.one for world in task.scales.values())
 
 
 def test_the_reference_and_the_best_fixed_range_play_the_same_flocks() -> None:
     """``shared`` has a reference of 200 flocks, on which the best fixed range is 0.58 m worse than on all."""
     task = TASKS["shared"]
-    world = task.worlds["paper-flock"]
+    world = task.scales["paper-flock"]
     known = pl.read_parquet("results/findings/shared/references.parquet").filter(reference=CLAIRVOYANT)
     fixed = fitted(built_in(f"fixed:{world.best_fixed_range}"), task)
     gain = known["objective"].to_numpy() - play(fixed, task, "paper-flock", known["seed"].to_list())

@@ -15,6 +15,10 @@ from cli_runs import Ran
 from objective_values import VALUES
 from same import same
 from study_folders import write_study
+from training.arguments import CompareArgs
+from training.config import Setting, make_args
+from training.evaluation import objective
+from training.outputs import begin
 
 import flockesc_env as fe
 from flockesc_env.episodes.batch import FlockBatch
@@ -27,11 +31,7 @@ from studies.findings import figures
 from studies.findings.results import load_study
 from studies.findings.summary import summarize
 from training import plots
-from training.arguments import CompareArgs
 from training.compare import compare
-from training.config import Setting, make_args
-from training.evaluation import objective
-from training.outputs import begin
 
 SEED = 3
 FLOCK, LINE = hunted(), fe.LineScenario(num_agents=20)
