@@ -71,7 +71,7 @@ def test_replayed_actions_give_the_recorded_bits(task: str, policy: Any, tmp_pat
     ((name, chosen),) = options(tmp_path / "data").items()
     rows = pl.read_parquet(tmp_path / "data" / f"{name}.parquet")
     ends = pl.read_parquet(tmp_path / "data" / "episodes.parquet")
-    env = environment(task, **{**chosen, "action_mode": "normalized"})
+    env = environment(tasks[task], **{**chosen, "action_mode": "normalized"})
     for seed, end in zip(TRAINING, ends.iter_rows(named=True), strict=False):
         observation, _ = env.reset(seed=seed)
         steps = rows.filter(seed=seed).partition_by("step", maintain_order=True)
@@ -148,8 +148,8 @@ def test_the_command_plays_the_rule_of_the_task(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rule = Shortcut(policy="fixed:0.3", says="a fixed range", score=0.0)
-    task = dataclasses.replace(tasks["line"], shortcuts=(rule,))
-    monkeypatch.setattr("flockesc_env.cli.episodes.task_of", {"line": task}.__getitem__)
+    task = dataclasses.replace(tasks["line"], shortcut=rule)
+    monkeypatch.setattr("flockesc_env.cli.episodes.tasks", {"line": task})
     program = Application("flockesc tasks", "", {"episodes": run}).main
     flags = ("--policies", "random", "rule", "--flocks", 3, "--output", tmp_path / "data")
     ran = Ran(capsys, "episodes", "line", *flags, run=program)
