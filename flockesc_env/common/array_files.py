@@ -1,6 +1,6 @@
 """Reading and writing of files of arrays (npz, npy) and tables (Parquet).
 
-Reading executes no code from the file (no pickle), and checks the sizes in its headers before it loads arrays.
+Reading executes no code from the file (no pickle) and checks the sizes in headers before it loads arrays.
 Damaged files raise ``RecordError``; ``expected`` is the expected kind of file in its message.
 """
 

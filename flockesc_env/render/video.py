@@ -138,10 +138,10 @@ def write_video(
 
     from flockesc_env.render.picture import draw_flock  # loads pygame, an extra
 
-    last = max(float(run.times[-1]) for _, run in runs)
-    count = round(min(last / pace * fps, _MAX_FRAMES)) + 1
-    if count > _MAX_FRAMES:
-        raise ArgumentError("fps", f"fewer than {_MAX_FRAMES} frames at speed {pace}", fps)
+    frames = max(float(run.times[-1]) for _, run in runs) / pace * fps
+    if not frames < _MAX_FRAMES:
+        raise ArgumentError("fps", f"fewer than {_MAX_FRAMES} frames at speed {pace}", f"{frames:g} frames")
+    count = round(frames) + 1
     views = [recorded_view(run, run.scenario.num_steps) for _, run in runs]
     if len({view.shape for view in views}) == 1:
         views = [enclose(*views)] * len(views)

@@ -26,8 +26,6 @@ from flockesc_env.render.picture import PREDATOR, camera
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 SIZE = 512
-FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v0"
-LINE_ID = "flockesc_env:flockesc/LineEscape-v0"
 
 SINGLE = {
     "flock": lambda **options: fe.FlockEscapeEnv(small_flock(), **options),
