@@ -62,7 +62,6 @@ class FlockViewer(Viewer):
     def update(self) -> None:
         """Read the state of every flock, after a reset or a step."""
         objectives, caught = self._batch.metrics()[self._spec.column], self._batch.caught()
-        seconds = self._batch.scenario.time_step * self._batch.options.steps_per_action
         for slot, last in enumerate(self._frames):
             state = self._batch.state(slot)
             del state["distances"]
@@ -76,6 +75,7 @@ class FlockViewer(Viewer):
             else:
                 scenario, view = last.scenario, last.view
                 graph = last.graph if scenario.frozen_graph else graph
+                seconds = scenario.time_step * self._batch.options.steps_per_action
                 kept = len(last.trail) - int(min(self._options.trail / seconds, len(last.trail)))
                 trail = np.concatenate([last.trail[kept:], trail])
             self._frames[slot] = FlockFrame(
