@@ -155,7 +155,7 @@ def test_pictures_and_the_planner_have_the_objective(spec: ObjectiveSpec) -> Non
         env.render()
         draw(run, FLOCK.num_steps, objective=spec.name)  # type: ignore[arg-type]
     value = expected(spec.name, 10.0)
-    shown = f"lowest {value:.1f} m" if spec.unit else f"{spec.symbol} {value:.3f}"
+    shown = f"{spec.symbol} {spec.text(value)}"
     assert [call.args[1] for call in text.call_args_list].count(shown) == 2
     assert info[spec.column] == pytest.approx(value, rel=1e-12)
     planner = Planner(FLOCK, ranges=[10.0], futures=[10.0], **options)
