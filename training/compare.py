@@ -16,8 +16,8 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.files import check_writable, write_text
 from flockesc_env.models.records import versions
 from flockesc_env.policies import built_in
-from flockesc_env.tasks import Comparison, Task
-from flockesc_env.tasks.comparison import ORACLE
+from flockesc_env.tasks import Task
+from flockesc_env.tasks.comparison import ORACLE, Comparison
 from training import plots
 
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")

@@ -22,6 +22,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies.files import Stored
 from flockesc_env.sb3 import FlockEvalCallback
+from flockesc_env.tasks.learners import arguments
 from training.run import Measured, Run
 
 _FREE = ("policy", "env", "seed", "device", "tensorboard_log", "verbose", "_init_setup_model", "self")
@@ -41,7 +42,7 @@ def train(run: Run, *, resume: bool = False) -> Path:
     """
     learner, folder = run.learner, run.folder
     cls = algorithm_of(run)
-    hyperparameters = run.task.hyperparameters(run.name)
+    hyperparameters = arguments(run.task, run.name, learner)
     _check_names(run, cls, hyperparameters)
     torch.set_num_threads(1)  # the networks are small
     env = _env(run)
@@ -69,6 +70,8 @@ def train(run: Run, *, resume: bool = False) -> Path:
         )
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"{folder} holds checkpoints; --resume continues") from None
+    finally:
+        model.logger.close()
     spec = env.get_attr("policy_spec", [0])[0]
     measured = Measured(
         episodes=evaluation.num_episodes + model.num_timesteps // (spec.rows * spec.num_actions),

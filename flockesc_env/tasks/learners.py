@@ -70,13 +70,11 @@ def learner_of(task: Task, name: str) -> Learner:
     return known[name]
 
 
-def arguments(task: Task, name: str) -> dict[str, Any]:
+def arguments(task: Task, name: str, learner: Learner) -> dict[str, Any]:
     """Return the keyword arguments of the class of stable-baselines3; see ``Task.hyperparameters``."""
-    learner = learner_of(task, name)
     if learner.algorithm in OWN_ALGORITHMS:
-        raise ArgumentError(
-            "learner", "one of stable-baselines3 or sb3-contrib", f"{name}, {learner.algorithm}"
-        )
+        expected = "one of stable-baselines3 or sb3-contrib"
+        raise ArgumentError("learner", expected, f"{name}, {learner.algorithm}")
     require("sb3", ["stable_baselines3"])
     found = {key: _value(value) for key, value in learner.hyperparameters.items()}
     if learner.policy.endswith("ScorerPolicy"):

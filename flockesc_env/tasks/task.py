@@ -222,9 +222,9 @@ class Task:
         Raises:
             ArgumentError: if the task has no such learner, or it is none of stable-baselines3.
         """
-        from flockesc_env.tasks.learners import arguments
+        from flockesc_env.tasks.learners import arguments, learner_of
 
-        return arguments(self, learner)
+        return arguments(self, learner, learner_of(self, learner))
 
     def compare(
         self,

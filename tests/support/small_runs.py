@@ -1,40 +1,76 @@
-"""Training runs that take seconds: a small flock, few episodes, every learner."""
+"""Training runs that take seconds: small flocks, few episodes, every kind of learner."""
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
-from training.config import Args, ImitationArgs, PPOArgs, SearchArgs, TQCArgs
-
 from flockesc_env import FlockScenario
+from flockesc_env.tasks import Task, tasks
+from flockesc_env.tasks.learners import Learner
+from training.run import Run
 
 SMALL = FlockScenario(num_agents=6, num_steps=24, initial_side=20.0)
-LEARNERS = ("per-agent PPO", "shared PPO", "TQC", "search", "imitation")
 
 
-def small_run(folder: Path, learner: str = "per-agent PPO", **changes: Any) -> Args:
-    """Return the arguments of a small run, and write its scenario file beside its folder."""
-    scenario = folder.parent / "small.toml"
-    scenario.write_text(SMALL.to_toml())
-    common: dict[str, Any] = {
-        "run": folder,
-        "scenario": str(scenario),
-        "per_agent": learner == "per-agent PPO",
-        "checkpoint_every": 2,
-        "progress": False,
-    }
-    if learner == "search":
-        return SearchArgs(**{**common, "population": 6, "flocks": 2, "generations": 4, **changes})
-    if learner == "imitation":
-        few = {"rounds": 4, "flocks": 20, "branches": 2, "epochs": 3, "hidden": (8,), "improve": True}
-        profile = {"profile_ranges": (0.0, 5.0, 10.0), "extra_entries": ("escape_direction",)}
-        seen = {"inputs": ("time",), "candidate_inputs": ("polarization", "heading_away", "range")}
-        return ImitationArgs(**{**common, **few, **profile, **seen, "teacher": "turn-flock-away", **changes})
-    common |= {"num_flocks": 2, "num_episodes": 4, "net_arch": (8, 8)}
-    if learner == "TQC":
-        few = {"learning_starts": 10, "batch_size": 16, "buffer_size": 60}
-        return TQCArgs(**{**common, **few, **changes})
-    batch_size = 24 if learner == "per-agent PPO" else 6
-    reward = "individual_distance_change" if learner == "per-agent PPO" else "running_minimum"
-    return PPOArgs(**{**common, "batch_size": batch_size, "reward": reward, **changes})
+def small_task(name: str = "per-agent-visible", **options: Any) -> Task:
+    """Return a task with a small flock, scored in it."""
+    task = tasks[name]
+    scales = {"small": next(iter(task.scales.values()))}
+    chosen = {**task.options, **options}
+    return dataclasses.replace(
+        task, scenario=SMALL, options=chosen, scales=scales, scenarios={"small": SMALL}
+    )
+
+
+_PPO = {"n_steps": 6, "batch_size": 24}
+_REPLAY = {"learning_starts": 10, "batch_size": 8, "policy_kwargs": {"activation_fn": "torch.nn:Tanh"}}
+_SEARCH = {"population": 6, "flocks": 2, "generations": 4, "checkpoint_every": 2}
+_IMITATION = {
+    "teacher": "fixed:5",
+    "ranges": [0.0, 5.0, 10.0],
+    "improve": True,
+    "inputs": ["time", "polarization"],
+    "rounds": 4,
+    "flocks": 20,
+    "branches": 2,
+    "epochs": 3,
+    "hidden": [8],
+    "checkpoint_every": 2,
+}
+LEARNERS: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
+    "PPO": ("per-agent-visible", {}, _PPO),
+    "A2C": ("shared", {}, {"n_steps": 6}),
+    "SAC": ("shared", {}, _REPLAY),
+    "TQC": ("shared", {}, _REPLAY),
+    "DQN": ("shared", {"action_mode": "discrete"}, _REPLAY),
+    "RecurrentPPO": ("per-agent-local", {}, _PPO),
+    "search": ("per-agent-visible", {}, _SEARCH),
+    "imitation": ("shared", {}, _IMITATION),
+}
+"""Task, options and hyperparameters by algorithm."""
+
+
+def small_run(
+    folder: Path, algorithm: str = "PPO", *, seed: int = 0, options: Any = None, **changes: Any
+) -> Run:
+    """Return a small run; ``changes`` are hyperparameters or fields of the learner."""
+    name, own, hyperparameters = LEARNERS[algorithm]
+    fields = {key: changes.pop(key) for key in [*changes] if key in Learner.__struct_fields__}
+    fields.setdefault("algorithm", algorithm)
+    policy = "MlpLstmPolicy" if algorithm == "RecurrentPPO" else "MlpPolicy"
+    learner = Learner(
+        **{
+            "algorithm": algorithm,
+            "policy": policy,
+            "num_flocks": 2,
+            "num_evaluations": 2,
+            "samples": 6 * 2 * 6 * 4 if name.startswith("per") else 6 * 2 * 4,
+            "options": {**own, **(options or {})},
+            "hyperparameters": {**hyperparameters, **changes},
+            **fields,
+        }
+    )
+    task = small_task(name)
+    return Run(task=task, name=algorithm.lower(), learner=learner, seed=seed, folder=folder, progress=False)

@@ -2,42 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from small_runs import SMALL, small_run
-from training.config import ImitationArgs
-from training.evaluation import policy_spec
-from training.policies import named_policy
+from small_runs import small_run, small_task
 
-from flockesc_env import FlockEscapeEnv
+from flockesc_env import ArgumentError, built_in
+from flockesc_env.tasks.learners import Learner
 from training.branches import Branches
-from training.imitation import fit
+from training.imitation import ImitationArguments, ImitationRounds, fit
 
-
-def imitation_args(folder: Path, **changes: Any) -> ImitationArgs:
-    args = small_run(folder / "run", "imitation", **changes)
-    assert isinstance(args, ImitationArgs)
-    return args
-
-
-def _agreement(args: ImitationArgs, names: Sequence[str], ranges: Sequence[float]) -> float:
-    """Return how often a network takes the range whose entry is largest, on unseen flocks."""
-    spec = policy_spec(args)
-    rng = np.random.default_rng(0)
-    shape = (400, len(spec.layout.names))
-    known, unseen = (0.5 + 0.1 * rng.normal(size=shape).astype(np.float32) for _ in range(2))
-    columns = [spec.layout.index(name) for name in names]
-    values = 70 + 5 * known[:, columns] + 100 * rng.normal(size=(400, 1))
-    values[np.arange(400), rng.integers(len(columns), size=400)] = np.nan
-    network = fit(args, spec, known, values, seed=0)
-    np.testing.assert_array_equal(network.parameters, fit(args, spec, known, values, seed=0).parameters)
-    chosen = spec.actions.to_ranges(network.act(unseen, spec), 400)
-    best = np.array(ranges)[unseen[:, columns].argmax(axis=1)]
-    return float(np.mean(np.isclose(chosen, best, atol=1e-4)))
+RANGES = (0.0, 5.0, 10.0)
+NAMES = ["polarization", "mean_distance", "heading_away"]
 
 
 @pytest.mark.parametrize("objective", ["mean", "minimum"])
@@ -46,10 +24,12 @@ def test_values_equal_single_episodes(
 ) -> None:
     """Each flock is played again in an environment of its own, up to where it was copied and to the end."""
     monkeypatch.setattr("training.branches.EXPLORATION", 0.0)
-    args = imitation_args(tmp_path, objective=objective, branches=3)
-    visitor, teacher = named_policy("turn-flock-from-predator").policy, named_policy(args.teacher).policy
+    run = small_run(tmp_path / "run", "imitation")
+    task = small_task("shared" if objective == "mean" else "shared-minimum")
+    run = dataclasses.replace(run, task=task)
+    visitor, teacher = built_in("listen-while-fleeing").policy, built_in("fixed:5").policy
     flocks = range(100, 104)
-    branches = Branches(args)
+    branches = Branches(run, RANGES, 3)
     rng = np.random.default_rng(2)
     actions_before = set()
     for _ in range(6):
@@ -59,7 +39,7 @@ def test_values_equal_single_episodes(
         for flock, row, expected in zip(flocks, seen, values, strict=True):
             before = []
             for k in np.flatnonzero(np.isfinite(expected)):
-                env = FlockEscapeEnv(SMALL, **args.env_options())
+                env = task.env()
                 spec = env.policy_spec
                 observation, _ = env.reset(seed=flock)
                 count, has_ended = 0, False
@@ -67,12 +47,12 @@ def test_values_equal_single_episodes(
                     observation, *_ = env.step(visitor.act(observation[np.newaxis], spec)[0])
                     count += 1
                 before.append(count)
-                action = spec.actions.from_ranges(np.array(args.profile_ranges[k : k + 1]))[0]
+                action = spec.actions.from_ranges(np.array(RANGES[k : k + 1]))[0]
                 while not has_ended:
                     observation, *_, has_ended, info = env.step(action)
                     action = teacher.act(observation[np.newaxis], spec)[0]
                     taken += 1
-                assert info["min_mean_distance" if objective == "mean" else "min_min_distance"] == expected[k]
+                assert info[task.spec.column] == expected[k]
             assert len(set(before)) == 1
             actions_before.add(before[0])
             taken += before[0]
@@ -82,17 +62,40 @@ def test_values_equal_single_episodes(
 
 
 @pytest.mark.parametrize("hidden", [(), (8,)])
-@pytest.mark.parametrize("has_profile", [True, False])
-def test_the_network_sets_the_better_candidate(
-    tmp_path: Path, has_profile: bool, hidden: tuple[int, ...]
-) -> None:
+def test_the_network_sets_the_better_candidate(hidden: tuple[int, ...], tmp_path: Path) -> None:
     """The values are those of a candidate's entry plus what depends on the flock alone."""
-    ranges, changes = (0.0, 5.0, 10.0), dict[str, Any]()
-    names = [f"profile_{k}_heading_away" for k in range(len(ranges))]
-    if not has_profile:
-        names = ["polarization", "mean_distance", "heading_away"]
-        changes = {"profile_ranges": (), "candidate_inputs": (), "ranges": ranges, "inputs": ("time", *names)}
-    args = imitation_args(
-        tmp_path, hidden=hidden, epochs=100, learning_rate=0.03, weight_decay=0.01, **changes
+    args = ImitationArguments(
+        teacher="fixed:5",
+        ranges=RANGES,
+        inputs=("time", *NAMES),
+        hidden=hidden,
+        epochs=100,
+        learning_rate=0.03,
+        weight_decay=0.01,
     )
-    assert _agreement(args, names, ranges) > 0.9
+    spec = small_run(tmp_path / "run", "imitation").policy_spec
+    rng = np.random.default_rng(0)
+    shape = (400, len(spec.layout.names))
+    known, unseen = (0.5 + 0.1 * rng.normal(size=shape).astype(np.float32) for _ in range(2))
+    columns = [spec.layout.index(name) for name in NAMES]
+    values = 70 + 5 * known[:, columns] + 100 * rng.normal(size=(400, 1))
+    values[np.arange(400), rng.integers(len(columns), size=400)] = np.nan
+    network = fit(args, spec, known, values, seed=0)
+    np.testing.assert_array_equal(network.parameters, fit(args, spec, known, values, seed=0).parameters)
+    chosen = spec.actions.to_ranges(network.act(unseen, spec), 400)
+    best = np.array(RANGES)[unseen[:, columns].argmax(axis=1)]
+    assert np.mean(np.isclose(chosen, best, atol=1e-4)) > 0.9
+
+
+def test_imitation_refuses_what_it_cannot_learn(tmp_path: Path) -> None:
+    run = dataclasses.replace(small_run(tmp_path / "run", "imitation"), task=small_task("per-agent-visible"))
+    with pytest.raises(ArgumentError, match="task: expected one range for a flock, got per-agent-visible"):
+        Branches(run, RANGES, 3)
+    with pytest.raises(
+        ArgumentError, match=r"imitation\.hyperparameters: .* missing required field `teacher`"
+    ):
+        ImitationRounds(
+            dataclasses.replace(
+                run, learner=Learner(algorithm="imitation", hyperparameters={"ranges": [1.0]})
+            )
+        )

@@ -1,0 +1,202 @@
+"""Training with stable-baselines3: every algorithm, the file of the policy, resumed runs, refusals."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import json
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from rounding import actor_layers, choose_alike, float32_error
+from small_runs import LEARNERS, SMALL, small_run
+
+from flockesc_env import ArgumentError, load_policy
+from flockesc_env.episodes.splits import TUNING
+from flockesc_env.policies import SB3Policy
+from flockesc_env.sb3 import FlockEvalCallback
+from flockesc_env.tasks import tasks
+from flockesc_env.tasks.learners import OWN_ALGORITHMS, Learner, learners, read_learners
+from training import sb3
+from training.imitation import ImitationArguments
+from training.rounds import hyperparameters_of
+from training.run import Run
+from training.search import SearchArguments
+from training.train import train
+
+SB3 = [name for name in LEARNERS if name not in OWN_ALGORITHMS]
+TABLES = [(task, name) for task in tasks for name in learners(tasks[task])]
+
+
+@pytest.mark.parametrize("algorithm", SB3)
+def test_every_algorithm_trains_and_keeps_the_best_of_its_evaluations(algorithm: str, tmp_path: Path) -> None:
+    run = small_run(tmp_path / "run", algorithm)
+    path = train(run)
+    measured = json.loads((run.folder / "run.json").read_text())
+    (start, first), *_ = curve = measured["curve"]
+    assert start == 0
+    assert measured["samples"] >= run.learner.samples
+    model = sb3.algorithm_of(run).load(run.folder / "best_model.zip", device="cpu")
+    played = {"per_agent": run.task.per_agent} if algorithm == "RecurrentPPO" else {}
+    options = {**run.options, **played}
+    spec = run.task.spec
+    found = spec.values(_rollout(run, SB3Policy(model), TUNING[:20], options))
+    assert found.mean() == pytest.approx(max(value for _, value in curve), rel=1e-6)
+    assert found.mean() >= first * (1 - 1e-6)
+    if algorithm == "RecurrentPPO":
+        assert path.name == "best_model.zip"
+        return
+    entry = load_policy(path)
+    assert (entry.scenario, entry.per_agent) == (SMALL, run.task.per_agent)
+    own = spec.values(_rollout(run, entry, TUNING[:20], {}))
+    np.testing.assert_allclose(own, found, rtol=1e-3)
+
+
+def _rollout(run: Run, policy: Any, seeds: range, options: Any) -> Any:
+    from flockesc_env import rollout
+
+    view = {} if not options else {"per_agent": run.task.per_agent}
+    return rollout(SMALL, policy, seeds, **{**options, **view})
+
+
+@pytest.mark.parametrize("grid", [None, (0.0, 5.0, 20.0)])
+def test_the_file_holds_the_actor(grid: tuple[float, ...] | None, tmp_path: Path) -> None:
+    discrete = {"action_mode": "discrete", "range_grid": grid} if grid else {}
+    run = small_run(tmp_path / "run", "PPO", options=discrete, learning_rate=0.02)
+    policy: Any = load_policy(train(run)).policy
+    model = sb3.algorithm_of(run).load(run.folder / "best_model.zip", device="cpu")
+    spec = run.policy_spec
+    for scale in (1, 30):  # outputs inside and outside their bounds
+        observations = np.random.default_rng(0).normal(size=(500, len(spec.layout.names))) * scale
+        observations = observations.astype(np.float32)
+        expected, _ = model.predict(observations, deterministic=True)
+        actions = policy.with_options(spec.options, per_agent=True).act(observations, spec)
+        if grid:
+            assert policy.architecture.ranges == grid
+            assert choose_alike(actor_layers(model), observations, actions, expected)
+        else:
+            error = float32_error(actor_layers(model), observations)
+            assert (np.abs(actions - expected) <= error).all()
+
+
+def test_a_policy_starts_at_its_first_action(tmp_path: Path) -> None:
+    for options, first, expected in (
+        ({}, -0.5, -0.5),
+        ({"action_mode": "discrete", "range_grid": (0.0, 5.0, 20.0)}, 1, [-1, 0, -1]),
+    ):
+        policy = {"policy": "flockesc_env.sb3:RangePolicy", "policy_kwargs": {"first_action": first}}
+        run = small_run(tmp_path / str(first), "PPO", options=options, samples=1, **policy)
+        train(run)
+        model: Any = sb3.algorithm_of(run).load(run.folder / "checkpoints/model_12_steps.zip", device="cpu")
+        np.testing.assert_allclose(model.policy.action_net.bias.detach(), expected, atol=0.01)
+
+
+def test_a_scorer_of_candidates_is_stored_as_it_chooses(tmp_path: Path) -> None:
+    grid = (0.0, 5.0, 10.0)
+    options = {"profile_ranges": grid, "extra_entries": ("escape_direction",)}
+    options |= {"action_mode": "discrete", "range_grid": grid}
+    seen = {"inputs": ("speed",), "candidate_inputs": ("velocity_left", "escape_cosine", "range")}
+    scorer = {"policy": "flockesc_env.sb3:ScorerPolicy", "policy_kwargs": {"net_arch": [8], **seen}}
+    run = small_run(tmp_path / "run", options=options, learning_rate=0.05, **scorer)
+    policy: Any = load_policy(train(run)).policy
+    model: Any = sb3.algorithm_of(run).load(run.folder / "best_model.zip", device="cpu")
+    spec, scores = run.policy_spec, model.policy.mlp_extractor
+    observations = np.random.default_rng(0).normal(size=(500, len(spec.layout.names))).astype(np.float32)
+    expected, _ = model.predict(observations, deterministic=True)
+    actions = policy.with_options(spec.options, per_agent=True).act(observations, spec)
+    ranges = np.tile(scores._ranges, (len(observations), 1))
+    candidates = np.hstack([observations, ranges])[:, scores._columns]
+    assert choose_alike(scores.policy_net, candidates, actions, expected)
+
+
+class _Stop(FlockEvalCallback):
+    """Interrupts training after some calls of ``env.step``."""
+
+    def _on_step(self) -> bool:
+        if self.n_calls == 14:
+            raise KeyboardInterrupt
+        return super()._on_step()
+
+
+@pytest.mark.parametrize("algorithm", ["PPO", "SAC"])
+def test_an_interrupted_run_goes_on_from_its_last_whole_checkpoint(
+    algorithm: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = small_run(tmp_path / "run", algorithm, num_evaluations=8)
+    with monkeypatch.context() as patch:
+        patch.setattr(sb3, "FlockEvalCallback", _Stop)
+        with pytest.raises(KeyboardInterrupt, match="--resume continues"):
+            train(run)
+    newest = max(
+        (run.folder / "checkpoints").glob("model_*_steps.zip"), key=lambda file: file.stat().st_mtime
+    )
+    newest.write_bytes(newest.read_bytes()[:100])  # cut off by a crash
+    with pytest.raises(ArgumentError, match="run: expected a new folder, or --resume"):
+        train(run)
+    train(run, resume=True)
+    measured = json.loads((run.folder / "run.json").read_text())
+    assert measured["curve"][0][0] > 0  # begins at the checkpoint, not at the start
+    assert measured["samples"] >= run.learner.samples
+    with pytest.raises(ArgumentError, match="run: expected a folder without a finished run"):
+        train(run, resume=True)
+
+
+def test_training_is_reproducible(tmp_path: Path) -> None:
+    one, same, other = (
+        load_policy(train(small_run(tmp_path / f"{at}", seed=seed, learning_rate=0.01))).policy
+        for at, seed in enumerate((0, 0, 1))
+    )
+    np.testing.assert_array_equal(one.parameters, same.parameters)
+    assert not np.array_equal(one.parameters, other.parameters)
+
+
+@pytest.mark.parametrize(("task", "name"), TABLES)
+def test_the_tables_have_hyperparameters_that_their_algorithms_take(task: str, name: str) -> None:
+    run = Run.of(task, name, 0, Path("nowhere"))
+    assert run.learner.num_steps == 0 or run.task.scenario.replace(num_steps=run.learner.num_steps)
+    match run.learner.algorithm:
+        case "search":
+            args: Any = hyperparameters_of(run, SearchArguments)
+            assert {*args.inputs} <= {*run.policy_spec.layout.names}
+        case "imitation":
+            args = hyperparameters_of(run, ImitationArguments)
+            assert {*args.inputs} <= {*run.policy_spec.layout.names}
+        case _:
+            found = run.task.hyperparameters(name)
+            assert {*found} <= {*inspect.signature(sb3.algorithm_of(run)).parameters}
+            assert run.task.vec_env(1, **run.learner.options).num_envs == run.policy_spec.rows
+
+
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "hyperparameter": (
+        {"learning_rat": 1e-3},
+        "ppo.hyperparameters.learning_rat: expected arguments of PPO: learning_rate, n_steps, batch_size",
+    ),
+    "algorithm": ({"table": "PPOO"}, "ppo.algorithm: expected search, imitation or one of A2C, "),
+    "option": ({"options": {"max_rang": 3.0}}, "max_rang"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_bad_table_is_refused_before_anything_is_written(name: str, tmp_path: Path) -> None:
+    changes, message = REFUSED[name]
+    run = small_run(tmp_path / "run", **{key: value for key, value in changes.items() if key != "table"})
+    if "table" in changes:
+        learner = msgspec.structs.replace(run.learner, algorithm=changes["table"])
+        run = dataclasses.replace(run, learner=learner)
+    with pytest.raises((ArgumentError, ValueError), match=message):
+        train(run)
+    assert not (tmp_path / "run").exists()
+
+
+def test_an_unknown_learner_or_field_lists_the_known_ones() -> None:
+    with pytest.raises(ArgumentError, match=r"learner: expected one of ppo, .* \(did you mean ppo\?\)"):
+        tasks["shared"].hyperparameters("pp0")
+    with pytest.raises(ArgumentError, match="one of stable-baselines3 or sb3-contrib, got search"):
+        tasks["shared"].hyperparameters("search")
+    with pytest.raises(ArgumentError, match=r"a\.toml: expected tables with .*unknown field `seed`"):
+        read_learners('[ppo]\nalgorithm = "PPO"\nseed = 3\n', "a.toml")
+    assert read_learners('[ppo]\nalgorithm = "PPO"\n', "a.toml") == {"ppo": Learner(algorithm="PPO")}
