@@ -33,18 +33,16 @@ class Branches:
         spec: policy spec of the environment.
 
     Raises:
-        ArgumentError: if the setting is a line or has one range per agent, or candidates are missing.
+        ArgumentError: if the setting is a line or has one range per agent, or there are no candidates.
     """
 
     def __init__(self, args: ImitationArgs) -> None:
         model = args.model
         if args.per_agent or not isinstance(model, FlockScenario):
             raise ArgumentError("per_agent", "one range for a flock", "another setting")
-        if bool(args.ranges) == bool(args.candidate_inputs):
-            raise ArgumentError("ranges", "candidates, or candidate_inputs of a profile", "both or none")
-        if args.candidate_inputs and not args.profile_ranges:
-            raise ArgumentError("profile_ranges", "candidate ranges", "none")
-        self._candidates = np.array(args.ranges or args.profile_ranges)
+        if not args.ranges:
+            raise ArgumentError("ranges", "candidate ranges", "none")
+        self._candidates = np.array(args.ranges)
         options: Any = args.env_options()
         self._args, self._model, self._options = args, model, env_options(model, options)
         self.spec: PolicySpec = self._batch(1).policy_spec

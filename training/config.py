@@ -100,9 +100,8 @@ class SearchArgs(Args):
 
     Attributes:
         rule: search for the parameters of this rule instead of a network: ``"stubborn-witnesses"``,
-            ``"listen-while-threatened"``, ``"win-stay-lose-shift"``, ``"win-stay-lose-shift-escape"``,
-            ``"spread-out"`` or ``"step-aside"``. The learning curve begins with parameters chosen by hand.
-            Empty: a network.
+            ``"listen-while-threatened"``, ``"win-stay-lose-shift"`` or ``"win-stay-lose-shift-escape"``. The
+            learning curve begins with parameters chosen by hand. Empty: a network.
         inputs: observation entries that the network sees; empty: all. With ``time`` alone the network is an
             open-loop schedule.
         candidate_inputs: entries of a candidate range that the network sees; it then scores every candidate.
@@ -231,12 +230,8 @@ class ImitationArgs(Args):
         teacher: policy that plays every copy of a flock to the end, after its first action, and that visits
             flocks in the first round: a built-in policy, a policy file or the folder of a run.
         improve: after a round, its network replaces the teacher. The values of older teachers are kept.
-        inputs: observation entries that the network sees, besides those of candidates. Empty: no others if
-            candidates are scored, otherwise all.
-        candidate_inputs: entries of a candidate range that the network sees; it scores every candidate of the
-            profile.
-        ranges: candidate ranges in m without a profile; the network has one output per candidate. Either
-            ``candidate_inputs`` or ``ranges`` are given.
+        inputs: observation entries that the network sees; empty: all.
+        ranges: candidate ranges in m; the network has one output per candidate.
         hidden: widths of the hidden layers.
         rounds: number of rounds. After each, a new network is fitted to the values of all rounds.
         flocks: number of new flocks per round.
@@ -253,7 +248,6 @@ class ImitationArgs(Args):
     teacher: str
     improve: bool = False
     inputs: tuple[str, ...] = ()
-    candidate_inputs: tuple[str, ...] = ()
     ranges: tuple[float, ...] = ()
     hidden: tuple[int, ...] = (64, 64)
     rounds: int = 3

@@ -17,8 +17,6 @@ from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import (
     BestCandidate,
     ListenWhileThreatened,
-    SpreadOut,
-    StepAside,
     StubbornWitnesses,
     WinStayLoseShift,
 )
@@ -52,8 +50,6 @@ _RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
         partial(WinStayLoseShift, pause=2.0, criterion="escape_direction"),
         ((10.0, 2.0, "range"), (50.0, 8.0, "range"), (0.85, 0.04, "other")),
     ),
-    "step-aside": (StepAside, ((0.1, 0.05, "share"), (0.2, 0.1, "other"))),
-    "spread-out": (SpreadOut, ((0.12, 0.03, "share"), (0.3, 0.1, "other"), (35.0, 10.0, "range"))),
 }
 """Rules by name: the class; of each parameter the start of a search, its standard deviation and kind."""
 
@@ -170,14 +166,10 @@ def family_of(args: SearchArgs) -> Family:
 def _start(name: str, architecture: Architecture) -> FloatArray:
     """Return the parameters of the network from which a search starts, made from the policy ``name``."""
     policy = named_policy(name).policy
-    if isinstance(policy, BestCandidate):
-        terms = [(policy.entry, 1.0), ("polarization", -policy.polarization_cost)]
-        terms = [(entry, weight) for entry, weight in terms if weight]
-        if {entry for entry, _ in terms} <= set(architecture.candidate_inputs):
-            weights = np.zeros(architecture.shapes[0][0])
-            for entry, weight in terms:
-                weights[len(architecture.inputs) + architecture.candidate_inputs.index(entry)] += weight
-            return _follows(weights, 0.0, architecture)
+    if isinstance(policy, BestCandidate) and policy.entry in architecture.candidate_inputs:
+        weights = np.zeros(architecture.shapes[0][0])
+        weights[len(architecture.inputs) + architecture.candidate_inputs.index(policy.entry)] = 1.0
+        return _follows(weights, 0.0, architecture)
     if isinstance(policy, NetworkPolicy):
         parameters = policy.parameters.astype(np.float64)
         if policy.architecture == architecture:

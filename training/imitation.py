@@ -24,7 +24,7 @@ from flockesc_env.tasks.seeds import training_seeds
 from training.branches import GROUP, Branches
 from training.config import ImitationArgs
 from training.policies import named_policy
-from training.scorer import candidate_columns, tanh_layers
+from training.scorer import tanh_layers
 from training.train import Rounds
 
 _BATCH_SIZE = 256
@@ -89,9 +89,8 @@ def fit(
 ) -> NetworkPolicy:
     """Return the policy that sets the candidate with the largest output of a network.
 
-    The outputs for two candidates differ as their values do. With a profile the network scores one candidate
-    after the other; without, it has one output per candidate. The loss is the squared error of the difference
-    to the mean over the drawn candidates of the same flock.
+    The network has one output per candidate. The outputs for two candidates differ as their values do. The
+    loss is the squared error of the difference to the mean over the drawn candidates of the same flock.
 
     Args:
         args: inputs, layers and arguments of the optimizer.
@@ -104,14 +103,14 @@ def fit(
     drawn = torch.tensor(~np.isnan(values), dtype=torch.float32)
     gains = np.nan_to_num(values - np.nanmean(values, axis=1, keepdims=True))
     targets = torch.tensor(gains / max(np.sqrt(np.nanmean(gains**2)), 1e-9), dtype=torch.float32)
-    inputs = torch.tensor(_inputs(args, spec, observations), dtype=torch.float32)
-    rows = inputs.flatten(end_dim=-2)
-    center, scale = rows.mean(0), rows.std(0).clamp(min=_LEAST_SCALE)
+    names = args.inputs or spec.layout.names
+    columns = [spec.layout.index(name) for name in names]
+    inputs = torch.tensor(observations[:, columns], dtype=torch.float32)
+    center, scale = inputs.mean(0), inputs.std(0).clamp(min=_LEAST_SCALE)
     inputs = (inputs - center) / scale
 
-    widths = [inputs.shape[-1], *args.hidden]
-    outputs = len(args.ranges) or 1
-    network = nn.Sequential(*tanh_layers(widths), nn.Linear(widths[-1], outputs))
+    widths = [len(columns), *args.hidden]
+    network = nn.Sequential(*tanh_layers(widths), nn.Linear(widths[-1], len(args.ranges)))
     optimizer = torch.optim.AdamW(network.parameters(), lr=args.learning_rate, weight_decay=args.weight_decay)
     num_batches = -(-len(inputs) // _BATCH_SIZE)
     schedule = torch.optim.lr_scheduler.OneCycleLR(
@@ -121,7 +120,7 @@ def fit(
         order = torch.randperm(len(inputs))
         for first in range(0, len(order), _BATCH_SIZE):
             batch = order[first : first + _BATCH_SIZE]
-            shown, scores = drawn[batch], network(inputs[batch]).flatten(1)
+            shown, scores = drawn[batch], network(inputs[batch])
             means = (scores * shown).sum(1, keepdim=True) / shown.sum(1, keepdim=True)
             loss = ((scores - means - targets[batch]) * shown).square().sum() / shown.sum()
             optimizer.zero_grad()
@@ -132,18 +131,5 @@ def fit(
     with torch.no_grad():  # the network gets inputs that are not standardized
         layers[0].weight /= scale
         layers[0].bias -= layers[0].weight @ center
-    own = (args.inputs or spec.layout.names) if args.ranges else args.inputs
-    candidates = args.candidate_inputs
-    architecture = Architecture(own, args.hidden, candidate_inputs=candidates, ranges=args.ranges)
+    architecture = Architecture(names, args.hidden, ranges=args.ranges)
     return NetworkPolicy(architecture, layer_parameters(layers)[1])
-
-
-def _inputs(args: ImitationArgs, spec: PolicySpec, observations: Observations) -> Observations:
-    """Return the inputs of the network: per flock, shape (flocks, inputs), or per candidate of a profile."""
-    if args.ranges:
-        return observations[:, [spec.layout.index(name) for name in args.inputs or spec.layout.names]]
-    shape = (len(observations), len(spec.candidate_ranges))
-    ranges = np.broadcast_to(spec.candidate_ranges / spec.candidate_ranges[-1], shape)
-    entries = np.concatenate([observations, ranges], axis=1)
-    inputs: Observations = entries[:, candidate_columns(args.inputs, args.candidate_inputs, spec)]
-    return inputs

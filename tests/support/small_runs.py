@@ -27,9 +27,8 @@ def small_run(folder: Path, learner: str = "per-agent PPO", **changes: Any) -> A
         return SearchArgs(**{**common, "population": 6, "flocks": 2, "generations": 4, **changes})
     if learner == "imitation":
         few = {"rounds": 4, "flocks": 20, "branches": 2, "epochs": 3, "hidden": (8,), "improve": True}
-        profile = {"profile_ranges": (0.0, 5.0, 10.0), "extra_entries": ("escape_direction",)}
-        seen = {"inputs": ("time",), "candidate_inputs": ("polarization", "heading_away", "range")}
-        return ImitationArgs(**{**common, **few, **profile, **seen, "teacher": "turn-flock-away", **changes})
+        seen = {"inputs": ("time", "polarization", "heading_away"), "ranges": (0.0, 5.0, 10.0)}
+        return ImitationArgs(**{**common, **few, **seen, "teacher": "listen-while-fleeing", **changes})
     common |= {"num_flocks": 2, "num_episodes": 4, "net_arch": (8, 8)}
     if learner == "TQC":
         few = {"learning_starts": 10, "batch_size": 16, "buffer_size": 60}

@@ -33,7 +33,6 @@ FAMILIES = {
     "linear networks": Networks(Architecture(INPUTS, ())),
     "stubborn-witnesses": Rules("stubborn-witnesses", max_range=30.0),
     "win-stay-lose-shift-escape": Rules("win-stay-lose-shift-escape", max_range=30.0),
-    "spread-out": Rules("spread-out", max_range=30.0),
 }
 
 
@@ -45,7 +44,6 @@ def test_a_generation_plays_as_its_policies_do(family: Family, tmp_path: Path) -
         "per_agent": True,
         "max_range": 30.0,
         "predator_visible": False,
-        "profile_ranges": (0.0, 10.0, 30.0),
         "extra_entries": ("closest_approach", "escape_direction"),
     }
     args = small_run(tmp_path / "run", "search", steps_per_action=1, **chosen)
