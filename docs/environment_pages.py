@@ -90,7 +90,7 @@ def _page(name: str, call: str, make: Any, kind: type) -> dict[str, Any]:
         "anchor": view.lower().replace(" ", "-"),
         "observation": len(env.policy_spec.layout.names),
         "entries": _rows(entries, view),
-        "optional": _rows(_optional_entries(make, entries, is_line=is_line), view),
+        "optional": _rows(_optional_entries(make, entries, view), view),
         "actions": _actions(make, env, view),
         "num_steps": env.scenario.max_steps if is_line else env.scenario.num_steps,
         "rewards": [
@@ -118,11 +118,11 @@ def _entries(env: Any) -> dict[str, str]:
     return bounds
 
 
-def _optional_entries(make: Any, entries: dict[str, str], *, is_line: bool) -> dict[str, str]:
+def _optional_entries(make: Any, entries: dict[str, str], view: str) -> dict[str, str]:
     """Return the entries that the options add."""
-    options: dict[str, Any] = {"profile_ranges": (0.0,)}
-    if not is_line:
-        options["extra_entries"] = get_args(ExtraEntries)
+    options: dict[str, Any] = {} if view == "Line view" else {"extra_entries": get_args(ExtraEntries)}
+    if view == "Agent view":
+        options["profile_ranges"] = (0.0,)
     return {name: bounds for name, bounds in _entries(make(**options)).items() if name not in entries}
 
 
@@ -142,8 +142,9 @@ def _meanings(view: str) -> dict[str, str]:
     word = view.split()[0].lower()
     tables = _tables(view)
     if word in {"agent", "flock"}:
-        at = ("agent", "flock").index(word)
-        tables = [*tables, _tables("Extra entries")[at], _tables("Profile")[at]]
+        tables.append(_tables("Extra entries")[word == "flock"])
+    if word == "agent":
+        tables += _tables("Profile")
     return {row[0].strip("`"): row[2] for table in tables for row in table}
 
 

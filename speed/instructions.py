@@ -73,7 +73,6 @@ def _cases() -> Iterator[Case]:
         "extra_entries": ["escape_direction", "closest_approach"],
     }
     yield _stepped("`FlockVectorEnv`", FlockVectorEnv)
-    yield _stepped("`FlockVectorEnv` with profile", FlockVectorEnv, **profile)
     yield _stepped("`AgentVectorEnv`", AgentVectorEnv)
     yield _stepped("`AgentVectorEnv` with profile", AgentVectorEnv, **profile)
     env = parallel_env(_FLOCK)

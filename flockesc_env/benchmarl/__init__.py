@@ -101,10 +101,7 @@ class FlockTask(Task):
     PER_AGENT_LOCAL_MINIMUM = None
     PER_AGENT_VISIBLE_DERIVED = None
     PER_AGENT_VISIBLE_PROFILE = None
-    PER_AGENT_VISIBLE_PROFILE_MINIMUM = None
-    PER_AGENT_LOCAL_PROFILE = None
     STEERING_PREDATOR = None
-    STEERING_PREDATOR_PROFILE = None
 
     @staticmethod
     def associated_class() -> type[TaskClass]:

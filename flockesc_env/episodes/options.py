@@ -143,8 +143,8 @@ class EnvOptions(ActionOptions):
         count_components: whether ``info`` contains ``num_components``. The count costs a graph search per
             action.
         profile_ranges: candidate ranges, in ascending order and up to ``max_range``, for example
-            ``PROFILE_RANGES``. The observation then shows what would be heard under each of them
-            (docs/model.md, "Profile"). ``None``: no profile.
+            ``PROFILE_RANGES``. Every agent then observes what it would hear under each of them
+            (docs/model.md, "Profile"). ``None``: no profile, as always with one range for the flock.
         extra_entries: optional entries of the observation. ``"escape_direction"``: the direction away from
             the place of the predator at its closest approach to the flock. ``"closest_approach"``: distance
             and time of the closest approach of the predator.
@@ -189,8 +189,6 @@ class LineOptions(ActionOptions):
         max_range: largest range; the default 1 is the length of the initial interval.
         reward: ``"change"``: d(t) - d(t-1), where d is the escape distance, so that the return is
             d_ss - d(0). ``"terminal"``: the same sum, in the last step.
-        profile_ranges: 1 to 64 candidate ranges in increasing order, at most ``max_range``. The observation
-            says what one step under each of them would do. ``None``: no profile.
 
     Raises:
         OptionError: if an option is out of bounds.
@@ -198,16 +196,14 @@ class LineOptions(ActionOptions):
 
     max_range: float = 1.0
     reward: LineReward = "change"
-    profile_ranges: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         as_choice(self.reward, "reward", get_args(LineReward), OptionError)
-        self._convert(profile_ranges=_as_profile_ranges(self.profile_ranges, self.max_range))
 
     def to_core(self) -> str:
         """Return the options as JSON, for the compiled core."""
-        names = ("reward", "max_range", "steps_per_action", "profile_ranges")
+        names = ("reward", "max_range", "steps_per_action")
         return json.dumps({name: getattr(self, name) for name in names})
 
 
@@ -260,7 +256,6 @@ class LineOptionsDict(ActionOptionsDict, total=False):
     """``LineOptions`` as keyword arguments."""
 
     reward: LineReward
-    profile_ranges: Sequence[float] | None
 
 
 def env_options(

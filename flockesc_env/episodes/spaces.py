@@ -181,7 +181,7 @@ class PolicySpec:
     @property
     def profile_ranges(self) -> tuple[float, ...]:
         """Candidate ranges of the observation; empty without a profile."""
-        return tuple(self.options.profile_ranges or ())
+        return candidates(self.options)
 
     @property
     def candidate_ranges(self) -> FloatArray:
@@ -192,6 +192,11 @@ class PolicySpec:
         """
         actions = self.actions.from_ranges(np.array(self.profile_ranges))
         return self.actions.to_ranges(actions, len(self.profile_ranges))
+
+
+def candidates(options: EnvOptions | LineOptions) -> tuple[float, ...]:
+    """Return the candidate ranges of the observation; empty without a profile."""
+    return tuple(options.profile_ranges or ()) if isinstance(options, EnvOptions) else ()
 
 
 def flock_policy_spec(scenario: FlockScenario, options: EnvOptions, view: View) -> PolicySpec:
@@ -212,9 +217,7 @@ def line_policy_spec(scenario: LineScenario, options: LineOptions) -> PolicySpec
     """Return the policy spec of a line environment with this scenario and these options."""
     return PolicySpec(
         actions=RangeActions(options),
-        layout=ObservationLayout.of(
-            _core.line_observation_entries(scenario.num_agents, len(options.profile_ranges or ()))
-        ),
+        layout=ObservationLayout.of(_core.line_observation_entries(scenario.num_agents)),
         options=options,
         view=View.FLOCK,
         num_agents=scenario.num_agents,

@@ -16,14 +16,8 @@ from flockesc_env.common.files import suffix_of
 from flockesc_env.episodes.options import View, env_options, line_options
 from flockesc_env.episodes.spaces import PolicySpec, flock_policy_spec, line_policy_spec
 from flockesc_env.models.records import versions
-from flockesc_env.policies.memory_rules import (
-    ListenWhileThreatened,
-    SpreadOut,
-    StubbornWitnesses,
-    WinStayLoseShift,
-)
+from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
 from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.profile_rules import StepAside
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
 from flockesc_env.scenario.document import from_fields
 from flockesc_env.scenario.flock import FlockScenario
@@ -34,7 +28,7 @@ _SHORT_LINE = 1000
 _HEADER = {"name", "model", "scenario", "per_agent", "options", "architecture"}
 _MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 
-Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift | SpreadOut | StepAside
+Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift
 Stored = NetworkPolicy | Rule
 """Policies that can be saved: their parameters are an array."""
 
@@ -45,8 +39,8 @@ def save_policy(policy: NamedPolicy, path: str | Path) -> None:
     """Write a policy with its scenario and options to an npz file; an existing file is replaced atomically.
 
     Args:
-        policy: a ``NetworkPolicy``, ``StubbornWitnesses``, ``ListenWhileThreatened``,
-            ``WinStayLoseShift``, ``SpreadOut`` or ``StepAside`` with the scenario in which it was trained.
+        policy: a ``NetworkPolicy``, ``StubbornWitnesses``, ``ListenWhileThreatened`` or
+            ``WinStayLoseShift`` with the scenario in which it was trained.
         path: path of the file.
 
     Raises:

@@ -8,10 +8,9 @@ import numpy as np
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice
-from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
-from flockesc_env.policies.profile_rules import dot, heard_velocities, unit, vector_entries
+from flockesc_env.policies.profile_rules import unit, vector_entries
 from flockesc_env.policies.rules import RangeRule, not_negative
 
 Criterion = Literal["closest_approach", "escape_direction"]
@@ -71,7 +70,7 @@ class StubbornWitnesses(RangeRule, RowMemory):
         patience, first, later, growth, min_neighbors, crowding, agreement = self.parameters
         time = observations[:, spec.layout.index("time")].astype(np.float64)
         is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
-        count = _neighbor_count(observations, "neighbor_count", spec)
+        count = _neighbor_count(observations, spec)
         has_stopped |= is_seen | (is_later & (count < min_neighbors))
         waits = time < patience
         later = later + growth * (time - patience)
@@ -181,62 +180,9 @@ class WinStayLoseShift(RangeRule, RowMemory):
         return np.where(listens, ranges, 0.0)
 
 
-class SpreadOut(RangeRule, RowMemory):
-    """A rule for observations with a profile and a predator that is visible only nearby: fly apart.
-
-    Until the share ``spread_time`` of the episode has passed, every agent takes the candidate range whose
-    heard velocity points nearest to the way out of the flock. It estimates the way out from two things: the
-    mean velocity heard within the second longest candidate minus that within the longest one, in units of
-    the largest speed, and its own heading times ``gain`` times the rate at which the number of neighbors
-    within the second longest candidate has fallen since its last turn (fall of ln(1 + number) per episode).
-    In the first action nobody listens. Later rho_i = ``interaction_range``, and rho_i = 0 from the moment at
-    which agent i observes the predator. The rule requires one observation per agent, and all agents in every
-    call. Its default parameters are for the paper's flock, ``PROFILE_RANGES`` and ``steps_per_action=4``.
-
-    Args:
-        spread_time: share of the episode during which agents turn to the way out.
-        gain: weight of the falling number of neighbors.
-        interaction_range: rho in m after ``spread_time``.
-
-    Raises:
-        ArgumentError: if an argument is not a finite number >= 0.
-    """
-
-    def __init__(self, spread_time: float = 0.12, gain: float = 0.3, interaction_range: float = 35.0) -> None:
-        self.parameters = not_negative(
-            spread_time=spread_time, gain=gain, interaction_range=interaction_range
-        )
-
-    def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
-        ranges = np.array(spec.profile_ranges)
-        if ranges.size < 2:
-            raise ArgumentError("profile_ranges", "at least two candidate ranges", ranges.size)
-        begins = self._begin(len(observations))
-        has_seen, turned_at, count_then = self._recall(begins, False, 0.0, 0.0)
-        spread_time, gain, interaction_range = self.parameters
-        time = observations[:, spec.layout.index("time")].astype(np.float64)
-        count = _neighbor_count(observations, f"profile_{ranges.size - 2}_neighbor_count", spec)
-        count = _core.log1p(count)
-        has_seen |= observations[:, spec.layout.index("predator_sensed")] > 0
-        turned_at, count_then = np.where(begins, (time, count), (turned_at, count_then))
-
-        velocities = heard_velocities(observations, spec)
-        elapsed = time - turned_at
-        fall = np.divide(count_then - count, elapsed, out=np.zeros_like(count), where=elapsed > 0)
-        outward = velocities[:, -2] - velocities[:, -1]
-        outward[:, 0] += gain * fall
-        chosen = dot(unit(velocities), outward[:, np.newaxis]).argmax(axis=1)
-        chosen[begins] = 0
-        turns = ranges[chosen] > 0
-        turned_at, count_then = np.where(turns, (time, count), (turned_at, count_then))
-        self._remember(len(begins), has_seen, turned_at, count_then)
-        later = np.where(has_seen, 0.0, interaction_range)
-        return np.where(time < spread_time, ranges[chosen], later)
-
-
-def _neighbor_count(observations: Observations, entry: str, spec: PolicySpec) -> FloatArray:
-    """Return the number of neighbors that an entry shows scaled, shape (rows,)."""
-    scaled = observations[:, spec.layout.index(entry)].astype(np.float64)
+def _neighbor_count(observations: Observations, spec: PolicySpec) -> FloatArray:
+    """Return the number of neighbors, which the entry shows scaled, shape (rows,)."""
+    scaled = observations[:, spec.layout.index("neighbor_count")].astype(np.float64)
     counts: FloatArray = np.rint(8 * scaled / (1 - scaled))
     return counts
 

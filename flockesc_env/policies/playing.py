@@ -18,7 +18,7 @@ from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, FlockOutcomes
 from flockesc_env.episodes.options import EnvOptions, LineOptions, View
 from flockesc_env.episodes.policy_reset import reset_policy
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
-from flockesc_env.episodes.spaces import RangeActions, line_policy_spec
+from flockesc_env.episodes.spaces import RangeActions, candidates, line_policy_spec
 from flockesc_env.models.simulate import IntArray, Trajectory, simulate
 from flockesc_env.policies.base import Observations, Policy
 from flockesc_env.policies.network import Architecture, NetworkPolicy, Parameters, choices
@@ -181,7 +181,7 @@ def rollout_networks(
     """
     report = None if progress is None else lambda done: progress(done, len(seeds))
     actions = RangeActions(options)
-    _, ranges = choices(architecture, actions, tuple(options.profile_ranges or ()))
+    _, ranges = choices(architecture, actions, candidates(options))
     network = architecture.to_core(), parameters, ranges
     if isinstance(model, FlockScenario):
         batch = FlockBatch(

@@ -19,23 +19,15 @@ from flockesc_env.episodes.options import (
 )
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import Policy, StoredPolicy
-from flockesc_env.policies.memory_rules import (
-    ListenWhileThreatened,
-    SpreadOut,
-    StubbornWitnesses,
-    WinStayLoseShift,
-)
+from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
 from flockesc_env.policies.playing import record_flock
-from flockesc_env.policies.profile_rules import BestCandidate, BestNextHeading, StepAside
+from flockesc_env.policies.profile_rules import BestCandidate, BestNextHeading
 from flockesc_env.policies.ranges import FixedRange, RandomRange
 from flockesc_env.policies.rules import ListenWhileFleeing, StubbornLeaders
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario
 
-_MANY_RANGES: Final = tuple(
-    float(rho) for rho in (0, 3, 5, 7, 9, 11, 13, 15, 18, 21, 25, 30, 37, 45, 60, 100)
-)
 _VISIBLE: Final = {"predator_sensing_range": None}
 _PROFILE: Final = {**_VISIBLE, "profile_ranges": PROFILE_RANGES}
 _ESCAPE: Final = {"extra_entries": ("escape_direction",)}
@@ -53,23 +45,9 @@ _BUILT_IN: Final[dict[str, tuple[Callable[[], Policy], dict[str, Any]]]] = {
         lambda: WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="escape_direction"),
         {**_ESCAPE, **_VISIBLE},
     ),
-    "spread-out": (SpreadOut, {"profile_ranges": PROFILE_RANGES, "steps_per_action": 4}),
     "turn-away": (lambda: BestCandidate("escape_cosine"), {**_PROFILE, **_ESCAPE}),
     "keep-distance": (lambda: BestCandidate("closest_approach"), {**_PROFILE, **_APPROACH}),
     "head-away": (BestNextHeading, {**_PROFILE, **_ESCAPE}),
-    "step-aside": (StepAside, {**_PROFILE, **_APPROACH}),
-    "turn-flock-away": (
-        lambda: BestCandidate("heading_escape", per_agent=False),
-        {**_PROFILE, **_ESCAPE},
-    ),
-    "turn-flock-from-predator": (
-        lambda: BestCandidate("heading_away", per_agent=False),
-        {**_PROFILE, "extra_entries": ()},
-    ),
-    "wait-for-escape": (
-        lambda: BestCandidate("heading_escape", per_agent=False, polarization_cost=0.6),
-        {**_PROFILE, **_ESCAPE, "profile_ranges": _MANY_RANGES, "steps_per_action": 2},
-    ),
 }
 """Constructor and options of each policy."""
 
@@ -86,15 +64,9 @@ NAMES = ("fixed:RHO", *_BUILT_IN)
 - ``listen-while-threatened``: ``ListenWhileThreatened``, with the predator visible within its range only.
 - ``win-stay-lose-shift``: ``WinStayLoseShift``, with the predator visible at any distance.
 - ``win-stay-lose-shift-escape``: the same with the criterion ``"escape_direction"``.
-- ``spread-out``: ``SpreadOut``, with a profile and the predator visible within its range only.
 - ``turn-away``: ``BestCandidate("escape_cosine")``, with a profile and the predator visible at any distance.
 - ``keep-distance``: ``BestCandidate("closest_approach")``, likewise.
 - ``head-away``: ``BestNextHeading``, likewise.
-- ``step-aside``: ``StepAside``, likewise.
-- ``turn-flock-away``: ``BestCandidate("heading_escape")`` with one range for the flock, likewise.
-- ``turn-flock-from-predator``: ``BestCandidate("heading_away")`` with one range for the flock, likewise.
-- ``wait-for-escape``: as ``turn-flock-away``, with ``polarization_cost=0.6``, 16 candidate ranges and actions
-  of 2 steps.
 """
 
 

@@ -82,9 +82,9 @@ def check_fits(entry: NamedPolicy, task: Task) -> None:
     if unknown:
         raise ArgumentError("options", f"some of {', '.join(names)}", ", ".join(unknown))
     chosen, shown = options(**entry.options), options(**task.options)
-    _check_some("profile_ranges", chosen.profile_ranges or (), shown.profile_ranges or ())
     if not isinstance(model, FlockScenario):
         return
+    _check_some("profile_ranges", chosen.profile_ranges or (), shown.profile_ranges or ())
     played = [one for one in task.scenarios.values() if isinstance(one, FlockScenario)]
     is_alone = all(len(world.predators) == 1 for world in played)
     follows = ("closest_approach",) if task.per_agent and is_alone else ()

@@ -35,17 +35,12 @@ VISIBLE_RULES = {
     "minimum": ("stubborn-leaders", "win-stay-lose-shift"),
 }
 LOCAL_RULES = ("stubborn-leaders-local", "stubborn-witnesses", "listen-while-threatened")
-LOCAL_PROFILE_RULES = ("stubborn-witnesses", "spread-out")
 PROFILE_RULES = ("turn-away", "keep-distance")
-SHARED_PROFILE_RULES = ("turn-flock-away", "turn-flock-from-predator")
 SETTING_RULES = {
     "shared": ("listen-while-fleeing",),
     "shared-minimum": ("listen-while-fleeing",),
     "per-agent-visible-derived": ("win-stay-lose-shift-escape",),
     "per-agent-visible-profile": ("head-away",),
-    "per-agent-visible-profile-minimum": ("step-aside",),
-    "shared-profile": ("wait-for-escape",),
-    "steering-predator-profile": ("head-away",),
 }
 """Further rules of single settings."""
 
@@ -137,11 +132,8 @@ def _fixed(title: str, setting: Setting, flocks: range, runner: Runner) -> Float
 
 
 def _rules(setting: Setting) -> tuple[str, ...]:
-    if not isinstance(setting.model, FlockScenario):
+    if not isinstance(setting.model, FlockScenario) or not setting.per_agent:
         return ()
-    informed = bool(setting.profile_ranges)
-    if not setting.per_agent:
-        return SHARED_PROFILE_RULES if informed else ()
-    if setting.predator_visible:
-        return PROFILE_RULES if informed else VISIBLE_RULES.get(setting.objective, ())
-    return LOCAL_PROFILE_RULES if informed else LOCAL_RULES
+    if not setting.predator_visible:
+        return LOCAL_RULES
+    return PROFILE_RULES if setting.profile_ranges else VISIBLE_RULES.get(setting.objective, ())

@@ -17,16 +17,8 @@ QUESTIONS: Final = {
     ),
     "per-agent-visible-derived": "What is it worth to know the direction of escape?",
     "per-agent-visible-profile": "What is it worth to know what each of 8 ranges would bring?",
-    "per-agent-visible-profile-minimum": "What is that worth for the nearest agent?",
-    "shared-profile": "What is it worth to know how the whole flock would turn under each of 16 ranges?",
-    "shared-profile-minimum": "What is that worth for the nearest agent?",
-    "per-agent-local-profile": (
-        "What is it worth to know what each of 8 ranges would bring, if only agents near the predator see it?"
-    ),
     "line": "Does a range that changes over time move the line away farther than a constant one?",
-    "line-profile": "What is it worth on the line to know what each range would do in one step?",
     "steering-predator": "Does learning help against a predator that steers?",
-    "steering-predator-profile": "What is it worth there to know what each of 8 ranges would bring?",
 }
 
 

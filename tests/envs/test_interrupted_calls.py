@@ -109,7 +109,7 @@ def test_an_interrupted_call(interface: str, operation: str) -> None:
     assert line > 5
 
 
-RULES = ("stubborn-witnesses", "listen-while-threatened", "win-stay-lose-shift", "spread-out")
+RULES = ("stubborn-witnesses", "listen-while-threatened", "win-stay-lose-shift")
 
 
 @pytest.mark.parametrize("name", RULES)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,6 @@ from reference import Floats, FlockState
 import flockesc_env as fe
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View
-from flockesc_env.policies import BestCandidate
 from flockesc_env.scenario.motion import Reynolds
 from flockesc_env.scenario.neighbors import Topological, Voronoi
 
@@ -116,59 +114,30 @@ class ProfileReference(Reference):
         if not len(state.positions):
             layout = FlockBatch(scenario, self.options).policy_spec.layout
             return [dict.fromkeys(layout.names, 0.0) | row]
-        is_sensed = row["predator_sensed"] > 0
-        now = self.response(state, is_sensed=is_sensed)
-        time = now.pop("time")
-        row |= {name: now[name] for name in ("heading_escape", "closest_mean_distance")}
-        row |= {"closest_min_distance": now["closest_min_distance"], "closest_approach_time": time}
-        # Predators steer after the agents have moved.
-        straight = [
-            fe.ConstantVelocity(p, v)
-            for p, v in zip(state.predator_positions, state.predator_velocities, strict=True)
-        ]
-        alone = replace(scenario, capture_radius=None, predators=straight)
-        for k, rho in enumerate(RANGES):
-            after = reference.flock_step(alone, state, np.full(len(state.positions), rho))
-            counts = reference.directed_graph(state.positions, np.full(len(state.positions), rho)).sum(1) - 1
-            found = self.response(after, is_sensed=is_sensed)
-            del found["time"]
-            found["polarization"] = reference.polarization(after.velocities)
-            found["neighbor_count"] = (counts / (counts + HALF_COUNT)).mean()
-            row |= {f"profile_{k}_{name}": value for name, value in found.items()}
-        return [row]
-
-    def response(self, state: FlockState, *, is_sensed: bool) -> dict[str, float]:
-        names = ("heading_away", "heading_escape", "closest_mean_distance", "closest_min_distance", "time")
-        if not is_sensed:
-            return dict.fromkeys(names, 0.0)
+        if not row["predator_sensed"]:
+            names = ("heading_escape", "closest_mean_distance", "closest_min_distance")
+            return [row | dict.fromkeys((*names, "closest_approach_time"), 0.0)]
         predators = range(len(state.predator_positions))
-        places = [place_of_approach(state, k) for k in predators]
-        agents = list(zip(state.positions, state.velocities, strict=True))
-
-        def mean_cosine(aims: Any) -> float:
-            nearest = [aims[int(np.linalg.norm(aims - r, axis=1).argmin())] for r, _ in agents]
-            pairs = zip(agents, nearest, strict=True)
-            return float(np.mean([cosine(v, unit(r - aim)) for (r, v), aim in pairs]))
-
+        places = np.array([place_of_approach(state, k) for k in predators])
+        cosines, smallest = [], []
+        for r, v in zip(state.positions, state.velocities, strict=True):
+            nearest = places[np.linalg.norm(places - r, axis=1).argmin()]
+            cosines.append(cosine(v, unit(r - nearest)))
+            for k in predators:
+                offset, relative = r - state.predator_positions[k], v - state.predator_velocities[k]
+                smallest.append(closest_approach(offset, relative)[0])
         means = []
         for k in predators:
             time = time_of_approach(state, k)
             moved = state.positions + (state.velocities - state.predator_velocities[k]) * time
             means.append((np.linalg.norm(moved - state.predator_positions[k], axis=1).mean(), time))
-        smallest = min(
-            closest_approach(r - state.predator_positions[k], v - state.predator_velocities[k])[0]
-            for r, v in agents
-            for k in predators
-        )
-        side = self.scenario.initial_side
         distance, time = min(means)
-        return {
-            "heading_away": mean_cosine(state.predator_positions),
-            "heading_escape": mean_cosine(np.array(places)),
-            "closest_mean_distance": squash(distance, side),
-            "closest_min_distance": squash(smallest, side),
-            "time": squash(time, side / self.scenario.speed),
-        }
+        side = scenario.initial_side
+        row["heading_escape"] = float(np.mean(cosines))
+        row["closest_mean_distance"] = squash(distance, side)
+        row["closest_min_distance"] = squash(min(smallest), side)
+        row["closest_approach_time"] = squash(time, side / scenario.speed)
+        return [row]
 
 
 @pytest.mark.parametrize("per_agent", [False, True])
@@ -178,7 +147,7 @@ def test_entries(
     case: tuple[fe.FlockScenario, fe.EnvOptions, np.random.Generator], *, per_agent: bool
 ) -> None:
     scenario, options, rng = case
-    options = options.replace(profile_ranges=RANGES, extra_entries=ENTRIES)
+    options = options.replace(profile_ranges=RANGES if per_agent else None, extra_entries=ENTRIES)
     flock = ProfileReference(scenario, options, random_start(scenario, rng))
     assert_plays_as(flock, rng, per_agent=per_agent)
 
@@ -217,23 +186,10 @@ def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict
 
 
 @pytest.mark.parametrize(
-    ("changes", "per_agent"), [({"frozen_graph": True}, True), ({"motion": Reynolds()}, False)]
+    ("frozen_graph", "view", "error"),
+    [(True, View.AGENT, fe.ScenarioError), (False, View.FLOCK, fe.OptionError)],
 )
-def test_worlds_without_a_profile_are_refused(changes: dict[str, Any], *, per_agent: bool) -> None:
-    with pytest.raises(fe.ScenarioError, match="profile_ranges: expected none with"):
-        FlockBatch(fe.FlockScenario(**changes), fe.EnvOptions(profile_ranges=RANGES), view=View.of(per_agent))
-
-
-def test_a_cost_of_polarization_is_subtracted_from_the_entry() -> None:
-    options: Any = {"profile_ranges": RANGES, "extra_entries": ENTRIES}
-    env = fe.FlockEscapeEnv(fe.FlockScenario(num_agents=30), predator_sensing_range=None, **options)
-    spec = env.policy_spec
-    rows = np.stack([env.reset(seed=seed)[0] for seed in range(20)])
-    entries = [
-        rows[:, [spec.layout.index(f"profile_{k}_{name}") for k in range(len(RANGES))]]
-        for name in ("heading_escape", "polarization")
-    ]
-    expected = np.array(RANGES)[(entries[0] - 0.7 * entries[1]).argmax(axis=1)]
-    rule = BestCandidate("heading_escape", per_agent=False, polarization_cost=0.7)
-    np.testing.assert_array_equal(rule.act(rows, spec), spec.actions.from_ranges(expected))
-    assert (rule.act(rows, spec) != BestCandidate("heading_escape").act(rows, spec)).any()
+def test_flocks_without_a_profile_are_refused(frozen_graph: bool, view: View, error: type[Exception]) -> None:
+    scenario, options = fe.FlockScenario(frozen_graph=frozen_graph), fe.EnvOptions(profile_ranges=RANGES)
+    with pytest.raises(error, match="profile_ranges: expected none with"):
+        FlockBatch(scenario, options, view=view)

@@ -15,7 +15,6 @@ from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View
 from flockesc_env.policies import (
     ListenWhileThreatened,
-    SpreadOut,
     StubbornWitnesses,
     WinStayLoseShift,
     bind,
@@ -71,41 +70,6 @@ def test_stubborn_witnesses_listen_farther_and_farther_unless_they_are_alone() -
         ranges = [info["interaction_range"] for info in infos.values()]
         np.testing.assert_allclose(ranges, schedule[t], atol=1e-5)
     assert 0 < has_stopped.sum() < 20
-
-
-def test_spread_out_follows_its_definition() -> None:
-    predators = (fe.ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
-    scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
-    candidates = np.array([0.0, 10.0, 20.0, 40.0])
-    options: Any = {"profile_ranges": candidates, "predator_sensing_range": 20.0, "steps_per_action": 2}
-    env = fe.parallel_env(scenario, action_mode="range", **options)
-    act = bind(SpreadOut(spread_time=0.5, gain=0.3, interaction_range=12.0), env)
-    for seed in (0, 1):
-        observations, _ = env.reset(seed=seed)
-        schedule = np.zeros((scenario.num_steps, 20))
-        has_seen = np.zeros(20, bool)
-        turned_at, count_then = np.zeros(20), np.zeros(20)
-        for t in range(0, scenario.num_steps, 2):
-            run = fe.simulate(scenario, schedule=schedule, seed=seed)  # up to time t
-            r, v = run.positions[t], run.velocities[t] / scenario.speed
-            has_seen |= np.linalg.norm(r - run.predator_positions[t], axis=1) <= 20.0
-            hears = np.linalg.norm(r[:, None] - r, axis=2) <= candidates[:, None, None]
-            heard = (hears @ v) / hears.sum(axis=2)[..., None]
-            count = np.log(hears[2].sum(axis=1))  # the agent itself is the 1 in ln(1 + number)
-            elapsed = t / scenario.num_steps - turned_at
-            fall = (count_then - count) / np.where(elapsed > 0, elapsed, np.inf)
-            outward = heard[2] - heard[3] + 0.3 * fall[:, None] * v
-            cosines = (heard * outward).sum(axis=2) / np.linalg.norm(heard, axis=2)
-            chosen = np.where(t == 0, 0.0, candidates[cosines.argmax(axis=0)])
-            turns = (chosen > 0) | (t == 0)
-            turned_at = np.where(turns, t / scenario.num_steps, turned_at)
-            count_then = np.where(turns, count, count_then)
-            later = np.where(has_seen, 0.0, 12.0)
-            schedule[t : t + 2] = chosen if t < 8 else later
-            observations, _, _, _, infos = env.step(act(observations))
-            ranges = [info["interaction_range"] for info in infos.values()]
-            np.testing.assert_allclose(ranges, schedule[t], atol=1e-5)
-        assert 0 < has_seen.sum() < 20
 
 
 def test_a_memory_refuses_rows_added_within_an_episode() -> None:

@@ -45,11 +45,6 @@ HEADS: dict[str, Any] = {
         fe.Architecture(("time",), candidate_inputs=("range", "neighbor_count"), mirror=True),
         {**PROFILE, "per_agent": True},
     ),
-    "candidates of a line": (
-        fe.LineScenario(num_agents=10),
-        fe.Architecture(("time",), candidate_inputs=("range", "escape_distance")),
-        {"profile_ranges": (0.0, 0.1, 0.3)},
-    ),
 }
 
 

@@ -30,8 +30,6 @@ from flockesc_env.common.errors import ArgumentError, RecordError
 from flockesc_env.policies import (
     FixedRange,
     ListenWhileThreatened,
-    SpreadOut,
-    StepAside,
     StubbornWitnesses,
     WinStayLoseShift,
 )
@@ -56,8 +54,7 @@ def line_policy() -> NamedPolicy:
 
 
 def rule_policy(rule: Any) -> NamedPolicy:
-    extra = ("closest_approach", "escape_direction")
-    options = {"extra_entries": extra, "profile_ranges": (0.0, 10.0, 30.0)}
+    options = {"extra_entries": ("closest_approach", "escape_direction")}
     return NamedPolicy("mine", rule, per_agent=True, options=options, scenario=SCENARIO)
 
 
@@ -70,8 +67,6 @@ def rule_policy(rule: Any) -> NamedPolicy:
         rule_policy(ListenWhileThreatened(40.0, 20.0, 30.0)),
         rule_policy(WinStayLoseShift(10.0, 30.0, 20.0)),
         rule_policy(WinStayLoseShift(10.0, 30.0, 0.8, 2.0, criterion="escape_direction")),
-        rule_policy(SpreadOut(0.5, 0.2, 20.0)),
-        rule_policy(StepAside(0.5, 0.1)),
     ],
     ids=lambda entry: type(entry.policy).__name__,
 )

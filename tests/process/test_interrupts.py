@@ -145,9 +145,9 @@ def test_a_signal_before_the_first_array_is_a_keyboard_interrupt() -> None:
 def test_ctrl_c_during_the_observation_of_a_reset_keeps_the_episodes_of_a_batch() -> None:
     """An observation takes long: each agent searches for its 1,000 nearest ones under two ranges."""
     process = start("""
-        from flockesc_env import FlockEscapeEnv, Topological
+        from flockesc_env import Topological, parallel_env
         crowd = FlockScenario(num_agents=10_000, initial_side=577.0, neighbor_rule=Topological())
-        env = FlockEscapeEnv(crowd, max_range=1_006, profile_ranges=(1_000, 1_006), num_threads=1)
+        env = parallel_env(crowd, max_range=1_006, profile_ranges=(1_000, 1_006), num_threads=1)
         env.reset(seed=0)
         before = env.get_state()
         try:

@@ -95,7 +95,7 @@ def test_the_docs_name_every_part(family: str) -> None:
             for view in _core.kinds()["views"]
         ),
         ("Predator", _core.predator_observation_entries),
-        ("Line", lambda _: _core.line_observation_entries(1, 1)),
+        ("Line", lambda _: _core.line_observation_entries(1)),
     ],
 )
 def test_the_docs_list_the_entries_and_bounds_of_an_observation_in_order(

@@ -158,10 +158,7 @@ ENV_OPTIONS = ACTION_OPTIONS | {
         ("closest_approach",), accepts=("nothing",), confusing=(("closest",), "closest_approach")
     ),
 }
-LINE_OPTIONS = ACTION_OPTIONS | {
-    "reward": choice("terminal"),
-    "profile_ranges": floats([0.25, 0.5], True, low=0.0, is_any_length=True),
-}
+LINE_OPTIONS = ACTION_OPTIONS | {"reward": choice("terminal")}
 SCENARIO = part(FLOCK, True, confusing=(LINE, fe.Disc()))
 START = {
     "initial_positions": floats(POINTS, True),
@@ -443,9 +440,7 @@ POLICIES: dict[str, Row] = {
             policies.ListenWhileFleeing: {"min_cosine": number(0.1)},
             policies.ListenWhileThreatened: {},
             policies.WinStayLoseShift: {"criterion": choice("escape_direction")},
-            policies.SpreadOut: {},
             policies.BestNextHeading: {},
-            policies.StepAside: {},
             policies.BestCandidate: {"entry": text("escape_cosine")},
             predator_policies.FlyStraight: {},
             predator_policies.Pursue: {"target": choice("nearest")},

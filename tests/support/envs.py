@@ -56,7 +56,6 @@ ADAPTERS = {
     "pictures": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, **PICTURES), has_pictures=True),
     "pursuit": Adapter(lambda: fe.FlockPursuitEnv(FLOCK)),
     "line": Adapter(lambda: fe.LineEscapeEnv(LINE)),
-    "line with a profile": Adapter(lambda: fe.LineEscapeEnv(LINE, profile_ranges=(0.0, 0.05, 0.3))),
     "line in pictures": Adapter(lambda: fe.LineEscapeEnv(LINE, **PICTURES), has_pictures=True),
     "vector": Adapter(lambda: _vector("NextStep")),
     "vector in the same step": Adapter(lambda: _vector("SameStep", action_mode="discrete")),

@@ -31,8 +31,6 @@ crowd = fe.FlockScenario(num_agents=100_000, initial_side=1826.0, num_steps=FORE
 huge = fe.FlockScenario(num_agents=1_000_000, initial_side=5774.0, num_steps=10)
 dense = fe.FlockScenario(num_agents=10_000, initial_side=100.0, blind_angle=1.0, num_steps=100)
 line = fe.LineScenario(escape_force="linear_as_printed", max_steps=FOREVER)
-profiled = fe.FlockScenario(num_agents=20_000, initial_side=816.0)
-candidates = {"max_range": 300.0, "profile_ranges": tuple(np.linspace(5.0, 300.0, 64).tolist())}
 points = np.random.default_rng(0).uniform(0.0, 1.0, (1_000_000, 2))
 
 Call = Callable[[], Any]
@@ -45,6 +43,17 @@ def step(env: Any, actions: Any, **options: Any) -> Call:
         env.step(actions)
 
     return call
+
+
+def profiled() -> Any:
+    scenario = fe.FlockScenario(num_agents=20_000, initial_side=816.0)
+    candidates = tuple(np.linspace(5.0, 300.0, 64).tolist())
+    return fe.AgentVectorEnv(20_000, scenario, max_range=300.0, profile_ranges=candidates)
+
+
+def profiled_reset() -> Call:
+    env = profiled()
+    return lambda: env.reset(seed=0)
 
 
 def gymnasium_step(scenario: fe.FlockScenario, rho: float = 10.0, **options: Any) -> Call:
@@ -93,10 +102,8 @@ CALLS: dict[str, Callable[[], Call]] = {
     "step of a vector environment": vector_step,
     "step with difference rewards": parallel_step,
     "step of a line": line_step,
-    "step, 64 candidate ranges": lambda: gymnasium_step(profiled, **candidates),
-    "reset of 20,000 agents, 64 candidate ranges": lambda: (
-        lambda: fe.FlockEscapeEnv(profiled, **candidates).reset(seed=0)
-    ),
+    "step, 64 candidate ranges": lambda: step(profiled(), np.zeros((20_000, 1), np.float32)),
+    "reset of 20,000 agents, 64 candidate ranges": profiled_reset,
     "observation, topological candidates": observation,
     "reset of 1,000,000 agents": lambda: lambda: fe.FlockEscapeEnv(huge).reset(seed=0),
     "reset of 64 x 30,000 agents": lambda: (

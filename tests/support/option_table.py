@@ -66,7 +66,6 @@ LINE = {
     "action_mode": ACTION_MODES,
     "reward": get_args(LineReward),
     "steps_per_action": STEPS_PER_ACTION,
-    "profile_ranges": (None, (0.0, 0.1, 1.0)),
 }
 FLOCK_OPTIONS, AGENT_OPTIONS, LINE_OPTIONS = (covering(**values) for values in (FLOCK, AGENTS, LINE))
 

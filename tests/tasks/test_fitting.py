@@ -22,7 +22,6 @@ def changed(task: Task, **options: Any) -> Task:
 LOCAL, VISIBLE, SHARED = (tasks[name] for name in ("per-agent-local", "per-agent-visible", "shared"))
 PROFILE = changed(VISIBLE, profile_ranges=[0.0, 5.0, 10.0])
 LINE = tasks["line"]
-LINE_PROFILE = changed(LINE, profile_ranges=[0.0, 0.1])
 WORLDS = tasks["held-out-worlds"]  # in one of them are two predators
 RHO = FixedRange(0.1)
 
@@ -48,8 +47,6 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> Named
         (named(objective="minimum"), VISIBLE, "objective", "'mean', as in the task, got 'minimum'"),
         (named(scenario=LineScenario()), VISIBLE, "scenario", "a FlockScenario, got LineScenario"),
         (named(False, FlockScenario()), LINE, "scenario", "a LineScenario, got FlockScenario"),
-        (named(False, profile_ranges=(0.1,)), LINE, "profile_ranges", "none, as in the task, got 0.1"),
-        (named(False, profile_ranges=(0.1, 0.2)), LINE_PROFILE, "profile_ranges", "got 0.1, 0.2"),
         (named(False, predator_sensing_range=None), LINE, "options", "got predator_sensing_range"),
         (named(max_rage=1.0), LOCAL, "options", "got max_rage"),
     ],
@@ -72,8 +69,7 @@ BLIND = {"fixed:RHO", "random"}
 LOCAL_RULES = BLIND | {"stubborn-leaders-local", "stubborn-witnesses"}
 NO_APPROACH = LOCAL_RULES | {"stubborn-leaders"}
 VISIBLE_RULES = NO_APPROACH | {"listen-while-threatened", "win-stay-lose-shift"}
-EIGHT_RULES = VISIBLE_RULES | {"win-stay-lose-shift-escape", "spread-out"}
-EIGHT_RULES |= {"turn-away", "keep-distance", "head-away", "step-aside"}
+EIGHT_RULES = VISIBLE_RULES | {"win-stay-lose-shift-escape", "turn-away", "keep-distance", "head-away"}
 FLOCK_RULES = BLIND | {"listen-while-fleeing"}
 FITTING = {
     "shared": FLOCK_RULES,

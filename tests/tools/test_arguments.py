@@ -185,7 +185,8 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: fe.FlockPursuitEnv(LEAGUE), "predators"),
     (lambda: fe.FlockPursuitEnv(predator_policy=fe.FlyStraight()), "predator_policy"),
     (lambda: fe.FlockPursuitEnv(reward="individual_distance"), "reward"),
-    (lambda: fe.LineOptions(profile_ranges=[0.1, 0.1]), "profile_ranges"),
+    (lambda: fe.FlockEscapeEnv(profile_ranges=[0.0, 5.0]), "profile_ranges"),
+    (lambda: fe.LineEscapeEnv(profile_ranges=[0.0, 0.5]), "profile_ranges"),  # type: ignore[call-arg]
     (lambda: fe.rollout(FLOCK, fe.StubbornLeaders(), [0], per_agent=False), "per_agent"),
     (lambda: fe.rollout(FLOCK, policies.ListenWhileFleeing(), [0], per_agent=True), "per_agent"),
     (lambda: fe.rollout(FLOCK, policies.BestCandidate("escape_cosine"), [0]), "profile_ranges"),

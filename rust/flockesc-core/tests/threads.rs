@@ -145,7 +145,11 @@ fn episodes(view: View, reward: Reward) -> EpisodeConfig {
         max_range: 40.0,
         predator_sensing_range: None,
         steps_per_action: 2,
-        profile_ranges: vec![0.0, 5.0, 30.0],
+        profile_ranges: if view.is_per_agent() {
+            vec![0.0, 5.0, 30.0]
+        } else {
+            Vec::new()
+        },
         extra_entries: vec![ExtraEntries::EscapeDirection, ExtraEntries::ClosestApproach],
     }
 }

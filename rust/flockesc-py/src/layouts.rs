@@ -35,10 +35,9 @@ pub(crate) fn predator_observation_entries(dimension: usize) -> Vec<(String, f32
 #[pyfunction]
 pub(crate) fn line_observation_entries(
     num_agents: usize,
-    num_profile_ranges: usize,
 ) -> Result<Vec<(String, f32, f32)>, CoreError> {
     memory::check("num_agents", num_agents as u128 * ENTRY_BYTES)?;
-    Ok(bounds(line_entries(num_agents, num_profile_ranges)))
+    Ok(bounds(line_entries(num_agents)))
 }
 
 /// Memory in bytes of the name and bounds of an entry, here and in Python.

@@ -10,7 +10,7 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::arrays::{Dict, Tuple, flat};
 use crate::errors::{CoreError, try_borrow, try_borrow_mut};
-use crate::long_call::{change, run};
+use crate::long_call::{change, maybe_detach, run};
 
 #[pyclass(module = "flockesc_env._core")]
 #[derive(Clone)]
@@ -46,10 +46,7 @@ impl LineEpisode {
     fn step<'py>(slf: &Bound<'py, Self>, interaction_range: f64) -> Tuple<'py> {
         let py = slf.py();
         let this = &mut *try_borrow_mut(slf)?;
-        let visits = this
-            .inner
-            .work()
-            .saturating_add(this.inner.observation_work());
+        let visits = this.inner.work();
         let (reward, observation) =
             change(py, &mut this.inner, visits, move |episode, progress| {
                 let reward = episode.advance(interaction_range, progress)?;
@@ -67,11 +64,9 @@ impl LineEpisode {
     }
 
     fn observe<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<f32>>> {
-        let (py, this) = (slf.py(), &mut *try_borrow_mut(slf)?);
-        let visits = this.inner.observation_work();
-        let observation = change(py, &mut this.inner, visits, |episode, _| {
-            Ok(episode.observation())
-        })?;
+        let (py, inner) = (slf.py(), &try_borrow(slf)?.inner);
+        let num_agents = inner.line().config().num_agents;
+        let observation = maybe_detach(py, num_agents, || inner.observation());
         Ok(observation.into_pyarray(py))
     }
 

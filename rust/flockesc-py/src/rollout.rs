@@ -127,8 +127,7 @@ pub(crate) fn rollout_line<'py>(
 ) -> Dict<'py> {
     let scenario = Arc::new(LineConfig::from_json(&documents.0).map_err(CoreError::from)?);
     let options = LineEpisodeConfig::from_json(&documents.1).map_err(option_error)?;
-    let candidates = options.profile_ranges.as_ref().map_or(0, Vec::len);
-    let entries = names(line_entries(scenario.num_agents, candidates));
+    let entries = names(line_entries(scenario.num_agents));
     let networks = network.networks(&entries, actions.get())?;
     let seeds = seeds.as_slice()?.to_vec();
     let outcomes = long_call(py, report, move |progress| {

@@ -36,8 +36,8 @@ pub struct EpisodeConfig {
     pub predator_sensing_range: Option<SensingRange>,
     /// Number of model steps per action, at least 1.
     pub steps_per_action: usize,
-    /// Candidate ranges in m, in ascending order, at most [`crate::MAX_CANDIDATES`]. The observation shows what the
-    /// agents would hear under each of them.
+    /// Candidate ranges in m, in ascending order, at most [`crate::MAX_CANDIDATES`]. The observation shows what
+    /// every agent would hear under each of them. Empty with one range for the flock.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub profile_ranges: Vec<f64>,
     /// Optional entries of the observation.
@@ -83,6 +83,10 @@ impl EpisodeConfig {
         }
         within("steps_per_action", self.steps_per_action, 1, MAX_STEPS)?;
         if !self.profile_ranges.is_empty() {
+            if !self.view.is_per_agent() {
+                let expected = "none with one range for the flock";
+                return Err(Error::config("profile_ranges", expected, "some"));
+            }
             profile_ranges("profile_ranges", &self.profile_ranges, self.max_range)?;
         }
         for (index, kind) in self.extra_entries.iter().enumerate() {
@@ -104,16 +108,8 @@ impl EpisodeConfig {
     /// # Errors
     /// [`Error::Config`] naming the option that the scenario rules out.
     pub fn check_scenario(&self, scenario: &FlockConfig) -> Result<()> {
-        if self.profile_ranges.is_empty() {
-            return Ok(());
-        }
-        if scenario.frozen_graph {
+        if scenario.frozen_graph && !self.profile_ranges.is_empty() {
             let expected = "none with a frozen graph, whose neighbors do not depend on the range";
-            return Err(Error::config("profile_ranges", expected, "some"));
-        }
-        if !self.view.is_per_agent() && scenario.motion.needs_pairs() {
-            let expected =
-                "none with one range for the flock and forces between pairs of neighbors";
             return Err(Error::config("profile_ranges", expected, "some"));
         }
         Ok(())

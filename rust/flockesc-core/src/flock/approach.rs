@@ -6,6 +6,9 @@ use multiversion::multiversion;
 use crate::agents::{Column, GROUP, Group, centroid, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::{larger, smaller, squared_norm};
+use crate::flock::metrics::{PredatorDistance, distances};
+use crate::flock::summary::heading_away;
+use crate::flock::world::World;
 use crate::predator::Predator;
 
 /// A predator that keeps its velocity.
@@ -46,12 +49,23 @@ pub(crate) struct Drift<const D: usize> {
     squared_speed: f64,
 }
 
+/// The closest approach of a predator to a flock, if all agents and predators keep their velocities.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Approach {
+    /// Mean distance in m to the predator at its closest approach to the flock, and the time in s. With
+    /// several predators, those of the smallest distance.
+    pub(crate) mean_distance: f64,
+    pub(crate) time: f64,
+    /// The smallest distance in m of any agent to any predator.
+    pub(crate) min_distance: f64,
+}
+
 /// Largest magnitudes of coordinates.
-pub(super) struct Extremes<const D: usize> {
+struct Extremes<const D: usize> {
     low: [f64; D],
     high: [f64; D],
     /// Largest speed in m/s.
-    pub(super) speed: f64,
+    speed: f64,
 }
 
 impl<const D: usize> Drift<D> {
@@ -72,9 +86,15 @@ impl<const D: usize> Drift<D> {
         }
     }
 
+    /// Returns where every predator is at its closest approach to the flock.
+    pub(crate) fn places(&self, predators: &[Straight<D>]) -> Vec<[f64; D]> {
+        let place = |predator: &Straight<D>| predator.after(self.time_of_approach(predator));
+        predators.iter().map(place).collect()
+    }
+
     /// Returns the time in s, at least 0, at which the mean squared distance of the agents to a predator is
     /// smallest.
-    pub(crate) fn time_of_approach(&self, predator: &Straight<D>) -> f64 {
+    fn time_of_approach(&self, predator: &Straight<D>) -> f64 {
         let (mut closing, mut squared_speed) = (self.expansion, self.squared_speed);
         for axis in 0..D {
             let (own, its) = (self.velocity[axis], predator.velocity[axis]);
@@ -83,6 +103,42 @@ impl<const D: usize> Drift<D> {
         }
         time_of_minimum(closing, squared_speed)
     }
+}
+
+/// Returns the mean cosine of the angle between an agent's heading and its escape direction. The flock must
+/// have at least one agent.
+pub(crate) fn heading_escape<const D: usize>(
+    world: &World<D>,
+    drift: &Drift<D>,
+    predators: &[Straight<D>],
+) -> f64 {
+    let places = drift.places(predators);
+    let mut groups = world.agents().groups.clone();
+    measure(&mut groups, &places);
+    heading_away(world, &groups, &places)
+}
+
+/// Returns the closest approach of the predators. The flock must have at least one agent.
+pub(crate) fn approach<const D: usize>(
+    world: &World<D>,
+    drift: &Drift<D>,
+    predators: &[Straight<D>],
+) -> Approach {
+    let mut groups = world.agents().groups.clone();
+    let mut approach = Approach {
+        mean_distance: f64::INFINITY,
+        time: 0.0,
+        min_distance: closest_distance(&groups, predators),
+    };
+    for predator in predators {
+        let time = drift.time_of_approach(predator);
+        measure_after(&mut groups, predator, time);
+        let mean_distance = PredatorDistance::of(&groups, world.agents().len()).mean;
+        if mean_distance < approach.mean_distance {
+            (approach.mean_distance, approach.time) = (mean_distance, time);
+        }
+    }
+    approach
 }
 
 /// Returns the time at least 0 at which ||offset + velocity t|| is smallest. `closing` is the product of both
@@ -138,10 +194,7 @@ pub(crate) fn approaches<const D: usize>(
 /// Returns the smallest distance in m of a closest approach of any agent to any predator. It is infinite
 /// without agents or predators.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(crate) fn closest_distance<const D: usize>(
-    groups: &[Group<D>],
-    predators: &[Straight<D>],
-) -> f64 {
+fn closest_distance<const D: usize>(groups: &[Group<D>], predators: &[Straight<D>]) -> f64 {
     let mut smallest = [f64::INFINITY; GROUP];
     for group in groups {
         let found = approaches(group, &group.velocity, predators, f64::INFINITY);
@@ -152,13 +205,17 @@ pub(crate) fn closest_distance<const D: usize>(
     reduce(smallest, smaller)
 }
 
+/// Sets the distances in m of the agents to the ones to the nearest of `places`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn measure<const D: usize>(groups: &mut [Group<D>], places: &[[f64; D]]) {
+    for group in groups {
+        group.distance = distances(&group.position, places);
+    }
+}
+
 /// Sets the distances in m of the agents to the ones to a predator after `time` s with the present velocities.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(super) fn measure_after<const D: usize>(
-    groups: &mut [Group<D>],
-    predator: &Straight<D>,
-    time: f64,
-) {
+fn measure_after<const D: usize>(groups: &mut [Group<D>], predator: &Straight<D>, time: f64) {
     for group in groups {
         for lane in 0..GROUP {
             let offset: [f64; D] = std::array::from_fn(|axis| {
@@ -172,7 +229,7 @@ pub(super) fn measure_after<const D: usize>(
 
 /// Returns the bounding box of all agents and the largest speed.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(super) fn extremes<const D: usize>(groups: &[Group<D>]) -> Extremes<D> {
+fn extremes<const D: usize>(groups: &[Group<D>]) -> Extremes<D> {
     let (mut low, mut high) = ([[f64::INFINITY; GROUP]; D], [[f64::NEG_INFINITY; GROUP]; D]);
     let mut speed = [0.0; GROUP];
     for group in groups {

@@ -5,25 +5,23 @@ mod initial;
 mod initial_state;
 mod metrics;
 mod motion;
-mod preview;
 mod randomization;
 mod scenario;
 mod simulate;
 mod summary;
 mod world;
 
-pub(crate) use approach::{Drift, Straight, approaches};
+pub(crate) use approach::{Approach, Drift, Straight, approach, approaches, heading_escape};
 pub use initial::{InitialHeadings, InitialPositions};
 pub use initial_state::InitialState;
 pub use metrics::PredatorDistance;
 pub use motion::*;
-pub(crate) use preview::{Approach, Preview};
 pub use randomization::Distribution;
 pub use scenario::FlockConfig;
 pub(crate) use simulate::check_flocks;
 pub use simulate::{
     Schedule, Trajectory, check_predator_actions, check_ranges, check_record, simulate_flock,
 };
-pub(crate) use summary::{HALF_COUNT, Headings, Summary};
+pub(crate) use summary::{HALF_COUNT, Summary};
 pub use world::World;
 pub(crate) use world::WorldState;

@@ -35,14 +35,6 @@ pub(crate) struct Summary<const D: usize> {
     pub(crate) fraction_in_range: f64,
 }
 
-/// Averages over the headings of all agents, as in [`Summary`].
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Headings {
-    pub(crate) polarization: f64,
-    pub(crate) heading_away: f64,
-    pub(crate) neighbor_count: f64,
-}
-
 /// Scale of the number of neighbors: the scaled number is one half for eight neighbors.
 pub(crate) const HALF_COUNT: f64 = 8.0;
 
@@ -75,6 +67,29 @@ struct Sums<const D: usize> {
     in_range: i64,
 }
 
+impl<'a, const D: usize> Flock<'a, D> {
+    fn of(world: &'a World<D>, groups: &'a [Group<D>], predators: &'a [[f64; D]]) -> Self {
+        Self {
+            groups,
+            sums: world.neighborhood().sums(),
+            predators,
+            unit: world.neighborhood().scale(),
+            speed: world.config().speed.largest(),
+            predator_range: world.config().predator_range,
+        }
+    }
+}
+
+impl Scales {
+    fn of<const D: usize>(world: &World<D>, num_agents: usize) -> Self {
+        Self {
+            // For D <= 3 the norm is less than twice the largest component.
+            speed: Scale::for_registers(2.0 * world.neighborhood().largest_speed(), num_agents),
+            share: Scale::for_registers(1.0, num_agents),
+        }
+    }
+}
+
 impl<const D: usize> Summary<D> {
     /// Summary of a flock without agents.
     pub(crate) const EMPTY: Self = Self {
@@ -91,26 +106,14 @@ impl<const D: usize> Summary<D> {
     };
 
     pub(crate) fn of(world: &World<D>) -> Self {
-        let config = world.config();
         let num_agents = world.agents().len();
         if num_agents == 0 {
             return Self::EMPTY;
         }
         let n = num_agents as f64;
         let (low, high) = corners(&world.agents().groups);
-        let scales = Scales {
-            // For D <= 3 the norm is less than twice the largest component.
-            speed: Scale::for_registers(2.0 * world.neighborhood().largest_speed(), num_agents),
-            share: Scale::for_registers(1.0, num_agents),
-        };
-        let flock = Flock {
-            groups: &world.agents().groups,
-            sums: world.neighborhood().sums(),
-            predators: world.predator_positions(),
-            unit: world.neighborhood().scale(),
-            speed: config.speed.largest(),
-            predator_range: config.predator_range,
-        };
+        let scales = Scales::of(world, num_agents);
+        let flock = Flock::of(world, &world.agents().groups, world.predator_positions());
         let sums = add_up(&flock, &scales);
         let share = |sum: i64| scales.share.value(sum) / n;
         let centroid = centroid(flock.groups, (low, high), num_agents);
@@ -136,34 +139,17 @@ impl<const D: usize> Summary<D> {
     }
 }
 
-impl Headings {
-    /// Computes the averages over `num_agents` >= 1 agents with these sums over neighbors. `largest_speed` is
-    /// theirs in m/s, and `predators` are the positions in m.
-    pub(super) fn of<const D: usize>(
-        (groups, sums): (&[Group<D>], &[NeighborSums<D>]),
-        predators: &[[f64; D]],
-        (num_agents, largest_speed): (usize, f64),
-    ) -> Self {
-        let scales = Scales {
-            speed: Scale::for_registers(largest_speed, num_agents),
-            share: Scale::for_registers(1.0, num_agents),
-        };
-        let flock = Flock {
-            groups,
-            sums,
-            predators,
-            unit: scales.speed,
-            speed: largest_speed,
-            predator_range: 0.0,
-        };
-        let sums = add_up(&flock, &scales);
-        let share = |sum: i64| scales.share.value(sum) / num_agents as f64;
-        Self {
-            polarization: squared_norm(&sums.heading.map(share)).sqrt().min(1.0),
-            heading_away: share(sums.heading_away),
-            neighbor_count: share(sums.neighbor_count),
-        }
-    }
+/// Returns the mean cosine of the angle between an agent's heading and the direction away from the nearest of
+/// `places`. `groups` are the agents of `world` with their distances to these places, at least one agent.
+pub(super) fn heading_away<const D: usize>(
+    world: &World<D>,
+    groups: &[Group<D>],
+    places: &[[f64; D]],
+) -> f64 {
+    let num_agents = world.agents().len();
+    let flock = Flock::of(world, groups, places);
+    let scales = Scales::of(world, num_agents);
+    scales.share.value(add_up(&flock, &scales).heading_away) / num_agents as f64
 }
 
 impl<const D: usize> World<D> {

@@ -1,17 +1,14 @@
 //! `LineEpisode`: an episode of a line with actions, rewards and observations, up to its steady state.
 
-mod observation;
-
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-pub use observation::line_entries;
-
 use super::groups::Groups;
 use super::step::{Line, check_range};
-use crate::base::check::{MAX_STEPS, positive, profile_ranges, rounding, within};
+use crate::base::check::{MAX_STEPS, positive, rounding, within};
 use crate::base::document::parse;
+use crate::base::entry::{Entries, Entry, Row};
 use crate::base::error::{Error, Result};
 use crate::line::scenario::LineConfig;
 use crate::parallel::Progress;
@@ -27,9 +24,6 @@ pub struct LineEpisodeConfig {
     pub max_range: f64,
     /// Number of model steps per action, at least 1.
     pub steps_per_action: usize,
-    /// Candidate ranges of the profile, 1 to 64 in increasing order; `None`: no profile.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub profile_ranges: Option<Vec<f64>>,
 }
 
 /// The reward term of a line's episode. Both terms sum to d_ss - d(0) exactly.
@@ -54,7 +48,6 @@ impl Default for LineEpisodeConfig {
             reward: LineReward::Change,
             max_range: 1.0,
             steps_per_action: 1,
-            profile_ranges: None,
         }
     }
 }
@@ -68,9 +61,6 @@ impl LineEpisodeConfig {
         let config: Self = parse(document)?;
         positive("max_range", config.max_range)?;
         within("steps_per_action", config.steps_per_action, 1, MAX_STEPS)?;
-        if let Some(ranges) = &config.profile_ranges {
-            profile_ranges("profile_ranges", ranges, config.max_range)?;
-        }
         Ok(config)
     }
 }
@@ -159,34 +149,26 @@ impl LineEpisode {
         })
     }
 
-    /// Returns the observation: t / max_steps, d / (1 + d), rho / max_range, u / (1 + |u|) of the offsets
-    /// u = x_i - x_p in ascending order, and the profile.
+    /// Returns the observation: t / max_steps, d / (1 + d), rho / max_range, and u / (1 + |u|) of the offsets
+    /// u = x_i - x_p in ascending order.
     ///
     /// The sorted offsets determine the state up to the agents' ids, so that the decision process is Markov.
     #[must_use]
     pub fn observation(&self) -> Vec<f32> {
         let time = self.status.step as f64 / self.line.config().max_steps as f64;
         let last_range = self.status.last_range / self.config.max_range;
-        observation::observe(&self.line, time, last_range, self.profile_ranges())
+        let scalars = [time, self.line.escape_distance(), last_range];
+        let mut observation = Vec::new();
+        observe(&mut observation, scalars, self.line.offsets());
+        observation
     }
 
-    fn profile_ranges(&self) -> &[f64] {
-        self.config.profile_ranges.as_deref().unwrap_or_default()
-    }
-
-    /// Estimates the number of agents that an action visits, a measure of its run time.
+    /// Estimates the number of agents that an action and its observation visit, a measure of the run time.
     #[must_use]
     pub fn work(&self) -> usize {
         let scenario = self.line.config();
         let steps = self.config.steps_per_action.min(scenario.max_steps);
-        scenario.num_agents.saturating_mul(steps)
-    }
-
-    /// Estimates the number of agents that an observation visits.
-    #[must_use]
-    pub fn observation_work(&self) -> usize {
-        let num_steps = 1 + 2 * self.profile_ranges().len();
-        self.line.config().num_agents.saturating_mul(num_steps)
+        scenario.num_agents.saturating_mul(steps + 1)
     }
 
     /// Returns the number of steps so far.
@@ -252,4 +234,28 @@ impl LineEpisode {
     fn fingerprint(&self) -> Fingerprint {
         Fingerprint::of(&(self.line.config(), &self.config))
     }
+}
+
+/// Adds all entries of an observation to `row`. `scalars` are the elapsed fraction, the escape distance and the
+/// last range as a fraction of the largest one.
+fn observe(
+    row: &mut impl Row<f64>,
+    [time, escape_distance, last_range]: [f64; 3],
+    offsets: impl Iterator<Item = f64>,
+) {
+    let scaled = |length: f64| length / (1.0 + length.abs());
+    row.number("time", 0.0, time);
+    row.number("escape_distance", 0.0, scaled(escape_distance));
+    row.number("last_range", 0.0, last_range);
+    for (rank, offset) in offsets.enumerate() {
+        row.number(format_args!("offset_{rank}"), -1.0, scaled(offset));
+    }
+}
+
+/// Returns the names and bounds of a line's observation entries, in order.
+#[must_use]
+pub fn line_entries(num_agents: usize) -> Vec<Entry> {
+    let mut entries = Entries::default();
+    observe(&mut entries, [0.0; 3], std::iter::repeat_n(0.0, num_agents));
+    entries.entries
 }

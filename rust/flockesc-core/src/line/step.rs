@@ -102,11 +102,6 @@ impl Line {
     /// [`Error::Argument`] if `range` is negative or not finite.
     pub fn step(&mut self, range: f64) -> Result<f64> {
         check_range(range)?;
-        Ok(self.move_under(range))
-    }
-
-    /// Advances the line by one step under a valid range; see [`Self::step`].
-    pub(super) fn move_under(&mut self, range: f64) -> f64 {
         let groups = self.groups.sorted();
         let next = self.consensus.means(groups, self.config.num_agents, range);
         if let Some(predator) = self.config.predator_position {
@@ -121,7 +116,7 @@ impl Line {
                 *next += escape_force.at(offset, predator_range, repulsion_strength);
             }
         }
-        self.groups.move_to(next)
+        Ok(self.groups.move_to(next))
     }
 
     /// Returns whether the line is in its steady state after a step with the largest displacement `moved`.

@@ -240,9 +240,7 @@ pub(super) fn write<const D: usize>(
     let predators: Vec<Straight<D>> = world.predators().iter().map(Straight::from).collect();
     let mut places = Vec::new();
     if extras.has_escape() {
-        let drift = Drift::of(&agents.groups, agents.len());
-        let place = |predator: &Straight<D>| predator.after(drift.time_of_approach(predator));
-        places.extend(predators.iter().map(place));
+        places = Drift::of(&agents.groups, agents.len()).places(&predators);
     }
     let mut profile = None;
     if !extras.ranges.is_empty() {

@@ -6,13 +6,11 @@ use nalgebra::SVector;
 use super::row::squash;
 use super::scene::Common;
 use super::{Extras, Scene};
-use crate::agents::Group;
 use crate::base::entry::{Entries, Numbers, Row};
-use crate::base::error::Result;
 use crate::base::vector::heading;
-use crate::flock::{Approach, Headings, PredatorDistance, Preview, Straight, Summary};
-use crate::neighbor::{NeighborSums, Profile};
-use crate::parallel::Progress;
+use crate::flock::{
+    Approach, Drift, PredatorDistance, Straight, Summary, approach, heading_escape,
+};
 
 /// The values that a flock's row is computed from.
 struct Features<'a, const D: usize> {
@@ -23,9 +21,8 @@ struct Features<'a, const D: usize> {
     distance: PredatorDistance,
     /// The predator nearest to the centroid, if at least one agent senses a predator.
     predator: Option<Nearest<D>>,
-    now: Response,
-    /// The same after one step under every candidate range.
-    candidates: Vec<Response>,
+    heading_escape: f64,
+    approach: Approach,
 }
 
 /// A predator relative to the centroid.
@@ -38,21 +35,10 @@ struct Nearest<const D: usize> {
     velocity: SVector<f64, D>,
 }
 
-/// Averages over the agents of a flock. Values that no entry needs are 0.
-#[derive(Debug, Clone, Copy, Default)]
-struct Response {
-    headings: Headings,
-    heading_escape: f64,
-    approach: Approach,
-}
-
 /// Adds all entries to `row`.
 fn add<const D: usize>(row: &mut impl Row<f64>, extras: Extras<'_>, features: &Features<'_, D>) {
     let Features {
-        flock,
-        distance,
-        now,
-        ..
+        flock, distance, ..
     } = features;
     let Common { length, speed, .. } = features.common;
     let sensed = |value| features.sensed(value);
@@ -86,17 +72,17 @@ fn add<const D: usize>(row: &mut impl Row<f64>, extras: Extras<'_>, features: &F
     row.number("velocity_away", -1.0, velocity_away);
     row.number("predator_speed", 0.0, predator_speed);
     row.number("predator_aim", -1.0, predator_aim);
-    features.add_response(row, extras, now);
-    if extras.has_approach() {
-        let time = squash(now.approach.time, length / speed);
-        row.number("closest_approach_time", 0.0, sensed(time));
+    if extras.has_escape() {
+        row.number("heading_escape", -1.0, sensed(features.heading_escape));
     }
-    for (k, after) in features.candidates.iter().enumerate() {
-        row.begin_candidate(k);
-        row.number("polarization", 0.0, after.headings.polarization);
-        row.number("neighbor_count", 0.0, after.headings.neighbor_count);
-        row.number("heading_away", -1.0, sensed(after.headings.heading_away));
-        features.add_response(row, extras, after);
+    if extras.has_approach() {
+        let approach = features.approach;
+        let mean = sensed_distance(approach.mean_distance);
+        row.number("closest_mean_distance", 0.0, mean);
+        let minimum = sensed_distance(approach.min_distance);
+        row.number("closest_min_distance", 0.0, minimum);
+        let time = squash(approach.time, length / speed);
+        row.number("closest_approach_time", 0.0, sensed(time));
     }
 }
 
@@ -109,19 +95,6 @@ impl<const D: usize> Features<'_, D> {
     /// Returns a distance to a predator, scaled to [0, 1), or 0 if no agent senses one.
     fn sensed_distance(&self, distance: f64) -> f64 {
         self.sensed(squash(distance, self.common.length))
-    }
-
-    /// Adds the optional entries of a response.
-    fn add_response(&self, row: &mut impl Row<f64>, extras: Extras<'_>, response: &Response) {
-        if extras.has_escape() {
-            row.number("heading_escape", -1.0, self.sensed(response.heading_escape));
-        }
-        if extras.has_approach() {
-            let mean = self.sensed_distance(response.approach.mean_distance);
-            let minimum = self.sensed_distance(response.approach.min_distance);
-            row.number("closest_mean_distance", 0.0, mean);
-            row.number("closest_min_distance", 0.0, minimum);
-        }
     }
 }
 
@@ -136,18 +109,14 @@ pub(super) fn name<const D: usize>(extras: Extras<'_>, entries: &mut Entries) {
             minimum: 0.0,
         },
         predator: None,
-        now: Response::default(),
-        candidates: vec![Response::default(); extras.ranges.len()],
+        heading_escape: 0.0,
+        approach: Approach::default(),
     };
     add(entries, extras, &features);
 }
 
 /// Writes one row.
-pub(super) fn write<const D: usize>(
-    scene: &Scene<'_, D>,
-    out: &mut [f32],
-    progress: &Progress,
-) -> Result<()> {
+pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
     let (world, flock, common) = (scene.world, scene.summary(), scene.common());
     let distance = world.predator_distance();
     let centroid = SVector::from(flock.centroid);
@@ -161,80 +130,26 @@ pub(super) fn write<const D: usize>(
             velocity: predator.velocity,
         });
     let is_sensed = world.fraction_surviving() > 0.0 && distance.minimum <= common.sensing_length;
-    let (now, candidates) = responses(scene, progress)?;
+    let (agents, extras) = (world.agents(), scene.extras);
+    let (mut escape, mut closest) = (0.0, Approach::default());
+    if !extras.is_empty() && agents.len() > 0 {
+        let drift = Drift::of(&agents.groups, agents.len());
+        let predators: Vec<Straight<D>> = world.predators().iter().map(Straight::from).collect();
+        if extras.has_escape() {
+            escape = heading_escape(world, &drift, &predators);
+        }
+        if extras.has_approach() {
+            closest = approach(world, &drift, &predators);
+        }
+    }
     let features = Features {
         mean_range: scene.ranges.iter().sum::<f64>() / scene.ranges.len() as f64,
         flock,
         distance,
         predator: nearest.filter(|_| is_sensed),
-        now,
-        candidates,
+        heading_escape: escape,
+        approach: closest,
         common,
     };
-    add(&mut Numbers(out.iter_mut()), scene.extras, &features);
-    Ok(())
-}
-
-/// Returns the averages now, and after one step under every candidate range.
-fn responses<const D: usize>(
-    scene: &Scene<'_, D>,
-    progress: &Progress,
-) -> Result<(Response, Vec<Response>)> {
-    let (world, ranges) = (scene.world, scene.extras.ranges);
-    if scene.extras.is_empty() || world.agents().len() == 0 {
-        return Ok((Response::default(), vec![Response::default(); ranges.len()]));
-    }
-    let mut predators: Vec<Straight<D>> = world.predators().iter().map(Straight::from).collect();
-    let mut preview = Preview::new(world, world.neighborhood().sums().to_vec());
-    let now = response(&mut preview, Headings::default(), scene, &predators);
-    for predator in &mut predators {
-        predator.position = predator.after(world.config().time_step);
-    }
-    let num_groups = world.agents().groups.len();
-    let mut profile = Profile::new(world.neighborhood(), world.agents(), ranges, progress)?;
-    let mut candidates = vec![Vec::with_capacity(num_groups); ranges.len()];
-    for group in 0..num_groups {
-        progress.check()?;
-        for (candidate, sums) in candidates.iter_mut().zip(profile.of_group(group)) {
-            candidate.push(sums.clone());
-        }
-    }
-    let response_after_step = |sums| {
-        progress.check()?;
-        preview.restart(world, sums);
-        let headings = preview.advance(world, &predators);
-        Ok(response(&mut preview, headings, scene, &predators))
-    };
-    let candidates: Result<_> = candidates.into_iter().map(response_after_step).collect();
-    Ok((now, candidates?))
-}
-
-/// Adds the averages that the optional entries need to `headings`.
-fn response<const D: usize>(
-    preview: &mut Preview<D>,
-    headings: Headings,
-    scene: &Scene<'_, D>,
-    predators: &[Straight<D>],
-) -> Response {
-    let mut response = Response {
-        headings,
-        ..Response::default()
-    };
-    if scene.extras.entries.is_empty() {
-        return response;
-    }
-    let num_agents = scene.world.agents().len();
-    let drift = preview.drift(num_agents);
-    if scene.extras.has_escape() {
-        response.heading_escape = preview.heading_escape(num_agents, &drift, predators);
-    }
-    if scene.extras.has_approach() {
-        response.approach = preview.approach(num_agents, &drift, predators);
-    }
-    response
-}
-
-/// Returns the memory in bytes per group that optional entries need in addition to the profile.
-pub(super) fn bytes_per_group<const D: usize>(num_ranges: usize) -> usize {
-    size_of::<Group<D>>() + (1 + num_ranges) * size_of::<NeighborSums<D>>()
+    add(&mut Numbers(out.iter_mut()), extras, &features);
 }

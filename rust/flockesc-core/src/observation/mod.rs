@@ -13,7 +13,7 @@ mod scene;
 mod velocities;
 mod view;
 
-use crate::agents::GROUP;
+use crate::agents::{GROUP, Group};
 use crate::base::entry::{Entries, Entry};
 use crate::base::error::Result;
 use crate::flock::FlockConfig;
@@ -58,12 +58,12 @@ pub(crate) fn working_bytes<const D: usize>(
     extras: Extras<'_>,
     scenario: &FlockConfig,
 ) -> usize {
-    let (n, num_ranges) = (scenario.num_agents, extras.ranges.len());
-    if extras.is_empty() {
-        return 0;
+    let n = scenario.num_agents;
+    match view {
+        View::Flock if extras.is_empty() => 0,
+        View::Flock => n.div_ceil(GROUP) * size_of::<Group<D>>(),
+        View::Agent => Profile::<D>::bytes(&scenario.neighbor_options(), n, extras.ranges.len()),
     }
-    let profile = Profile::<D>::bytes(&scenario.neighbor_options(), n, num_ranges);
-    n.div_ceil(GROUP) * view.bytes_per_group::<D>(num_ranges) + profile
 }
 
 impl<const D: usize> Scene<'_, D> {
