@@ -189,7 +189,7 @@ def method_rows(name: str) -> dict[str, Row]:
             hunters = {f"predator_{what}": floats(points[:1]) for what in ("positions", "velocities")}
             entries = optional(**agents, **hunters, episode=seed(2))
         # PettingZoo requires that unknown options are ignored.
-        given = optional(seed=seed(4), options=part({}, accepts=("dict",) if is_dict else ()))
+        given = optional(seed=seed(4), options=part({}, accepts=(dict,) if is_dict else ()))
         for each in ("reset", "reset_array") if is_dict else ("reset",):
             call = lambda env, each=each, **values: reset(getattr(env, each), **values)  # noqa: E731
             rows[each] = Row(call, given, subject, go_on, entries)
@@ -247,9 +247,9 @@ def test_refused(row: Row) -> None:
     """Every bad value of every argument; then the subject goes on like one that was never asked."""
     subject, twin = (row.subject(), row.subject()) if row.subject else (None, None)
     complaints = {
-        (name, label): complaint(row, subject, name, value)
+        (name, number, type(value).__name__): complaint(row, subject, name, value)
         for name, kind in row.all_arguments.items()
-        for label, value in kind.bad().items()
+        for number, value in enumerate(kind.bad())
     }
     assert not {case: text for case, text in complaints.items() if text}
     if row.subject:
