@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from captured_flocks import hunted
 from envs import FLOCKS, RANDOM, adapters, same_action, start, step
 from option_table import small_flock
 from pettingzoo import AECEnv
@@ -64,14 +65,17 @@ def test_environments_play_the_simulated_flock(
 
 @pytest.mark.parametrize(("seed", "dimension"), [(0, 2), (2**64 - 1, 3)])
 def test_sweep_and_rollout_play_the_simulated_flock(seed: int, dimension: int) -> None:
-    scenario = small_flock(dimension)
+    scenario = hunted(dimension)
     run = fe.simulate(scenario, RHO, seed=seed)
-    expected = (run.mean_distance.min(), run.min_distance.min(), run.num_components[-1])
+    survived = run.fraction_surviving[-1]
+    assert survived < 1
+    expected = (run.mean_distance.min(), run.min_distance.min(), run.num_components[-1], survived)
+    names = ("min_mean_distance", "min_min_distance", "num_components", "fraction_surviving")
     swept = fe.sweep(scenario, [RHO], [seed])
-    assert (swept.min_mean_distance, swept.min_min_distance, swept.num_components) == expected
+    assert tuple(getattr(swept, name) for name in names) == expected
     for per_agent in (False, True):
         episodes = fe.rollout(scenario, FixedRange(RHO), [seed], per_agent=per_agent)
-        assert (episodes.min_mean_distance, episodes.min_min_distance, episodes.num_components) == expected
+        assert tuple(getattr(episodes, name) for name in names) == expected
         assert episodes.seeds.tolist() == [seed]
 
 
