@@ -106,29 +106,21 @@ def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) ->
     for scenario in (preset.scenario for preset in PRESETS.values()):
         if not isinstance(scenario, FlockScenario) or not scenario.predators:
             continue
-        count = scenario.num_agents
-        unlike = {
-            field: value[:8]
-            for field, value in vars(scenario).items()
-            if isinstance(value, tuple) and len(value) == count
-        }
+        fields = vars(scenario).items()
+        unlike = {k: v[:8] for k, v in fields if isinstance(v, tuple) and len(v) == scenario.num_agents}
         flock = scenario.replace(num_agents=8, num_steps=9, capture_radius=70.0, **unlike)
         try:
             env: Any = parallel_env(flock, **options) if entry.per_agent else FlockEscapeEnv(flock, **options)
         except ScenarioError:  # this preset has no profile
             assert "profile_ranges" in options
             continue
-        policy = bind(entry.policy, env)
+        act = bind(entry.policy, env)
         observations, _ = env.reset(seed=7)
-        if not entry.per_agent:
-            has_ended = False
-            while not has_ended:
-                observations, _, terminated, truncated, _ = env.step(policy(observations))
-                has_ended = terminated or truncated
-            continue
-        while env.agents:
-            were_caught += len(env.agents) < len(env.possible_agents)
-            observations, *_ = env.step(policy(observations))
+        has_ended = False
+        while not has_ended:
+            observations, _, terminated, truncated, _ = env.step(act(observations))
+            has_ended = not env.agents if entry.per_agent else terminated or truncated
+            were_caught += entry.per_agent and 0 < len(env.agents) < 8
     assert were_caught or not entry.per_agent
 
 
