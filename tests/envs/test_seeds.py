@@ -8,11 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 from captured_flocks import hunted
-from envs import FLOCKS, RANDOM, adapters, same_action, start, step
+from envs import FLOCKS, RANDOM, adapters, info_of, same_action, start, step
 from option_table import small_flock
-from pettingzoo import AECEnv
 from same import plain
-from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
 from flockesc_env.policies import FixedRange
@@ -25,16 +23,6 @@ CURVES = ("mean_distance", "min_distance", "num_components", "polarization")
 
 def curves(infos: list[dict[str, Any]]) -> dict[str, list[Any]]:
     return {name: [info[name] for info in infos] for name in CURVES}
-
-
-def info_of(environment: Any, returned: Any) -> dict[str, Any]:
-    """Return the info of the flock, or of its first agent, from what a reset or a step returned."""
-    if isinstance(environment, AECEnv):
-        return dict(environment.infos["agent_0"])
-    if isinstance(environment, VecEnv):
-        infos = returned[-1] if isinstance(returned, tuple) else environment.reset_infos
-        return dict(infos[0])
-    return dict(returned[-1].get("agent_0", returned[-1]))
 
 
 INTERFACES = [name for name in FLOCKS if name not in {"pursuit", "vector", "agent vector"}]

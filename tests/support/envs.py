@@ -187,6 +187,16 @@ def step(env: Any, actions: Any) -> Any:
     return seen
 
 
+def info_of(environment: Any, returned: Any) -> dict[str, Any]:
+    """Return the info of the flock, or of its first agent, from what a reset or a step returned."""
+    if isinstance(environment, AECEnv):
+        return dict(environment.infos["agent_0"])
+    if isinstance(environment, VecEnv):
+        infos = returned[-1] if isinstance(returned, tuple) else environment.reset_infos
+        return dict(infos[0])
+    return dict(returned[-1].get("agent_0", returned[-1]))
+
+
 def has_ended(env: Any, returned: Any) -> bool:
     """Return whether an environment needs a reset after a step."""
     if isinstance(env, ParallelEnv | AECEnv):
