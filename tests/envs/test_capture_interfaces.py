@@ -12,7 +12,6 @@ from gymnasium.utils.env_checker import data_equivalence
 from option_table import DIMENSIONS, FLOCK_REWARDS, INDIVIDUAL_REWARDS, OBJECTIVES
 
 import flockesc_env as fe
-from flockesc_env.policies import FixedRange
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
@@ -153,18 +152,3 @@ def test_survival_rewards_the_fraction_surviving(reward: str, steps_per_action: 
         assert total == pytest.approx(expected, abs=1e-12)
         seen.add(terminated)
     assert seen == {True, False}
-
-
-@dimensions
-@pytest.mark.parametrize("per_agent", [False, True])
-def test_sweeps_and_rollouts_agree_with_simulations(dimension: int, per_agent: bool) -> None:
-    scenario, rho = doomed(dimension=dimension), 12.0
-    result = fe.sweep(scenario, [rho], SEEDS)
-    runs = [fe.simulate(scenario, rho, seed=seed) for seed in SEEDS]
-    options: dict[str, Any] = {"per_agent": per_agent, "action_mode": "range", "objective": "survival"}
-    episodes = fe.rollout(scenario, FixedRange(rho), SEEDS, **options)
-    survived = [run.fraction_surviving[-1] for run in runs]
-    assert result.fraction_surviving[0].tolist() == episodes.fraction_surviving.tolist() == survived
-    lowest = [run.mean_distance.min() for run in runs]
-    assert result.min_mean_distance[0].tolist() == episodes.min_mean_distance.tolist() == lowest
-    assert len({0.0, *survived}) > 1

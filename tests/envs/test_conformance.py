@@ -12,7 +12,17 @@ import gymnasium
 import pytest
 from captured_flocks import hunted
 from gymnasium.utils.env_checker import check_env as check_gymnasium
-from option_table import AGENTS, DIMENSIONS, FLOCK, LINE_OPTIONS, OBJECTIVES, every_option, label, small_flock
+from option_table import (
+    AGENTS,
+    DIMENSIONS,
+    FLOCK,
+    LINE_OPTIONS,
+    OBJECTIVES,
+    every_option,
+    every_pair,
+    label,
+    small_flock,
+)
 from pettingzoo.test import (
     api_test,
     max_cycles_test,
@@ -24,7 +34,7 @@ from pettingzoo.test import (
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario
+from flockesc_env import FlockScenario, Learned, LineScenario
 
 FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v0"
 LINE_ID = "flockesc_env:flockesc/LineEscape-v0"
@@ -85,13 +95,30 @@ def test_agents(options: Options, dimension: int) -> None:
 
 # The observation of a caught agent is zero.
 @pytest.mark.filterwarnings("ignore:Observation numpy array is all zeros:UserWarning")
-@pytest.mark.parametrize("capture_radius", [0.0, 4.0, 1e6])
-@pytest.mark.parametrize("objective", OBJECTIVES)
-@pytest.mark.parametrize("dimension", DIMENSIONS)
+@every_pair(dimension=DIMENSIONS, objective=OBJECTIVES, capture_radius=(0.0, 4.0, 1e6))
 def test_captures(dimension: int, objective: str, capture_radius: float) -> None:
     scenario = hunted(dimension, capture_radius=capture_radius)
     check_single(FLOCK_ID, scenario, {"objective": objective})
     check_agents(scenario, 60, objective=objective)
+
+
+# Agents and predators have different observation spaces, which the suite advises against.
+@pytest.mark.filterwarnings(
+    "ignore:Observation numpy array is all zeros:UserWarning",
+    "ignore:Agents have different observation space sizes:UserWarning",
+    "ignore:Observations are different shapes:UserWarning",
+)
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize(
+    "options", [{}, {"per_agent": True, "reward": "individual_distance", "steps_per_action": 3}]
+)
+def test_learned_predators(dimension: int, options: dict[str, Any]) -> None:
+    check_gymnasium(flockesc_env.FlockPursuitEnv(small_flock(dimension), **options), skip_render_check=True)
+    check_sb3(flockesc_env.FlockPursuitEnv(small_flock(dimension), **options))
+    hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
+    captured = small_flock(dimension, num_agents=12, predators=hunters, capture_radius=12.0)
+    parallel_api_test(flockesc_env.parallel_env(captured), num_cycles=30)
+    api_test(flockesc_env.env(captured), num_cycles=30)
 
 
 # Positions and velocities have no bounds.

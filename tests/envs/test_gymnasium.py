@@ -54,42 +54,34 @@ def test_every_id(name: str) -> None:
             gymnasium.make(name)
 
 
-WRAPPED: list[tuple[Callable[[], Any], Any, dict[str, Any]]] = [
-    *(
-        (lambda: gymnasium.make("flockesc/FlockEscape-v0", scenario=small_flock()), wrapper, arguments)
-        for wrapper, arguments in (
-            (wrappers.ClipAction, {}),
-            (wrappers.RescaleAction, {"min_action": np.float32(0), "max_action": np.float32(1)}),
-            (wrappers.RescaleObservation, {"min_obs": np.float32(0), "max_obs": np.float32(1)}),
-            (wrappers.NormalizeObservation, {}),
-            (wrappers.NormalizeReward, {}),
-            (wrappers.RecordEpisodeStatistics, {}),
-            (wrappers.TimeAwareObservation, {}),
-            (wrappers.FrameStackObservation, {"stack_size": 3}),
-            (wrappers.DelayObservation, {"delay": 2}),
-            (wrappers.ClipReward, {"min_reward": -0.1}),
-        )
-    ),
-    *(
-        (make, wrapper, arguments)
-        for make in (
-            lambda: fe.FlockVectorEnv(2, small_flock()),
-            lambda: fe.AgentVectorEnv(10, small_flock()),
-        )
-        for wrapper, arguments in (
-            (wrappers.vector.ClipAction, {}),
-            (wrappers.vector.RescaleAction, {"min_action": np.float32(0), "max_action": np.float32(1)}),
-            (wrappers.vector.RescaleObservation, {"min_obs": np.float32(0), "max_obs": np.float32(1)}),
-            (wrappers.vector.NormalizeObservation, {}),
-            (wrappers.vector.NormalizeReward, {}),
-            (wrappers.vector.RecordEpisodeStatistics, {}),
-            (wrappers.vector.ClipReward, {"min_reward": -0.1}),
-        )
-    ),
+WRAPPERS: dict[str, dict[str, Any]] = {
+    "ClipAction": {},
+    "RescaleAction": {"min_action": np.float32(0), "max_action": np.float32(1)},
+    "RescaleObservation": {"min_obs": np.float32(0), "max_obs": np.float32(1)},
+    "NormalizeObservation": {},
+    "NormalizeReward": {},
+    "RecordEpisodeStatistics": {},
+    "ClipReward": {"min_reward": -0.1},
+    "TimeAwareObservation": {},
+    "FrameStackObservation": {"stack_size": 3},
+    "DelayObservation": {"delay": 2},
+}
+MAKERS: list[tuple[Any, Callable[[], Any]]] = [
+    (wrappers, lambda: gymnasium.make("flockesc/FlockEscape-v0", scenario=small_flock())),
+    (wrappers.vector, lambda: fe.FlockVectorEnv(2, small_flock())),
+    (wrappers.vector, lambda: fe.AgentVectorEnv(10, small_flock())),
 ]
 
 
-@pytest.mark.parametrize(("make", "wrapper", "arguments"), WRAPPED)
+@pytest.mark.parametrize(
+    ("make", "wrapper", "arguments"),
+    [
+        (make, getattr(module, name), arguments)
+        for module, make in MAKERS
+        for name, arguments in WRAPPERS.items()
+        if hasattr(module, name)
+    ],
+)
 def test_wrappers(make: Callable[[], Any], wrapper: Any, arguments: dict[str, Any]) -> None:
     """An episode in a wrapper has the length of one without, and observations in the wrapper's space."""
     env = wrapper(make(), **arguments)

@@ -1,4 +1,4 @@
-"""Learned predators in every interface: official suites, bad actions and captures."""
+"""Learned predators as agents: arrays, a fixed flock, and captures. Official suites: test_conformance.py."""
 
 from __future__ import annotations
 
@@ -6,12 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env as check_gymnasium
 from option_table import DIMENSIONS, small_flock
-from pettingzoo.test import api_test, parallel_api_test
-from stable_baselines3.common.env_checker import check_env as check_sb3
 
-import flockesc_env
 from flockesc_env import (
     ConstantVelocity,
     FlockPursuitEnv,
@@ -20,21 +16,11 @@ from flockesc_env import (
     PurePursuit,
     parallel_env,
 )
-from flockesc_env.common.errors import ActionError
 from flockesc_env.policies import FixedRange, StubbornLeaders
 
 TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
 
-# PettingZoo's suites pass options={"options": 1}.
-pytestmark = pytest.mark.filterwarnings("ignore:reset\\(\\) ignores unknown options:UserWarning")
-
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
-counts = pytest.mark.parametrize("count", [1, 2])
-# Agents and predators have different observation spaces, which the suite advises against.
-different_views = pytest.mark.filterwarnings(
-    "ignore:Agents have different observation space sizes:UserWarning",
-    "ignore:Observations are different shapes:UserWarning",
-)
 
 
 def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> FlockScenario:
@@ -45,9 +31,8 @@ def sample(environment: Any) -> dict[str, Any]:
     return {agent: environment.action_space(agent).sample() for agent in environment.agents}
 
 
-@counts
-def test_arrays_equal_the_dicts(count: int) -> None:
-    dicts, arrays = (parallel_env(hunted(2, count).with_learned_predators()) for _ in range(2))
+def test_arrays_equal_the_dicts() -> None:
+    dicts, arrays = (parallel_env(hunted(2, 2).with_learned_predators()) for _ in range(2))
     observations, _ = dicts.reset(seed=2)
     _, info = arrays.reset_array(seed=2)
     while dicts.agents:
@@ -59,33 +44,6 @@ def test_arrays_equal_the_dicts(count: int) -> None:
         observations, paid, *_ = dicts.step(actions)
         np.testing.assert_array_equal(rows, [observations[f"agent_{i}"] for i in range(5)])
         np.testing.assert_array_equal(rewards, [paid[f"agent_{i}"] for i in range(5)])
-
-
-def test_missing_and_unknown_predators() -> None:
-    environment = parallel_env(hunted().with_learned_predators())
-    environment.reset(seed=0)
-    actions = sample(environment)
-    for changed, field in (
-        ({name: action for name, action in actions.items() if name != "predator_0"}, "predator_0"),
-        ({**actions, "predator_1": actions["predator_0"]}, "predator_1"),
-    ):
-        with pytest.raises(ActionError) as caught:
-            environment.step(changed)
-        assert caught.value.field == f"action of {field!r}"
-    alone = parallel_env(hunted())
-    alone.reset(seed=0)
-    with pytest.raises(ActionError, match="predator_actions"):
-        alone.step_array(np.zeros((5, 1), np.float32), np.zeros((1, 2)))
-
-
-@dimensions
-@pytest.mark.parametrize(
-    "options", [{}, {"per_agent": True, "reward": "individual_distance", "steps_per_action": 3}]
-)
-def test_pursuit_suites(dimension: int, options: dict[str, Any]) -> None:
-    scenario = hunted(dimension)
-    check_gymnasium(FlockPursuitEnv(scenario, **options), skip_render_check=True)
-    check_sb3(FlockPursuitEnv(scenario, **options))
 
 
 @dimensions
@@ -117,15 +75,10 @@ def captured(dimension: int = 2, **changes: Any) -> FlockScenario:
     return small_flock(dimension, **{**fields, **changes})
 
 
-# A caught agent has no observation.
-@pytest.mark.filterwarnings("ignore:Observation numpy array is all zeros:UserWarning")
 @dimensions
-@different_views
 @pytest.mark.parametrize("radius", [4.0, 12.0, 500.0])
 def test_predators_stay_while_agents_are_caught(dimension: int, radius: float) -> None:
     scenario = captured(dimension, capture_radius=radius)
-    parallel_api_test(parallel_env(scenario), num_cycles=30)
-    api_test(flockesc_env.env(scenario), num_cycles=30)
     for reward in ("running_minimum", "distance", "individual_distance"):
         environment, arrays = (parallel_env(scenario, reward=reward) for _ in range(2))
         environment.reset(seed=1)

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
-from envs import same_action, step
+from envs import FLOCKS, same_action, step
 from option_table import small_flock
 from pettingzoo import AECEnv
 from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 STEPS = 4
-FLOCKS = 3
+COUNT = 3
 SEED = 11
 SCENARIO = small_flock(
     num_steps=STEPS,
@@ -26,18 +24,12 @@ SCENARIO = small_flock(
 RHO = 25.0
 ACTION = np.array([-0.5], np.float32)  # exactly RHO of [0, 100]
 
-MAKERS: dict[str, Callable[[], Any]] = {
-    "gymnasium": lambda: fe.FlockEscapeEnv(SCENARIO),
-    "line": lambda: fe.LineEscapeEnv(fe.LineScenario(num_agents=40, max_steps=STEPS)),
-    "pursuit": lambda: fe.FlockPursuitEnv(SCENARIO),
-    "parallel": lambda: fe.parallel_env(SCENARIO),
-    "aec": lambda: fe.env(SCENARIO),
-    "vector": lambda: fe.FlockVectorEnv(FLOCKS, SCENARIO),
-    "vector with a slot per agent": lambda: fe.AgentVectorEnv(5 * FLOCKS, SCENARIO),
-    "flock slots": lambda: FlockVecEnv(FLOCKS, SCENARIO),
-    "agent slots": lambda: AgentVecEnv(FLOCKS, SCENARIO),
-}
-interfaces = pytest.mark.parametrize("interface", MAKERS)
+INTERFACES = [*FLOCKS, "line"]
+
+
+def make(interface: str) -> Any:
+    line = fe.LineScenario(num_agents=40, max_steps=STEPS)
+    return fe.LineEscapeEnv(line) if interface == "line" else FLOCKS[interface](SCENARIO)
 
 
 def begin(environment: Any, **reset: Any) -> Any:
@@ -69,24 +61,23 @@ def play(environment: Any, episodes: int, **reset: Any) -> list[list[Any]]:
     return seen
 
 
-@interfaces
+@pytest.mark.parametrize("interface", INTERFACES)
 @pytest.mark.parametrize("episode", [0, 1, 3])
 def test_a_new_environment_resumes_a_schedule(interface: str, episode: int) -> None:
-    make = MAKERS[interface]
-    undisturbed = play(make(), 6, seed=SEED)
-    resumed = play(make(), 6 - episode, seed=SEED, options={"episode": episode})
+    undisturbed = play(make(interface), 6, seed=SEED)
+    resumed = play(make(interface), 6 - episode, seed=SEED, options={"episode": episode})
     if interface.endswith("slots") and episode > 0:
         # The last step of the previous episode returned the first observation of the new one.
         np.testing.assert_equal(resumed[0].pop(0), undisturbed[episode - 1][-1])
     np.testing.assert_equal(resumed, undisturbed[episode:])
 
 
-@pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
-def test_every_flock_has_its_own_episode_number(make: Any) -> None:
+@pytest.mark.parametrize("interface", ["flock slots", "agent slots"])
+def test_every_flock_has_its_own_episode_number(interface: str) -> None:
     """Flocks are in different episodes as soon as some of them lose all agents."""
     numbers = [4, 0, 2]
-    environment = make(FLOCKS, SCENARIO)
-    rows = environment.num_envs // FLOCKS
+    environment = FLOCKS[interface](SCENARIO, num_flocks=COUNT)
+    rows = environment.num_envs // COUNT
     environment.seed(SEED)
     environment.set_options([{"episode": number} for number in numbers for _ in range(rows)])
     environment.reset()

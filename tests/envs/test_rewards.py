@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
-from envs import has_ended, same_action, start, step
+from envs import FLOCKS, has_ended, same_action, start, step
 from objective_values import SERIES
 from option_table import OBJECTIVES, STEPS_PER_ACTION, every_pair, small_flock
 from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
 from flockesc_env.policies import FixedRange
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 RHO = 25.0  # exact in every interface: action -0.5 of [0, 100]
 SEED = 8
@@ -24,11 +22,11 @@ SCENARIO = small_flock(num_agents=7, num_steps=20)
 Play = Callable[..., np.ndarray]
 
 
-def played(make: Callable[..., Any]) -> Play:
+def played(interface: str) -> Play:
     """Return a function that plays an episode and returns its rewards, shape (actions, rows)."""
 
     def play(scenario: fe.FlockScenario, **options: Any) -> np.ndarray:
-        env = make(scenario, **options)
+        env = FLOCKS[interface](scenario, **options)
         start(env, SEED)
         rewards: list[Any] = []
         is_over = False
@@ -51,10 +49,7 @@ def play_rollout(per_agent: bool) -> Play:
 
 
 INTERFACES: dict[str, Play] = {
-    "gymnasium": played(fe.FlockEscapeEnv),
-    "parallel": played(fe.parallel_env),
-    "flock slots": played(partial(FlockVecEnv, 1)),
-    "agent slots": played(partial(AgentVecEnv, 1)),
+    **{name: played(name) for name in ("gymnasium", "parallel", "flock slots", "agent slots")},
     "flock rollout": play_rollout(per_agent=False),
     "agent rollout": play_rollout(per_agent=True),
 }

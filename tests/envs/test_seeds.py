@@ -3,57 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
-from envs import adapters, same_action, start, step
-from option_table import DIMENSIONS, small_flock
-from pettingzoo import AECEnv
+from captured_flocks import hunted
+from envs import FLOCKS, RANDOM, adapters, info_of, same_action, start, step
+from option_table import small_flock
 from same import plain
-from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
-from flockesc_env import env
 from flockesc_env.policies import FixedRange
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 RHO = 25.0
 ACTION = np.array([-0.5], np.float32)  # exactly RHO of [0, 100]
 SEEDS = [0, 7, 2**32, 2**63, 2**64 - 1]
 CURVES = ("mean_distance", "min_distance", "num_components", "polarization")
 
-seeds = pytest.mark.parametrize("seed", SEEDS)
-dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
-
 
 def curves(infos: list[dict[str, Any]]) -> dict[str, list[Any]]:
     return {name: [info[name] for info in infos] for name in CURVES}
 
 
-def info_of(environment: Any, returned: Any) -> dict[str, Any]:
-    """Return the info of the flock, or of its first agent, from what a reset or a step returned."""
-    if isinstance(environment, AECEnv):
-        return dict(environment.infos["agent_0"])
-    if isinstance(environment, VecEnv):
-        infos = returned[-1] if isinstance(returned, tuple) else environment.reset_infos
-        return dict(infos[0])
-    return dict(returned[-1].get("agent_0", returned[-1]))
-
-
-INTERFACES: dict[str, Callable[..., Any]] = {
-    "gymnasium": fe.FlockEscapeEnv,
-    "parallel": fe.parallel_env,
-    "aec": env,
-    "flock slots": partial(FlockVecEnv, 1),
-    "agent slots": partial(AgentVecEnv, 1),
-}
-
-RANDOM = (
-    fe.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
-    fe.PurePursuit((90.0, 90.0), (0.0, 9.0), confusion_rate=2.0, sight=1e3),
-)
+INTERFACES = [name for name in FLOCKS if name not in {"pursuit", "vector", "agent vector"}]
 
 
 @pytest.mark.parametrize(
@@ -65,7 +37,7 @@ def test_environments_play_the_simulated_flock(
 ) -> None:
     scenario = small_flock(dimension, **changes)
     run = fe.simulate(scenario, RHO, seed=seed)
-    environment = INTERFACES[interface](scenario, count_components=True)
+    environment = FLOCKS[interface](scenario, count_components=True)
     infos = [info_of(environment, start(environment, seed))]
     infos += [
         info_of(environment, step(environment, same_action(environment, ACTION)))
@@ -79,17 +51,19 @@ def test_environments_play_the_simulated_flock(
     assert infos[-1]["min_min_distance"] == run.min_distance.min()
 
 
-@seeds
-@dimensions
+@pytest.mark.parametrize(("seed", "dimension"), [(0, 2), (2**64 - 1, 3)])
 def test_sweep_and_rollout_play_the_simulated_flock(seed: int, dimension: int) -> None:
-    scenario = small_flock(dimension)
+    scenario = hunted(dimension)
     run = fe.simulate(scenario, RHO, seed=seed)
-    expected = (run.mean_distance.min(), run.min_distance.min(), run.num_components[-1])
+    survived = run.fraction_surviving[-1]
+    assert survived < 1
+    expected = (run.mean_distance.min(), run.min_distance.min(), run.num_components[-1], survived)
+    names = ("min_mean_distance", "min_min_distance", "num_components", "fraction_surviving")
     swept = fe.sweep(scenario, [RHO], [seed])
-    assert (swept.min_mean_distance, swept.min_min_distance, swept.num_components) == expected
+    assert tuple(getattr(swept, name) for name in names) == expected
     for per_agent in (False, True):
         episodes = fe.rollout(scenario, FixedRange(RHO), [seed], per_agent=per_agent)
-        assert (episodes.min_mean_distance, episodes.min_min_distance, episodes.num_components) == expected
+        assert tuple(getattr(episodes, name) for name in names) == expected
         assert episodes.seeds.tolist() == [seed]
 
 
@@ -114,26 +88,20 @@ def test_unseeded_resets_differ(make: Callable[[], Any]) -> None:
     assert len(set(seen)) == len(seen)
 
 
-@seeds
-def test_every_episode_can_be_played_alone(seed: int) -> None:
+@pytest.mark.parametrize("interface", [*INTERFACES, "vector", "line"])
+@pytest.mark.parametrize("seed", [0, 2**64 - 1])
+def test_every_episode_can_be_played_alone(interface: str, seed: int) -> None:
     """The k-th reset without a seed plays ``episode_seed(seed, k)``, in every interface."""
     scenario, line = small_flock(), fe.LineScenario(num_agents=5)
-    env, parallel, slots = fe.FlockEscapeEnv(scenario), fe.parallel_env(scenario), FlockVecEnv(1, scenario)
-    vector, agents, lines = fe.FlockVectorEnv(1, scenario), AgentVecEnv(1, scenario), fe.LineEscapeEnv(line)
-    slots.seed(seed)
-    agents.seed(seed)
+    environment = fe.LineEscapeEnv(line) if interface == "line" else FLOCKS[interface](scenario)
     for episode in range(4):
-        given = seed if episode == 0 else None
+        info = info_of(environment, start(environment, seed if episode == 0 else None))
         drawn = fe.episode_seed(seed, episode)
-        distance = fe.simulate(scenario, RHO, seed=drawn).mean_distance[0]
-        assert env.reset(seed=given)[1]["mean_distance"] == distance
-        assert parallel.reset(seed=given)[1]["agent_0"]["mean_distance"] == distance
-        assert vector.reset(seed=given)[1]["mean_distance"].tolist() == [distance]
-        for each in (slots, agents):
-            each.reset()
-            assert each.reset_infos[0]["mean_distance"] == distance
-        distance = fe.simulate_line(line, 0.1, seed=drawn).escape_distance[0]
-        assert lines.reset(seed=given)[1]["escape_distance"] == distance
+        if interface == "line":
+            expected = fe.simulate_line(line, 0.1, seed=drawn).escape_distance[0]
+            assert info["escape_distance"] == expected
+        else:
+            assert info["mean_distance"] == fe.simulate(scenario, RHO, seed=drawn).mean_distance[0]
 
 
 def test_schedule_of_seeds() -> None:

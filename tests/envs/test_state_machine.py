@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from envs import ADAPTERS, has_ended, same_action
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import (
@@ -24,54 +25,21 @@ from hypothesis.stateful import (
     rule,
     run_state_machine_as_test,
 )
-from option_table import UNLIKE, small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError
-from flockesc_env.render import RenderOptions
 
-RANDOM = {
-    "predators": (
-        fe.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
-        fe.PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
-    ),
-    "capture_radius": 2.0,
-    "num_steps": 8,
-}
-PICTURES = {"render_mode": "rgb_array", "render_options": RenderOptions(size=160)}
-LINE = fe.LineScenario(num_agents=6, max_steps=8)
-
-MAKERS: dict[str, Callable[[], Any]] = {
-    "flock": lambda: fe.FlockEscapeEnv(small_flock(**RANDOM), steps_per_action=2, **PICTURES),
-    "unlike agents in space": lambda: fe.FlockEscapeEnv(small_flock(3, **RANDOM, **UNLIKE)),
-    "frozen graph": lambda: fe.FlockEscapeEnv(small_flock(num_steps=8, frozen_graph=True), reward="terminal"),
-    "pursuit": lambda: fe.FlockPursuitEnv(small_flock(num_steps=8)),
-    "vector": lambda: fe.FlockVectorEnv(3, small_flock(**RANDOM)),
-    "vector without autoreset": lambda: fe.FlockVectorEnv(
-        2, small_flock(**RANDOM), autoreset_mode="Disabled", num_threads=2
-    ),
-    "a slot per agent": lambda: fe.AgentVectorEnv(10, small_flock(**RANDOM)),
-    "parallel": lambda: fe.parallel_env(small_flock(**RANDOM), reward="individual_running_minimum"),
-    "line": lambda: fe.LineEscapeEnv(LINE, **PICTURES),
-}
-
+NAMES = (
+    *("pictures", "different agents with noise and delay", "pursuit", "vector", "vector without autoreset"),
+    *("a slot per agent", "parallel with capture", "line in pictures"),
+)
 seeds = st.integers(0, 2**64 - 4) | st.none()
 parts = st.floats(-1, 1, width=32)
 
 
 def action_of(env: Any, part: float) -> Any:
     """Return the action at the fraction ``part`` of the environment's action space."""
-    if hasattr(env, "possible_agents"):
-        return {agent: np.array([part / (1 + k)], np.float32) for k, agent in enumerate(env.agents)}
-    return np.full(env.action_space.shape, part, np.float32)
-
-
-def has_ended(env: Any, step: tuple[Any, ...]) -> bool:
-    if hasattr(env, "possible_agents"):
-        return not env.agents
-    if isinstance(env, fe.FlockVectorEnv | fe.AgentVectorEnv) and env.autoreset_mode.value != "Disabled":
-        return False
-    return bool(np.any(step[2]) or np.any(step[3]))
+    return same_action(env, np.array([part], np.float32))
 
 
 class Machine(RuleBasedStateMachine):
@@ -183,9 +151,9 @@ def play(env: Any, call: str, argument: Any) -> Any:
     return env.reset(seed=argument) if call == "reset" else env.step(argument)
 
 
-@pytest.mark.parametrize("name", MAKERS)
+@pytest.mark.parametrize("name", NAMES)
 def test_the_seed_and_the_actions_determine_the_state(name: str) -> None:
     # A new class per environment: hypothesis stores rules in classes.
-    machine = type("Machine", (Machine,), {"make": staticmethod(MAKERS[name])})
+    machine = type("Machine", (Machine,), {"make": staticmethod(ADAPTERS[name].make)})
     run = settings(max_examples=25, stateful_step_count=40)
     run_state_machine_as_test(machine, settings=run)

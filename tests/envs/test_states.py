@@ -16,20 +16,15 @@ from envs import ADAPTERS, REMEMBERING, Weave, play, start
 from option_table import small_flock
 
 import flockesc_env as fe
-from flockesc_env.policies.predators import Pursue
 
 STEPS = 25
 """Number of steps, which reaches the third episode."""
 
 
-MAKERS: dict[str, Callable[[], Any]] = {
-    **{
-        name: adapter.make
-        for name, adapter in ADAPTERS.items()
-        if adapter.has_states and not adapter.has_pictures
-    },
-    "difference rewards": lambda: fe.parallel_env(small_flock(), reward="difference"),
-    "chased": lambda: fe.FlockEscapeEnv(small_flock().with_learned_predators(), predator_policy=Pursue()),
+MAKERS = {
+    name: adapter.make
+    for name, adapter in ADAPTERS.items()
+    if adapter.has_states and not adapter.has_pictures
 }
 
 interfaces = pytest.mark.parametrize("interface", MAKERS)

@@ -52,38 +52,8 @@ def test_captures_follow_the_numpy_model(scenario: fe.FlockScenario, seed: int, 
     columns = scenario.num_agents if per_agent else 1
     schedule = rng.uniform(0, SIDE, (scenario.num_steps, columns))
     run = fe.simulate(scenario, schedule=schedule, seed=seed)
-    state = reference.flock_start(scenario, run.positions[0].copy(), run.velocities[0].copy())
-    names = np.arange(scenario.num_agents)
-    close = {"rtol": 1e-11, "atol": 1e-8}
-    predators, summaries = [], []
-    for t in range(scenario.num_steps + 1):
-        is_caught = np.isin(np.arange(scenario.num_agents), names, invert=True)
-        np.testing.assert_array_equal((run.caught_at >= 0) & (run.caught_at <= t), is_caught)
-        np.testing.assert_allclose(run.positions[t, names], state.positions, **close, err_msg=f"step {t}")
-        np.testing.assert_allclose(run.velocities[t, names], state.velocities, **close, err_msg=f"step {t}")
-        assert not run.velocities[t, is_caught].any()
-        assert run.fraction_surviving[t] == len(names) / scenario.num_agents
-        predators.append(state.predator_positions)
-        now = np.broadcast_to(schedule[min(t, scenario.num_steps - 1)], scenario.num_agents)[names]
-        if len(names):
-            distances = reference.predator_distances(state.positions, state.predator_positions)
-            num_components = reference.num_components(reference.directed_graph(state.positions, now))
-            polarization = reference.polarization(state.velocities)
-            summaries.append((distances.mean(), distances.min(), polarization, num_components))
-        else:
-            assert run.mean_distance[t] == run.min_distance[t] == run.polarization[t] == 0
-            assert run.num_components[t] == 0
-            summaries.append((0, 0, 0, 0))
-        if t < scenario.num_steps:
-            state = reference.flock_step(scenario, state, now)
-            names = state.names
-    np.testing.assert_allclose(run.predator_positions, predators, **close)
-    found = (run.mean_distance, run.min_distance, run.polarization, run.num_components)
-    np.testing.assert_allclose(np.stack(found, axis=1), summaries, **close)
-
-
-def assert_equal(first: fe.Trajectory, second: fe.Trajectory) -> None:
-    assert fe.run_differences(first, second) == []
+    schedule = np.broadcast_to(schedule, (scenario.num_steps, scenario.num_agents))
+    reference.assert_follows(run, schedule, rtol=1e-11, atol=1e-8)
 
 
 @dimensions
@@ -91,7 +61,8 @@ def assert_equal(first: fe.Trajectory, second: fe.Trajectory) -> None:
 def test_a_radius_without_captures_changes_no_bit(dimension: int, per_agent: bool) -> None:
     free = hunted(dimension, num_agents=200, capture_radius=None)
     rho = np.linspace(0, 15, 200) if per_agent else 7.0
-    assert_equal(fe.simulate(free, rho, seed=2), fe.simulate(free.replace(capture_radius=0.0), rho, seed=2))
+    runs = (fe.simulate(each, rho, seed=2) for each in (free, free.replace(capture_radius=0.0)))
+    assert fe.run_differences(*runs) == []
 
 
 def test_a_capture_can_raise_the_mean_distance_but_not_its_running_minimum() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import reference
 from option_table import DIMENSIONS, every_pair, small_flock
+from predator_reference import path_position
 from scipy.optimize import linear_sum_assignment
 
 import flockesc_env as fe
@@ -85,14 +86,7 @@ def test_packs_follow_the_numpy_model(pack: str, dimension: int, agents: int) ->
     """Rounding errors are about 1e-12 m and grow to 1e-7 m if a predator passes close to its target."""
     starts, start = drawn(dimension, agents + dimension, agents)
     run = hunt(PACKS[pack](starts), start)
-    state = reference.flock_start(run.scenario, run.positions[0], run.velocities[0], run.seed)
-    for t in range(STEPS + 1):
-        close = {"rtol": 0, "atol": 1e-6, "err_msg": f"step {t}"}
-        np.testing.assert_allclose(run.predator_positions[t], state.predator_positions, **close)
-        np.testing.assert_allclose(run.positions[t], state.positions, **close)
-        distances = reference.predator_distances(state.positions, state.predator_positions)
-        np.testing.assert_allclose(run.mean_distance[t], distances.mean(), **close)
-        state = reference.flock_step(run.scenario, state, np.full(agents, 7.3))
+    reference.assert_follows(run, np.full((STEPS, agents), 7.3), rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize("agents", [2, 3, 40])
@@ -170,3 +164,22 @@ def test_packs_do_not_depend_on_the_batch(pack: str, threads: int) -> None:
         env = pickle.loads(pickle.dumps(env))  # noqa: S301, our own; with the memory of every strategy
         infos = env.step(np.full((4, 1), 9.0, np.float32))[4]
         np.testing.assert_array_equal(infos["mean_distance"], [run.mean_distance[t] for run in runs])
+
+
+@pytest.mark.parametrize("interval", [None, 0.013])
+def test_rounding_errors_of_a_path_do_not_accumulate(interval: float | None) -> None:
+    points = np.cumsum(np.random.default_rng(2).normal(0, 5, (20, 2)), axis=0)
+    path = fe.PrescribedPath(points, interval=interval)  # type: ignore[arg-type]
+    scenario = small_flock(num_agents=1, num_steps=100_000, time_step=0.007, predators=(path,))
+    expected = path_position(path, 100_000, 0.007)
+    final = fe.simulate(scenario, 5.0, seed=1).predator_positions[-1, 0]
+    np.testing.assert_allclose(final, expected, rtol=1e-13, atol=0)
+
+
+@pytest.mark.parametrize("name", ["predator_positions", "predator_velocities"])
+def test_a_start_that_contradicts_a_path_is_refused(name: str) -> None:
+    path = fe.PrescribedPath(((0.0, 0.0), (1.0, 2.0)))
+    env = fe.FlockEscapeEnv(small_flock(predators=(fe.PurePursuit(), path)))
+    with pytest.raises(fe.ArgumentError, match=r"predators\[1\] has a prescribed path") as caught:
+        env.reset(options={name: np.zeros((2, 2))})
+    assert caught.value.field == name

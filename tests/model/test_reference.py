@@ -129,31 +129,6 @@ def random_start(scenario: fe.FlockScenario, rng: np.random.Generator) -> tuple[
     return positions, velocities
 
 
-def assert_follows_reference(run: fe.Trajectory, schedule: np.ndarray) -> None:
-    """Compare a whole run with the NumPy model under a schedule of shape (T, n)."""
-    scenario = run.scenario
-    state = reference.flock_start(scenario, run.positions[0].copy(), run.velocities[0].copy(), run.seed)
-    rows = []
-    for t in range(scenario.num_steps + 1):
-        distances = reference.predator_distances(state.positions, state.predator_positions)
-        now = schedule[min(t, scenario.num_steps - 1)]
-        expected = {
-            "positions": state.positions,
-            "velocities": state.velocities,
-            "predator_positions": state.predator_positions,
-            "mean_distance": distances.mean(),
-            "min_distance": distances.min(),
-            "polarization": reference.polarization(state.velocities),
-            "num_components": reference.num_components(reference.directed_graph(state.positions, now)),
-        }
-        rows.append(expected)
-        if t < scenario.num_steps:
-            state = reference.flock_step(scenario, state, now)
-    for name in expected:
-        told = [row[name] for row in rows]
-        np.testing.assert_allclose(getattr(run, name), told, rtol=1e-12, atol=1e-9, err_msg=name)
-
-
 @settings(max_examples=150)
 @given(st.data(), flock_scenarios(), seeds)
 def test_flock(data: st.DataObject, scenario: fe.FlockScenario, seed: int) -> None:
@@ -167,7 +142,7 @@ def test_flock(data: st.DataObject, scenario: fe.FlockScenario, seed: int) -> No
     run = fe.simulate(scenario, **given, initial_positions=positions, initial_velocities=velocities)
     np.testing.assert_array_equal(run.positions[0], positions)
     np.testing.assert_array_equal(run.velocities[0], velocities)
-    assert_follows_reference(run, schedule)
+    reference.assert_follows(run, schedule)
 
 
 @pytest.mark.parametrize(("dimension", "initial_plane"), [(2, False), (3, False), (3, True)])
@@ -177,7 +152,7 @@ def test_flock_of_the_paper(dimension: int, initial_plane: bool, constant_speed:
         dimension=dimension, initial_plane=initial_plane, num_steps=6, constant_speed=constant_speed
     )
     run = fe.simulate(scenario, 10.0, seed=0)
-    assert_follows_reference(run, np.full((6, 300), 10.0))
+    reference.assert_follows(run, np.full((6, 300), 10.0))
 
 
 @pytest.mark.parametrize("constant_speed", [True, False])

@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 import pytest
 from masked_cpu import run_with_baseline_numpy
-from option_table import ACTION_MODES, DIMENSIONS, STEPS_PER_ACTION, small_flock
+from option_table import ACTION_MODES, DIMENSIONS, STEPS_PER_ACTION, every_pair, small_flock
 from rule_ranges import ranges
 from same import outcome
 from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNormalize
@@ -93,9 +93,7 @@ def options_for(name: str, mode: str) -> dict[str, Any]:
     return {"action_mode": mode, "predator_sensing_range": None, **EXACT}
 
 
-@pytest.mark.parametrize("mode", ACTION_MODES)
-@pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
-@pytest.mark.parametrize("name", AGENT_POLICIES)
+@every_pair(name=AGENT_POLICIES, mode=ACTION_MODES, steps_per_action=STEPS_PER_ACTION)
 def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_action: int) -> None:
     make = AGENT_POLICIES[name]
     options = {**options_for(name, mode), "steps_per_action": steps_per_action}
@@ -113,20 +111,6 @@ def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_act
             assert play_single(env, make(), seed) == expected[:, column].tolist()
     for env in slots:
         np.testing.assert_array_equal(play_slots(env, make(), -(-T // steps_per_action)), expected)
-
-
-@pytest.mark.parametrize("mode", ACTION_MODES)
-@pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
-def test_scheduled_range_is_simulate_with_that_schedule(mode: str, steps_per_action: int) -> None:
-    """If an action holds for several steps, the entry of the first one counts."""
-    held = np.arange(T) // steps_per_action * steps_per_action
-    options = {"action_mode": mode, "steps_per_action": steps_per_action, **EXACT}
-    for schedule, per_agent in ((SCHEDULE, False), (SCHEDULE, True), (OWN_SCHEDULE, True)):
-        episodes = fe.rollout(SCENARIO, ScheduledRange(schedule), SEEDS, per_agent=per_agent, **options)
-        for column, seed in enumerate(SEEDS):
-            run = fe.simulate(SCENARIO, schedule=schedule[held].reshape(T, -1), seed=seed)
-            expected = [run.mean_distance.min(), run.min_distance.min(), run.num_components[-1]]
-            assert outcome(episodes)[:, column].tolist() == expected
 
 
 @pytest.mark.parametrize("dimension", DIMENSIONS)
@@ -184,6 +168,9 @@ def test_record_equals_the_episode_of_the_rollout(name: str, steps_per_action: i
         assert ranges.shape == (T, N if per_agent else 1)
         held = np.arange(T) // steps_per_action * steps_per_action
         np.testing.assert_array_equal(ranges, ranges[held])
+        if "scheduled" in name:  # the entry of the first step of an action counts
+            schedule = OWN_SCHEDULE if "agent" in name else SCHEDULE[:, np.newaxis]
+            np.testing.assert_array_equal(ranges, np.broadcast_to(schedule[held], ranges.shape))
         np.testing.assert_array_equal(
             fe.simulate(SCENARIO, schedule=ranges, seed=SEEDS[0]).positions, run.positions
         )

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from envs import FLOCKS, info_of, same_action, start, step
 from flock_states import state
 from option_table import DIMENSIONS, small_flock
 
@@ -14,7 +15,6 @@ import flockesc_env as fe
 from flockesc_env.common.errors import ActionError
 from flockesc_env.policies import FixedRange
 from flockesc_env.policies.predators import Pursue
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 TWO = (fe.ConstantVelocity(), fe.PurePursuit((40.0, 20.0), (-3.0, 1.0)))
 
@@ -38,37 +38,25 @@ class Spin:
         return actions
 
 
-def actions_of_flock(environment: Any) -> Any:
-    return np.zeros((environment.num_envs, 1), np.float32)
-
-
 @dimensions
 def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
     """Every interface gives the same run as the parallel environment with explicit predator actions."""
     scenario = hunted(dimension).with_learned_predators()
     by_hand = fe.parallel_env(scenario)
     observations, _ = by_hand.reset(seed=4)
-    single = fe.FlockEscapeEnv(scenario, predator_policy=Pursue())
-    single.reset(seed=4)
-    parallel = fe.parallel_env(scenario, predator_policy=Pursue())
-    parallel.reset(seed=4)
-    vector = fe.FlockVectorEnv(3, scenario, predator_policy=Pursue())
-    vector.reset(seed=3)
-    flocks, agents = (make(3, scenario, predator_policy=Pursue()) for make in (FlockVecEnv, AgentVecEnv))
-    for slots in (flocks, agents):
-        slots.seed(3)
-        slots.reset()
+    made = {
+        name: make(scenario, predator_policy=Pursue()) for name, make in FLOCKS.items() if name != "pursuit"
+    }
+    for env in made.values():
+        start(env, 4)
+    parallel, zero = made["parallel"], np.zeros(1, np.float32)
     assert parallel.possible_agents == by_hand.possible_agents[:-1]
-    zero = np.zeros(1, np.float32)
     for _ in range(9):
         hunter = Pursue().act(observations["predator_0"][np.newaxis], by_hand.predator_policy_spec)[0]
         observations, *_, infos = by_hand.step({**dict.fromkeys(parallel.agents, zero), "predator_0": hunter})
-        expected = infos["agent_0"]["mean_distance"]
-        assert single.step(zero)[-1]["mean_distance"] == expected
-        assert parallel.step(dict.fromkeys(parallel.agents, zero))[-1]["agent_0"]["mean_distance"] == expected
-        assert vector.step(actions_of_flock(vector))[-1]["mean_distance"][1] == expected
-        assert flocks.step(actions_of_flock(flocks))[-1][1]["mean_distance"] == expected
-        assert agents.step(actions_of_flock(agents))[-1][5]["mean_distance"] == expected
+        for name, env in made.items():
+            info = info_of(env, step(env, same_action(env, zero)))
+            assert np.all(info["mean_distance"] == infos["agent_0"]["mean_distance"]), name
     np.testing.assert_array_equal(parallel.state(), by_hand.state())
 
 

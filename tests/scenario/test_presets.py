@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 from cli_runs import Ran
+from envs import FLOCKS
 
 import flockesc_env as fe
 from flockesc_env.common.errors import ScenarioError
-from flockesc_env.policies import FixedRange
-from flockesc_env.sb3 import FlockVecEnv
 from studies.paper.plan import aimed
 
 every_preset = pytest.mark.parametrize("name", fe.PRESETS)
@@ -39,24 +36,13 @@ def test_presets_differ_as_described() -> None:
         fe.PRESETS["mine"] = fe.PRESETS["pursuit"]  # type: ignore[index]
 
 
-FLOCK_ENVIRONMENTS: dict[str, Callable[[Any], Any]] = {
-    "gymnasium": fe.FlockEscapeEnv,
-    "vector": lambda scenario: fe.FlockVectorEnv(2, scenario),
-    "parallel": fe.parallel_env,
-    "aec": lambda scenario: fe.env(scenario).unwrapped,
-    "sb3 flocks": lambda scenario: FlockVecEnv(2, scenario),
-    "record": lambda scenario: fe.record(scenario, FixedRange(1.0), 0),
-}
-
-
-@pytest.mark.parametrize("interface", FLOCK_ENVIRONMENTS)
+@pytest.mark.parametrize("interface", [name for name in FLOCKS if name != "pursuit"])
 def test_flock_environments_take_names(interface: str) -> None:
-    make = FLOCK_ENVIRONMENTS[interface]
-    assert make("two-predators").scenario == fe.preset("two-predators")
-    assert make(None).scenario == fe.FlockScenario()
+    for name in ("two-predators", None):
+        assert FLOCKS[interface](name).unwrapped.scenario == fe.preset(name or "paper-flock")
     for wrong in ("escape", "paper-line", fe.LineScenario(), 5):
         with pytest.raises(ScenarioError) as caught:
-            make(wrong)
+            FLOCKS[interface](wrong)
         assert caught.value.field == "scenario"
         assert "paper-flock, " in str(caught.value)
 

@@ -1,6 +1,7 @@
-"""Registry of environment adapters, and functions that drive all of them in the same way.
+"""Registries of the interfaces of flocks and of environment adapters, and functions that drive all of them.
 
-The tests of lifecycles, threads, snapshots, copies and aliasing run over ``ADAPTERS``.
+The tests of lifecycles, threads, snapshots, copies and aliasing run over ``ADAPTERS``; those of seeds,
+rewards, actions and options over ``FLOCKS``.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.spaces import Box, MultiDiscrete
+from gymnasium.vector import AutoresetMode
 from option_table import UNLIKE, small_flock
 from pettingzoo import AECEnv, ParallelEnv
 from stable_baselines3.common.vec_env import VecEnv
@@ -23,7 +25,23 @@ import flockesc_env.policies
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
+FLOCKS: dict[str, Callable[..., Any]] = {
+    "gymnasium": fe.FlockEscapeEnv,
+    "pursuit": fe.FlockPursuitEnv,
+    "parallel": fe.parallel_env,
+    "aec": fe.env,
+    "vector": lambda scenario=None, num_flocks=1, **given: fe.FlockVectorEnv(num_flocks, scenario, **given),
+    "agent vector": lambda scenario=None, **given: fe.AgentVectorEnv(None, scenario, **given),
+    "flock slots": lambda scenario=None, num_flocks=1, **given: FlockVecEnv(num_flocks, scenario, **given),
+    "agent slots": lambda scenario=None, num_flocks=1, **given: AgentVecEnv(num_flocks, scenario, **given),
+}
+"""The environments of flocks by scenario and options."""
 FLOCK = small_flock()
+RANDOM = (
+    fe.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
+    fe.PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
+)
+"""Predators that draw random numbers."""
 CAPTURE = small_flock(capture_radius=6.0)
 LINE = fe.LineScenario(num_agents=30, escape_force="linear_as_printed", max_steps=10)
 PICTURES = {"render_mode": "rgb_array", "render_options": fe.RenderOptions(size=160)}
@@ -51,7 +69,10 @@ ADAPTERS = {
     "gymnasium.make": Adapter(
         lambda: gymnasium.make("flockesc/FlockEscape-v0", scenario=FLOCK), has_states=False
     ),
-    "different agents with noise and delay": Adapter(lambda: fe.FlockEscapeEnv(small_flock(**UNLIKE))),
+    "different agents with noise and delay": Adapter(
+        lambda: fe.FlockEscapeEnv(small_flock(3, predators=RANDOM, capture_radius=2.0, **UNLIKE))
+    ),
+    "chased": Adapter(lambda: fe.FlockEscapeEnv(FLOCK.with_learned_predators(), predator_policy=fe.Pursue())),
     "discrete": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, action_mode="discrete", range_grid=[1.0, 5.0, 9.0])),
     "pictures": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, **PICTURES), has_pictures=True),
     "pursuit": Adapter(lambda: fe.FlockPursuitEnv(FLOCK)),
@@ -59,6 +80,7 @@ ADAPTERS = {
     "line in pictures": Adapter(lambda: fe.LineEscapeEnv(LINE, **PICTURES), has_pictures=True),
     "vector": Adapter(lambda: _vector("NextStep")),
     "vector in the same step": Adapter(lambda: _vector("SameStep", action_mode="discrete")),
+    "vector without autoreset": Adapter(lambda: _vector("Disabled")),
     "vector in pictures": Adapter(lambda: _vector("SameStep", **PICTURES), has_pictures=True),
     "vector without copies": Adapter(lambda: _vector("NextStep", copy=False), reuses_buffers=True),
     "vector of several scenarios": Adapter(
@@ -66,7 +88,7 @@ ADAPTERS = {
     ),
     "a slot per agent": Adapter(lambda: fe.AgentVectorEnv(10, CAPTURE, num_threads=2)),
     "parallel": Adapter(lambda: fe.parallel_env(small_flock(3), reward="individual_running_minimum")),
-    "parallel with capture": Adapter(lambda: fe.parallel_env(CAPTURE, reward="individual_distance")),
+    "parallel with capture": Adapter(lambda: fe.parallel_env(CAPTURE, reward="difference")),
     "parallel with predators": Adapter(lambda: fe.parallel_env(FLOCK.with_learned_predators())),
     "agent by agent": Adapter(lambda: fe.env(FLOCK), has_states=False),
     "stable-baselines3": Adapter(lambda: FlockVecEnv(3, FLOCK, num_threads=2)),
@@ -164,10 +186,22 @@ def step(env: Any, actions: Any) -> Any:
     return seen
 
 
+def info_of(environment: Any, returned: Any) -> dict[str, Any]:
+    """Return the info of the flock, or of its first agent, from what a reset or a step returned."""
+    if isinstance(environment, AECEnv):
+        return dict(environment.infos["agent_0"])
+    if isinstance(environment, VecEnv):
+        infos = returned[-1] if isinstance(returned, tuple) else environment.reset_infos
+        return dict(infos[0])
+    return dict(returned[-1].get("agent_0", returned[-1]))
+
+
 def has_ended(env: Any, returned: Any) -> bool:
     """Return whether an environment needs a reset after a step."""
     if isinstance(env, ParallelEnv | AECEnv):
         return not env.agents
+    if getattr(env, "autoreset_mode", None) is AutoresetMode.DISABLED:
+        return bool(np.any(returned[2] | returned[3]))
     return isinstance(env, gymnasium.Env) and bool(returned[2] or returned[3])
 
 

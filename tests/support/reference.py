@@ -11,7 +11,16 @@ import predator_reference
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from flockesc_env import FirstOrder, FlockScenario, LineScenario, PreferredDistance, Reynolds, Vicsek, Zones
+from flockesc_env import (
+    FirstOrder,
+    FlockScenario,
+    LineScenario,
+    PreferredDistance,
+    Reynolds,
+    Trajectory,
+    Vicsek,
+    Zones,
+)
 
 Floats = NDArray[np.float64]
 
@@ -111,6 +120,34 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
             scenario, new_r, new_v, new_predators, state.predator_velocities, state.minds
         )
     return FlockState(new_r, new_v, new_predators, steered, state.minds, names, forces)
+
+
+def assert_follows(run: Trajectory, schedule: Floats, *, rtol: float = 1e-12, atol: float = 1e-9) -> None:
+    """Compare a whole run with this model under a schedule of shape (T, n); captures must agree exactly."""
+    scenario = run.scenario
+    state = flock_start(scenario, run.positions[0].copy(), run.velocities[0].copy(), run.seed or 0)
+    agents = np.arange(scenario.num_agents)
+    for t in range(scenario.num_steps + 1):
+        names = agents if state.names is None else state.names
+        is_caught = ~np.isin(agents, names)
+        np.testing.assert_array_equal((run.caught_at >= 0) & (run.caught_at <= t), is_caught)
+        assert not run.velocities[t, is_caught].any()
+        assert run.fraction_surviving[t] == len(names) / len(agents)
+        now = schedule[min(t, scenario.num_steps - 1)][names]
+        distances = predator_distances(state.positions, state.predator_positions)
+        pairs = {
+            "positions": (run.positions[t, names], state.positions),
+            "velocities": (run.velocities[t, names], state.velocities),
+            "predator_positions": (run.predator_positions[t], state.predator_positions),
+            "mean_distance": (run.mean_distance[t], distances.mean() if len(names) else 0),
+            "min_distance": (run.min_distance[t], distances.min() if len(names) else 0),
+            "polarization": (run.polarization[t], polarization(state.velocities) if len(names) else 0),
+            "num_components": (run.num_components[t], num_components(directed_graph(state.positions, now))),
+        }
+        for name, (given, expected) in pairs.items():
+            np.testing.assert_allclose(given, expected, rtol, atol, err_msg=f"{name} of step {t}")
+        if t < scenario.num_steps:
+            state = flock_step(scenario, state, now)
 
 
 def flocking_force(law: Reynolds, own: Floats, neighbors: Floats) -> Floats:

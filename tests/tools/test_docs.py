@@ -1,17 +1,57 @@
-"""Files, folders, headings, modules, functions and tests that the documentation names exist."""
+"""Snippets of the pages run, the names in them exist, lists of names are complete, and numbers agree."""
 
 from __future__ import annotations
 
+import doctest
 import re
+import tomllib
+from collections.abc import Iterable
+from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
+from textwrap import dedent
+from types import ModuleType
+from typing import Any, get_args
 
+import gymnasium
 import pytest
 
+from flockesc_env import (
+    PRESETS,
+    EnvOptions,
+    FixedRange,
+    FlockEscapeEnv,
+    FlockScenario,
+    ScenarioError,
+    parallel_env,
+    rollout,
+)
 from flockesc_env.common.extras import MissingExtraError
+from flockesc_env.episodes.objectives import OBJECTIVES
+from flockesc_env.episodes.options import IndividualReward, TeamReward
+from flockesc_env.policies import NAMES, bind
+from flockesc_env.policies.registry import built_in
 
 ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text("utf-8")
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+
+FENCED = re.compile(r"^( *)```python\n(.*?)^\1```", flags=re.DOTALL | re.MULTILINE)
+RUN_ELSEWHERE = {"README-0", "cluster-0"}  # below, and in tests/jobs/test_backends.py
+SNIPPETS = [
+    pytest.param(dedent(code), id=f"{page.stem}-{number}")
+    for page in PAGES
+    for number, (_, code) in enumerate(FENCED.findall(page.read_text("utf-8")))
+    if f"{page.stem}-{number}" not in RUN_ELSEWHERE
+    and not re.search(r"flockesc_env\.(torchrl|benchmarl)", code)  # these run in compat/
+]
+WITH_EXAMPLES = [
+    ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    for path in sorted((ROOT / "flockesc_env").rglob("*.py"))
+    if ">>> " in path.read_text("utf-8")
+]
+
 SOURCES = (
     *("compat", "docs", "examples", "flockesc_env", "fuzz", "results", "rust", "scoreboard", "speed"),
     *("playground", "studies", "tests", "training"),
@@ -29,7 +69,126 @@ TESTS = {
     for name in (path.name, *re.findall(r"^ *def (test_\w+)", path.read_text("utf-8"), re.MULTILINE))
 }
 
-CODE_ROW = re.compile(r"\| (?P<what>[^|]+) \| (?P<code>[^|]*\]\(\.\./[^|]*) \| (?P<function>[^|]*) \|")
+DIRECTIVE = re.compile(r"^\.\. (?:auto|py:)(?:class|data|exception|function):: ([\w.]+)", re.MULTILINE)
+DOCUMENTED = {
+    name
+    for page in sorted((ROOT / "docs" / "api").glob("*.rst"))
+    for name in DIRECTIVE.findall(page.read_text("utf-8"))
+}
+MODULES = (
+    "flockesc_env",
+    "flockesc_env.jobs",
+    "flockesc_env.notebook",
+    "flockesc_env.policies",
+    "flockesc_env.sb3",
+    "flockesc_env.watch",
+)
+
+
+@pytest.mark.parametrize("snippet", SNIPPETS)
+def test_snippet_runs(snippet: str) -> None:
+    exec(compile(snippet, "snippet", "exec"), {})  # noqa: S102, our own text
+
+
+@pytest.mark.parametrize("module", WITH_EXAMPLES)
+def test_examples_in_docstrings_run(module: str) -> None:
+    results = doctest.testmod(import_module(module))
+    assert results.attempted > 0
+    assert results.failed == 0
+
+
+@pytest.mark.parametrize("name", ["fixed:10", *NAMES[1:]])
+def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) -> None:
+    """Agents are caught on the way; a policy for the flock plays the loop of Gymnasium."""
+    entry = built_in(name)
+    options: dict[str, Any] = {"max_range": 150.0, **entry.options}
+    were_caught = 0
+    for scenario in (preset.scenario for preset in PRESETS.values()):
+        if not isinstance(scenario, FlockScenario) or not scenario.predators:
+            continue
+        fields = vars(scenario).items()
+        unlike = {k: v[:8] for k, v in fields if isinstance(v, tuple) and len(v) == scenario.num_agents}
+        flock = scenario.replace(num_agents=8, num_steps=9, capture_radius=70.0, **unlike)
+        try:
+            env: Any = parallel_env(flock, **options) if entry.per_agent else FlockEscapeEnv(flock, **options)
+        except ScenarioError:  # this preset has no profile
+            assert "profile_ranges" in options
+            continue
+        act = bind(entry.policy, env)
+        observations, _ = env.reset(seed=7)
+        has_ended = False
+        while not has_ended:
+            observations, _, terminated, truncated, _ = env.step(act(observations))
+            has_ended = not env.agents if entry.per_agent else terminated or truncated
+            were_caught += entry.per_agent and 0 < len(env.agents) < 8
+    assert were_caught or not entry.per_agent
+
+
+def test_the_snippet_and_the_caption_of_the_readme_have_the_numbers_of_their_flock(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (_, snippet), *_ = FENCED.findall(README)
+    exec(compile(snippet, "snippet", "exec"), {})  # noqa: S102, our own text
+    learned = float(capsys.readouterr().out)
+    assert f"# {learned:.2f} m\n" in snippet
+    (fixed,) = rollout("paper-flock", FixedRange(12.0), [242]).min_mean_distance
+    assert f"12 m, their mean distance to the predator falls to {fixed:.1f} m" in " ".join(README.split())
+    assert f"under a learned policy it stays at {learned:.1f} m or more" in " ".join(README.split())
+
+
+def test_the_table_of_the_demo_is_the_committed_one() -> None:
+    table = (ROOT / "results" / "demo" / "table.md").read_text("utf-8").strip().split("\n\n")[-1]
+    assert table in (ROOT / "docs" / "getting-started.md").read_text("utf-8")
+
+
+def test_all_files_have_the_version_of_the_crates() -> None:
+    version = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("page", "names"),
+    [
+        ("worlds", PRESETS),
+        ("worlds", [field.name for field in fields(FlockScenario)]),
+        ("environments", [field.name for field in fields(EnvOptions)]),
+        (
+            "environments",
+            [f'"{reward}"' for kind in (TeamReward, IndividualReward) for reward in get_args(kind)],
+        ),
+        ("policies", NAMES),
+        ("environments", [name for spec in OBJECTIVES for name in (spec.series, spec.column)]),
+        ("model", [name for spec in OBJECTIVES for name in (spec.series, spec.column)]),
+    ],
+    ids=["presets", "fields", "options", "rewards", "policies", "info", "columns"],
+)
+def test_a_users_page_names_all_that_there_is(page: str, names: Iterable[str]) -> None:
+    text = (ROOT / "docs" / f"{page}.md").read_text("utf-8")
+    assert [name for name in names if f"`{name}" not in text and f"{name}`" not in text] == []
+
+
+def test_a_users_page_names_every_registered_environment() -> None:
+    text = (ROOT / "docs" / "environments.md").read_text("utf-8")
+    ids = [name for name in gymnasium.registry if name.startswith("flockesc/")]
+    assert [name for name in ids if f"flockesc_env:{name}" not in text] == []
+
+
+def resolved(name: str) -> object:
+    module, _, attribute = name.rpartition(".")
+    return getattr(import_module(module), attribute)
+
+
+def public(module: ModuleType) -> set[str]:
+    own = {name for name, item in vars(module).items() if getattr(item, "__module__", "") == module.__name__}
+    return {name for name in getattr(module, "__all__", own) if not name.startswith("_")}
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_every_public_name_is_documented(module: str) -> None:
+    documented = {id(resolved(name)) for name in DOCUMENTED}
+    names = public(import_module(module))
+    assert names
+    assert sorted(name for name in names if id(resolved(f"{module}.{name}")) not in documented) == []
 
 
 def prose(page: Path) -> str:
@@ -50,7 +209,7 @@ def is_path(code: str) -> bool:
     return bool(SUFFIX.search(code)) or code.endswith("/") or code.split("/")[0] in SOURCES
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pages
 def test_files_links_headings_and_tests_that_a_page_names_exist(page: Path) -> None:
     text = prose(page)
     named = {code for code in re.findall(r"`([^`\n]+)`", text) if is_path(code)}
@@ -62,7 +221,7 @@ def test_files_links_headings_and_tests_that_a_page_names_exist(page: Path) -> N
     assert sorted(set(re.findall(r"\btest_\w+(?:\.py)?\b", text)) - TESTS) == []
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pages
 def test_modules_that_a_page_names_exist(page: Path) -> None:
     for name in set(re.findall(r"`(flockesc_env(?:\.\w+)+)", prose(page))):
         module, rest = name.split("."), list[str]()
@@ -77,17 +236,3 @@ def test_modules_that_a_page_names_exist(page: Path) -> None:
                 rest.insert(0, module.pop())
         for part in rest:
             found = getattr(found, part)
-
-
-def test_every_row_of_the_code_table_names_existing_code() -> None:
-    page = ROOT / "docs" / "model.md"
-    table = page.read_text("utf-8").split("\n## Code\n")[1].split("\n## ")[0]
-    rows = list(CODE_ROW.finditer(table))
-    assert len(rows) == table.count("](../") - sum(row["code"].count("](") - 1 for row in rows)
-    for row in rows:
-        links = re.findall(r"\[`([^`]+)`\]\(([^)]+)\)", row["code"])
-        for label, link in links:
-            assert link.endswith(f"/{label}")
-        for function in re.findall(r"`(\w+)`", row["function"]):
-            code = "".join((page.parent / link).read_text("utf-8") for _, link in links)
-            assert re.search(rf"\b(fn|class|def|struct|enum) {function}\b", code), row["what"]

@@ -92,7 +92,6 @@ def never(*_: object, **__: object) -> None:
 @pytest.mark.parametrize(
     ("argv", "suffix"),
     [
-        (sweep_flags(), ".csv"),
         (sweep_flags("--backend", "serial"), ".csv"),
         (SIMULATE, ".npz"),
         (WATCH, ".html"),
@@ -119,8 +118,7 @@ def test_an_output_that_cannot_be_written_is_refused_before_the_work(
     [
         (sweep_flags(), "sweep.csv", "best fixed range"),
         (sweep_flags(), "sweep.parquet", "best fixed range"),
-        (sweep_flags(), "sweep.png", "best fixed range"),
-        (sweep_flags("--json"), "sweep.csv", '"best_range"'),
+        (sweep_flags("--json"), "sweep.png", '"best_range"'),
         (SIMULATE, "run.npz", "min_mean_distance"),
         (WATCH, "runs.html", ""),
         (WATCH, "runs.mp4", ""),
@@ -136,18 +134,6 @@ def test_results_are_shown_even_if_the_disk_is_full(
     assert shown in ran.out
     error = rf"flockesc: error: {re.escape(str(path))}: .*{os.strerror(errno.ENOSPC)}.*\n"
     assert re.fullmatch(error, ran.err.splitlines(keepends=True)[-1])  # notes can stand before it
-
-
-def test_a_film_that_is_not_complete_replaces_nothing(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    path = tmp_path / "runs.gif"
-    path.write_bytes(b"old")
-    with small_files(1_000):
-        ran = Ran(capsys, *WATCH, "--output", path)
-    assert ran.code == Exit.REFUSED
-    assert "ffmpeg wrote 1 of 5 frames" in ran.err
-    assert [(file, file.read_bytes()) for file in tmp_path.iterdir()] == [(path, b"old")]
 
 
 def test_a_replaced_file_keeps_its_mode_and_a_new_one_has_that_of_the_umask(tmp_path: Path) -> None:

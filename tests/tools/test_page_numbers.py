@@ -12,7 +12,7 @@ import chromium
 import numpy as np
 import pytest
 from chromium import wait
-from pages import BEST, LEARNED, ROOT, SEED, drop, fly, lowest, text, world
+from pages import BEST, ROOT, SEED, drop, fly, lowest, text, world
 from playwright.sync_api import Page
 
 import flockesc_env as fe
@@ -25,57 +25,35 @@ pytest_plugins = ("watch_browser",)
 pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MISSING)
 
 
-@pytest.mark.parametrize("name", ["paper-flock", "capture", "topological", "space"])
-def test_fixed_ranges_keep_the_distance_that_they_keep_in_python(
-    name: str, tab: Page, open_at: Callable[..., None]
-) -> None:
-    open_at()
-    for rho in (0.0, 12.0):
-        run = fe.simulate(name, rho, seed=SEED)
-        assert fly(tab, world(name), f"fixed:{rho:g}") == lowest(run)
-        assert text(tab, ".objective dd") == f"{lowest(run):.1f} m"
-        tab.evaluate("page.panels[0].run.countComponents()")
-        assert tab.evaluate("Array.from(page.panels[0].run.numComponents.subarray(0, 241))") == list(
-            run.num_components
-        )
-
-
-def test_policy_files_keep_the_distance_that_they_keep_in_python(
+def test_ranges_rules_and_files_keep_the_distance_that_they_keep_in_python(
     tab: Page, open_at: Callable[..., None]
 ) -> None:
-    """One range for each agent, candidate ranges, one range for all; test_engine.py plays every file."""
-    open_at(f"seed={SEED}&policies=fixed:0")
-    for name in (
-        "per-agent-visible/policies/search-0",
-        "per-agent-visible-profile/policies/ppo-0",
-        "shared/policies/ppo-0",
-    ):
-        path = LEARNED / f"{name}.npz"
-        spec = f"{path.parents[1].name} {path.stem}"
-        tab.evaluate("page.seek(0)")
-        drop(tab, f"{spec}.npz", path.read_bytes())
-        wait(tab, f"page.panels[0].run.spec === '{spec}'")
-        tab.evaluate("page.seek(12)")
-        expected = lowest(fe.load_policy(path).record(SEED, "paper-flock"))
-        assert tab.evaluate("page.panels[0].run.objective") == expected, spec
-
-
-@pytest.mark.parametrize("name", RULES)
-def test_rules_keep_the_distance_that_they_keep_in_python(
-    name: str, tab: Page, open_at: Callable[..., None]
-) -> None:
+    """test_engine.py plays every preset and file."""
     open_at()
-    for preset in ("paper-flock", "capture", "space"):
-        assert fly(tab, world(preset), name) == lowest(built_in(name).record(SEED, preset))
+    run = fe.simulate("capture", 12.0, seed=SEED)
+    assert fly(tab, world("capture"), "fixed:12") == lowest(run)
+    assert text(tab, ".objective dd") == f"{lowest(run):.1f} m"
+    tab.evaluate("page.panels[0].run.countComponents()")
+    counts = tab.evaluate("Array.from(page.panels[0].run.numComponents.subarray(0, 241))")
+    assert counts == list(run.num_components)
+    for rule in RULES:
+        assert fly(tab, world("capture"), rule) == lowest(built_in(rule).record(SEED, "capture")), rule
     tab.evaluate(f"page.fly({world('topological')})")
     assert "listen to a number of neighbors" in text(tab, "#message")
     assert tab.evaluate("page.panels.map(({ run }) => run.kind)") == ["fixed"]
+    open_at(f"seed={SEED}&policies=fixed:0")
+    tab.evaluate("page.seek(0)")
+    drop(tab, "learned.npz", BEST.read_bytes())
+    wait(tab, "page.panels[0].run.spec === 'learned'")
+    tab.evaluate("page.seek(12)")
+    assert tab.evaluate("page.panels[0].run.objective") == lowest(
+        fe.load_policy(BEST).record(SEED, "paper-flock")
+    )
 
 
 @pytest.mark.parametrize(
     "address",
     [
-        "policies=fixed:0.5",
         "agents=50&noise=0.25&policies=stubborn-leaders",
         f"world=capture&policies={HEADLINE}",
     ],
@@ -146,10 +124,10 @@ def test_the_answer_is_the_published_curve_and_flocks_of_the_page(
     assert tab.evaluate("page.controls.prediction.means()[1]") == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("name", ["paper-flock", "topological", "mutual", "field-of-view"])
 def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
-    name: str, tab: Page, open_at: Callable[..., None]
+    tab: Page, open_at: Callable[..., None]
 ) -> None:
+    name = "field-of-view"
     open_at(f"world={name}&seed={SEED}&policies=fixed:9")
     tab.evaluate("page.seek(5); page.seek(4)")
     run = fe.simulate(name, 9.0, seed=SEED)

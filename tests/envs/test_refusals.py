@@ -1,0 +1,279 @@
+"""Refused actions, options and assignments: an error names them, and the episode goes on without them.
+
+Bad values of every argument are in ``test_arguments``, in the default action mode.
+"""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, get_type_hints
+
+import gymnasium
+import numpy as np
+import pytest
+from envs import FLOCK, FLOCKS, REMEMBERING, Weave, adapters, draw, has_ended, play, start, step
+from gymnasium.error import ResetNeeded
+from gymnasium.wrappers import RescaleAction
+from option_table import small_flock
+from stable_baselines3.common.policies import BasePolicy
+from stable_baselines3.common.vec_env import VecMonitor
+
+import flockesc_env as fe
+from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, OptionError, ScenarioError
+from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict
+from flockesc_env.sb3 import AgentVecEnv
+
+# Entries that the action space rejects.
+BAD_ENTRIES = {
+    "normalized": [np.nan, np.inf, -np.inf, 1.001, -1.001],
+    "range": [np.nan, np.inf, -np.inf, 100.1, -0.1],
+    "discrete": [-1, 21, 10**9],
+}
+
+
+def refused_field(environment: Any, actions: Any) -> str:
+    with pytest.raises(ActionError) as caught:
+        environment.step(actions)
+    return caught.value.field
+
+
+@pytest.mark.parametrize("mode", BAD_ENTRIES)
+@pytest.mark.parametrize("interface", ["vector", "agent vector", "flock slots", "agent slots"])
+def test_a_stack_of_actions(interface: str, mode: str) -> None:
+    """All slots stay where they are, not only the one whose action is bad."""
+    count = {} if interface == "agent vector" else {"num_flocks": 3}
+    environment, twin = (FLOCKS[interface](FLOCK, action_mode=mode, **count) for _ in range(2))
+    for each in (environment, twin):
+        start(each, 0)
+    actions = np.stack([np.int64(3) if mode == "discrete" else np.float32([0.5])] * environment.num_envs)
+    for entry in BAD_ENTRIES[mode]:
+        bad = actions.copy()
+        bad[2] = entry
+        assert refused_field(environment, bad) == "action[2]", entry
+    for form in (actions[:-1], actions[..., np.newaxis], actions.astype(bool), actions.astype(object)):
+        assert refused_field(environment, form) == "action"
+    np.testing.assert_equal(environment.step(actions), twin.step(actions))
+
+
+def test_who_acts() -> None:
+    scenario = FLOCK.with_learned_predators()
+    environment, twin = fe.parallel_env(scenario), fe.parallel_env(scenario)
+    for each in (environment, twin):
+        each.reset(seed=0)
+    actions = draw(environment, np.random.default_rng(0))
+    for name in ("agent_2", "predator_0"):
+        missing = {agent: action for agent, action in actions.items() if agent != name}
+        assert refused_field(environment, missing) == f"action of {name!r}"
+    for name in ("agent_9", "predator_1"):
+        assert refused_field(environment, {**actions, name: actions["agent_0"]}) == f"action of {name!r}"
+    np.testing.assert_equal(environment.step(actions), twin.step(actions))
+    alone = fe.parallel_env(FLOCK)
+    alone.reset(seed=0)
+    with pytest.raises(ActionError, match="predator_actions"):
+        alone.step_array(np.zeros((5, 1), np.float32), np.zeros((1, 2)))
+
+
+def test_bounds_are_actions_also_after_rounding_in_float32() -> None:
+    """SAC, TD3 and DDPG, a scaled tanh and ``RescaleAction`` map the ends of their actions to the bounds."""
+    rng, ends = np.random.default_rng(0), np.array([-1, 1], np.float32)
+    for low, high in [(0.1, 0.7), (0.9, 3.7), *np.sort(10 ** rng.uniform(-2, 3, (200, 2))).tolist()]:
+        env = fe.FlockEscapeEnv(FLOCK, min_range=low, max_range=high, action_mode="range")
+        space: Any = env.action_space
+        rescaled = [
+            np.concatenate([space.low, space.high]).astype(np.float64),
+            BasePolicy.unscale_action(SimpleNamespace(action_space=space), ends),  # type: ignore[arg-type]
+            ends * ((space.high - space.low) / 2) + (space.high + space.low) / 2,
+        ]
+        for least, most in ((0, 1), (-1, 1), (0.1, 0.7)):
+            wrapper = RescaleAction(env, np.float32(least), np.float32(most))
+            rescaled.append(np.concatenate([wrapper.action(end) for end in np.float32([[least], [most]])]))
+        for actions in rescaled:
+            found = env.policy_spec.actions.to_ranges(actions[:, np.newaxis], 2)
+            assert ((low <= found) & (found <= high)).all()
+            np.testing.assert_allclose(found, [low, high], rtol=0, atol=1e-6 * high)
+        for beyond in (low - 1e-6 * high, high + 1e-6 * high):
+            assert refused_field(env, np.array([beyond])) == "action"
+
+
+def test_nan_is_not_told_to_clip() -> None:
+    env = fe.FlockEscapeEnv(FLOCK)
+    for bad, hint in ((np.nan, "a policy that returns NaN has diverged"), (np.inf, "ClipAction clips it")):
+        with pytest.raises(ActionError, match=hint):
+            env.step(np.array([bad]))
+
+
+@adapters(lambda adapter: adapter.has_states)
+def test_step_before_reset_and_after_the_end(make: Any) -> None:
+    environment, ready = make(), make()
+    start(ready)
+    rng = np.random.default_rng(0)
+    with pytest.raises(ResetNeeded, match=r"reset\(\)"):
+        step(environment, draw(ready, rng))
+    start(environment)
+    for _ in range(10):
+        actions = draw(environment, rng)
+        if has_ended(environment, step(environment, actions)):
+            for _ in range(2):
+                with pytest.raises(EpisodeError, match="after the end"):
+                    step(environment, actions)
+            start(environment)
+
+
+@pytest.mark.parametrize("interface", REMEMBERING)
+def test_a_refused_step_leaves_the_memory_of_policies(interface: str) -> None:
+    """A policy with a memory is asked after the checks of the action and of the episode."""
+    weave = Weave()
+    environment, twin = (REMEMBERING[interface](policy) for policy in (weave, Weave()))
+    for each in (environment, twin):
+        start(each, 3)
+        play(each, np.random.default_rng(0), 3)
+    calls = weave.calls
+    good = draw(environment, np.random.default_rng(1))
+    bad = copy.deepcopy(good)
+    if isinstance(bad, dict):
+        bad["agent_4"] = np.full(1, np.nan)
+    else:
+        bad[-1] = np.nan
+    with pytest.raises(ActionError):
+        environment.step(bad)
+    assert weave.calls == calls
+    np.testing.assert_equal(*(play(each, np.random.default_rng(2), 12) for each in (environment, twin)))
+    if not hasattr(environment, "num_envs"):
+        while not has_ended(environment, environment.step(draw(environment, np.random.default_rng(3)))):
+            pass
+        calls = weave.calls
+        with pytest.raises(ResetNeeded):
+            environment.step(good)
+        assert weave.calls == calls
+
+
+LINES: dict[str, Callable[..., Any]] = {
+    "line": fe.LineEscapeEnv,
+    "rollout of a line": lambda scenario="paper-line", **options: fe.rollout(
+        scenario, fe.FixedRange(0.1), [0], **options
+    ),
+}
+MADE: dict[str, Callable[..., Any]] = {
+    **FLOCKS,
+    "rollout": lambda scenario=None, **options: fe.rollout(scenario, fe.FixedRange(1.0), [0], **options),
+    "record": lambda scenario=None, **options: fe.record(scenario, fe.FixedRange(1.0), 0, **options),
+    **LINES,
+}
+HUNTED = small_flock(predators=(fe.PurePursuit(),))
+
+
+@pytest.mark.parametrize("interface", MADE)
+def test_options_that_do_not_fit_are_named(interface: str) -> None:
+    model = "LineScenario" if interface in LINES else "FlockScenario"
+    refusals: list[tuple[Any, dict[str, Any], type[Exception], str, str]] = [
+        (None, {"rewards": "terminal"}, OptionError, "rewards", "did you mean reward"),
+        (None, {"xyz": 3}, OptionError, "xyz", "known: "),
+        (None, {"num_agents": 3}, OptionError, "num_agents", rf"pass scenario={model}\(num_agents=\.\.\.\)"),
+    ]
+    if interface in LINES:
+        alone = fe.LineScenario(predator_position=None)
+        refusals.append((alone, {}, ScenarioError, "predator_position", "expected"))
+    else:
+        counted = small_flock(neighbor_rule=fe.Topological())
+        chased = {"predator_policy": fe.Pursue()}
+        words = r"with_learned_predators\(\) makes one, got PurePursuit"
+        refusals.append((small_flock(predators=()), {}, ScenarioError, "predators", "expected"))
+        refusals.append((counted, {}, OptionError, "max_range", "number of neighbors"))
+        if interface != "pursuit":
+            refusals.append((HUNTED, chased, ArgumentError, "predator_policy", words))
+            MADE[interface](HUNTED.with_learned_predators(), **chased)
+        if interface in {"gymnasium", "vector", "flock slots", "rollout"}:
+            refusals.append((None, {"reward": "individual_distance"}, OptionError, "reward", "expected"))
+    for scenario, options, error, field, words in refusals:
+        with pytest.raises(error, match=words) as caught:
+            MADE[interface](*(() if scenario is None else (scenario,)), **options)
+        assert caught.value.field == field  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("keywords", "options"), [(EnvOptionsDict, fe.EnvOptions), (LineOptionsDict, fe.LineOptions)]
+)
+def test_keywords_are_the_fields_of_the_dataclass(keywords: type, options: type) -> None:
+    assert get_type_hints(keywords) == get_type_hints(options)
+    assert set(keywords.__annotations__) == {field.name for field in dataclasses.fields(options)}
+    assert not keywords.__required_keys__
+
+
+@adapters()
+def test_settings_are_not_assigned_after_creation(make: Callable[[], Any]) -> None:
+    env = make().unwrapped
+    names = [*vars(env.options), "scenario", "options", "policy_spec", "num_envs"]
+    for each in (env, copy.deepcopy(env)):
+        before = {name: getattr(each, name, None) for name in names}
+        for name in [*names, "render_mode"]:
+            with pytest.raises(OptionError, match=f"^{name}: expected no assignment after creation"):
+                setattr(each, name, "another")
+        assert {name: getattr(each, name, None) for name in names} == before
+        each.note = 7  # other names are free
+        each.note += 1
+        assert each.note == 8
+
+
+def test_settings_are_not_assigned_through_wrappers() -> None:
+    alone = gymnasium.make("flockesc/FlockEscape-v0", scenario=small_flock())
+    several = gymnasium.make_vec("flockesc/LineEscape-v0", num_envs=2)
+    slots = AgentVecEnv(1, small_flock())
+    for name in ("scenario", "max_range"):
+        for call in (alone.set_wrapper_attr, several.set_attr, slots.set_attr, VecMonitor(slots).set_attr):
+            with pytest.raises(OptionError, match=f"{name}: .*environment with {name}=.."):
+                call(name, None)
+    alone.set_wrapper_attr("note", 7)
+    assert alone.get_wrapper_attr("note") == 7
+
+
+def test_a_subclass_can_replace_its_spaces() -> None:
+    class Doubled(fe.FlockEscapeEnv):
+        def __init__(self) -> None:
+            super().__init__(small_flock())
+            self.action_space = gymnasium.spaces.Box(-2.0, 2.0, (1,))
+
+        def step(self, action: Any) -> Any:
+            return super().step(action / 2)
+
+    env = Doubled()
+    env.reset(seed=0)
+    env.step(np.float32([2.0]))
+    with pytest.raises(OptionError, match=r"action_space: .* \(create a new environment\)"):
+        env.action_space = gymnasium.spaces.Box(-4.0, 4.0, (1,))
+
+
+POSITIONS = np.zeros((5, 2))
+SPOILT = POSITIONS.copy()
+SPOILT[3, 1] = np.inf
+SIMULATE: list[tuple[Any, dict[str, Any], str]] = [
+    ([1, 1, 1, 1, -1], {}, "interaction_range[4]"),
+    (np.ones((10, 5)), {}, "interaction_range"),
+    (None, {"schedule": np.ones((5, 10))}, "schedule"),
+    (None, {"schedule": np.ones(10)}, "schedule"),
+    (1.0, {"initial_positions": POSITIONS.T}, "initial_positions"),
+    (1.0, {"initial_positions": np.full((5, 2), 1e30)}, "initial_positions[0, 0]"),
+    (1.0, {"initial_velocities": SPOILT}, "initial_velocities[3, 1]"),
+]
+
+
+@pytest.mark.parametrize(("rho", "arguments", "field"), SIMULATE)
+def test_an_entry_of_an_array_is_named(rho: Any, arguments: dict[str, Any], field: str) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        fe.simulate(FLOCK, rho, seed=0, **arguments)
+    assert caught.value.field == field
+    assert isinstance(caught.value, ValueError)
+
+
+def test_schedule_or_range_per_agent() -> None:
+    """With as many agents as steps, the name of the argument decides which axis an array has."""
+    scenario = small_flock(num_agents=6, num_steps=6)
+    values = np.arange(6) * 10.0
+    own = fe.simulate(scenario, values, seed=0)
+    scheduled = fe.simulate(scenario, schedule=values[:, None], seed=0)
+    assert own.num_components[0] < 6  # the scheduled range starts at 0
+    assert scheduled.num_components[0] == 6
+    square = np.tile(values, (6, 1))
+    np.testing.assert_array_equal(fe.simulate(scenario, schedule=square, seed=0).positions, own.positions)

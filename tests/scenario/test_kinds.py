@@ -1,0 +1,138 @@
+"""The core, the Python classes and the docs have the same parts, fields, defaults and observation entries."""
+
+from __future__ import annotations
+
+import json
+import pkgutil
+import re
+from collections.abc import Callable
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any, get_args
+
+import gymnasium
+import pytest
+from argument_table import PARTS, SLOTS
+from envs import ADAPTERS
+from option_table import small_flock
+
+import flockesc_env as fe
+from flockesc_env import _core, envs
+from flockesc_env.common.errors import FlockescError
+from flockesc_env.envs._base import FlockEnvironment
+from flockesc_env.episodes import objectives, options
+from flockesc_env.scenario import initial, motion, neighbors, predators, randomization
+from flockesc_env.scenario.line import EscapeForce
+
+FAMILIES: dict[str, Any] = {
+    "predators": predators.Predator,
+    "neighbor_rules": neighbors.NeighborRule,
+    "motions": motion.Motion,
+    "initial_positions": initial.InitialPositions,
+    "initial_headings": initial.InitialHeadings,
+    "distributions": randomization.Distribution,
+    "targets": predators.Target,
+    "extra_entries": options.ExtraEntries,
+    "objectives": objectives.Objective,
+    "rewards": options.Reward,
+    "escape_forces": EscapeForce,
+    "line_rewards": options.LineReward,
+}
+"""Unions of classes, and literals."""
+UNKNOWN = "no_such_name"
+
+
+@pytest.mark.parametrize("family", sorted(_core.kinds().keys() - {"views"}))
+def test_python_has_every_part(family: str) -> None:
+    members = get_args(FAMILIES[family])
+    classes = [member for member in members if isinstance(member, type)]
+    assert {getattr(member, "kind", member) for member in members} == set(_core.kinds()[family])
+    assert {cls.__name__ for cls in classes} <= set(fe.__all__)
+
+
+def test_the_defaults_of_both_languages_are_equal() -> None:
+    assert json.loads(fe.FlockScenario().to_json()) == json.loads(_core.default_flock_scenario())
+    assert json.loads(fe.LineScenario().to_json()) == json.loads(_core.default_line_scenario())
+    assert set(options.View) == set(_core.kinds()["views"])
+
+
+@pytest.mark.parametrize(
+    ("view", "entries"),
+    [
+        *(
+            (view.capitalize(), partial(_core.observation_entries, json.dumps({"view": view})))
+            for view in _core.kinds()["views"]
+        ),
+        ("Predator", _core.predator_observation_entries),
+        ("Line", lambda _: _core.line_observation_entries(1)),
+    ],
+)
+def test_the_docs_list_the_entries_and_bounds_of_an_observation_in_order(
+    view: str, entries: Callable[[int], list[tuple[str, float, float]]]
+) -> None:
+    """In space a row has all entries, in the plane those without "_up"."""
+    docs = (Path(__file__).parents[2] / "docs" / "model.md").read_text("utf-8")
+    section = docs.partition(f"\n### {view} view\n")[2].partition("\n##")[0]
+    rows = re.findall(r"^\| `(\w+)` \| \[(-?\d), (\d)\] \|", section, re.MULTILINE)
+    documented = [(name, float(low), float(high)) for name, low, high in rows]
+    assert documented == entries(3)
+    assert [row for row in documented if not row[0].endswith("_up")] == entries(2)
+
+
+def _concrete(cls: type) -> set[type]:
+    found = cls.__subclasses__()
+    return set().union(*map(_concrete, found)) if found else {cls}
+
+
+def test_every_adapter_is_a_row_of_the_registry() -> None:
+    for module in pkgutil.iter_modules(envs.__path__, "flockesc_env.envs."):
+        import_module(module.name)
+    classes = {cls for cls in _concrete(FlockEnvironment) if cls.__module__.startswith("flockesc_env.")}
+    made = [adapter.make() for adapter in ADAPTERS.values()]
+    missing = classes - {type(getattr(env, "unwrapped", env)) for env in made}
+    assert not missing
+    registered = {spec.entry_point for spec in gymnasium.registry.values()}
+    names = {f"{cls.__module__}:{cls.__name__}" for cls in classes if issubclass(cls, gymnasium.Env)}
+    assert names <= registered
+
+
+def known_to(check: Callable[[str], Any], document: Any) -> set[str]:
+    """Return the names that the core's error about an unknown name lists."""
+    with pytest.raises(FlockescError, match=UNKNOWN) as caught:
+        check(json.dumps(document))
+    return set(re.findall(r"`(\w+)`", caught.value.expected))
+
+
+def check_options(document: str) -> None:
+    actions = fe.FlockEscapeEnv(small_flock()).policy_spec.actions.core
+    _core.FlockBatch([small_flock().to_json()], [0], document, actions, 1, False, 0)
+
+
+DOCUMENTS: dict[str, tuple[Callable[[str], Any], str]] = {
+    "flock": (_core.check_flock_scenario, fe.FlockScenario().to_json()),
+    "line": (_core.check_line_scenario, fe.LineScenario().to_json()),
+    "options": (check_options, fe.EnvOptions().to_core(options.View.FLOCK)),
+    "options of lines": (
+        lambda document: _core.LineEpisode(fe.LineScenario().to_json(), document, 0),
+        fe.LineOptions().to_core(),
+    ),
+}
+
+
+@pytest.mark.parametrize(("check", "text"), DOCUMENTS.values(), ids=DOCUMENTS)
+def test_fields(check: Callable[[str], Any], text: str) -> None:
+    document = json.loads(text)
+    check(text)
+    assert known_to(check, document | {UNKNOWN: 1}) == set(document)
+
+
+@pytest.mark.parametrize(("slot", "part"), PARTS)
+def test_fields_of_parts(slot: str, part: Any) -> None:
+    document = json.loads(small_flock(**{slot: SLOTS[slot][0](part)}).to_json())
+    written = document[slot]
+    ((kind, fields),) = (written[-1] if isinstance(written, list) else written).items()
+    assert kind == part.kind
+    known = set(fields)
+    fields[UNKNOWN] = 1
+    assert known_to(_core.check_flock_scenario, document) == known
