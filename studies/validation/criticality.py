@@ -25,13 +25,13 @@ from flockesc_env import (
     simulate,
 )
 from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import Estimate
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.tasks.seeds import HELD_OUT, first_seeds
-from studies.measurements import chunks
+from studies.measurements import chunks, means
 from studies.style import curve, letter
-from studies.validation.results import Verdict, scaled
+from studies.validation.parts import Verdict, scaled
 from training.figure_style import WIDTH
 
 TITLE: Final = "Evasion near the order transition"
@@ -159,11 +159,11 @@ def results(measured: Mapping[float, Arrays]) -> Criticality:
     critical = captured[ALIGNMENTS.index(transition.mean)]
     return Criticality(
         num_flocks=order.shape[1],
-        order=_means(order),
-        variance=_means(variance),
-        captured=_means(captured),
-        captured_still=_means(still),
-        spacing=_means(spacing),
+        order=means(order),
+        variance=means(variance),
+        captured=means(captured),
+        captured_still=means(still),
+        spacing=means(spacing),
         transition=transition,
         best=stats.argmax(at, -captured),
         best_still=stats.argmax(at, -still),
@@ -171,10 +171,6 @@ def results(measured: Mapping[float, Arrays]) -> Criticality:
         ordered=stats.mean(captured[-1] - critical),
         advantage=tuple((1 - captured.mean(axis=1) / still.mean(axis=1)).tolist()),
     )
-
-
-def _means(rows: FloatArray) -> tuple[Estimate, ...]:
-    return tuple(stats.mean(row) for row in rows)
 
 
 def here(results: Criticality) -> str:
@@ -192,7 +188,7 @@ def verdict(results: Criticality) -> Verdict:
         for best in (results.best, results.best_still)
     )
     is_less = results.disordered.low > 0 and results.ordered.low > 0
-    return Verdict.AGREES if at_transition and is_less else Verdict.DIFFERS
+    return Verdict.of(at_transition, is_less)
 
 
 def figure(results: Criticality) -> Figure:

@@ -20,8 +20,9 @@ from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.tasks.seeds import HELD_OUT, first_seeds
+from studies.measurements import means
 from studies.style import curve, letter
-from studies.validation.results import Verdict, scaled
+from studies.validation.parts import Verdict, scaled
 from training.figure_style import WIDTH
 
 TITLE: Final = "Swarm, torus and parallel group"
@@ -173,7 +174,7 @@ def results(measured: Mapping[tuple[str, int], Arrays]) -> Milling:
         num_flocks=len(ramps),
         up=_ramp(up),
         down=_ramp(down),
-        memory=tuple(stats.mean(row) for row in (down - up)[..., 0].T),
+        memory=means((down - up)[..., 0].T),
         slow_rotation=stats.mean(stacked("slow", "rotation")[:, 0]),
         fast_rotation=stats.mean(stacked("fast", "rotation")[:, 0]),
         torus=(_rows(positions - positions.mean(axis=0)), _rows(headings)),
@@ -182,8 +183,7 @@ def results(measured: Mapping[tuple[str, int], Arrays]) -> Milling:
 
 def _ramp(values: FloatArray) -> Ramp:
     """Return the estimates of the measures over flocks, from an array of shape (flocks, widths, 3)."""
-    measures = (tuple(stats.mean(row) for row in values[..., column].T) for column in range(3))
-    return Ramp(*measures)
+    return Ramp(*(means(values[..., column].T) for column in range(3)))
 
 
 def _rows(vectors: FloatArray) -> tuple[tuple[float, float, float], ...]:
@@ -206,7 +206,7 @@ def verdict(results: Milling) -> Verdict:
     """Return the verdict: three states in the published order, and memory of a parallel group."""
     swarms, tori, parallel = results.swarms(), results.tori(), results.parallel()
     is_ordered = bool(swarms and tori and parallel) and swarms[-1] < tori[0] and tori[-1] < parallel[0]
-    return Verdict.AGREES if is_ordered and results.remembered() else Verdict.DIFFERS
+    return Verdict.of(is_ordered, results.remembered())
 
 
 def figure(results: Milling) -> Figure:

@@ -27,7 +27,7 @@ from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.tasks.seeds import HELD_OUT, first_seeds
 from studies.style import letter
-from studies.validation.results import Verdict, scaled
+from studies.validation.parts import Verdict, scaled
 from training.figure_style import WIDTH
 
 TITLE: Final = "Ring of prey around a predator"
@@ -227,7 +227,7 @@ def here(results: PredatorRing) -> str:
 
 def verdict(results: PredatorRing) -> Verdict:
     """Return the verdict: all numbers must have three digits of the closed forms."""
-    return Verdict.AGREES if all(limit.agrees for limit in results.limits.values()) else Verdict.DIFFERS
+    return Verdict.of(*(limit.agrees for limit in results.limits.values()))
 
 
 def figure(results: PredatorRing) -> Figure:
