@@ -30,25 +30,18 @@ PUBLISHED: Final = (
     " ([Vicsek et al. 1995](https://doi.org/10.1103/PhysRevLett.75.1226))"
 )
 
-DENSITY: Final = 4.0
-"""Agents per square of the interaction range."""
-
+DENSITY: Final = 4.0  # agents per square of the interaction range
 SIZES: Final = {40: 10, 100: 10, 400: 10, 4_000: 5, 10_000: 5}
 """Flocks by their number of agents; ``CONTROL`` is one of them."""
 
 NOISES: Final = (0.0, 1.0, 2.0, 3.0, 3.5, 4.0, 4.5, 5.0, 2 * np.pi)
 """Widths eta of the angular noise in rad; under the last one headings are independent."""
 
-ORDERED, DISORDERED = 3.0, 5.0
-"""Noises between which order falls, in rad."""
-
+ORDERED, DISORDERED = 3.0, 5.0  # noises between which order falls, in rad
 NUM_STEPS: Final = 1_000
 SKIP: Final = 500
-CONTROL: Final = 400
-"""Agents of the flocks that also start with random headings, as in 1995."""
-
-TOLERANCE: Final = 0.1
-"""Largest relative deviation from the exact order of independent headings."""
+CONTROL: Final = 400  # agents of the flocks that also start with random headings, as in 1995
+TOLERANCE: Final = 0.1  # largest relative deviation from the exact order of independent headings
 
 
 @dataclass(frozen=True)
