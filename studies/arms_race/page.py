@@ -18,20 +18,14 @@ from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.render.palette import LIGHT
 from studies.arms_race.players import WIDTHS
-from studies.arms_race.race import (
-    CROSS_PLAY_FILE,
-    RECORD_FILE,
-    SCENARIO,
-    TRAININGS_FILE,
-    UNTRAINED,
-    arms_race,
-)
+from studies.arms_race.race import SCENARIO, UNTRAINED, arms_race
 from studies.pages import path_from, render, signed
 from studies.study import Study
 from studies.tables import values_by
 from training.figure_style import WIDTH
 
-FIGURE = "cross_play"
+_LABELS = {"straight": "straight", "lead": "lead pursuit"}
+_LABELS |= {target: f"pursuit of {target}" for target in ("nearest", "centroid")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,28 +58,23 @@ class RaceResults:
 
     def excess(self, flock: str, other: str) -> Estimate:
         """Return the difference of what two flock policies lose to their worst predators."""
-        losses = [
-            self.objective[each, "straight"] - self.objective[each, self.worst(each)]
-            for each in (flock, other)
-        ]
-        return stats.mean(losses[0] - losses[1])
+        values = self.objective
+        losses = (values[each, "straight"] - values[each, self.worst(each)] for each in (flock, other))
+        return stats.mean(np.subtract(*losses))
 
     def in_turns(self, track: str) -> dict[str, Estimate]:
         """Return by how much J_mean of the last round exceeds that before the first, by predator."""
-        last = f"{track}, round {self.record['rounds']}"
-        return {
-            predator: stats.mean(self.objective[last, predator] - self.objective[track, predator])
-            for predator in (*UNTRAINED, track)
-        }
+        last, values = f"{track}, round {self.record['rounds']}", self.objective
+        return {name: stats.mean(values[last, name] - values[track, name]) for name in (*UNTRAINED, track)}
 
 
 def load_race(folder: Path) -> RaceResults:
     """Read the results of an arms race."""
-    objective = values_by(pl.read_parquet(folder / CROSS_PLAY_FILE), "flock_policy", "predator")
+    objective = values_by(pl.read_parquet(folder / "cross_play.parquet"), "flock_policy", "predator")
     flocks, predators = ([*dict.fromkeys(names)] for names in zip(*objective, strict=True))
     return RaceResults(
-        json.loads((folder / RECORD_FILE).read_text("utf-8")),
-        pl.read_parquet(folder / TRAININGS_FILE),
+        json.loads((folder / "arms_race.json").read_text("utf-8")),
+        pl.read_parquet(folder / "trainings.parquet"),
         sorted(flocks, key=lambda name: flocks.index(name.split(", round")[0])),
         sorted(predators, key=lambda name: predators.index(name.split(", round")[0])),
         objective,
@@ -95,16 +84,11 @@ def load_race(folder: Path) -> RaceResults:
 
 def label(predator: str) -> str:
     """Return the name of a predator in tables and figures."""
-    known = {"straight": "straight", "lead": "lead pursuit"}
-    known |= {target: f"pursuit of {target}" for target in ("nearest", "centroid")}
-    return known.get(predator, f"vs {predator}")
+    return _LABELS.get(predator, f"vs {predator}")
 
 
 def cross_play_figure(results: RaceResults) -> Figure:
-    """Draw the table of means; colors are differences to straight flight.
-
-    A frame marks the predator that was trained against the policy.
-    """
+    """Draw the table of means; a frame marks the predator that was trained against the policy."""
     rows, columns = results.flocks, results.predators
     means = np.array([[results.cells[flock, predator].mean for predator in columns] for flock in rows])
     changes = means - means[:, [columns.index("straight")]]
@@ -114,10 +98,9 @@ def cross_play_figure(results: RaceResults) -> Figure:
     axes = figure.subplots()
     axes.imshow(changes, cmap=colors, vmin=-most, vmax=most, aspect="auto", alpha=0.75)
     for (row, column), mean in np.ndenumerate(means):
-        is_own = rows[row] == columns[column]
-        weight = "bold" if is_own else "normal"
-        axes.text(column, row, f"{mean:.1f}", ha="center", va="center", fontweight=weight)
-        if is_own:
+        text = axes.text(column, row, f"{mean:.1f}", ha="center", va="center")
+        if rows[row] == columns[column]:
+            text.set_fontweight("bold")
             corner = (column - 0.48, row - 0.46)
             axes.add_patch(Rectangle(corner, 0.96, 0.92, fill=False, ec=LIGHT.ink, lw=1.4))
     names = [label(name) for name in columns]
@@ -150,7 +133,7 @@ def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
         trainings=trainings,
         unchanged=sum(row["first"] == row["best"] for row in trainings),
         measurements=results.trainings["measurement"].n_unique(),
-        picture=f"{path_from(page, figures)}/{FIGURE}.png",
+        picture=f"{path_from(page, figures)}/cross_play.png",
         label=label,
         difference=signed,
         untrained=list(UNTRAINED),
@@ -190,6 +173,6 @@ def grouped(changes: Mapping[str, Estimate]) -> dict[str, Any]:
 ARMS_RACE = Study(
     measure=arms_race,
     load=load_race,
-    figures=lambda results: {FIGURE: cross_play_figure(results)},
+    figures=lambda results: {"cross_play": cross_play_figure(results)},
     pages=lambda results, output, page: {page: markdown_page(results, output, page)},
 )

@@ -48,7 +48,10 @@ STEPS_PER_ACTION: Final = 4  # of flock policies whose options do not say it
 BATCH: Final = 32  # flocks that are stepped together: larger batches leave the cache
 CHUNK: Final = 100  # flocks of a job of the cross-play
 EPISODE: Final = 5e-3  # estimated seconds
-CROSS_PLAY_FILE, TRAININGS_FILE, RECORD_FILE = "cross_play.parquet", "trainings.parquet", "arms_race.json"
+
+
+Value = Callable[[FloatArray, range], FloatArray]
+"""J_mean in m, shape (k, flocks), by changes of a player's parameters, shape (k, size), and by flocks."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +104,7 @@ def train(kind: str, flock: Flock, predator: Predator, budget: Budget, seed: int
 
     Returns:
         ``parameters``, shape (size,); ``curve``, J_mean on tuning flocks at every check; ``minutes`` of
-        processor time; ``episodes``.
+        processor time.
     """
     begun = time.process_time()
     origin, value = learner(kind, flock, predator)
@@ -122,17 +125,11 @@ def train(kind: str, flock: Flock, predator: Predator, budget: Budget, seed: int
         "parameters": origin + means[int(np.argmax(sign * np.array(curve)))],
         "curve": np.array(curve),
         "minutes": np.array((time.process_time() - begun) / 60),
-        "episodes": np.array(budget.episodes()),
     }
 
 
-def learner(
-    kind: str, flock: Flock, predator: Predator
-) -> tuple[FloatArray, Callable[[FloatArray, range], FloatArray]]:
-    """Return the parameters of a ``"flock"`` policy or a ``"predator"``, and the value of changes to them.
-
-    The value is J_mean against the other in m, shape (k, flocks), by changes of shape (k, size).
-    """
+def learner(kind: str, flock: Flock, predator: Predator) -> tuple[FloatArray, Value]:
+    """Return the parameters of a ``"flock"`` policy or a ``"predator"``, and J_mean against the other."""
     entry, opponent = flock.entry(), predator.policy(SCENARIO)
     pursuit, network = LeadPursuit(SCENARIO, predator.lead), cast("NetworkPolicy", entry.policy)
     start = network.parameters if kind == "flock" else predator.parameters or np.zeros(SIZE)
@@ -181,11 +178,9 @@ def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
                 flocks[name] = Flock(flocks[starts[name]].spec, parameters)
             else:
                 predators[name] = Predator("lead", lead, parameters)
-            cost = {"minutes": float(found["minutes"]), "episodes": int(found["episodes"])}
-            trainings.extend(
-                {"kind": kind, "name": name, "measurement": at, "objective": value, **cost}
-                for at, value in enumerate(found["curve"].tolist())
-            )
+            run = {"kind": kind, "name": name, "minutes": float(found["minutes"])}
+            curve = enumerate(found["curve"].tolist())
+            trainings.extend({**run, "measurement": at, "objective": value} for at, value in curve)
 
     train_each("predator", dict.fromkeys(flocks, "lead"), FIRST_SEED)
     newest = {track: track for track in TRACKS}
@@ -206,30 +201,26 @@ def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
         for (name, other), found in runner.groups(jobs, "Cross-play").items()
     )
     (output / "policies").mkdir(parents=True, exist_ok=True)
-    write_table(table, output / CROSS_PLAY_FILE)
-    write_table(pl.DataFrame(trainings), output / TRAININGS_FILE)
+    write_table(table, output / "cross_play.parquet")
+    write_table(pl.DataFrame(trainings), output / "trainings.parquet")
     for name, flock in flocks.items():
         if flock.parameters:
             entry = dataclasses.replace(flock.entry(), name=name, scenario=SCENARIO)
             save_policy(entry, output / "policies" / f"{name.replace(',', '').replace(' ', '-')}.npz")
     trained = {name: np.array(each.parameters) for name, each in predators.items() if each.parameters}
     write_npz(output / "policies" / "predators.npz", trained)
-    write_text(output / RECORD_FILE, document(_record(options, flocks, leads, lead)))
+    write_text(output / "arms_race.json", document(_record(options, flocks, leads, lead)))
 
 
 def _record(
     options: RaceOptions, flocks: Mapping[str, Flock], leads: Mapping[float, float], lead: float
 ) -> dict[str, object]:
     """Return what the page says about the run."""
-    policies = {
-        name: {
-            "from": flock.spec,
-            "learner": TRACKS.get(name),
-            "parameters": len(getattr(flock.entry().policy, "parameters", ())),
-            "steps_per_action": _steps_per_action(flock.entry()),
-        }
-        for name, flock in flocks.items()
-    }
+    policies = {}
+    for name, flock in flocks.items():
+        size, steps = len(getattr(flock.entry().policy, "parameters", ())), _steps_per_action(flock.entry())
+        about = {"from": flock.spec, "learner": TRACKS.get(name), "parameters": size}
+        policies[name] = {**about, "steps_per_action": steps}
     return {
         "command": f"python -m studies arms-race --rounds {options.rounds} --num-flocks {options.num_flocks}",
         "rounds": options.rounds,

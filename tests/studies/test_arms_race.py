@@ -127,7 +127,7 @@ def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None
     output, page = tmp_path / "race", tmp_path / "page.md"
     results = ARMS_RACE.run(options, output, page, find_backend("serial"))
     flocks = list(range(2_000_000, 2_000_004))
-    for _, rows in pl.read_parquet(output / race.CROSS_PLAY_FILE).group_by("flock_policy", "predator"):
+    for _, rows in pl.read_parquet(output / "cross_play.parquet").group_by("flock_policy", "predator"):
         assert rows["seed"].to_list() == flocks
     assert list(results.predators) == [*race.UNTRAINED, *results.flocks]
     assert len(results.objective) == len(results.flocks) * len(results.predators)
