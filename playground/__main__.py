@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import shutil
 import sys
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,9 @@ from flockesc_env.watch.page import Content, render
 
 HERE = Path(__file__).parent
 RESULTS = HERE.parent / "results"
-LEARNED = RESULTS / "findings"
+BOARD = HERE.parent / "scoreboard"
+LEARNERS = ("search", "searched-rule", "imitation", "schedule", "ppo-tuned", "ppo", "tqc")
+"""Learners of the scoreboard whose policies the page can load."""
 
 WORLD, SEED = "paper-flock", "242"
 """The flock at first: of the seeds from 0 to 299, the one whose objectives are nearest to the means."""
@@ -38,7 +41,7 @@ def main(folder: Path) -> None:
     for policy in policies:
         target = folder / "policies" / f"{policy['spec']}.npz"
         target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(LEARNED / policy["file"].removeprefix("results/findings/"), target)
+        shutil.copyfile(HERE.parent / policy["file"], target)
     write_text(folder / "index.html", render([], content(policies)))
 
 
@@ -74,15 +77,16 @@ def published(measured: dict[str, Any]) -> dict[str, Any]:
 
 
 def policy_documents() -> list[dict[str, Any]]:
-    """Return the policy files that a page can run: it holds one per setting, and others lie beside it."""
+    """Return the policy files that a page can run: it holds one per task, and others lie beside it."""
     found = []
-    for path in sorted(LEARNED.glob("*/policies/*.npz")):
-        if page_spec(str(path), load_policy(path)):
-            setting = path.parents[1].name
-            spec = f"{setting}/{path.stem}"
-            entry = file_document(path, spec, setting, with_data=path.stem == "search-0")
-            found.append({**entry, "file": f"results/findings/{setting}/policies/{path.name}"})
-    return found
+    for learner in LEARNERS:
+        for path in sorted((BOARD / learner / "policies").glob("*.npz")):
+            if page_spec(str(path), load_policy(path)):
+                task, _, seed = path.stem.rpartition("-")
+                spec = f"{task}/{learner}-{seed}"
+                entry = file_document(path, spec, task, with_data=(learner, seed) == ("search", "0"))
+                found.append({**entry, "file": path.relative_to(HERE.parent).as_posix()})
+    return sorted(found, key=itemgetter("spec"))
 
 
 if __name__ == "__main__":

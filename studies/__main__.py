@@ -25,7 +25,6 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "findings-page": findings.page,
     "scoreboard-freeze": scoreboard.freeze,
     "scoreboard-train": scoreboard.train,
-    "scoreboard-submit": scoreboard.submit,
     "scoreboard-page": scoreboard.page,
 }
 

@@ -159,7 +159,6 @@ def validation(
 def arms_race(
     *,
     output: Output = Path("results/arms_race"),
-    learned: Annotated[Path, arg(help="folder of the studies of learned ranges")] = Path("results/findings"),
     rounds: Annotated[int, arg(help="rounds, in which a flock policy and then a predator is trained")] = 3,
     num_flocks: Annotated[int, arg(help="held-out flocks of the cross-play, at least 2")] = 1000,
     page: Annotated[Path, arg(help="file of the Markdown page")] = Path("docs/arms-race.md"),
@@ -178,6 +177,6 @@ def arms_race(
     from studies.arms_race.page import ARMS_RACE
     from studies.arms_race.race import RaceOptions
 
-    ARMS_RACE.run(RaceOptions(learned, rounds, num_flocks), output, page, runs_on, progress=progress)
+    ARMS_RACE.run(RaceOptions(rounds, num_flocks), output, page, runs_on, progress=progress)
     note(f"saved: {page}")
     return Exit.DONE

@@ -11,10 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.render.colors import label_colors
-from flockesc_env.render.palette import LIGHT
-
-_PALETTE: list[Any] = (label_colors(20) / 255).tolist()
+from flockesc_env.render.palette import LABELS, LIGHT
 
 
 def letter(axes: Axes, index: int, title: str = "") -> None:
@@ -27,7 +24,7 @@ def component_colors(labels: NDArray[np.int64]) -> list[Any]:
     names, sizes = np.unique(labels, return_counts=True)
     order = np.argsort(-sizes, kind="stable")
     color = {
-        int(names[index]): _PALETTE[rank % len(_PALETTE)] if sizes[index] > 1 else LIGHT.alone
+        int(names[index]): LABELS[rank % len(LABELS)] if sizes[index] > 1 else LIGHT.alone
         for rank, index in enumerate(order)
     }
     return [color[int(label)] for label in labels]
@@ -38,7 +35,7 @@ def cluster_colors(final: FloatArray, rho: float) -> list[Any]:
     order = np.argsort(final, kind="stable")
     numbers = np.zeros(len(final), int)
     numbers[order] = np.concatenate([[0], np.cumsum(np.diff(final[order]) > rho)])
-    return [_PALETTE[number % len(_PALETTE)] for number in numbers]
+    return [LABELS[number % len(LABELS)] for number in numbers]
 
 
 def caption(figure: Figure, text: str, size: float = 10) -> None:

@@ -1,54 +1,90 @@
-"""Entry point of ``python -m training``: the commands train, evaluate and compare."""
+"""Entry point of ``python -m training``: the commands train and compare."""
 
 import sys
+from pathlib import Path
 from typing import Annotated
 
-import tyro
+from tyro.conf import Positional, arg
 
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.output import show
+from flockesc_env.cli.output import check_folder, show, table
+from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.extras import require
-from training.arguments import CompareArgs, EvaluateArgs
-from training.presets import train_descriptions, train_presets
+from flockesc_env.tasks import tasks
+from flockesc_env.tasks.learners import learners as learners_of
 
-Preset = tyro.extras.subcommand_type_from_defaults(train_presets(), train_descriptions(), prefix_names=False)
-
-_MODULES = ("cmaes", "matplotlib", "polars", "sb3_contrib", "stable_baselines3", "torch")
-_NO_PREFIX = tyro.conf.arg(name="")
+_MODULES = ("cmaes", "matplotlib", "polars", "sb3_contrib", "stable_baselines3", "tensorboard", "torch")
+_Task = Annotated[Positional[str], arg(help="name of a task; flockesc tasks lists them", metavar="TASK")]
 
 
-def _train(args: Annotated[Preset, _NO_PREFIX]) -> Exit:  # type: ignore[valid-type]
-    """Train a range policy from a preset, or continue an unfinished run."""
+def _train(
+    task: _Task,
+    *,
+    learner: Annotated[str, arg(help="a table of flockesc_env/tasks/learners/TASK.toml")],
+    seed: Annotated[int, arg(help="seed of the learner and of its flocks")] = 0,
+    run: Annotated[Path | None, arg(help="folder of the run; none: runs/TASK/LEARNER-SEED")] = None,
+    resume: Annotated[bool, arg(help="continue the unfinished run in the folder")] = False,
+    progress: Annotated[bool, arg(help="show a progress bar")] = True,
+) -> Exit:
+    """Train a policy on a task.
+
+    The folder gets policy.npz, run.json with the learning curve and, from stable-baselines3, checkpoints,
+    best_model.zip, progress.csv and files for TensorBoard.
+
+    Example: python -m training train per-agent-visible --learner ppo --seed 3
+    """
     require("train", _MODULES)
+    from training.run import Run
     from training.train import train
 
-    show(f"Policy: {train(args)}")
+    folder = Path("runs") / task / f"{learner}-{seed}" if run is None else run
+    show(f"Policy: {train(Run.of(task, learner, seed, folder, progress=progress), resume=resume)}")
     return Exit.DONE
 
 
-def _evaluate(args: Annotated[EvaluateArgs, _NO_PREFIX]) -> Exit:
-    """Evaluate a policy on held-out flocks."""
-    require("train", _MODULES)
-    from training.evaluate import evaluate
+def _learners(task: _Task) -> Exit:
+    """List the learners of a task.
 
-    evaluate(args)
+    Example: python -m training learners per-agent-visible
+    """
+    chosen = tasks[task]
+    rows = [
+        [name, one.algorithm, str(one.seeds), f"{one.samples or chosen.samples:,}", one.note]
+        if one.algorithm not in {"search", "imitation"}
+        else [name, one.algorithm, str(one.seeds), "-", one.note]
+        for name, one in learners_of(chosen).items()
+    ]
+    show(*table(["learner", "algorithm", "seeds", "samples", "note"], rows))
     return Exit.DONE
 
 
-def _compare(args: Annotated[CompareArgs, _NO_PREFIX]) -> Exit:
-    """Compare policies with the best fixed range on the same held-out flocks."""
+def _compare(
+    policies: Annotated[Positional[tuple[str, ...]], arg(help=EXPECTED, metavar="POLICY ..")],
+    *,
+    task: Annotated[str, arg(help="name of a task; flockesc tasks lists them")],
+    flocks: Annotated[int, arg(help="number of held-out flocks")] = 200,
+    output: Annotated[Path, arg(help="folder of the table, figures and recorded runs")] = Path(
+        "runs/comparison"
+    ),
+) -> Exit:
+    """Compare policies with the best fixed range on the same held-out flocks, with figures.
+
+    Example: python -m training compare runs/per-agent-visible/ppo-3 --task per-agent-visible
+    """
     require("train", _MODULES)
+    check_folder(output)
     from training.compare import compare
 
-    compare(args)
+    chosen = tasks[task]
+    compare(chosen, [policy_of(spec, task=chosen) for spec in policies], output, flocks)
     return Exit.DONE
 
 
 TRAINING = Application(
     "python -m training",
-    "Train range policies and compare them with the grid search over fixed ranges.",
-    {"train": _train, "evaluate": _evaluate, "compare": _compare},
+    "Train range policies and compare them with the best fixed range.",
+    {"train": _train, "learners": _learners, "compare": _compare},
 )
 
 if __name__ == "__main__":

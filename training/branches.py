@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from flockesc_env import ArgumentError, FlockScenario, Policy
@@ -11,7 +9,7 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import FlockBatch, Observations
 from flockesc_env.episodes.options import env_options
 from flockesc_env.episodes.spaces import PolicySpec
-from training.config import ImitationArgs
+from training.run import Run
 
 GROUP = 16
 """Flocks that are played up to the same action and copied there."""
@@ -27,27 +25,26 @@ class Branches:
     """Values candidate ranges: each is set for one action, then a teacher plays the flock to the end.
 
     Args:
-        args: the setting, and how flocks and candidates are drawn.
+        run: the run, whose task is played.
+        ranges: candidate ranges in m.
+        count: number of candidates per flock that are drawn at random and valued.
 
     Attributes:
         spec: policy spec of the environment.
 
     Raises:
-        ArgumentError: if the setting is a line or has one range per agent, or candidates are missing.
+        ArgumentError: if the task is a line or has one range per agent, or a candidate is missing.
     """
 
-    def __init__(self, args: ImitationArgs) -> None:
-        model = args.model
-        if args.per_agent or not isinstance(model, FlockScenario):
-            raise ArgumentError("per_agent", "one range for a flock", "another setting")
-        if bool(args.ranges) == bool(args.candidate_inputs):
-            raise ArgumentError("ranges", "candidates, or candidate_inputs of a profile", "both or none")
-        if args.candidate_inputs and not args.profile_ranges:
-            raise ArgumentError("profile_ranges", "candidate ranges", "none")
-        self._candidates = np.array(args.ranges or args.profile_ranges)
-        options: Any = args.env_options()
-        self._args, self._model, self._options = args, model, env_options(model, options)
-        self.spec: PolicySpec = self._batch(1).policy_spec
+    def __init__(self, run: Run, ranges: tuple[float, ...], count: int) -> None:
+        model, options = run.task.scenario, run.options
+        if run.task.per_agent or not isinstance(model, FlockScenario):
+            raise ArgumentError("task", "one range for a flock", run.task.name)
+        if not ranges:
+            raise ArgumentError("ranges", "candidate ranges", "none")
+        self._candidates, self._count, self._column = np.array(ranges), count, run.task.spec.column
+        self._model, self._options = model, env_options(model, options)
+        self.spec: PolicySpec = run.policy_spec
 
     def values(
         self, policy: Policy, teacher: Policy, flocks: range, rng: np.random.Generator
@@ -64,8 +61,7 @@ class Branches:
             The observations, shape (flocks, entries); the values in m, shape (flocks, candidates), which
             are nan for candidates that were not drawn; and the number of actions.
         """
-        args, candidates = self._args, self._candidates
-        num_flocks, num_actions = len(flocks), -(-self._model.num_steps // args.steps_per_action)
+        candidates, num_flocks, num_actions = self._candidates, len(flocks), self.spec.num_actions
         source = self._batch(num_flocks)
         observations, _ = source.reset(range(num_flocks), list(flocks))
         before = int(num_actions * rng.random() ** _EARLINESS)
@@ -75,7 +71,7 @@ class Branches:
             drawn = rng.choice(candidates, int(explored.sum()))
             actions[explored] = self.spec.actions.from_ranges(drawn)
             observations, *_ = source.step(actions)
-        chosen = np.array([rng.permutation(len(candidates))[: args.branches] for _ in flocks])
+        chosen = np.array([rng.permutation(len(candidates))[: self._count] for _ in flocks])
         values = np.full((num_flocks, len(candidates)), np.nan)
         found, after = self._play(source, candidates[chosen], teacher)
         np.put_along_axis(values, chosen, found, axis=1)
@@ -93,7 +89,7 @@ class Branches:
             if has_ended.all():
                 break
             actions = teacher.act(observations, self.spec)
-        values: FloatArray = copies.metrics()[self._args.spec.column]
+        values: FloatArray = copies.metrics()[self._column]
         return values.reshape(ranges.shape), taken
 
     def _batch(self, num_flocks: int) -> FlockBatch:

@@ -11,28 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import Architecture, ArgumentError, NetworkPolicy, Policy
+from flockesc_env.cli.policies import policy_of
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.policy_reset import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import (
     BestCandidate,
     ListenWhileThreatened,
-    SpreadOut,
-    StepAside,
     StubbornWitnesses,
     WinStayLoseShift,
 )
 from flockesc_env.policies.files import Rule
-from training.config import SearchArgs, Setting
-from training.evaluation import objective, play_networks, policy_spec
-from training.policies import named_policy
+from training.run import Run
 
 _SLOPE = 0.1
 """Factor of the inputs of tanh in a network that starts as a linear one; tanh is nearly linear up to 0.1."""
 
 _Number = tuple[float, float, Literal["share", "range", "other"]]
 
-_RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
+RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
     "stubborn-witnesses": (
         StubbornWitnesses,
         (
@@ -52,8 +49,6 @@ _RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
         partial(WinStayLoseShift, pause=2.0, criterion="escape_direction"),
         ((10.0, 2.0, "range"), (50.0, 8.0, "range"), (0.85, 0.04, "other")),
     ),
-    "step-aside": (StepAside, ((0.1, 0.05, "share"), (0.2, 0.1, "other"))),
-    "spread-out": (SpreadOut, ((0.12, 0.03, "share"), (0.3, 0.1, "other"), (35.0, 10.0, "range"))),
 }
 """Rules by name: the class; of each parameter the start of a search, its standard deviation and kind."""
 
@@ -63,10 +58,12 @@ class Networks:
     """Networks of one architecture. The search starts at the vector 0 with a standard deviation of about 1.
 
     Attributes:
+        run: the run, whose task is played.
         architecture: inputs and layers.
         start: parameters of the network that the vector 0 stands for; a number stands for all parameters.
     """
 
+    run: Run
     architecture: Architecture
     start: FloatArray | float = 0.0
 
@@ -79,13 +76,13 @@ class Networks:
         """Return the network with the parameters ``start + vector``."""
         return NetworkPolicy(self.architecture, self.start + vector)
 
-    def play(self, setting: Setting, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
+    def play(self, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
         """Run the networks with the parameters ``vectors``, shape (k, size), on the same flocks in the core.
 
         Returns:
             The objective, shape (k, seeds), and the number of actions, per agent or per flock.
         """
-        return play_networks(setting, self.architecture, self.start + vectors, seeds)
+        return self.run.play_networks(self.architecture, self.start + vectors, seeds)
 
 
 @dataclass(frozen=True)
@@ -93,30 +90,30 @@ class Rules:
     """A rule with its parameters. The vector 0 stands for parameters that were chosen by hand.
 
     Attributes:
+        run: the run, whose task is played.
         name: name of the rule.
-        max_range: largest range in m.
     """
 
+    run: Run
     name: str
-    max_range: float
 
     @property
     def size(self) -> int:
         """Number of parameters."""
-        return len(_RULES[self.name][1])
+        return len(RULES[self.name][1])
 
     def policy(self, vector: FloatArray) -> Rule:
         """Return the rule at a distance of ``vector`` standard deviations from the start."""
-        make, numbers = _RULES[self.name]
-        highest = {"share": 1.0, "range": self.max_range, "other": np.inf}
+        make, numbers = RULES[self.name]
+        highest = {"share": 1.0, "range": self.run.options["max_range"], "other": np.inf}
         moved = [(start + scale * x, kind) for (start, scale, kind), x in zip(numbers, vector, strict=True)]
         return make(*(np.clip(number, 0, highest[kind]) for number, kind in moved))
 
-    def play(self, setting: Setting, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
+    def play(self, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
         """Run all rules together, step by step; see ``Networks.play``."""
         population = Population([self.policy(vector) for vector in vectors])
         flocks = list(seeds) * len(vectors)
-        values = objective(setting, population, flocks, batch_size=len(flocks))
+        values = self.run.objectives(population, flocks, batch_size=len(flocks))
         return values.reshape(len(vectors), -1), population.actions
 
 
@@ -148,36 +145,35 @@ class Population:
         return np.concatenate(chosen)
 
 
-def family_of(args: SearchArgs) -> Family:
-    """Return the family of policies of a search.
+def rule_family(run: Run, rule: str, start: str) -> Rules:
+    """Return the family of a rule.
 
     Raises:
-        ArgumentError: if ``args.rule`` is unknown, or if ``args.start`` is not found, another kind of policy,
-            or a network of another architecture.
+        ArgumentError: if the rule is unknown, or a policy to start from is given.
     """
-    if args.rule:
-        if args.start:
-            raise ArgumentError("start", "no policy with a rule", repr(args.start))
-        if args.rule not in _RULES:
-            raise ArgumentError("rule", f"one of {', '.join(_RULES)}", repr(args.rule))
-        return Rules(args.rule, args.max_range)
-    inputs = args.inputs if args.inputs or args.candidate_inputs else policy_spec(args).layout.names
-    candidates = args.candidate_inputs
-    architecture = Architecture(inputs, args.hidden, args.memory, args.mirror, candidate_inputs=candidates)
-    return Networks(architecture, _start(args.start, architecture) if args.start else 0.0)
+    if start:
+        raise ArgumentError("start", "no policy with a rule", repr(start))
+    if rule not in RULES:
+        raise ArgumentError("rule", f"one of {', '.join(RULES)}", repr(rule))
+    return Rules(run, rule)
+
+
+def network_family(run: Run, architecture: Architecture, start: str) -> Networks:
+    """Return the family of networks of an architecture that starts at a policy; empty: at 0.
+
+    Raises:
+        ArgumentError: if the policy is not found, of another kind, or a network of another architecture.
+    """
+    return Networks(run, architecture, _start(start, architecture) if start else 0.0)
 
 
 def _start(name: str, architecture: Architecture) -> FloatArray:
     """Return the parameters of the network from which a search starts, made from the policy ``name``."""
-    policy = named_policy(name).policy
-    if isinstance(policy, BestCandidate):
-        terms = [(policy.entry, 1.0), ("polarization", -policy.polarization_cost)]
-        terms = [(entry, weight) for entry, weight in terms if weight]
-        if {entry for entry, _ in terms} <= set(architecture.candidate_inputs):
-            weights = np.zeros(architecture.shapes[0][0])
-            for entry, weight in terms:
-                weights[len(architecture.inputs) + architecture.candidate_inputs.index(entry)] += weight
-            return _follows(weights, 0.0, architecture)
+    policy = policy_of(name).policy
+    if isinstance(policy, BestCandidate) and policy.entry in architecture.candidate_inputs:
+        weights = np.zeros(architecture.shapes[0][0])
+        weights[len(architecture.inputs) + architecture.candidate_inputs.index(policy.entry)] = 1.0
+        return _follows(weights, 0.0, architecture)
     if isinstance(policy, NetworkPolicy):
         parameters = policy.parameters.astype(np.float64)
         if policy.architecture == architecture:

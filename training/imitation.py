@@ -9,6 +9,7 @@ Munos, "Analysis of classification-based policy iteration algorithms", 2016).
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,16 +17,15 @@ import torch
 from torch import nn
 
 from flockesc_env import Architecture, ArgumentError, NetworkPolicy
+from flockesc_env.cli.policies import policy_of
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import Observations
 from flockesc_env.episodes.spaces import PolicySpec
+from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies.torch import layer_parameters
-from flockesc_env.tasks.seeds import training_seeds
 from training.branches import GROUP, Branches
-from training.config import ImitationArgs
-from training.policies import named_policy
-from training.scorer import candidate_columns, tanh_layers
-from training.train import Rounds
+from training.rounds import Arguments, Rounds, hyperparameters_of
+from training.run import Run
 
 _BATCH_SIZE = 256
 """Flocks per gradient step."""
@@ -34,19 +34,53 @@ _LEAST_SCALE = 1e-3
 """Least standard deviation by which an input is divided."""
 
 
-class ImitationRounds(Rounds[ImitationArgs]):
+class ImitationArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Hyperparameters of the imitation of values; only for one range for all agents of a flock.
+
+    Attributes:
+        teacher: policy that plays every copy of a flock to the end, after its first action, and that visits
+            flocks in the first round: a built-in policy, a policy file or the folder of a run.
+        ranges: candidate ranges in m; the network has one output per candidate.
+        improve: after a round, its network replaces the teacher. The values of older teachers are kept.
+        inputs: observation entries that the network sees; empty: all.
+        hidden: widths of the hidden layers.
+        rounds: number of rounds. After each, a new network is fitted to the values of all rounds.
+        flocks: number of new flocks per round.
+        branches: number of candidates per flock that are drawn at random and valued.
+        epochs: number of passes over the values.
+        learning_rate: largest learning rate of AdamW.
+        weight_decay: weight decay of AdamW.
+    """
+
+    teacher: str
+    ranges: tuple[float, ...]
+    improve: bool = False
+    inputs: tuple[str, ...] = ()
+    hidden: tuple[int, ...] = (64, 64)
+    rounds: int = 3
+    flocks: int = 1200
+    branches: int = 3
+    epochs: int = 150
+    learning_rate: float = 1e-2
+    weight_decay: float = 0.3
+    checkpoint_every: int = 1
+
+
+class ImitationRounds(Rounds[ImitationArguments]):
     """An imitation of values.
 
     Raises:
-        ArgumentError: if there is no round, the setting is a line or has one range per agent, candidates are
-            missing, or a name is unknown.
+        ArgumentError: if a hyperparameter is unknown or there is no round, or if the task is a line or has
+            one range per agent.
     """
 
-    def __init__(self, args: ImitationArgs) -> None:
-        super().__init__(args)
+    def __init__(self, run: Run) -> None:
+        args = hyperparameters_of(run, ImitationArguments)
+        super().__init__(run, args, args.rounds)
         if args.rounds < 1:
             raise ArgumentError("rounds", "at least 1", args.rounds)
-        self._branches, self._teacher = Branches(args), named_policy(args.teacher).policy
+        self._branches = Branches(run, args.ranges, args.branches)
+        self._teacher = policy_of(args.teacher).policy
         self._network: NetworkPolicy | None = None
         self._observations: list[Observations] = []  # of every flock where it was copied
         self._values: list[FloatArray] = []  # shape (flocks, candidates); nan: not drawn
@@ -54,11 +88,11 @@ class ImitationRounds(Rounds[ImitationArgs]):
 
     def round(self) -> float:
         """Value candidates on new flocks and fit the network again; return the mean value."""
-        args, branches = self.args, self._branches
-        flocks = training_seeds(args.seed, self.completed * args.flocks, args.flocks)
+        args, branches, seed = self.args, self._branches, self.run.seed
+        flocks = training_seeds(seed, self.completed * args.flocks, args.flocks)
         policy = self._network or self._teacher
         teacher = policy if args.improve else self._teacher
-        rng = np.random.default_rng([args.seed, self.completed])
+        rng = np.random.default_rng([seed, self.completed])
         for first in range(0, args.flocks, GROUP):
             some = flocks[first : first + GROUP]
             observations, values, num_actions = branches.values(policy, teacher, some, rng)
@@ -85,12 +119,11 @@ class ImitationRounds(Rounds[ImitationArgs]):
 
 
 def fit(
-    args: ImitationArgs, spec: PolicySpec, observations: Observations, values: FloatArray, seed: int
+    args: ImitationArguments, spec: PolicySpec, observations: Observations, values: FloatArray, seed: int
 ) -> NetworkPolicy:
     """Return the policy that sets the candidate with the largest output of a network.
 
-    The outputs for two candidates differ as their values do. With a profile the network scores one candidate
-    after the other; without, it has one output per candidate. The loss is the squared error of the difference
+    The outputs for two candidates differ as their values do. The loss is the squared error of the difference
     to the mean over the drawn candidates of the same flock.
 
     Args:
@@ -104,14 +137,14 @@ def fit(
     drawn = torch.tensor(~np.isnan(values), dtype=torch.float32)
     gains = np.nan_to_num(values - np.nanmean(values, axis=1, keepdims=True))
     targets = torch.tensor(gains / max(np.sqrt(np.nanmean(gains**2)), 1e-9), dtype=torch.float32)
-    inputs = torch.tensor(_inputs(args, spec, observations), dtype=torch.float32)
-    rows = inputs.flatten(end_dim=-2)
-    center, scale = rows.mean(0), rows.std(0).clamp(min=_LEAST_SCALE)
+    names = args.inputs or spec.layout.names
+    inputs = torch.tensor(observations[:, [spec.layout.index(name) for name in names]])
+    center, scale = inputs.mean(0), inputs.std(0).clamp(min=_LEAST_SCALE)
     inputs = (inputs - center) / scale
 
-    widths = [inputs.shape[-1], *args.hidden]
-    outputs = len(args.ranges) or 1
-    network = nn.Sequential(*tanh_layers(widths), nn.Linear(widths[-1], outputs))
+    widths = [len(names), *args.hidden]
+    hidden = [layer for sizes in pairwise(widths) for layer in (nn.Linear(*sizes), nn.Tanh())]
+    network = nn.Sequential(*hidden, nn.Linear(widths[-1], len(args.ranges)))
     optimizer = torch.optim.AdamW(network.parameters(), lr=args.learning_rate, weight_decay=args.weight_decay)
     num_batches = -(-len(inputs) // _BATCH_SIZE)
     schedule = torch.optim.lr_scheduler.OneCycleLR(
@@ -121,7 +154,7 @@ def fit(
         order = torch.randperm(len(inputs))
         for first in range(0, len(order), _BATCH_SIZE):
             batch = order[first : first + _BATCH_SIZE]
-            shown, scores = drawn[batch], network(inputs[batch]).flatten(1)
+            shown, scores = drawn[batch], network(inputs[batch])
             means = (scores * shown).sum(1, keepdim=True) / shown.sum(1, keepdim=True)
             loss = ((scores - means - targets[batch]) * shown).square().sum() / shown.sum()
             optimizer.zero_grad()
@@ -132,18 +165,4 @@ def fit(
     with torch.no_grad():  # the network gets inputs that are not standardized
         layers[0].weight /= scale
         layers[0].bias -= layers[0].weight @ center
-    own = (args.inputs or spec.layout.names) if args.ranges else args.inputs
-    candidates = args.candidate_inputs
-    architecture = Architecture(own, args.hidden, candidate_inputs=candidates, ranges=args.ranges)
-    return NetworkPolicy(architecture, layer_parameters(layers)[1])
-
-
-def _inputs(args: ImitationArgs, spec: PolicySpec, observations: Observations) -> Observations:
-    """Return the inputs of the network: per flock, shape (flocks, inputs), or per candidate of a profile."""
-    if args.ranges:
-        return observations[:, [spec.layout.index(name) for name in args.inputs or spec.layout.names]]
-    shape = (len(observations), len(spec.candidate_ranges))
-    ranges = np.broadcast_to(spec.candidate_ranges / spec.candidate_ranges[-1], shape)
-    entries = np.concatenate([observations, ranges], axis=1)
-    inputs: Observations = entries[:, candidate_columns(args.inputs, args.candidate_inputs, spec)]
-    return inputs
+    return NetworkPolicy(Architecture(names, args.hidden, ranges=args.ranges), layer_parameters(layers)[1])

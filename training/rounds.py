@@ -1,133 +1,122 @@
-"""Training with stable-baselines3 in rounds.
-
-Every round seeds the random generators and starts new flocks. It depends only on the networks, optimizers and
-scale of rewards after the previous round.
-"""
+"""``Rounds``: the loop of search and imitation, with learning curve and checkpoints."""
 
 from __future__ import annotations
 
 import time
-from abc import abstractmethod
-from functools import partial
-from math import nan
-from statistics import fmean
-from typing import Any, TypeVar
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import Any, Generic, TypeVar
 
-import numpy as np
-import torch
-from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.logger import Logger
-from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecEnvWrapper, VecNormalize
-from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
+import msgspec
 
-from flockesc_env import FlockScenario, LineEscapeEnv, LineScenario, NetworkPolicy, SB3Policy
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
-from flockesc_env.tasks.seeds import training_seeds
-from training.config import SB3Args
-from training.outputs import Measured
-from training.train import Rounds
-
-LINE_ACTIONS = 64
-"""Actions per round on the line, where episodes last about 7 steps."""
-
-A = TypeVar("A", bound=SB3Args)
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.progress import progress_bar
+from flockesc_env.episodes.splits import TUNING, first_seeds
+from flockesc_env.policies.files import Stored
+from training.run import CURVE_FLOCKS, Measured, Run
 
 
-class SB3Rounds(Rounds[A]):
-    """A run of one algorithm of stable-baselines3.
+class Arguments(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Hyperparameters of every learner in rounds.
 
     Attributes:
-        model: the model of stable-baselines3.
-        steps: number of actions per round.
+        checkpoint_every: number of rounds between checkpoints.
     """
 
-    def __init__(self, args: A) -> None:
-        super().__init__(args)
-        training_seeds(args.seed, 0, args.num_flocks * args.num_episodes)  # raises if there are too few seeds
-        torch.set_num_threads(1)
-        scenario = self.scenario()
-        self.steps = LINE_ACTIONS
-        if isinstance(scenario, FlockScenario):
-            self.steps = -(-scenario.num_steps // args.steps_per_action)
-        env = self.make_env(scenario, {**args.env_options(), "reward": args.reward})
-        self._timed = _Timed(env, args.spec.column)
-        # Observations are already scaled; rewards are scaled to unit variance of returns.
-        self._env = VecNormalize(self._timed, norm_obs=False, gamma=args.gamma)
-        self.model = self.make(self._env)
-        self.model.set_logger(Logger(None, []))
+    checkpoint_every: int = 25
+
+
+A = TypeVar("A", bound=Arguments)
+
+
+class Rounds(ABC, Generic[A]):
+    """A training run in rounds. A round depends on ``run``, ``completed`` and ``state()`` only.
+
+    A run that was interrupted and continued ends with the same parameters as an uninterrupted one.
+
+    Attributes:
+        run: the run.
+        args: hyperparameters.
+        total: number of rounds.
+        completed: number of completed rounds.
+        measured: measurements so far.
+        measures_start: whether the learning curve begins before the first round.
+    """
+
+    measures_start = False
+
+    def __init__(self, run: Run, args: A, total: int) -> None:
+        self.run, self.args, self.total = run, args, total
+        self.completed = 0
+        self.measured = Measured()
 
     @abstractmethod
-    def make(self, env: VecEnv) -> BaseAlgorithm:
-        """Return a new model."""
-
-    def scenario(self) -> FlockScenario | LineScenario:
-        """Return the scenario of training."""
-        return self.args.model
-
-    def make_env(self, scenario: FlockScenario | LineScenario, options: dict[str, Any]) -> VecEnv:
-        """Return the environment of training."""
-        args = self.args
-        if isinstance(scenario, LineScenario):
-            return DummyVecEnv([partial(LineEscapeEnv, scenario, **options)] * args.num_flocks)
-        make = AgentVecEnv if args.per_agent else FlockVecEnv
-        return make(args.num_flocks, scenario, num_threads=1, **options)
-
-    def policy(self) -> NetworkPolicy:
-        """Return the deterministic policy."""
-        return SB3Policy(self.model).network()
-
-    def state(self) -> dict[str, Any]:
-        """Return networks, optimizers and the running variance of returns."""
-        model = self.model
-        learned = {"parameters": model.get_parameters(), "num_timesteps": model.num_timesteps}
-        return {**learned, "reward_scale": self._env.ret_rms}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Restore the state that ``state`` returned."""
-        self.model.set_parameters(state["parameters"])
-        self.model.num_timesteps, self._env.ret_rms = state["num_timesteps"], state["reward_scale"]
-
     def round(self) -> float:
-        """Train on new flocks; return the mean objective of their episodes."""
-        args, model = self.args, self.model
-        model.set_random_seed(int(np.random.SeedSequence([args.seed, self.completed]).generate_state(1)[0]))
-        self._env.seed(training_seeds(args.seed, self.completed * args.num_flocks, args.num_flocks)[0])
-        model.set_env(self._env)  # makes the model reset it before the first step
-        steps = self.steps * self._env.num_envs
-        model.learn(steps, log_interval=None, reset_num_timesteps=False)  # type: ignore[arg-type]
-        self.measured.samples = model.num_timesteps
-        return self._timed.report(self.measured, self._env.num_envs // args.num_flocks)
+        """Do the next round, add its episodes and samples to ``measured``; return their mean objective."""
 
+    @abstractmethod
+    def policy(self) -> Stored:
+        """Return the policy after the last round, which the learning curve shows."""
 
-class _Timed(VecEnvWrapper):
-    """Wrapper that measures processor time in an environment, and the objectives of finished episodes."""
+    @abstractmethod
+    def state(self) -> Any:
+        """Return what the next round depends on, as a value that can be pickled."""
 
-    def __init__(self, venv: VecEnv, column: str) -> None:
-        super().__init__(venv)
-        self._column = column
-        self._seconds, self._objectives = 0.0, list[float]()
+    @abstractmethod
+    def restore(self, state: Any) -> None:
+        """Restore what ``state`` returned."""
 
-    def reset(self) -> VecEnvObs:
-        begun = time.process_time()
-        observations = self.venv.reset()
-        self._seconds += time.process_time() - begun
-        return observations
+    def result(self) -> Stored:
+        """Return the policy that the run ends with."""
+        return self.policy()
 
-    def step_wait(self) -> VecEnvStepReturn:
-        begun = time.process_time()
-        result = self.venv.step_wait()
-        self._seconds += time.process_time() - begun
-        _, _, dones, infos = result
-        self._objectives += [infos[slot][self._column] for slot in np.flatnonzero(dones)]
-        return result
+    def add_point(self) -> None:
+        """Add the mean objective of ``policy`` on tuning flocks to the learning curve."""
+        value = self.run.objectives(self.policy(), first_seeds(TUNING, CURVE_FLOCKS)).mean()
+        self.measured.curve.append((self.measured.samples, float(value)))
 
-    def report(self, measured: Measured, slots: int) -> float:
-        """Add time and episodes since the last call, and return the mean objective of these episodes.
+    def train(self, *, resume: bool = False) -> Path:
+        """Train, or continue an unfinished run, and return the path of the policy file.
 
-        The slots of a flock end together.
+        Raises:
+            ArgumentError, RecordError: see ``Run.begin``.
+            KeyboardInterrupt: on Ctrl-C, saying how much is saved.
         """
-        measured.environment_seconds = (measured.environment_seconds or 0.0) + self._seconds
-        measured.episodes += len(self._objectives) // slots
-        mean = fmean(self._objectives) if self._objectives else nan
-        self._seconds, self._objectives = 0.0, []
-        return mean
+        run, total = self.run, self.total
+        run.begin(resume=resume)
+        if (checkpoint := run.load_checkpoint()) is not None:
+            self.completed, self.measured, state = checkpoint
+            self.restore(state)
+        saved, spec = self.completed, run.task.spec
+        try:
+            if self.measures_start and not self.measured.curve:
+                self.add_point()
+            with progress_bar(f"Train {run.task.name} {run.name}", total, always=run.progress) as report:
+                report(self.completed, total)
+                while self.completed < total:
+                    begun = time.process_time()
+                    value = self.round()
+                    self.completed += 1
+                    self.measured.cpu_seconds += time.process_time() - begun
+                    report(self.completed, total, f"{spec.symbol} {spec.text(value)}")
+                    if self.completed % self.args.checkpoint_every == 0 or self.completed == total:
+                        self.add_point()
+                        run.save_checkpoint((self.completed, self.measured, self.state()))
+                        saved = self.completed
+        except KeyboardInterrupt:
+            kept = f"{saved} of {total} rounds are saved in {run.folder}; --resume continues"
+            raise KeyboardInterrupt(kept if saved else "nothing is saved yet") from None
+        return run.finish(self.result(), self.measured)
+
+
+def hyperparameters_of(run: Run, kind: type[A]) -> A:
+    """Return the hyperparameters of a run's learner.
+
+    Raises:
+        ArgumentError: if one is unknown or has a wrong type.
+    """
+    try:
+        return msgspec.convert(run.learner.hyperparameters, kind)
+    except msgspec.ValidationError as error:
+        expected = f"some of {', '.join(kind.__struct_fields__)}"
+        raise ArgumentError(f"{run.name}.hyperparameters", expected, error) from None

@@ -9,40 +9,80 @@ from typing import Any
 import numpy as np
 from cmaes import CMA
 
+from flockesc_env import Architecture
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies.files import Stored
-from flockesc_env.tasks.seeds import training_seeds
 from training.cma import growing, maximize
-from training.config import SearchArgs
-from training.families import family_of
-from training.train import Rounds
+from training.families import Family, network_family, rule_family
+from training.rounds import Arguments, Rounds, hyperparameters_of
+from training.run import Run
 
 
-class SearchRounds(Rounds[SearchArgs]):
+class SearchArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Hyperparameters of the search with CMA-ES, which maximizes the objective itself.
+
+    Attributes:
+        rule: search for the parameters of this rule instead of a network, a key of ``families.RULES``. The
+            learning curve begins with parameters chosen by hand. Empty: a network.
+        inputs: observation entries that the network sees; empty: all. With ``time`` alone the network is an
+            open-loop schedule.
+        candidate_inputs: entries of a candidate range that the network sees; it then scores every candidate.
+        hidden: widths of the hidden layers.
+        memory: number of recurrent values of the network.
+        mirror: reflect observations such that the predator is on the left.
+        population: number of networks per generation.
+        flocks: number of flocks per network in the first generation.
+        final_flocks: number of flocks per network in the last generation; it grows geometrically.
+        generations: number of generations.
+        step_size: initial standard deviation of the parameters.
+        start: policy from which the search starts: a policy file or the folder of a run, with the same
+            architecture or with the same inputs and no hidden layers; or, if candidates are scored, the name
+            of a built-in ``BestCandidate`` rule. The learning curve begins with this policy, so it is kept
+            unless a better one is found. Empty: all parameters are 0.
+        restarts: number of equal parts of the search. Each part starts again from the first parameters. The
+            best checkpoint of all parts is kept.
+    """
+
+    rule: str = ""
+    inputs: tuple[str, ...] = ()
+    candidate_inputs: tuple[str, ...] = ()
+    hidden: tuple[int, ...] = (8,)
+    memory: int = 0
+    mirror: bool = False
+    population: int = 16
+    flocks: int = 4
+    final_flocks: int = 32
+    generations: int = 300
+    step_size: float = 0.5
+    start: str = ""
+    restarts: int = 1
+
+
+class SearchRounds(Rounds[SearchArguments]):
     """A search; a round is a generation, whose policies play the same flocks.
 
     Raises:
-        ArgumentError: if ``args.start`` has another architecture.
+        ArgumentError: if a hyperparameter is unknown, or ``start`` has another architecture.
     """
 
-    def __init__(self, args: SearchArgs) -> None:
-        super().__init__(args)
+    def __init__(self, run: Run) -> None:
+        args = hyperparameters_of(run, SearchArguments)
+        super().__init__(run, args, args.generations)
         self.measures_start = bool(args.start or args.rule)
-        self._family = family_of(args)
+        self._family = _family(run, args)
         self._optimizer = self._new_optimizer()
         self._best: FloatArray = np.zeros(0)  # the best center of a checkpoint on tuning flocks
 
     def round(self) -> float:
         """Evaluate one generation of policies and update the optimizer; return its mean objective."""
-        args = self.args
+        args, seed = self.args, self.run.seed
         restart, since = divmod(self.completed, math.ceil(args.generations / args.restarts))
         if restart and not since:
             self._optimizer = self._new_optimizer()
-        self._optimizer.reseed_rng(
-            int(np.random.SeedSequence([args.seed, self.completed]).generate_state(1)[0])
-        )
+        self._optimizer.reseed_rng(int(np.random.SeedSequence([seed, self.completed]).generate_state(1)[0]))
         count = growing(args.flocks, args.final_flocks, since * args.restarts / args.generations)
-        flocks = training_seeds(args.seed, self.measured.episodes // args.population, count)
+        flocks = training_seeds(seed, self.measured.episodes // args.population, count)
 
         values = maximize(self._optimizer, self._play, flocks)
         # A checkpoint stores one triangle of the covariance matrix. The copy does the same, so that
@@ -61,7 +101,7 @@ class SearchRounds(Rounds[SearchArgs]):
     def add_point(self) -> None:
         """Add a point to the learning curve, and keep its policy if it is the best so far."""
         super().add_point()
-        *before, last = (point["objective"] for point in self.measured.curve)
+        *before, last = (value for _, value in self.measured.curve)
         if all(last > value for value in before):
             self._best = self._optimizer.mean.copy()
 
@@ -74,7 +114,7 @@ class SearchRounds(Rounds[SearchArgs]):
         self._optimizer, self._best = state
 
     def _play(self, vectors: FloatArray, flocks: range) -> FloatArray:
-        values, num_actions = self._family.play(self.args, vectors, flocks)
+        values, num_actions = self._family.play(vectors, flocks)
         self.measured.episodes += values.size
         self.measured.samples += num_actions
         return values
@@ -82,4 +122,13 @@ class SearchRounds(Rounds[SearchArgs]):
     def _new_optimizer(self) -> CMA:
         args = self.args
         zero = np.zeros(self._family.size)
-        return CMA(zero, args.step_size, population_size=args.population, seed=args.seed)
+        return CMA(zero, args.step_size, population_size=args.population, seed=self.run.seed)
+
+
+def _family(run: Run, args: SearchArguments) -> Family:
+    if args.rule:
+        return rule_family(run, args.rule, args.start)
+    candidates = args.candidate_inputs
+    inputs = args.inputs if args.inputs or candidates else run.policy_spec.layout.names
+    architecture = Architecture(inputs, args.hidden, args.memory, args.mirror, candidate_inputs=candidates)
+    return network_family(run, architecture, args.start)

@@ -19,6 +19,7 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "watch": watch.run,
     "replay": replay.run,
     "tasks": tasks.run,
+    "compare": tasks.compare,
     "score": tasks.score,
     "verify": tasks.verify,
     "report": tasks.report,

@@ -12,17 +12,17 @@ from flockesc_env.cli.output import check_folder, note, show, table
 from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import require
+from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.tasks.episodes import record_episodes
 from flockesc_env.tasks.scoring import LoadedPolicy
-from flockesc_env.tasks.seeds import training_seeds
-from flockesc_env.tasks.task import task_of
+from flockesc_env.tasks.task import tasks
 
 
 def run(
     task: Annotated[Positional[str], arg(help="name of a task; flockesc tasks lists them")],
     *,
     policies: Annotated[
-        tuple[str, ...], arg(help=f"rule (the task's first shortcut), {EXPECTED}", metavar="POLICY ..")
+        tuple[str, ...], arg(help=f"rule (the task's shortcut), {EXPECTED}", metavar="POLICY ..")
     ],
     flocks: Annotated[int, arg(help="number of flocks, or lines, that every policy plays")] = 100,
     output: Annotated[Path, arg(help="folder of the data set, new or empty")],
@@ -44,11 +44,9 @@ def run(
 
     if not policies:
         raise ArgumentError("policies", "at least one policy", "none")
-    chosen = task_of(task)
+    chosen = tasks[task]
     check_folder(output)
-    if "rule" in policies and not chosen.shortcuts:
-        raise ArgumentError("policies", "no rule, because the task has no shortcut", "rule")
-    specs = [chosen.shortcuts[0].policy if spec == "rule" else spec for spec in policies]
+    specs = [chosen.shortcut.policy if spec == "rule" else spec for spec in policies]
     found = [LoadedPolicy.of(spec, policy_of) for spec in specs]
     record_episodes(found, chosen, training_seeds(0, 0, flocks), output, lambda spec: note(f"playing {spec}"))
     note(f"saved: {output}")

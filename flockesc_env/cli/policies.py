@@ -18,9 +18,11 @@ from flockesc_env.policies.sb3 import SB3Policy
 if TYPE_CHECKING:
     from flockesc_env.tasks.task import Task
 
-EXPECTED = f"{', '.join(NAMES)}, a policy file or module:function"
+EXPECTED = f"{', '.join(NAMES)}, a policy file, the folder of a training run or module:function"
 
 MODEL_SUFFIX = ".zip"
+POLICY_FILE = "policy.npz"
+"""Name of the policy file in the folder of a training run."""
 _SB3 = ("stable_baselines3", "sb3_contrib")
 
 
@@ -28,9 +30,10 @@ def policy_of(spec: str, argument: str = "policies", *, task: Task | None = None
     """Return the policy of an argument. Code in a model of stable-baselines3 is executed.
 
     Args:
-        spec: as for ``find_policy``, or ``module:function``: a function without arguments that returns a
-            ``NamedPolicy``. The module may lie in the current folder. With a task also a model that
-            stable-baselines3 saved: its class and file, for example ``PPO:model.zip``.
+        spec: as for ``find_policy``, the folder of a finished training run, or ``module:function``: a
+            function without arguments that returns a ``NamedPolicy``. The module may lie in the current
+            folder. With a task also a model that stable-baselines3 saved: its class and file, for example
+            ``PPO:model.zip``.
         argument: name of the argument, for the error message.
         task: task in which models of stable-baselines3 were trained; a model does not contain its options.
 
@@ -39,6 +42,8 @@ def policy_of(spec: str, argument: str = "policies", *, task: Task | None = None
         MissingExtraError: if ``spec`` is a model and stable-baselines3 is not installed.
         RecordError: if the file is damaged or is not a policy.
     """
+    if (Path(spec) / POLICY_FILE).is_file():
+        spec = str(Path(spec) / POLICY_FILE)
     if suffix_of(spec) == MODEL_SUFFIX:
         return _model_policy(spec, argument, task)
     module, is_code, function = spec.partition(":")

@@ -13,8 +13,8 @@ import msgspec
 from tyro.conf import Positional, arg
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import Json, optional
-from flockesc_env.cli.output import check_output, note, show, show_json, table
+from flockesc_env.cli.flags import Json, Threads, optional
+from flockesc_env.cli.output import check_folder, check_output, note, show, show_json, table
 from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import ArgumentError, FlockescError
 from flockesc_env.common.extras import require
@@ -24,7 +24,7 @@ from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks
 from flockesc_env.tasks.scoring import score as play_all
 from flockesc_env.tasks.scoring import verify as play_again
 from flockesc_env.tasks.standings import standings
-from flockesc_env.tasks.task import FLOCKS, VERSION, task_of, tasks
+from flockesc_env.tasks.task import FLOCKS, VERSION, Task, tasks
 
 MODEL = "PPO:FILE.zip (a model of stable-baselines3)"
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
@@ -48,28 +48,17 @@ def run(*, json: Json = False) -> Exit:
     Example: flockesc tasks
     """
     if json:
-        show_json(
-            {
-                "command": "tasks",
-                "version": VERSION,
-                "tasks": {name: _plain(name) for name in tasks()},
-            }
-        )
+        plain = {name: _plain(task) for name, task in tasks.items()}
+        show_json({"command": "tasks", "version": VERSION, "tasks": plain})
         return Exit.DONE
     head = ["task", "range per", "J", "samples", "scored in", "score 0", "score 1", "reference"]
     rows = [
         [
-            *(task.name, "agent" if task.per_agent else task.spec.model, task.spec.symbol),
-            *(
-                f"{task.samples:,}",
-                name,
-                task.spec.text(world.zero),
-                task.spec.text(world.one),
-                world.reference,
-            ),
+            *(task.name, task.actor, task.spec.symbol, f"{task.samples:,}", name),
+            *(task.spec.text(scale.zero), task.spec.text(scale.one), scale.reference),
         ]
-        for task in tasks().values()
-        for name, world in task.worlds.items()
+        for task in tasks.values()
+        for name, scale in task.scales.items()
     ]
     show(*table(head, rows), "")
     best = [[name, one.learner, one.kind, f"{one.score:.3f}"] for name, one in standings().items()]
@@ -77,8 +66,43 @@ def run(*, json: Json = False) -> Exit:
     show(
         f"Policies are scored on {len(FLOCKS):,} held-out flocks, from seed {FLOCKS.start:,} on.",
         "Score 0: the best fixed range. Score 1: the reference.",
-        "A scenario is part of its task. Only a preset's own scenario has the name of a preset.",
     )
+    return Exit.DONE
+
+
+def compare(
+    policies: Annotated[
+        Positional[tuple[str, ...]],
+        arg(
+            help=f"{EXPECTED}, or {MODEL}; none: the best fixed range and the rule alone",
+            metavar="POLICY ..",
+        ),
+    ] = (),
+    *,
+    task: TaskName,
+    scenario: Annotated[str | None, *optional("scenario of the task", "its first one")] = None,
+    flocks: Annotated[int, arg(help="number of held-out flocks, or lines")] = 200,
+    output: Annotated[
+        Path | None, *optional("folder for table and objectives", "print the table only")
+    ] = None,
+    num_threads: Threads = None,
+) -> Exit:
+    """Compare policies with the best fixed range and a simple rule, on the same held-out flocks.
+
+    The task says what a policy may see. --output writes table.md and episodes.parquet.
+
+    Example: flockesc compare ppo-0.npz --task per-agent-visible
+    """
+    require("analysis", ["polars", "scipy"])
+    chosen = tasks[task]
+    if output is not None:
+        check_folder(output)
+    entries = [policy_of(spec, task=chosen) for spec in policies]
+    found = chosen.compare(*entries, scenario=scenario, num_flocks=flocks, num_threads=num_threads)
+    show(*str(found).split("\n"))
+    if output is not None:
+        found.write(output)
+        note(f"saved: {output}")
     return Exit.DONE
 
 
@@ -109,7 +133,7 @@ def score(
     if not policies:
         raise ArgumentError("policies", "at least one policy", "none")
     check_output(output, [SUFFIX])
-    chosen = task_of(task)
+    chosen = tasks[task]
     found = [LoadedPolicy.of(spec, lambda code: policy_of(code, task=chosen)) for spec in policies]
     name = learner or found[0].entry.name
     check_learner(name)
@@ -201,8 +225,7 @@ def report(
     return Exit.DONE
 
 
-def _plain(name: str) -> dict[str, object]:
-    task = task_of(name)
+def _plain(task: Task) -> dict[str, object]:
     return {
         "asks": task.asks,
         "per_agent": task.per_agent,
@@ -210,33 +233,33 @@ def _plain(name: str) -> dict[str, object]:
         "samples": task.samples,
         "options": dict(task.options),
         "scenario": json_format.loads(task.scenario.to_json()),
-        "worlds": msgspec.to_builtins(task.worlds),
+        "scales": msgspec.to_builtins(task.scales),
         "sha256": task.sha256,
     }
 
 
 def _lines(result: Result) -> list[str]:
-    """Return the score of a result with the mean objective in every world."""
-    task, scores = task_of(result.task), result.scores()
+    """Return the score of a result with the mean objective in every scenario."""
+    task, scores = tasks[result.task], result.scores()
     spread = f" (training seeds: {scores.min():.3f} to {scores.max():.3f})" if len(scores) > 1 else ""
     marks = "; played by its author's code" if result.is_code else ""
     lines = [f"{task.name}, {result.learner}: score {scores.mean():.3f}{spread}{marks}"]
-    for name, world in task.worlds.items():
+    for name, scale in task.scales.items():
         reached = result.values(name).mean()
-        gain = task.spec.text(reached - world.zero, "+")
+        gain = task.spec.text(reached - scale.zero, "+")
         lines.append(
             f"  {name}: {task.spec.symbol} {task.spec.text(reached)}, {gain} over the best fixed range,"
-            f" {world.best_fixed_range:g}"
+            f" {scale.best_fixed_range:g}"
         )
     return lines
 
 
 def _means(result: Result, flocks: Sequence[int]) -> list[str]:
-    """Return the mean objective of some flocks in every world."""
-    task, at = task_of(result.task), [seed - FLOCKS.start for seed in flocks]
+    """Return the mean objective of some flocks in every scenario."""
+    task, at = tasks[result.task], [seed - FLOCKS.start for seed in flocks]
     return [f"{task.name}, {result.learner}: means of these flocks"] + [
         f"  {name}: {task.spec.symbol} {task.spec.text(result.values(name)[:, at].mean())}"
-        for name in task.worlds
+        for name in task.scales
     ]
 
 

@@ -1,7 +1,7 @@
-"""Safe reading and writing of files of arrays (npz, npy) and tables (Parquet).
+"""Reading and writing of files of arrays (npz, npy) and tables (Parquet).
 
-Reading executes no code from the file (no pickle) and checks sizes before it allocates memory. Damaged files
-raise ``RecordError``; ``expected`` is the expected kind of file in its message.
+Reading executes no code from the file (no pickle) and checks the sizes in headers before it loads arrays.
+Damaged files raise ``RecordError``; ``expected`` is the expected kind of file in its message.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import zipfile
 from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -27,10 +27,6 @@ if TYPE_CHECKING:  # of the extra analysis
     import polars as pl
 
 _HEADER = "header"
-_MAX_BYTES = 2**26
-_MAX_RATIO = 256
-"""The unpacked size of an archive is at most 64 MiB plus 256 times its packed size."""
-
 _KINDS = {
     "a policy": {_HEADER, "parameters"},
     "a recorded run": {_HEADER, "num_components"},
@@ -86,48 +82,34 @@ def read_document(
 def read_npz(path: Path, expected: str, raw: bytes | None = None) -> dict[str, NDArray[Any]]:
     """Return the arrays of an npz file by name; ``raw``: the file's bytes, if they were read before."""
     raw = path.read_bytes() if raw is None else raw
+    arrays = {}
     try:
         with zipfile.ZipFile(BytesIO(raw)) as archive:
-            members = archive.infolist()
-            size, max_size = sum(member.file_size for member in members), _MAX_BYTES + _MAX_RATIO * len(raw)
+            size, max_size = sum(member.file_size for member in archive.infolist()), 2**26 + 256 * len(raw)
             if size > max_size:
-                raise RecordError(str(path), f"at most {max_size} bytes of arrays", size)
-            return {_name(member): _array(_unpack(archive, member)) for member in members}
-    except RecordError:
-        raise
+                raise ValueError(f"{size} bytes of arrays, more than {max_size}")
+            for member in archive.infolist():
+                with archive.open(member) as file:
+                    arrays[member.filename.removesuffix(".npy")] = _array(file, member.file_size)
     except Exception as error:  # zipfile, its decompressors and NumPy raise exceptions of many types
         raise RecordError(str(path), expected, repr(error)) from None
+    return arrays
 
 
 def read_npy(path: Path, expected: str) -> NDArray[Any]:
     """Return the array of an npy file."""
     raw = path.read_bytes()
     try:
-        return _array(raw)
+        return _array(BytesIO(raw), len(raw))
     except Exception as error:  # NumPy raises exceptions of many types
         raise RecordError(str(path), expected, repr(error)) from None
 
 
-def _name(member: zipfile.ZipInfo) -> str:
-    if not member.filename.endswith(".npy"):
-        raise ValueError(f"{member.filename!r} is not an npy file")
-    return member.filename.removesuffix(".npy")
-
-
-def _unpack(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
-    with archive.open(member) as file:
-        return file.read(member.file_size)  # no more than the checked size
-
-
-def _array(raw: bytes) -> NDArray[Any]:
-    """Return the array of an npy file after a check that its size matches its header."""
-    stream = BytesIO(raw)
-    version = npy.read_magic(stream)
-    if version not in _HEADER_READERS:
-        raise ValueError(f"unknown version {version} of the npy format")
-    shape, is_fortran, dtype = _HEADER_READERS[version](stream)
-    expected_bytes, num_bytes = math.prod(shape) * dtype.itemsize, len(raw) - stream.tell()
-    if dtype.hasobject or min(shape, default=0) < 0 or num_bytes != expected_bytes:
-        raise ValueError(f"{num_bytes} bytes of data for {dtype} of shape {shape}")
-    flat = np.frombuffer(bytearray(raw), dtype, offset=stream.tell()) if num_bytes else np.empty(0, dtype)
-    return flat.reshape(shape, order="F" if is_fortran else "C")
+def _array(file: IO[bytes], num_bytes: int) -> NDArray[Any]:
+    """Return the array of an npy file, whose size in the header is at most ``num_bytes``."""
+    shape, _, dtype = _HEADER_READERS[npy.read_magic(file)](file)
+    if math.prod(shape) * max(dtype.itemsize, 1) > num_bytes:
+        raise ValueError(f"{dtype} of shape {shape} in {num_bytes} bytes")
+    file.seek(0)
+    array: NDArray[Any] = np.load(file, allow_pickle=False)
+    return array

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +33,12 @@ from flockesc_env.scenario.presets import as_model
 if TYPE_CHECKING:
     import polars as pl
     from matplotlib.figure import Figure
+
+FLOCK_RANGES: Final = (*(2.0 * k for k in range(11)), 25.0, 30.0, 40.0, 50.0, 75.0, 100.0, 150.0)
+"""Fixed ranges in m among which the best one of a flock is chosen."""
+
+LINE_RANGES: Final = tuple(np.linspace(0, 1, 51).tolist())
+"""Fixed ranges among which the best one of a line is chosen."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -97,17 +97,20 @@ class SB3Policy(RowMemory):
     def network(self) -> NetworkPolicy:
         """Return the mode of the action distribution as a ``NetworkPolicy``, which ``save_policy`` can store.
 
+        Of discrete actions it is the range with the largest logit or Q value.
+
         The statistics of normalized observations become part of the first layer. A network cannot clip its
         inputs, as ``VecNormalize`` does at ``clip_obs`` standard deviations. Train with
         ``VecNormalize(env, clip_obs=numpy.inf)``, or set this attribute and compare before and after.
 
         Raises:
-            ArgumentError: if the model is not an ``MlpPolicy`` of PPO, A2C, TRPO, SAC, TQC, TD3 or DDPG with
-                tanh between its layers and normalized actions; if neither it nor ``vec_normalize`` holds its
-                environment; if a wrapper changes the spaces; if the statistics of normalized observations are
-                missing, or observations can reach ``clip_obs``.
+            ArgumentError: if the model is not a ``ScorerPolicy``, or an ``MlpPolicy`` of PPO, A2C, TRPO, SAC,
+                TQC, TD3, DDPG or DQN with tanh between its layers; if its actions are ranges in m; if neither
+                it nor ``vec_normalize`` holds its environment; if a wrapper changes the spaces; if the
+                statistics of normalized observations are missing, or observations can reach ``clip_obs``.
         """
-        layers = _layers(self.model)
+        scorer = getattr(getattr(self.model, "policy", None), "network", None)
+        layers = [] if scorer is not None else _layers(self.model)
         env: Any = getattr(self.model, "env", None)
         env = self.vec_normalize if env is None else env
         spec = _trained_spec(env)
@@ -117,11 +120,16 @@ class SB3Policy(RowMemory):
             raise ArgumentError("model.env", expected, "none")
         if spec is None:
             raise ArgumentError("model.env", "an environment of this package that sets ranges", shown(env))
-        if spec.actions.mode != "normalized":
-            raise ArgumentError("model.env.options.action_mode", "'normalized'", repr(spec.actions.mode))
+        if spec.actions.mode == "range":
+            expected = "'normalized' or 'discrete'"
+            raise ArgumentError("model.env.options.action_mode", expected, repr(spec.actions.mode))
         self._check_spaces(spec)
+        if scorer is not None:  # of ``ScorerPolicy``
+            return cast("NetworkPolicy", scorer())
+        grid = spec.actions.grid
+        ranges = () if grid is None else tuple(grid.tolist())
         squash: Squash = "tanh" if self.model.policy.squash_output else "clip"
-        network = torch_network(layers, spec.layout.names, squash=squash)
+        network = torch_network(layers, spec.layout.names, squash=squash, ranges=ranges)
         normalizer = self._normalizer()
         return network if normalizer is None else _normalized(network, spec.layout, normalizer)
 
@@ -187,10 +195,12 @@ def _layers(model: Any) -> list[Any]:
         raise ArgumentError("model", "a model without a memory", type(model).__name__)
     if hasattr(actor, "mu"):  # TD3 and DDPG have all layers and a tanh in ``mu``
         parts = [actor.features_extractor, getattr(actor, "latent_pi", []), actor.mu]
+    elif hasattr(policy, "q_net"):
+        parts = [policy.q_net.features_extractor, policy.q_net.q_net]
     elif hasattr(extractor, "policy_net") and hasattr(policy, "action_net"):
         parts = [policy.pi_features_extractor, extractor.policy_net, policy.action_net]
     else:
-        expected = "an MlpPolicy of PPO, A2C, TRPO, SAC, TQC, TD3 or DDPG"
+        expected = "an MlpPolicy of PPO, A2C, TRPO, SAC, TQC, TD3, DDPG or DQN"
         raise ArgumentError("model", expected, type(model).__name__)
     layers = [layer for part in parts for layer in (part if hasattr(part, "__iter__") else [part])]
     if type(layers[0]).__name__ == "FlattenExtractor":

@@ -1,9 +1,8 @@
-"""Drawing with pygame, without a display. Only this file and ``window.py`` import pygame."""
+"""Drawing with pygame, without a display, and the window. Only this file imports pygame."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
@@ -11,123 +10,83 @@ import pygame
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.render.camera import Rect
-from flockesc_env.render.colors import PAPER, Color, Colors
+from flockesc_env.render.palette import LIGHT, Color, Colors, rgb
 
 Image = NDArray[np.uint8]
-"""Shape (height, width, 3)."""
+Anchor = Literal["topleft", "midtop", "topright", "midleft", "midright", "midbottom", "center"]
 
-Anchor = Literal[
-    "topleft", "midtop", "topright", "midleft", "midright", "bottomleft", "midbottom", "bottomright"
-]
+TYPE = 0.055
+"""Height of text, over the width of a picture."""
 
-TYPE = 0.07
-"""Height of text, over the width of a picture: 9 px where two pictures share 390 px."""
-
+_PAPER = rgb(LIGHT.ground)
 _FINE = 2
-"""Oversampling per axis: every pixel is the mean of this many drawn ones, squared, which smooths edges."""
+"""Oversampling per axis: each pixel is the mean of this many drawn ones, squared, which smooths edges."""
 
-_SPARE: dict[int, pygame.Surface] = {}
-"""Surfaces to use again, by size: allocating one takes a sixth of the time of a picture."""
+_CLOCK = pygame.time.Clock()
 
 
 class Canvas:
-    """A square picture. Points and lengths are in px and can be fractions; y points down.
-
-    Args:
-        size: width and height.
-    """
+    """A square picture of ``size`` px. Points and lengths are in px and can be fractions; y points down."""
 
     def __init__(self, size: int) -> None:
+        pygame.font.init()
         self.size = size
-        spare = _SPARE.pop(size, None)
-        self._fine = pygame.Surface((_FINE * size, _FINE * size)) if spare is None else spare
-        self._fine.set_clip(None)
-        self._fine.fill(PAPER)
-        self._texts: list[tuple[pygame.Surface, pygame.Rect]] = []
-
-    def clip(self, rect: Rect | None) -> None:
-        """Restrict later drawing to ``rect``; ``None`` lifts the restriction."""
-        self._fine.set_clip(None if rect is None else pygame.Rect(*(round(_FINE * x) for x in rect)))
-
-    def fill(self, rect: Rect, color: Color) -> None:
-        """Fill a rectangle."""
-        self._fine.fill(color, pygame.Rect(*(round(_FINE * x) for x in rect)))
+        self._fonts: dict[float, pygame.font.Font] = {}
+        self._surface = pygame.Surface((_FINE * size, _FINE * size))
+        self._surface.fill(_PAPER)
 
     def polygons(self, points: FloatArray, colors: Iterable[Any]) -> None:
         """Fill polygons, shape (k, corners, 2), each in its color, with a rim in the color of the paper."""
-        draw, fine = pygame.draw.polygon, self._fine
-        for corners, color in zip(_plain(points), colors, strict=True):
-            draw(fine, color, corners)
-            draw(fine, PAPER, corners, 1)
+        for corners, color in zip(_fine(points), colors, strict=True):
+            pygame.draw.polygon(self._surface, color, corners)
+            pygame.draw.polygon(self._surface, _PAPER, corners, 1)
 
     def segments(self, points: FloatArray, colors: Iterable[Any], width: float = 1.0) -> None:
         """Draw straight lines, shape (k, 2, 2), each in its color."""
-        draw, fine, thickness = pygame.draw.line, self._fine, max(1, round(_FINE * width))
-        for (start, end), color in zip(_plain(points), colors, strict=True):
-            draw(fine, color, start, end, thickness)
+        for (start, end), color in zip(_fine(points), colors, strict=True):
+            pygame.draw.line(self._surface, color, start, end, max(1, round(_FINE * width)))
 
-    def path(self, points: FloatArray, color: Color, width: float = 1.0) -> None:
-        """Draw a line through points, shape (k, 2)."""
-        if len(points) > 1:
-            pygame.draw.lines(self._fine, color, False, _plain(points), max(1, round(_FINE * width)))
-
-    def dots(self, centers: FloatArray, radius: float, colors: Iterable[Any]) -> None:
-        """Fill circles of one radius, centers of shape (k, 2), each in its color."""
-        draw, fine, reach = pygame.draw.circle, self._fine, _FINE * radius
-        for center, color in zip(_plain(centers), colors, strict=True):
-            draw(fine, color, center, reach)
-
-    def discs(self, centers: FloatArray, radii: FloatArray, colors: Colors, opacity: float) -> None:
-        """Fill translucent circles, shapes (k, 2), (k,), (k, 3), which hide each other but nothing below."""
-        if not len(centers):
-            return
-        low, high = (centers - radii[:, np.newaxis]).min(axis=0), (centers + radii[:, np.newaxis]).max(axis=0)
-        around = pygame.Rect(*np.floor(_FINE * low).tolist(), *np.ceil(_FINE * (high - low) + 1).tolist())
-        around = around.clip(self._fine.get_clip())
-        layer = pygame.Surface(around.size, pygame.SRCALPHA)
-        solid = np.column_stack([colors, np.full(len(colors), round(255 * opacity))]).tolist()
-        places, reach = (_FINE * centers - around.topleft).tolist(), (_FINE * radii).tolist()
-        for center, radius, color in zip(places, reach, solid, strict=True):
-            pygame.draw.circle(layer, color, center, radius)
-        self._fine.blit(layer, around)
-
-    def ring(self, center: ArrayLike, radius: float, color: Color, width: float = 1.0) -> None:
-        """Draw the outline of a circle."""
-        thickness = max(1, round(_FINE * width))
-        pygame.draw.circle(self._fine, color, _plain(center), _FINE * radius, thickness)
+    def discs(self, centers: FloatArray, radii: ArrayLike, colors: Colors, rim: float = 0.0) -> None:
+        """Fill circles, shapes (k, 2), (k,), (k, 3); a ``rim`` above 0 draws only a rim of this width."""
+        reach = np.broadcast_to(np.minimum(radii, 3 * self.size), len(centers))  # covers the picture
+        for center, radius, color in zip(_fine(centers), _fine(reach), colors.tolist(), strict=True):
+            pygame.draw.circle(self._surface, color, center, radius, round(_FINE * rim))
 
     def text(
         self, text: str, at: Sequence[float], color: Color, anchor: Anchor = "topleft", height: float = TYPE
-    ) -> int:
-        """Write text on top of everything, with its ``anchor`` at a point, and return its width."""
-        written = _written(text, round(height * self.size), color)
-        self._texts.append((written, written.get_rect(**{anchor: at})))
-        return written.get_width()
+    ) -> float:
+        """Write text with its ``anchor`` at a point, and return its width."""
+        if height not in self._fonts:  # pygame's own font, not kept longer: `pygame.quit` invalidates it
+            self._fonts[height] = pygame.font.Font(None, round(_FINE * height * self.size))
+        written = self._fonts[height].render(text, True, color)
+        self._surface.blit(written, written.get_rect(**{anchor: _fine(at)}))
+        return written.get_width() / _FINE
 
     def image(self) -> Image:
-        """Return the picture, shape (size, size, 3). Nothing can be drawn afterwards."""
-        surface = pygame.transform.smoothscale(self._fine, (self.size, self.size))
-        _SPARE[self.size] = self._fine
-        surface.blits(self._texts, doreturn=False)
+        """Return the picture, shape (size, size, 3)."""
+        surface = pygame.transform.smoothscale(self._surface, (self.size, self.size))
         flat = np.frombuffer(pygame.image.tobytes(surface, "RGB"), np.uint8)
         return flat.reshape(self.size, self.size, 3).copy()
 
 
-@lru_cache(maxsize=512)
-def _written(text: str, size: int, color: Color) -> pygame.Surface:
-    try:
-        return _font(size).render(text, True, color)
-    except pygame.error:  # a `pygame.quit` by other code invalidates fonts
-        _font.cache_clear()
-        return _font(size).render(text, True, color)
+def show(image: Image, fps: int) -> None:
+    """Show a picture in the window of this process, at most ``fps`` per second; the first one opens it."""
+    height, width, _ = image.shape
+    screen = pygame.display.get_surface()
+    if screen is None or screen.get_size() != (width, height):
+        pygame.display.init()
+        screen = pygame.display.set_mode((width, height))
+        pygame.display.set_caption("flockesc_env")
+    screen.blit(pygame.image.frombuffer(image.tobytes(), (width, height), "RGB"), (0, 0))
+    pygame.event.pump()
+    _CLOCK.tick(fps)
+    pygame.display.flip()
 
 
-@lru_cache(maxsize=32)
-def _font(size: int) -> pygame.font.Font:
-    pygame.font.init()
-    return pygame.font.Font(None, size)  # pygame's own font
+def close_window() -> None:
+    """Close the window, if there is one. The next picture opens it again."""
+    pygame.display.quit()
 
 
-def _plain(points: ArrayLike) -> Any:
+def _fine(points: ArrayLike) -> Any:
     return (_FINE * np.asarray(points)).tolist()

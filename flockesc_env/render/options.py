@@ -1,7 +1,8 @@
-"""Options of pictures."""
+"""Options of pictures, and the check of the ``video`` extra."""
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Any, Final, Literal, cast, get_args
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from flockesc_env.common.checks import as_array, as_choice, as_count, as_floats
 from flockesc_env.common.errors import ScenarioError, shown
+from flockesc_env.common.extras import require
 from flockesc_env.models.simulate import IntArray
 
 RenderMode = Literal["human", "rgb_array"]
@@ -76,11 +78,11 @@ class RenderOptions:
         return np.array(self.agents)
 
 
-def as_render_mode(value: Any) -> RenderMode | None:
-    """Return a render mode or ``None``; anything else raises ``ScenarioError``."""
-    if value is not None and (not isinstance(value, str) or value not in RENDER_MODES):
-        raise ScenarioError("render_mode", f"one of {', '.join(RENDER_MODES)} or None", shown(value))
-    return cast("RenderMode | None", value)
+def as_mode_and_options(mode: Any, options: Any) -> tuple[RenderMode | None, RenderOptions]:
+    """Return a render mode, or ``None``, and render options; anything else raises ``ScenarioError``."""
+    if mode is not None and (not isinstance(mode, str) or mode not in RENDER_MODES):
+        raise ScenarioError("render_mode", f"one of {', '.join(RENDER_MODES)} or None", shown(mode))
+    return cast("RenderMode | None", mode), as_render_options(options)
 
 
 def as_render_options(value: Any) -> RenderOptions:
@@ -90,3 +92,14 @@ def as_render_options(value: Any) -> RenderOptions:
     if not isinstance(value, RenderOptions):
         raise ScenarioError("render_options", "RenderOptions or None", shown(value))
     return value
+
+
+def require_video(*modules: str) -> None:
+    """Check that modules of the ``video`` extra are installed, and set up the environment of pygame.
+
+    Raises:
+        MissingExtraError: if a module is not installed.
+    """
+    os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # pygame prints a greeting on stdout
+    os.environ.setdefault("SDL_NO_SIGNAL_HANDLERS", "1")  # SDL would catch SIGTERM, also in forked workers
+    require("video", modules)

@@ -9,6 +9,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Colors = NDArray[np.uint8]
+"""Rows (red, green, blue)."""
+
+Color = tuple[int, int, int]
+
 
 @dataclass(frozen=True)
 class Palette:
@@ -89,3 +97,40 @@ DARK = Palette(
     others=("#2dd4bf", "#56b4e9", "#f472b6", "#a3e635", "#f0a04b"),
     ranges=("#8a63d8", "#4f8fd6", "#27b5a5", "#7ad95b", "#fde725"),
 )
+
+LABELS = (
+    *LIGHT.components,
+    *("#cba553", "#55b8e2", "#6bc08e", "#b69be6", "#a1b564", "#88aaf1", "#40c1bd", "#d790c5"),
+    *("#93892f", "#498cc4", "#1f9b82", "#a270b1", "#639654", "#7c7dc6", "#0097ab"),
+)
+"""Colors of the labels of components, which repeat after 20."""
+
+
+def rgb(color: str) -> Color:
+    """Return a color ``"#rrggbb"`` as (red, green, blue)."""
+    red, green, blue = bytes.fromhex(color.removeprefix("#"))
+    return red, green, blue
+
+
+def component_colors(labels: NDArray[np.int64]) -> Colors:
+    """Return a color per agent, shape (n, 3): the color of its component's label, gray if it is alone."""
+    colors = np.array([rgb(color) for color in LABELS], np.uint8)[labels % len(LABELS)]
+    colors[np.bincount(labels, minlength=len(labels))[labels] == 1] = rgb(LIGHT.alone)
+    return colors
+
+
+def range_colors(ranges: NDArray[np.float64], largest: float) -> Colors:
+    """Return a color per interaction range, shape (n, 3), on the palette's scale from 0 to ``largest``."""
+    stops = np.array([rgb(color) for color in LIGHT.ranges])
+    shares = np.clip(ranges / (largest or 1.0), 0.0, 1.0) * (len(stops) - 1)
+    channels = [np.interp(shares, np.arange(len(stops)), channel) for channel in stops.T]
+    return np.round(np.stack(channels, axis=-1)).astype(np.uint8)
+
+
+def faded(colors: ArrayLike, amount: ArrayLike) -> Colors:
+    """Return colors mixed with the ground's; ``amount`` from 0 to 1, a scalar or shape (k, 1)."""
+    solid = np.asarray(colors, np.float64)
+    mixed: Colors = np.round(solid + (np.array(rgb(LIGHT.ground)) - solid) * np.asarray(amount)).astype(
+        np.uint8
+    )
+    return mixed

@@ -1,10 +1,10 @@
-"""Recorded runs as video files, one or several in a grid. Needs the ``video`` extra."""
+"""Recorded runs as pictures, and as video files, one or several in a grid. Needs the ``video`` extra."""
 
 from __future__ import annotations
 
 import errno
 import shutil
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -12,18 +12,19 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray, as_callback, as_choice, as_count, as_floats, as_path
+from flockesc_env.common.checks import as_callback, as_choice, as_count, as_floats, as_path, as_text
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.files import atomic_write, suffix_of
 from flockesc_env.common.progress import Progress
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, Objective
-from flockesc_env.models.simulate import Trajectory, as_runs
-from flockesc_env.render.colors import FRAME
-from flockesc_env.render.dependencies import require_video
-from flockesc_env.render.frame import FlockFrame, recorded_frames, shared_view
-from flockesc_env.render.options import ColorBy, RenderOptions, as_render_options
+from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, as_runs
+from flockesc_env.render.frames import enclose, recorded_frame, recorded_view
+from flockesc_env.render.options import RenderOptions, as_render_options, require_video
+from flockesc_env.render.palette import LIGHT, rgb
 from flockesc_env.render.titles import policy_title
+from flockesc_env.render.viewer import grid_shape, tiled
 
 _FORMATS: dict[str, dict[str, Any]] = {
     ".mp4": {"codec": "libx264", "quality": 6},
@@ -43,6 +44,42 @@ _FORMATS: dict[str, dict[str, Any]] = {
 _MAX_FRAMES = 10_000_000
 
 
+def draw(
+    run: Trajectory | LineTrajectory,
+    step: int,
+    *,
+    options: RenderOptions | None = None,
+    title: str = "",
+    objective: Objective = "mean",
+) -> NDArray[np.uint8]:
+    """Return a picture of a recorded run, shape (size, size, 3).
+
+    Args:
+        run: the run.
+        step: the time, as a number of steps from 0 to T.
+        options: what the picture shows; ``None`` takes the defaults.
+        title: text above the picture.
+        objective: the objective J in the picture of a flock; see ``EnvOptions``.
+
+    Raises:
+        ArgumentError: if the run has no such step, or an argument has a wrong type.
+        ScenarioError: if the options do not fit the flock.
+        DependencyNotInstalled: if pygame is missing.
+    """
+    as_run(run, "run")
+    options, title = as_render_options(options), as_text(title, "title")
+    as_choice(objective, "objective", FLOCK_OBJECTIVES)
+    last = run.steps if isinstance(run, LineTrajectory) else run.scenario.num_steps
+    step = as_count(step, "step", least=0, most=last)
+    require_video("pygame")
+    from flockesc_env.render.picture import draw_flock, draw_line  # loads pygame, an extra
+
+    if isinstance(run, LineTrajectory):
+        history = [(t, run.states[t], run.interaction_range if t else 0.0) for t in range(step + 1)]
+        return draw_line(run.scenario, history, options, title)
+    return draw_flock(recorded_frame(run, step, objective, options.trail), options, title)
+
+
 def write_video(
     runs: Trajectory | Sequence[tuple[str, Trajectory]],
     path: str | Path,
@@ -55,8 +92,8 @@ def write_video(
 ) -> None:
     """Write a video of runs in a grid, side by side if they are two, all at the same scale.
 
-    The last picture of a run stays until the longest run ends. The new file replaces an older one when it is
-    complete.
+    The view holds whole runs and does not move. The last picture of a run stays until the longest run ends.
+    The new file replaces an older one when it is complete.
 
     Args:
         runs: one run, shown under the name of the file, or a list of names and runs.
@@ -89,26 +126,31 @@ def write_video(
         raise ArgumentError("speed", "a number above 0", pace)
     runs = as_runs([(path.stem, runs)] if isinstance(runs, Trajectory) else runs)
     progress = as_callback(progress)
-    options = _with_scale(RenderOptions(color=_telling(runs), size=size) if chosen is None else chosen, runs)
+    ranges = np.concatenate([run.interaction_ranges.ravel() for _, run in runs])
+    if chosen is None:
+        chosen = RenderOptions(size=size, color="range" if np.ptp(ranges) else "component")
+    largest = float(ranges.max()) if chosen.largest_range is None else chosen.largest_range
+    options = replace(chosen, largest_range=largest)
     for _, run in runs:
         options.selected(run.scenario.num_agents)
     require_video("pygame", "imageio_ffmpeg")
     import imageio_ffmpeg  # type: ignore[import-untyped]
 
-    from flockesc_env.render.flock import draw_flock
-    from flockesc_env.render.viewer import grid_shape, tiled
+    from flockesc_env.render.picture import draw_flock  # loads pygame, an extra
 
-    times = np.arange(_count_frames(runs, pace, fps)) * pace / fps
-    view = shared_view([run for _, run in runs]) if len(runs) > 1 else None
+    frames = max(float(run.times[-1]) for _, run in runs) / pace * fps
+    if not frames < _MAX_FRAMES:
+        raise ArgumentError("fps", f"fewer than {_MAX_FRAMES} frames at speed {pace}", f"{frames:g} frames")
+    count = round(frames) + 1
+    views = [recorded_view(run, run.scenario.num_steps) for _, run in runs]
+    if len({view.shape for view in views}) == 1:
+        views = [enclose(*views)] * len(views)
     titles = [policy_title(name, run.scenario.neighbor_rule.unit) for name, run in runs]
-    films = [_frames(run, objective, times.tolist(), view) for _, run in runs]
-    columns, rows = grid_shape(len(runs))
-    film_size = columns * options.size, rows * options.size
     with TemporaryDirectory() as folder:
         film = str(Path(folder, f"film{suffix}"))
         writer = imageio_ffmpeg.write_frames(
             film,
-            film_size,
+            tuple(count * options.size for count in grid_shape(len(runs))),
             fps=fps,
             macro_block_size=1,
             ffmpeg_log_level="error",  # ffmpeg warns of every GIF that it has colors twice
@@ -116,19 +158,22 @@ def write_video(
         )
         with closing(writer):  # waits for ffmpeg
             writer.send(None)  # starts ffmpeg
-            for done, frames in enumerate(zip(*films, strict=True), 1):
-                pictures = [
-                    draw_flock(frame, options, title) for frame, title in zip(frames, titles, strict=True)
-                ]
+            for done in range(1, count + 1):
+                pictures = []
+                for (_, run), view, title in zip(runs, views, titles, strict=True):
+                    time = (done - 1) * pace / fps
+                    step = min(round(time / run.scenario.time_step), run.scenario.num_steps)
+                    frame = recorded_frame(run, step, objective, options.trail, view)
+                    pictures.append(draw_flock(frame, options, title))
                 for picture in pictures[1:]:
-                    picture[:2] = picture[:, :2] = FRAME
+                    picture[:2] = picture[:, :2] = rgb(LIGHT.frame)
                 try:
                     writer.send(tiled(pictures))
                 except OSError:
                     break  # ffmpeg has ended
                 if progress is not None:
-                    progress(done, len(times))
-        _check_film(film, len(times))
+                    progress(done, count)
+        _check_film(film, count)
         with Path(film).open("rb") as source, atomic_write(path) as file:
             shutil.copyfileobj(source, file)
 
@@ -143,38 +188,3 @@ def _check_film(film: str, expected: int) -> None:
         found = 0
     if found != expected:
         raise OSError(errno.EIO, f"ffmpeg wrote {found} of {expected} frames", film)
-
-
-def _count_frames(runs: Sequence[tuple[str, Trajectory]], pace: float, fps: int) -> int:
-    last = max(float(run.times[-1]) for _, run in runs)
-    with np.errstate(over="ignore"):
-        count = np.float64(last) / pace * fps
-    if not count < _MAX_FRAMES:
-        raise ArgumentError("fps", f"fewer than {_MAX_FRAMES} frames at speed {pace}", f"{count:g} frames")
-    return round(count) + 1
-
-
-def _telling(runs: Sequence[tuple[str, Trajectory]]) -> ColorBy:
-    """Return what the colors show: the range, if it differs between runs, agents or times."""
-    first = runs[0][1].interaction_ranges.flat[0]
-    return "range" if any((run.interaction_ranges != first).any() for _, run in runs) else "component"
-
-
-def _with_scale(options: RenderOptions, runs: Sequence[tuple[str, Trajectory]]) -> RenderOptions:
-    """Return the options with one color scale for all runs."""
-    if options.largest_range is not None:
-        return options
-    return replace(options, largest_range=max(float(run.interaction_ranges.max()) for _, run in runs))
-
-
-def _frames(
-    run: Trajectory, objective: str, times: Iterable[float], view: FloatArray | None
-) -> Iterator[FlockFrame]:
-    """Yield the frames of a run at ascending times in s, in a view; after its end, the last frame."""
-    frames = enumerate(recorded_frames(run, objective))
-    step, frame = next(frames)
-    for time in times:
-        wanted = min(round(time / run.scenario.time_step), run.scenario.num_steps)
-        while step < wanted:
-            step, frame = next(frames)
-        yield frame if view is None else replace(frame, view=view)

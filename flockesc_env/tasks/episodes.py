@@ -14,27 +14,24 @@ import numpy as np
 
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import data_frame, require
-from flockesc_env.envs.gymnasium import FlockEscapeEnv
-from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.envs.vector import AgentVectorEnv
 from flockesc_env.episodes.options import UNOBSERVED, EnvOptions
 from flockesc_env.episodes.policy_reset import reset_policy
+from flockesc_env.episodes.splits import refuse_held_out
 from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.tasks.fitting import fitted
 from flockesc_env.tasks.scoring import LoadedPolicy, Report
-from flockesc_env.tasks.seeds import refuse_held_out
-from flockesc_env.tasks.task import Task, task_of
+from flockesc_env.tasks.task import Task
 
 
-def environment(task: str, **options: Any) -> Any:
+def environment(task: Task, **options: Any) -> Any:
     """Return the environment of a task's training; with one range per agent it is a batch of one flock."""
-    scenario = task_of(task).scenario
-    if isinstance(scenario, LineScenario):
-        return LineEscapeEnv(scenario, **options)
-    if task_of(task).per_agent:
-        return AgentVectorEnv(scenario=scenario, autoreset_mode="Disabled", **options)
-    return FlockEscapeEnv(scenario, **options)
+    if task.per_agent and isinstance(task.scenario, FlockScenario):
+        options = {**task.options, **options}
+        return AgentVectorEnv(scenario=task.scenario, autoreset_mode="Disabled", **options)
+    return task.env(**options)
 
 
 def record_episodes(
@@ -68,8 +65,8 @@ def record_episodes(
     with TemporaryDirectory(dir=output) as folder, TemporaryDirectory(dir=output) as scratch:
         for name, policy, entry in zip(names, policies, entries, strict=True):
             report(policy.spec)
-            spec = environment(task.name, **entry.options).policy_spec
-            env = environment(task.name, **{**entry.options, "action_mode": "normalized"})
+            spec = environment(task, **entry.options).policy_spec
+            env = environment(task, **{**entry.options, "action_mode": "normalized"})
             parts = []
             for start in range(0, len(seeds), 10):  # the rows of a flock take up to some ten MB
                 played = [_play(name, entry, spec, env, task, seed) for seed in seeds[start : start + 10]]

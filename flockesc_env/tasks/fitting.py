@@ -61,7 +61,7 @@ def check_fits(entry: NamedPolicy, task: Task) -> None:
     - ``predator_sensing_range``: at most the task's.
     - ``profile_ranges``: some of the task's candidates.
     - ``extra_entries``: some of the task's. Agents also may have ``"closest_approach"`` if every
-      world has one predator, because it follows from that predator's entries; ``"escape_direction"`` does
+      scenario has one predator, because it follows from that predator's entries; ``"escape_direction"`` does
       not, because it depends on the whole flock.
     - ``objective``: the task's, which decides the entry ``running_minimum``.
 
@@ -85,7 +85,7 @@ def check_fits(entry: NamedPolicy, task: Task) -> None:
     _check_some("profile_ranges", chosen.profile_ranges or (), shown.profile_ranges or ())
     if not isinstance(model, FlockScenario):
         return
-    played = [world for world in task.scenarios.values() if isinstance(world, FlockScenario)]
+    played = [one for one in task.scenarios.values() if isinstance(one, FlockScenario)]
     is_alone = all(len(world.predators) == 1 for world in played)
     follows = ("closest_approach",) if task.per_agent and is_alone else ()
     _check_some("extra_entries", chosen.extra_entries, (*shown.extra_entries, *follows))

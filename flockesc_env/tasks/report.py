@@ -22,7 +22,7 @@ from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.tasks.results import Result
 from flockesc_env.tasks.statistics import intervals, profile
-from flockesc_env.tasks.task import Task, task_of
+from flockesc_env.tasks.task import Task, tasks
 
 RESAMPLES: Final = 2000
 _THRESHOLDS: Final = np.linspace(-0.5, 1.2, 171)
@@ -58,9 +58,9 @@ class Aggregate:
 
 
 def scores_of(result: Result) -> FloatArray:
-    """Return the score of every policy on every flock, shape (policies, flocks); the mean over worlds."""
-    task = task_of(result.task)
-    parts = [world.score(result.values(name)) for name, world in task.worlds.items()]
+    """Return the score of every policy on every flock, shape (policies, flocks); the mean over scenarios."""
+    task = tasks[result.task]
+    parts = [scale.score(result.values(name)) for name, scale in task.scales.items()]
     scores: FloatArray = np.mean(parts, axis=0)
     return scores
 
@@ -158,7 +158,7 @@ def _line(row: Row, better: Estimate | None) -> str:
 def _row(result: Result) -> Row:
     own = result.scores()
     mean, low, high = (float(end[0]) for end in intervals(scores_of(result)[np.newaxis]))
-    score = with_reference_error(Estimate(mean, low, high), task_of(result.task))
+    score = with_reference_error(Estimate(mean, low, high), tasks[result.task])
     return Row(result, score, float(metrics.aggregate_iqm(own)), float(own.min()), float(own.max()))
 
 
@@ -168,7 +168,7 @@ def with_reference_error(estimate: Estimate, task: Task) -> Estimate:
     An error of ``one`` changes every score by the same factor. Half widths of independent errors add in
     quadrature.
     """
-    error = estimate.mean * max(world.one_error / (world.one - world.zero) for world in task.worlds.values())
+    error = estimate.mean * max(scale.one_error / (scale.one - scale.zero) for scale in task.scales.values())
     low, high = (math.hypot(end - estimate.mean, error) for end in (estimate.low, estimate.high))
     return Estimate(estimate.mean, estimate.mean - low, estimate.mean + high)
 

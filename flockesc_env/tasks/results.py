@@ -1,4 +1,4 @@
-"""Results of the benchmark: a learner's policies on a task, with the objective of every flock."""
+"""Results: a learner's policies on a task, with the objective of every flock."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from flockesc_env.common.json_text import parse_json
 from flockesc_env.policies.files import SUFFIX as POLICY_SUFFIX
 from flockesc_env.policies.registry import built_in
 from flockesc_env.tasks.fitting import content
-from flockesc_env.tasks.task import FLOCKS, VERSION, Task, task_of
+from flockesc_env.tasks.task import FLOCKS, VERSION, Task, tasks
 
 SUFFIX: Final = ".json"
 
@@ -30,13 +30,13 @@ Minutes = Annotated[float, Meta(ge=0, le=sys.float_info.max)]
 
 
 class PolicyResult(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A policy and the objective of every flock in every world.
+    """A policy and the objective of every flock in every scenario of the task.
 
     Attributes:
         policy: path of the policy file, which lies in or below the result's folder, relative to it; the name
             of a built-in policy; or ``module:function``.
         sha256: checksum of the policy file; empty without a file.
-        objectives: by world, one value per flock, in the order of the seeds.
+        objectives: by scenario, one value per flock, in the order of the seeds.
     """
 
     policy: str
@@ -66,7 +66,7 @@ class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     """The result of a learner, or of a rule, on a task.
 
     Attributes:
-        benchmark: version of the benchmark.
+        version: version of the tasks.
         task: name of the task.
         task_sha256: checksum of the task.
         flocks: first seed of the flocks, and their number.
@@ -77,7 +77,7 @@ class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         versions: versions with which the policies were played.
     """
 
-    benchmark: str
+    version: str
     task: str
     task_sha256: str
     flocks: tuple[int, int]
@@ -87,21 +87,20 @@ class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     training: Training | None
     versions: dict[str, str]
 
-    def values(self, world: str) -> FloatArray:
-        """Return the objective in a world, shape (policies, flocks)."""
-        return np.array([policy.objectives[world] for policy in self.policies])
+    def values(self, scenario: str) -> FloatArray:
+        """Return the objective in a scenario, shape (policies, flocks)."""
+        return np.array([policy.objectives[scenario] for policy in self.policies])
 
     def scores(self) -> FloatArray:
         """Return the normalized score of every policy, shape (policies,)."""
-        task = task_of(self.task)
-        means = {world: self.values(world).mean(axis=1) for world in task.worlds}
-        return np.array(
-            [task.score({w: float(means[w][at]) for w in means}) for at in range(len(self.policies))]
-        )
+        task = tasks[self.task]
+        scores = [scale.score(self.values(name).mean(axis=1)) for name, scale in task.scales.items()]
+        mean: FloatArray = np.mean(scores, axis=0)
+        return mean
 
 
 def write_result(result: Result, path: Path) -> None:
-    """Write a result to a JSON file, a line per policy and world, with floats at full precision."""
+    """Write a result to a JSON file, a line per policy, with floats at full precision."""
     document = msgspec.to_builtins(result)
     rows = ",\n  ".join(json.dumps(policy) for policy in document.pop("policies"))
     head = json.dumps(document, indent=1).removesuffix("\n}")
@@ -118,7 +117,7 @@ def read_result(path: Path) -> Result:
     try:
         result = msgspec.convert(parse_json(path.read_text("utf-8")), Result)
     except (ValueError, msgspec.ValidationError) as error:
-        raise RecordError(str(path), "a result of the benchmark", error) from None
+        raise RecordError(str(path), "a result on a task", error) from None
     try:
         _check(result)
     except ArgumentError as error:
@@ -166,10 +165,10 @@ def check_different(contents: Sequence[tuple[str, Any]]) -> None:
 
 
 def _check(result: Result) -> None:
-    if result.benchmark != VERSION:
-        raise ArgumentError("benchmark", VERSION, shown(result.benchmark))
+    if result.version != VERSION:
+        raise ArgumentError("version", VERSION, shown(result.version))
     check_learner(result.learner)
-    task = task_of(result.task)
+    task = tasks[result.task]
     if result.task_sha256 != task.sha256:
         raise ArgumentError(
             "task_sha256", f"{task.sha256}, of the task {task.name}", shown(result.task_sha256)
@@ -216,11 +215,11 @@ def check_training(training: Training | None, policies: int) -> None:
 
 
 def _check_objectives(policy: PolicyResult, task: Task, field: str) -> None:
-    if set(policy.objectives) != set(task.worlds):
-        raise ArgumentError(field, f"the worlds {', '.join(task.worlds)}", ", ".join(policy.objectives))
-    for world, values in policy.objectives.items():
+    if set(policy.objectives) != set(task.scales):
+        raise ArgumentError(field, f"the scenarios {', '.join(task.scales)}", ", ".join(policy.objectives))
+    for name, values in policy.objectives.items():
         finite, given = sum(map(math.isfinite, values)), len(values)
         if not finite == given == len(FLOCKS):
             raise ArgumentError(
-                f"{field}.{world}", f"{len(FLOCKS)} finite numbers", f"{finite} finite of {given}"
+                f"{field}.{name}", f"{len(FLOCKS)} finite numbers", f"{finite} finite of {given}"
             )

@@ -30,7 +30,7 @@ from flockesc_env.tasks.results import (
     is_file,
     read_result,
 )
-from flockesc_env.tasks.task import FLOCKS, VERSION, Task, task_of
+from flockesc_env.tasks.task import FLOCKS, VERSION, Task, tasks
 
 _SHOWN: Final = 3
 """Flocks that the error about a difference names."""
@@ -75,12 +75,12 @@ class LoadedPolicy(NamedTuple):
         return content(self.entry, task) if is_checkable(self.entry.policy) else self.spec
 
 
-def play(entry: NamedPolicy, task: Task, world: str, flocks: Sequence[int]) -> FloatArray:
-    """Play a policy with its own options in a world of a task; return the objective, shape (flocks,)."""
-    scenario = task.scenarios[world]
-    options = {"objective": task.spec.name} if isinstance(scenario, FlockScenario) else {}
+def play(entry: NamedPolicy, task: Task, scenario: str, flocks: Sequence[int]) -> FloatArray:
+    """Play a policy with its own options in a scenario of a task; return the objective, shape (flocks,)."""
+    model = task.scenarios[scenario]
+    options = {"objective": task.spec.name} if isinstance(model, FlockScenario) else {}
     entry = dataclasses.replace(entry, options={**options, **entry.options})
-    return task.spec.values(rollout(scenario, entry, flocks))
+    return task.spec.values(rollout(model, entry, flocks))
 
 
 def score(
@@ -122,10 +122,10 @@ def score(
     found = []
     for (spec, sha256, _), (source, entry) in zip(policies, fitting, strict=True):
         report(spec)
-        objectives = {world: play(entry, task, world, FLOCKS).tolist() for world in task.worlds}
+        objectives = {name: play(entry, task, name, FLOCKS).tolist() for name in task.scales}
         found.append(PolicyResult(policy=source, sha256=sha256, objectives=objectives))
     return Result(
-        benchmark=VERSION,
+        version=VERSION,
         task=task.name,
         task_sha256=task.sha256,
         flocks=(FLOCKS.start, len(FLOCKS)),
@@ -163,7 +163,7 @@ def verify(path: Path, *, flocks: Sequence[int] | None = None, report: Report = 
             policies are code.
     """
     result = read_result(path)
-    task = task_of(result.task)
+    task = tasks[result.task]
     drawn = [seed - FLOCKS.start for seed in (FLOCKS if flocks is None else as_seeds(flocks, "flocks"))]
     if not set(drawn) <= {*range(len(FLOCKS))}:
         raise ArgumentError("flocks", f"seeds from {FLOCKS[0]} to {FLOCKS[-1]}", shown(flocks))
@@ -176,8 +176,8 @@ def verify(path: Path, *, flocks: Sequence[int] | None = None, report: Report = 
         field = f"{path}: policies[{index}]"
         report(policy.policy)
         entry = fitted(one.entry, task)
-        for world, recorded in policy.objectives.items():
-            played = _played(entry, task, world, drawn)
+        for name, recorded in policy.objectives.items():
+            played = _played(entry, task, name, drawn)
             given = np.array(recorded)[drawn]
             differs = np.flatnonzero(played.view(np.int64) != given.view(np.int64))
             if len(differs):
@@ -185,16 +185,16 @@ def verify(path: Path, *, flocks: Sequence[int] | None = None, report: Report = 
                     f"flock {FLOCKS[drawn[at]]}: {float(given[at])!r}, played {float(played[at])!r}"
                     for at in differs[:_SHOWN]
                 )
-                expected = f"objectives in {world} with the bits that {policy.policy} reaches"
+                expected = f"objectives in {name} with the bits that {policy.policy} reaches"
                 raise RecordError(field, expected, f"{len(differs)} of {len(drawn)} others ({named})")
     return result
 
 
-def _played(entry: NamedPolicy, task: Task, world: str, drawn: Sequence[int]) -> FloatArray:
+def _played(entry: NamedPolicy, task: Task, scenario: str, drawn: Sequence[int]) -> FloatArray:
     """Return the objectives of some flocks; the numbers of a random policy depend on all flocks before."""
     if isinstance(entry.policy, RandomRange):
-        return play(entry, task, world, FLOCKS)[drawn]
-    return play(entry, task, world, [FLOCKS[at] for at in drawn])
+        return play(entry, task, scenario, FLOCKS)[drawn]
+    return play(entry, task, scenario, [FLOCKS[at] for at in drawn])
 
 
 def _find(policy: PolicyResult, task: Task, path: Path, field: str) -> LoadedPolicy:

@@ -17,25 +17,25 @@ from flockesc_env import FlockScenario, NamedPolicy, NetworkPolicy, rollout, sav
 from flockesc_env.common.array_files import write_npz, write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.splits import HELD_OUT, TUNING, first_seeds, training_seeds
 from flockesc_env.jobs import Arrays, Job
-from flockesc_env.tasks.seeds import HELD_OUT, TUNING, first_seeds, training_seeds
+from flockesc_env.models import records
 from studies.arms_race.players import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
 from studies.measurements import Runner, chunks
 from studies.study import document, machine
 from studies.tables import rows
 from training.cma import growing, maximize
 from training.families import Population
-from training.versions import versions
 
 SCENARIO: Final = FlockScenario().with_learned_predators()
 FIXED: Final = "best fixed range"
 LEARNED: Final = {
-    "shared": "shared/policies/imitation-1.npz",
-    "shared, searched": "shared/policies/search-1.npz",
-    "per agent": "per-agent-visible/policies/search-1.npz",
-    "per agent, derived": "per-agent-visible-derived/policies/rule-2.npz",
+    "shared": "scoreboard/imitation/policies/shared-1.npz",
+    "shared, searched": "scoreboard/search/policies/shared-1.npz",
+    "per agent": "scoreboard/search/policies/per-agent-visible-1.npz",
+    "per agent, derived": "scoreboard/searched-rule/policies/per-agent-visible-derived-2.npz",
 }
-"""Files of the learned flock policies: the best of their settings on tuning flocks."""
+"""Files of the learned flock policies from the project's root: the best of their tasks on tuning flocks."""
 
 TRACKS: Final = {"per agent": None, "shared, searched": "search"}
 """Flock policies that are trained, small networks; the learner of one that is not the best of its setting."""
@@ -84,9 +84,8 @@ class Budget:
 
 @dataclass(frozen=True)
 class RaceOptions:
-    """The folder of learned ranges, the rounds, the held-out flocks, and the budget of a training run."""
+    """The rounds, the held-out flocks, and the budget of a training run."""
 
-    learned: Path = Path("results/findings")
     rounds: int = 3
     num_flocks: int = 1000
     budget: Budget = field(default_factory=Budget)
@@ -158,7 +157,7 @@ def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
     policy of each track against its predator, and then a predator against the new policy.
     """
     flocks = {FIXED: Flock("fixed:12"), "stubborn leaders": Flock("stubborn-leaders")}
-    flocks |= {name: Flock(str(options.learned / file)) for name, file in LEARNED.items()}
+    flocks |= {name: Flock(file) for name, file in LEARNED.items()}
     tuning = first_seeds(TUNING, LEAD_FLOCKS)
     tried = {value: _play_job(flocks[FIXED], Predator("lead", value), tuning) for value in LEADS}
     leads = {value: float(found["objective"].mean()) for value, found in runner.each(tried, "Lead").items()}
@@ -232,7 +231,7 @@ def _record(
         "leads": {f"{value:g}": objective for value, objective in leads.items()},
         "lead": lead,
         "flock_policies": policies,
-        "versions": versions(),
+        "versions": records.versions("cmaes"),
         "machine": machine(),
     }
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from flockesc_env import FlockScenario, Trajectory, built_in, record, rollout, simulate
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, FloatArray, mean
+from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
-from flockesc_env.tasks.seeds import HELD_OUT, first_seeds
 from studies.measurements import Runner, chunks
 
 DISPERSAL_FILE = "dispersal.parquet"

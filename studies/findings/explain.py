@@ -10,22 +10,22 @@ from typing import Any
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
+from training.config import Setting
 
 from flockesc_env import Policy, PolicySpec, rollout
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
+from flockesc_env.episodes import splits
 from flockesc_env.episodes.policy_reset import reset_policy
 from flockesc_env.jobs import Arrays, Job
-from flockesc_env.tasks import seeds
 from studies.findings.listening import LISTENING_FILE, WATCHED, measure_listening
-from studies.findings.playing import policy_of
 from studies.findings.results import STUDY_FILE, Study
 from studies.findings.summary import NOTHING
 from studies.findings.watching import Observations, watch
 from studies.measurements import Runner
+from studies.playing import policy_of
 from studies.study import document
 from studies.tables import rows
-from training.config import Setting
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "time": ("time",),
@@ -90,9 +90,9 @@ def write_explanations(study: Study, setting: Setting, runner: Runner) -> None:
 
 def ablation(file: bytes, setting: Setting, flocks: int, runner: Runner) -> pl.DataFrame:
     """Measure a policy with groups of entries replaced by their means over tuning flocks."""
-    layout, seen, _ = watch(policy_of(file), seeds.first_seeds(seeds.TUNING, 20))
+    layout, seen, _ = watch(policy_of(file), splits.first_seeds(splits.TUNING, 20))
     means = seen.reshape(-1, seen.shape[-1]).mean(axis=0)
-    held_out = seeds.first_seeds(seeds.HELD_OUT, flocks)
+    held_out = splits.first_seeds(splits.HELD_OUT, flocks)
     hidden = {NOTHING: dict[int, float]()}
     names = [_PROFILE.sub("", name) for name in layout.names]
     for group, beginnings in GROUPS.items():

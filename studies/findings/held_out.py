@@ -9,21 +9,21 @@ from typing import Any
 
 import numpy as np
 import polars as pl
+from training.config import Setting
+from training.outputs import CURVE_FLOCKS
 
 from flockesc_env import FlockScenario
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import FloatArray, mean
+from flockesc_env.episodes.splits import TUNING, first_seeds, refuse_held_out
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import seed_jobs
 from flockesc_env.policies import find_policy
-from flockesc_env.tasks.seeds import TUNING, first_seeds, refuse_held_out
-from studies.findings.playing import play_job
 from studies.findings.results import BEST_FIXED, EPISODES_FILE, GRID_FILE, ORACLE, RULES_FILE
 from studies.measurements import Runner
+from studies.playing import play_job
 from studies.tables import rows
-from training.config import Setting
-from training.outputs import CURVE_FLOCKS
 
 FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)
 """Fixed ranges in m among which the best is chosen."""

@@ -12,10 +12,10 @@ from matplotlib.ticker import NullLocator
 from flockesc_env import rollout
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import mean
+from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BestCandidate
 from flockesc_env.render.palette import LIGHT
-from flockesc_env.tasks.seeds import HELD_OUT, first_seeds
 from studies.measurements import Runner
 from studies.style import curve
 from studies.tables import rows, values_by

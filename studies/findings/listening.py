@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, NamedPolicy
 from flockesc_env.common.array_files import write_npz
+from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.render.palette import LIGHT
-from flockesc_env.tasks.seeds import HELD_OUT, first_seeds
 from studies.findings.watching import watch
 from training.figure_style import RANGES, WIDTH
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import polars as pl
+from training.presets import presets
 
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import atomic_write
@@ -24,7 +25,6 @@ from studies.findings.transfer import (
     worlds,
 )
 from studies.measurements import Runner
-from training.presets import presets
 
 STARTS_FILE, EPISODES_FILE = "starts.parquet", "episodes.parquet"
 

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
+from training.outputs import CURVE_FLOCKS
 
 from flockesc_env.common.stats import CONFIDENCE
-from flockesc_env.tasks.seeds import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
+from flockesc_env.episodes.splits import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
 from flockesc_env.tasks.statistics import profile
 from studies.findings import figures
 from studies.findings.cells import LOSSES_FILE, read_cells
@@ -29,7 +30,6 @@ from studies.findings.summary import LENDERS, Summary, losses_first, outcomes, s
 from studies.findings.tables import ablation_table, transfer_tables, versions
 from studies.pages import path_from, render
 from studies.study import Pages
-from training.outputs import CURVE_FLOCKS
 
 DETAILS = "results-details.md"
 """The page beside that of results: tables per setting, ablation, transfer, throughput."""

@@ -8,16 +8,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import polars as pl
+from training.config import Setting
+from training.presets import presets
 
 from flockesc_env import ArgumentError
 from flockesc_env.common.files import write_text
-from flockesc_env.tasks import seeds
+from flockesc_env.episodes import splits
 from studies.findings.held_out import Played, PolicyFile, choose_range, play_all, rules_of, write_rules
 from studies.findings.results import EPISODES_FILE, GRID_FILE, POLICIES, STUDY_FILE, Study, load_studies
 from studies.measurements import Runner
 from studies.study import document
-from training.config import Setting
-from training.presets import presets
 
 _SHOWN = 3
 """Flocks that the line of a difference names."""
@@ -73,12 +73,12 @@ def replay(
     setting: Setting = known[study.setting].setting
     if write and not (flocks is None and files is None):
         raise ArgumentError("write", "all flocks and files", "some of them")
-    held_out = seeds.first_seeds(seeds.HELD_OUT, study.held_out_flocks if flocks is None else flocks)
+    held_out = splits.first_seeds(splits.HELD_OUT, study.held_out_flocks if flocks is None else flocks)
     contents = [_read(file) for file in (policy_files(study) if files is None else files)]
     best = study.best_fixed_range
     differences = []
     if flocks is None:
-        best = choose_range(setting, seeds.first_seeds(seeds.TUNING, study.tuning_flocks), runner)
+        best = choose_range(setting, splits.first_seeds(splits.TUNING, study.tuning_flocks), runner)
         if best != study.best_fixed_range:
             found = f"{best:g} instead of {study.best_fixed_range:g}"
             differences.append(Difference("choice of the best fixed range", found))

@@ -7,16 +7,17 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from training.config import Args
+from training.presets import presets
+from training.record import POLICY_FILE
+from training.runs import RunFolders, run_job
+
 from flockesc_env import FlockScenario
 from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Backend, run
 from flockesc_env.scenario.presets import PRESETS
 from studies.findings.results import Study
 from studies.robustness.plan import NEIGHBORS, grid_of
-from training.config import Args
-from training.presets import presets
-from training.record import POLICY_FILE
-from training.runs import RunFolders, run_job
 
 RETRAINED = "retrained"
 """Folder of the policies, with their episodes."""

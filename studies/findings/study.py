@@ -10,23 +10,23 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import polars as pl
+from training.config import Args
+from training.presets import Preset, presets
+from training.record import CURVE_FILE, POLICY_FILE, RUN_FILE, RunRecord
+from training.runs import RunFolders, run_job
+from training.versions import versions
 
 from flockesc_env import ArgumentError
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
+from flockesc_env.episodes import splits
 from flockesc_env.jobs import Backend, Cache, find_backend, run
-from flockesc_env.tasks import seeds
 from studies.findings.explain import write_explanations
 from studies.findings.held_out import choose_range, play_all, rules_of, write_rules
 from studies.findings.references import write_references
 from studies.findings.results import POLICIES, STUDY_FILE, load_study
 from studies.measurements import Runner
 from studies.study import document, machine
-from training.config import Args
-from training.presets import Preset, presets
-from training.record import CURVE_FILE, POLICY_FILE, RUN_FILE, RunRecord
-from training.runs import RunFolders, run_job
-from training.versions import versions
 
 TrainingRun = tuple[str, int, Path]
 """Learner, training seed and folder."""
@@ -52,8 +52,8 @@ class StudyArgs:
 def study(args: StudyArgs) -> Path:
     """Train, evaluate and write the files of one setting; return its folder."""
     preset, runner = _preset(args), _runner(args)
-    held_out = seeds.first_seeds(seeds.HELD_OUT, args.held_out_flocks)
-    tuning = seeds.first_seeds(seeds.TUNING, args.tuning_flocks)
+    held_out = splits.first_seeds(splits.HELD_OUT, args.held_out_flocks)
+    tuning = splits.first_seeds(splits.TUNING, args.tuning_flocks)
     runs = _train(args, preset, runner.backend)
     folder = args.output / args.setting
     (folder / POLICIES).mkdir(parents=True, exist_ok=True)
@@ -72,7 +72,7 @@ def study(args: StudyArgs) -> Path:
 
 def study_references(args: StudyArgs) -> Path:
     """Compute the references of one setting without training; return their file."""
-    preset, held_out = _preset(args), seeds.first_seeds(seeds.HELD_OUT, args.held_out_flocks)
+    preset, held_out = _preset(args), splits.first_seeds(splits.HELD_OUT, args.held_out_flocks)
     path = write_references(preset.setting, held_out, _runner(args), args.output / args.setting)
     if path is None:
         raise ArgumentError("setting", "a setting with references", repr(args.setting))

@@ -11,15 +11,15 @@ from flockesc_env import FlockScenario, NamedPolicy
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View, env_options
+from flockesc_env.episodes.splits import HELD_OUT, TUNING, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import seed_jobs
-from flockesc_env.tasks.seeds import HELD_OUT, TUNING, first_seeds
 from studies.findings.held_out import FLOCK_GRID
-from studies.findings.playing import play_job, policy_of
 from studies.findings.results import Study
 from studies.findings.summary import BEST_THERE, LEARNED
 from studies.measurements import Runner, chunks
+from studies.playing import play_job, policy_of
 from studies.robustness.plan import METERS, NEIGHBORS, attacked_presets, grid_of
 from studies.tables import rows
 

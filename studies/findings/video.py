@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from flockesc_env import load_policy, record
+from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.render.options import RenderOptions
 from flockesc_env.render.video import write_video
-from flockesc_env.tasks.seeds import HELD_OUT
 from studies.findings.results import FIGURES, load_study
 
 VIDEO_FILE = "policies.gif"

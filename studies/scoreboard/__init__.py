@@ -1,1 +1,1 @@
-"""The benchmark's study: its frozen tasks, baselines at equal samples, and the page of submissions."""
+"""The scoreboard: training and scores of all learners, what normalizes scores, and the page."""

@@ -5,32 +5,35 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from tyro.conf import arg
+from tyro.conf import Positional, arg
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend
-from flockesc_env.cli.output import note
+from flockesc_env.cli.output import note, show
 from flockesc_env.jobs import Cache
 from studies.flags import prepare
 
+Runs = Annotated[Path, arg(help="folder of training runs; finished ones are kept, others continued")]
+Parts = Annotated[Path, arg(help="folder that keeps finished parts")]
 RUNS = Path("runs/scoreboard")
 
 
 def freeze(
+    names: Annotated[Positional[tuple[str, ...]], arg(help="tasks; none: all", metavar="TASK")] = (),
     *,
     output: Annotated[Path, arg(help="file of the tasks")] = Path("flockesc_env/tasks/v1.toml"),
-    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = RUNS,
+    runs: Parts = RUNS,
     backend: Backend = "processes",
 ) -> Exit:
-    """Measure what normalizes scores, and write the file of the tasks (about 15 minutes).
+    """Measure again what normalizes scores, and write it into the file of the tasks (about 15 minutes).
 
-    Example: python -m studies scoreboard-freeze --output v2.toml
+    Example: python -m studies scoreboard-freeze shared
     """
     jobs = prepare(runs, "train", backend=backend)
     from studies.measurements import Runner
     from studies.scoreboard.freeze import freeze as write
 
-    write(output, Runner(Cache(runs / "cache"), jobs, progress=True))
+    write(output, names, Runner(Cache(runs / "cache"), jobs, progress=True))
     note(f"saved: {output}")
     return Exit.DONE
 
@@ -40,56 +43,36 @@ def train(
     learners: Annotated[tuple[str, ...], arg(help="some of the learners; none: all")] = (),
     tasks: Annotated[tuple[str, ...], arg(help="some of the tasks; none: all")] = (),
     most_seeds: Annotated[int, arg(help="at most this number of training seeds")] = 10,
-    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = RUNS,
+    runs: Runs = RUNS,
     backend: Backend = "processes",
 ) -> Exit:
-    """Train the baselines (some hours); finished runs are kept, so it continues after an interrupt.
+    """Train learners (hours for all), and score them and the rules that have no result yet.
 
-    Example: python -m studies scoreboard-train --learners sb3-ppo --tasks shared
+    Interrupted, it continues.
+
+    Example: python -m studies scoreboard-train --learners ppo --tasks shared
     """
     jobs = prepare(runs, "train", backend=backend)
     from studies.measurements import Runner
-    from studies.scoreboard.baselines import train_all, trainings
+    from studies.scoreboard.board import write_scores
+    from studies.scoreboard.trainings import trainings
 
-    chosen = trainings(learners, tasks, most_seeds)
-    train_all(chosen, Runner(Cache(runs / "cache"), jobs, progress=True))
-    note(f"{len(chosen)} training runs are in {runs / 'cache'}")
-    return Exit.DONE
-
-
-def submit(*, runs: Annotated[Path, arg(help="folder that keeps finished parts")] = RUNS) -> Exit:
-    """Score the rules, the policies of the study of learned ranges and the trained baselines (about an hour).
-
-    Results that exist are kept. Learning curves go into results/scoreboard.
-
-    Example: python -m studies scoreboard-submit
-    """
-    prepare(None, "train")
-    from studies.scoreboard.baselines import trainings
-    from studies.scoreboard.page import write_curves
-    from studies.scoreboard.submissions import write_own
-
-    cache = Cache(runs / "cache")
-    found = {run: cache.find(job) for run, job in trainings((), (), 10).items()}
-    trained = {run: arrays for run, arrays in found.items() if arrays is not None}
-    write_own(trained)
-    write_curves(trained)
+    chosen = trainings(learners, tasks, most_seeds, runs)
+    write_scores(Runner(Cache(runs / "cache"), jobs, progress=True).each(chosen, "Training"))
     return Exit.DONE
 
 
 def page(
     *, page: Annotated[Path, arg(help="file of the Markdown page")] = Path("docs/scoreboard.md")
 ) -> Exit:
-    """Write the page of the benchmark from its submissions.
+    """Write the page of the scoreboard from its results, and print the README's table.
 
     Example: python -m studies scoreboard-page
     """
     prepare(None, "train", page=page)
-    import polars as pl
+    from studies.scoreboard.board import load_board
+    from studies.scoreboard.page import write_page
 
-    from studies.scoreboard.page import CURVES_FILE, RESULTS, write_page
-    from studies.scoreboard.submissions import load_submissions
-
-    write_page(load_submissions(), pl.read_parquet(RESULTS / CURVES_FILE), page)
+    show(*write_page(load_board(), page).split("\n"))
     note(f"saved: {page}")
     return Exit.DONE

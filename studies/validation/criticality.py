@@ -26,9 +26,9 @@ from flockesc_env import (
 )
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate
+from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
-from flockesc_env.tasks.seeds import HELD_OUT, first_seeds
 from studies.measurements import chunks, means
 from studies.style import curve, letter
 from studies.validation.parts import Verdict, scaled

@@ -16,9 +16,9 @@ from matplotlib.figure import Figure
 
 from flockesc_env import AlignedHeadings, FlockScenario, RandomHeadings, Vicsek, scan
 from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
-from flockesc_env.tasks.seeds import HELD_OUT, first_seeds
 from studies.measurements import chunks, means
 from studies.style import curve, letter
 from studies.validation.parts import Verdict, scaled

@@ -26,9 +26,9 @@ from flockesc_env import (
     rollout,
 )
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import Pursue
 from flockesc_env.sb3 import AgentVecEnv, FlockEvalCallback, FlockVecEnv
-from flockesc_env.tasks.seeds import TUNING
 
 FLOCKS = 3
 ENVS = pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])

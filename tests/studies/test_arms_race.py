@@ -23,8 +23,8 @@ from studies.arms_race.players import SIZE, Flock, LeadPursuit, NetworkPredator,
 from studies.arms_race.race import FIXED, LEARNED, Budget, RaceOptions, learner, play, train
 
 ROOT = Path(__file__).parents[2]
-COMMITTED, LEARNED_RESULTS = ROOT / "results" / "arms_race", ROOT / "results" / "findings"
-PER_AGENT_FILE = str(LEARNED_RESULTS / LEARNED["per agent"])
+COMMITTED = ROOT / "results" / "arms_race"
+PER_AGENT_FILE = LEARNED["per agent"]
 SCENARIO = small_flock(num_agents=6, num_steps=24, initial_side=60.0).with_learned_predators()
 BUDGET = Budget(population=4, generations=2, flocks=2, final_flocks=2, check_every=1, tuning_flocks=3)
 
@@ -123,7 +123,7 @@ def test_losses_are_to_the_worst_predator_and_equal_policies_count_once() -> Non
 
 @pytest.mark.usefixtures("small")
 def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None:
-    options = RaceOptions(LEARNED_RESULTS, rounds=1, num_flocks=4, budget=BUDGET)
+    options = RaceOptions(rounds=1, num_flocks=4, budget=BUDGET)
     output, page = tmp_path / "race", tmp_path / "page.md"
     results = ARMS_RACE.run(options, output, page, find_backend("serial"))
     flocks = list(range(2_000_000, 2_000_004))
@@ -133,8 +133,7 @@ def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None
     assert len(results.objective) == len(results.flocks) * len(results.predators)
     straight = rollout(SCENARIO, "fixed:12", flocks, steps_per_action=4).min_mean_distance
     np.testing.assert_array_equal(results.objective[FIXED, "straight"], straight)
-    derived = str(LEARNED_RESULTS / LEARNED["per agent, derived"])
-    expected = played(derived, Pursue(), flocks, steps=1)
+    expected = played(LEARNED["per agent, derived"], Pursue(), flocks, steps=1)
     np.testing.assert_array_equal(results.objective["per agent, derived", "nearest"], expected)
     stored = str(output / "policies" / "per-agent-round-1.npz")
     expected = played(stored, Pursue("centroid"), flocks)

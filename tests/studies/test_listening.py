@@ -10,9 +10,9 @@ import pytest
 from option_table import small_flock
 
 from flockesc_env import FlockScenario, record
+from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy
-from flockesc_env.tasks.seeds import HELD_OUT
 from studies.findings import listening
 from studies.findings.listening import SILENT, draw_listening, measure_listening
 

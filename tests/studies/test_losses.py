@@ -11,8 +11,8 @@ import pytest
 from tiny_studies import TINY, write_preset
 
 from flockesc_env import built_in, load_policy, rollout, sweep
+from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import find_backend
-from flockesc_env.tasks.seeds import HELD_OUT, TUNING
 from studies.findings import losses, retrained
 from studies.findings.cells import LOSSES_FILE, read_cells
 from studies.findings.held_out import FLOCK_GRID

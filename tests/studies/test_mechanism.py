@@ -9,8 +9,8 @@ import polars as pl
 import pytest
 
 import flockesc_env as fe
+from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Cache, find_backend
-from flockesc_env.tasks.seeds import HELD_OUT
 from studies.findings.dispersal import dispersal
 from studies.findings.fear import RULES, fear_figures, measure_fear
 from studies.findings.information import SENSING, draw_information, measure_information, objective

@@ -9,13 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
-
-from flockesc_env import ArgumentError, FixedRange, FlockScenario, PurePursuit, rollout, simulate
-from flockesc_env.policies import find_policy
-from flockesc_env.scenario.approach import approach
-from flockesc_env.tasks.seeds import HELD_OUT, TUNING
-from studies.findings import references
-from studies.findings.names import FREE_HEADINGS
 from studies.findings.references import (
     clairvoyant,
     free_headings,
@@ -24,9 +17,16 @@ from studies.findings.references import (
     planner,
     reference_jobs,
 )
-from studies.findings.results import Study, load_studies
 from training.config import Setting
 from training.presets import presets
+
+from flockesc_env import ArgumentError, FixedRange, FlockScenario, PurePursuit, rollout, simulate
+from flockesc_env.episodes.splits import HELD_OUT, TUNING
+from flockesc_env.policies import find_policy
+from flockesc_env.scenario.approach import approach
+from studies.findings import references
+from studies.findings.names import FREE_HEADINGS
+from studies.findings.results import Study, load_studies
 
 COMMITTED = Path(__file__).parents[2] / "results" / "findings"
 OBJECTIVES = ["mean", "minimum"]

@@ -11,6 +11,7 @@ import polars as pl
 import pytest
 from cli_runs import Ran
 from tiny_studies import write_preset
+from training.presets import presets
 
 from flockesc_env.cli.exits import Exit
 from flockesc_env.jobs import Cache, find_backend
@@ -19,7 +20,6 @@ from studies.findings.replay import policy_files, replay
 from studies.findings.results import BEST_FIXED, load_studies, load_study
 from studies.findings.study import StudyArgs, study
 from studies.measurements import Runner
-from training.presets import presets
 
 RESULTS = Path("results/findings")
 SETTINGS = list(presets())

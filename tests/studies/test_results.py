@@ -10,10 +10,11 @@ import polars as pl
 import pytest
 from scipy.stats import t, trim_mean, ttest_1samp, ttest_ind
 from study_folders import check_results, skip_bootstraps, without_intervals, write_study
+from training.presets import presets
 
 from flockesc_env.common.errors import RecordError
 from flockesc_env.common.stats import Estimate
-from flockesc_env.tasks.seeds import HELD_OUT
+from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.tasks.statistics import aggregate, difference, intervals, means, profile
 from studies.findings.coverage import SEEDS, VARIATIONS, coverage, two_way
 from studies.findings.held_out import rules_of
@@ -22,7 +23,6 @@ from studies.findings.page import DETAILS
 from studies.findings.questions import QUESTIONS
 from studies.findings.results import BEST_FIXED, ORACLE, Study, load_studies, load_study
 from studies.findings.summary import hidden
-from training.presets import presets
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "findings"

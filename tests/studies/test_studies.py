@@ -10,17 +10,17 @@ import numpy as np
 import polars as pl
 import pytest
 from tiny_studies import TINY, Spy, write_preset
+from training.outputs import save_checkpoint
+from training.record import RunRecord
 
 from flockesc_env import load_policy, rollout, sweep
-from flockesc_env.tasks import seeds
-from flockesc_env.tasks.seeds import HELD_OUT, TRAINING, TUNING
+from flockesc_env.episodes import splits
+from flockesc_env.episodes.splits import HELD_OUT, TRAINING, TUNING
 from studies.findings import explain
 from studies.findings.held_out import FLOCK_GRID
 from studies.findings.names import FREE_HEADINGS
 from studies.findings.results import BEST_FIXED, ORACLE, Study, load_study
 from studies.findings.study import StudyArgs, study
-from training.outputs import save_checkpoint
-from training.record import RunRecord
 from training.search import SearchRounds
 
 FLOCKS = 70  # more flocks than a rollout steps together
@@ -76,7 +76,7 @@ def test_training_and_tuning_see_no_held_out_flock(found: Study, spy: Spy) -> No
     assert spy.elsewhere & set(HELD_OUT) == set(HELD_OUT[:FLOCKS])
     assert spy.elsewhere <= {*TUNING[:200], *HELD_OUT[:FLOCKS]}
     assert len([seed for seed in spy.training if seed in TRAINING]) == len(
-        {seed for run in (0, 1) for seed in spy.training if seed in seeds.training_seeds(run, 0, 1_000_000)}
+        {seed for run in (0, 1) for seed in spy.training if seed in splits.training_seeds(run, 0, 1_000_000)}
     )
 
 

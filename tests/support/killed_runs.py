@@ -20,11 +20,11 @@ from resume_child import run
 from small_runs import LEARNERS, small_run
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.running_mean_std import RunningMeanStd
-
-from flockesc_env.policies.files import load_policy
 from training.config import Args
 from training.outputs import CHECKPOINT
 from training.record import CURVE_FILE, POLICY_FILE
+
+from flockesc_env.policies.files import load_policy
 
 ROUNDS = {"num_episodes": 10, "checkpoint_every": 1}
 GENERATIONS = {"generations": 16, "checkpoint_every": 1}

@@ -6,10 +6,10 @@ import pickle
 from pathlib import Path
 
 import torch
-
 from training.config import Args, ImitationArgs, PPOArgs, SearchArgs
 from training.ppo import PPORounds
 from training.tqc import TQCRounds
+
 from training.train import train
 
 

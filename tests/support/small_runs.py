@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from flockesc_env import FlockScenario
 from training.config import Args, ImitationArgs, PPOArgs, SearchArgs, TQCArgs
+
+from flockesc_env import FlockScenario
 
 SMALL = FlockScenario(num_agents=6, num_steps=24, initial_side=20.0)
 LEARNERS = ("per-agent PPO", "shared PPO", "TQC", "search", "imitation")

@@ -14,7 +14,7 @@ import polars as pl
 import pytest
 
 from flockesc_env.common import stats
-from flockesc_env.tasks.seeds import HELD_OUT, TUNING
+from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from studies.findings.page import DETAILS, details_page, markdown_page, readme_table
 from studies.findings.results import load_studies
 from studies.findings.summary import Summary, summarize

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from training.config import Args
 
 import training.train
 from flockesc_env import FlockScenario
@@ -14,7 +15,6 @@ from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES
 from studies.findings import explain, playing, watching
 from training import evaluation
-from training.config import Args
 
 TINY = FlockScenario(num_agents=8, num_steps=16, initial_side=20.0)
 

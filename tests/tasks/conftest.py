@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import pytest
 
 from flockesc_env.cli import tasks
+from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.tasks import results, scoring
-from flockesc_env.tasks.seeds import HELD_OUT
 
 
 @pytest.fixture(scope="module")

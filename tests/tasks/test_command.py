@@ -45,17 +45,17 @@ def score(capsys: pytest.CaptureFixture[str], *words: str) -> Ran:
 def test_tasks_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     listed, document = Ran(capsys, "tasks"), Ran(capsys, "tasks", "--json").json()
     assert listed.code == Exit.DONE
-    assert list(document["tasks"]) == list(tasks())
-    for name, task in tasks().items():
+    assert list(document["tasks"]) == list(tasks)
+    for name, task in tasks.items():
         assert document["tasks"][name]["sha256"] == task.sha256
-        for world in task.worlds.values():
+        for scenario, scale in task.scales.items():
             row = next(
                 line
                 for line in listed.out.splitlines()
-                if {name, world.scenario} <= {*line.replace("  ", "\n").split()}
+                if {name, scenario} <= {*line.replace("  ", "\n").split()}
             )
-            assert task.spec.text(world.zero) in row
-            assert task.spec.text(world.one) in row
+            assert task.spec.text(scale.zero) in row
+            assert task.spec.text(scale.one) in row
 
 
 def test_policies_are_scored_verified_and_compared(
@@ -80,7 +80,7 @@ def test_policies_are_scored_verified_and_compared(
     assert f"means of these flocks\n  paper-flock: J_mean {mean:.1f} m\n" in ran.out
     ran = Ran(capsys, "verify", "other.json", "mine.json", "none.json")
     assert ran.code == Exit.REFUSED
-    assert "refused: other.json: benchmark: expected v1, got 'v2'" in ran.err
+    assert "refused: other.json: version: expected v1, got 'v2'" in ran.err
     assert "none.json" in ran.err
     assert ran.out.startswith("mine.json: verified: 6 of 6 flocks, 1 policies")
     assert f"score {result.scores()[0]:.3f}" in ran.out

@@ -16,10 +16,10 @@ from flockesc_env import NamedPolicy, PolicySpec
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.episodes import run
 from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.splits import HELD_OUT, TRAINING
 from flockesc_env.tasks.episodes import environment, record_episodes
 from flockesc_env.tasks.scoring import LoadedPolicy
-from flockesc_env.tasks.seeds import HELD_OUT, TRAINING
-from flockesc_env.tasks.task import Shortcut, task_of
+from flockesc_env.tasks.task import Shortcut, tasks
 
 GRID = (0.0, 0.1, 0.35, 1.0)
 
@@ -49,7 +49,7 @@ def alternate(fails_in: int | None = None) -> LoadedPolicy:
 
 def record(task: str, output: Path, *policies: str | LoadedPolicy, flocks: int = 2) -> None:
     found = [LoadedPolicy.of(each) if isinstance(each, str) else each for each in policies]
-    record_episodes(found, task_of(task), TRAINING[:flocks], output)
+    record_episodes(found, tasks[task], TRAINING[:flocks], output)
 
 
 def options(folder: Path) -> dict[str, dict[str, Any]]:
@@ -71,7 +71,7 @@ def test_replayed_actions_give_the_recorded_bits(task: str, policy: Any, tmp_pat
     ((name, chosen),) = options(tmp_path / "data").items()
     rows = pl.read_parquet(tmp_path / "data" / f"{name}.parquet")
     ends = pl.read_parquet(tmp_path / "data" / "episodes.parquet")
-    env = environment(task, **{**chosen, "action_mode": "normalized"})
+    env = environment(tasks[task], **{**chosen, "action_mode": "normalized"})
     for seed, end in zip(TRAINING, ends.iter_rows(named=True), strict=False):
         observation, _ = env.reset(seed=seed)
         steps = rows.filter(seed=seed).partition_by("step", maintain_order=True)
@@ -86,7 +86,7 @@ def test_replayed_actions_give_the_recorded_bits(task: str, policy: Any, tmp_pat
             )
         assert (step["terminated"] | step["truncated"]).all()
         assert end["steps"] == len(steps)
-        assert end["objective"] == np.atleast_1d(info[task_of(task).spec.column])[0]
+        assert end["objective"] == np.atleast_1d(info[tasks[task].spec.column])[0]
         np.testing.assert_array_equal(np.float32(end["last_observation"]), np.ravel(observation))
 
 
@@ -102,7 +102,7 @@ def test_a_policy_that_sees_less_than_the_task_allows_still_does(tmp_path: Path)
     names = ("random", "stubborn-leaders-local", "stubborn-leaders")
     record("per-agent-visible", tmp_path / "data", *names, flocks=1)
     chosen = options(tmp_path / "data")
-    task = task_of("per-agent-visible").options
+    task = tasks["per-agent-visible"].options
     assert chosen["random"] == chosen["stubborn-leaders"] == dict(task)
     assert chosen["stubborn-leaders-local"] == {**task, "predator_sensing_range": "predator_range"}
 
@@ -135,7 +135,7 @@ def test_errors(tmp_path: Path) -> None:
     Path(tmp_path, "mine.txt").touch()
     data = tmp_path / "data"
     with pytest.raises(ArgumentError, match="seeds outside of the held-out ones"):
-        record_episodes([LoadedPolicy.of("random")], task_of("line"), HELD_OUT[:1], data)
+        record_episodes([LoadedPolicy.of("random")], tasks["line"], HELD_OUT[:1], data)
     with pytest.raises(ArgumentError, match="output: expected a new or empty folder"):
         record("line", tmp_path, "random")
     with pytest.raises(ArgumentError, match="policies: expected different names"):
@@ -148,8 +148,8 @@ def test_the_command_plays_the_rule_of_the_task(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rule = Shortcut(policy="fixed:0.3", says="a fixed range", score=0.0)
-    task = dataclasses.replace(task_of("line"), shortcuts=(rule,))
-    monkeypatch.setattr("flockesc_env.cli.episodes.task_of", {"line": task}.__getitem__)
+    task = dataclasses.replace(tasks["line"], shortcut=rule)
+    monkeypatch.setattr("flockesc_env.cli.episodes.tasks", {"line": task})
     program = Application("flockesc tasks", "", {"episodes": run}).main
     flags = ("--policies", "random", "rule", "--flocks", 3, "--output", tmp_path / "data")
     ran = Ran(capsys, "episodes", "line", *flags, run=program)

@@ -3,31 +3,27 @@
 from __future__ import annotations
 
 import dataclasses
-import re
-from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
-from flockesc_env import ArgumentError, FlockScenario, LineScenario, NamedPolicy, load_policy
+from flockesc_env import ArgumentError, FlockScenario, LineScenario, NamedPolicy
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.policies import NAMES, FixedRange, RandomRange, ScheduledRange, StubbornLeaders, built_in
-from flockesc_env.tasks.fitting import FREE, check_fits, fitted, is_checkable
-from flockesc_env.tasks.task import Task, task_of, tasks
-from studies.findings.questions import QUESTIONS
-from training.presets import presets
+from flockesc_env.tasks import fitting
+from flockesc_env.tasks.fitting import FREE, fitted, is_checkable
+from flockesc_env.tasks.task import Task, tasks
 
 
 def changed(task: Task, **options: Any) -> Task:
     return dataclasses.replace(task, options={**task.options, **options})
 
 
-LOCAL, VISIBLE, SHARED = map(task_of, ("per-agent-local", "per-agent-visible", "shared"))
+LOCAL, VISIBLE, SHARED = (tasks[name] for name in ("per-agent-local", "per-agent-visible", "shared"))
 PROFILE = changed(VISIBLE, profile_ranges=[0.0, 5.0, 10.0])
-LINE = task_of("line")
+LINE = tasks["line"]
 LINE_PROFILE = changed(LINE, profile_ranges=[0.0, 0.1])
-WORLDS = task_of("held-out-worlds")  # in one of them are two predators
+WORLDS = tasks["held-out-worlds"]  # in one of them are two predators
 RHO = FixedRange(0.1)
 
 
@@ -60,7 +56,7 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> Named
 )
 def test_policies_that_see_more_do_not(entry: NamedPolicy, task: Task, field: str, message: str) -> None:
     with pytest.raises(ArgumentError) as caught:
-        check_fits(entry, task)
+        fitting.check_fits(entry, task)
     assert caught.value.field == field
     assert message in str(caught.value)
 
@@ -81,7 +77,10 @@ EIGHT_RULES |= {"turn-away", "keep-distance", "head-away", "step-aside"}
 FLOCK_RULES = BLIND | {"listen-while-fleeing"}
 FITTING = {
     "shared": FLOCK_RULES,
+    "shared-minimum": FLOCK_RULES,
     "per-agent-visible": VISIBLE_RULES,
+    "per-agent-visible-derived": VISIBLE_RULES | {"win-stay-lose-shift-escape"},
+    "per-agent-visible-minimum": VISIBLE_RULES,
     "per-agent-local": LOCAL_RULES | {"listen-while-threatened"},
     "per-agent-visible-profile": EIGHT_RULES,
     "steering-predator": VISIBLE_RULES,
@@ -103,49 +102,10 @@ def fits(entry: NamedPolicy, task: Task) -> bool:
     return True
 
 
-@pytest.mark.parametrize("name", tasks())
+@pytest.mark.parametrize("name", tasks)
 def test_built_in_rules_fit_the_tasks_that_show_what_they_need(name: str) -> None:
-    found = {rule for rule in NAMES if fits(built_in(rule.replace("RHO", "1")), task_of(name))}
+    found = {rule for rule in NAMES if fits(built_in(rule.replace("RHO", "1")), tasks[name])}
     assert found == FITTING[name]
-
-
-BENCHMARL = Path(__file__).parents[2] / "flockesc_env" / "benchmarl"
-
-
-def test_the_tasks_of_benchmarl_have_the_options_of_the_settings_with_one_range_per_agent() -> None:
-    found = {}
-    for file in BENCHMARL.glob("*.yaml"):
-        task = yaml.safe_load(file.read_text())
-        assert task.pop("reward") == "individual_running_minimum"
-        found[file.stem] = {"objective": "mean", **task}
-    settings = {name: presets()[name].setting for name in QUESTIONS}
-    expected = {
-        name.replace("-", "_"): {"scenario": setting.scenario, **setting.env_options()}
-        for name, setting in settings.items()
-        if setting.per_agent and not setting.is_line
-    }
-    as_lists = {
-        name: {key: list(value) if isinstance(value, tuple) else value for key, value in options.items()}
-        for name, options in expected.items()
-    }
-    assert found == as_lists
-    members = re.findall(r"^    ([A-Z_]+) = None$", (BENCHMARL / "__init__.py").read_text(), re.MULTILINE)
-    assert {member.lower() for member in members} == found.keys()
-
-
-RESULTS = Path("results/findings")
-STUDIED = {name: name for name in tasks() if (RESULTS / name).is_dir()}
-STUDIED |= {"per-agent-local-minimum": "warned-nearest"}
-
-
-@pytest.mark.parametrize("setting", STUDIED)
-def test_every_trained_policy_fits_the_task_of_its_setting(setting: str) -> None:
-    files = sorted((RESULTS / setting / "policies").glob("*.npz"))
-    assert files
-    for file in files:
-        entry = load_policy(file)
-        check_fits(entry, task_of(STUDIED[setting]))
-        assert is_checkable(entry.policy), file
 
 
 class Own(StubbornLeaders):

@@ -13,26 +13,26 @@ from flockesc_env import ArgumentError
 from flockesc_env.tasks import report
 from flockesc_env.tasks.report import aggregates, improvement, page, rows
 from flockesc_env.tasks.results import PolicyResult, Result, Training
-from flockesc_env.tasks.task import FLOCKS, VERSION, task_of
+from flockesc_env.tasks.task import FLOCKS, VERSION, tasks
 
 NUM_FLOCKS = 40
 TASKS = ("held-out-worlds", "line", "shared")
-"""They differ in the number of worlds and in the objective."""
+"""They differ in the number of scenarios and in the objective."""
 
 
 def made_up(task_name: str, learner: str, level: float, seeds: int, *, is_code: bool = False) -> Result:
     """Return a result whose scores are around a level."""
-    task, rng = task_of(task_name), np.random.default_rng([*learner.encode(), *task_name.encode()])
+    task, rng = tasks[task_name], np.random.default_rng([*learner.encode(), *task_name.encode()])
 
     def objectives() -> dict[str, list[float]]:
         shift = rng.normal(level, 0.1)
         return {
             name: (world.zero + (world.one - world.zero) * rng.normal(shift, 0.3, NUM_FLOCKS)).tolist()
-            for name, world in task.worlds.items()
+            for name, world in task.scales.items()
         }
 
     return Result(
-        benchmark=VERSION,
+        version=VERSION,
         task=task_name,
         task_sha256=task.sha256,
         flocks=(FLOCKS.start, NUM_FLOCKS),
@@ -48,10 +48,10 @@ def made_up(task_name: str, learner: str, level: float, seeds: int, *, is_code: 
 
 def normalized(result: Result) -> np.ndarray:
     """Return the score of every policy on every flock, in plain words."""
-    worlds = task_of(result.task).worlds
+    scales = tasks[result.task].scales
     return np.array(
         [
-            np.mean([(np.array(p.objectives[n]) - w.zero) / (w.one - w.zero) for n, w in worlds.items()], 0)
+            np.mean([(np.array(p.objectives[n]) - w.zero) / (w.one - w.zero) for n, w in scales.items()], 0)
             for p in result.policies
         ]
     )
@@ -82,7 +82,7 @@ def test_rows_are_those_of_numpy_and_scipy(task: str) -> None:
         told = (row.score.mean, row.iqm, row.low, row.high)
         assert told == pytest.approx((own.mean(), iqm, own.min(), own.max()), rel=1e-12)
         if row.result.learner == "rule":  # one policy: Student's interval over flocks
-            (world, *_) = task_of(task).worlds.values()  # the reference plays 200 flocks of shared
+            (world, *_) = tasks[task].scales.values()  # the reference plays 200 flocks of shared
             error = own.mean() * world.one_error / (world.one - world.zero)
             half = np.hypot(stats.t.interval(0.95, NUM_FLOCKS - 1, 0, stats.sem(scores[0]))[1], error)
             interval = (own.mean() - half, own.mean() + half)

@@ -22,9 +22,9 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.tasks import scoring
 from flockesc_env.tasks.results import Result, Training, read_result, write_result
 from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks, score, verify
-from flockesc_env.tasks.task import task_of
+from flockesc_env.tasks.task import tasks
 
-TASK = task_of("held-out-worlds")
+TASK = tasks["held-out-worlds"]
 FILE, RULE = "policies/mine-0.npz", "stubborn-leaders"
 BELOW = "below the result's folder"
 
@@ -61,11 +61,11 @@ def test_a_result_has_the_objectives_of_rollouts_and_is_verified(path: Path, few
         "",
     ]
     normalized = []
-    for name, world in TASK.worlds.items():
+    for name, scale in TASK.scales.items():
         played = [rollout(TASK.scenarios[name], spec, few_flocks) for spec in (str(file), RULE)]
         objectives = np.array([episodes.min_mean_distance for episodes in played])
         np.testing.assert_array_equal(result.values(name), objectives)
-        normalized.append((objectives.mean(axis=1) - world.zero) / (world.one - world.zero))
+        normalized.append((objectives.mean(axis=1) - scale.zero) / (scale.one - scale.zero))
     np.testing.assert_allclose(result.scores(), np.mean(normalized, axis=0), rtol=1e-12)
     assert verify(path) == result
     assert not result.is_code
@@ -122,7 +122,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "first flock": ({"flocks": [2_000_001, 6]}, "number (2000000, 6), got (2000001, 6)"),
     "fewer flocks": ({"flocks": [2_000_000, 5]}, "number (2000000, 6), got (2000000, 5)"),
-    "version": ({"benchmark": "v2"}, "benchmark: expected v1, got 'v2'"),
+    "version": ({"version": "v2"}, "version: expected v1, got 'v2'"),
     "task": ({"task": "held-out-sizes"}, "of the task held-out-sizes, got '"),
     "unknown task": ({"task": "held-out-world"}, "(did you mean held-out-worlds?)"),
     "checksum of the task": ({"task_sha256": "0" * 64}, f"of the task held-out-worlds, got '{'0' * 64}'"),
@@ -157,7 +157,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "one world": (
         {"policies.1.objectives": {"intercept": [80.0] * 6}},
-        "policies[1].objectives: expected the worlds intercept, two-predators, got intercept",
+        "policies[1].objectives: expected the scenarios intercept, two-predators, got intercept",
     ),
 }
 
@@ -186,7 +186,7 @@ def test_another_policy_under_the_name_of_the_file_is_refused(path: Path) -> Non
 
 def test_damaged_files_are_refused(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-100])
-    with pytest.raises(RecordError, match="expected a result of the benchmark"):
+    with pytest.raises(RecordError, match="expected a result on a task"):
         verify(path)
 
 
@@ -244,7 +244,7 @@ def test_some_flocks_are_drawn_by_whoever_verifies(path: Path, monkeypatch: pyte
     assert all(len(set(chosen)) == 3 for chosen in choices)
     assert draw_flocks(3, 7) == draw_flocks(3, 7)
     verify(path, flocks=draw_flocks(3, 7))
-    assert set(drawn) == {tuple(draw_flocks(3, 7))}, "the same flocks for all policies and worlds"
+    assert set(drawn) == {tuple(draw_flocks(3, 7))}, "the same flocks for all policies and scenarios"
 
 
 @pytest.mark.parametrize("flocks", [[], [2_000_006]])
@@ -257,6 +257,6 @@ def test_some_flocks_of_a_random_policy_are_verified(few_flocks: range, tmp_path
     """Its numbers depend on all flocks before."""
     path = scored(tmp_path, "random")
     assert isinstance(verify(path, flocks=[2_000_003]), Result)
-    change(path, {f"policies.0.objectives.{world}": [80.0] * 6 for world in TASK.worlds})
+    change(path, {f"policies.0.objectives.{world}": [80.0] * 6 for world in TASK.scales})
     with pytest.raises(RecordError, match="got 1 of 1 others"):
         verify(path, flocks=[2_000_003])

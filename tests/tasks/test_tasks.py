@@ -3,42 +3,40 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
-import polars as pl
 import pytest
-from scipy import stats
 
+import flockesc_env
 from flockesc_env import ArgumentError, built_in, sweep
+from flockesc_env.episodes.splits import HELD_OUT, TRAINING, TUNING, refuse_held_out
 from flockesc_env.scenario.presets import PRESETS
+from flockesc_env.tasks.comparison import grid_of
 from flockesc_env.tasks.fitting import fitted
+from flockesc_env.tasks.results import read_result
 from flockesc_env.tasks.scoring import play
-from flockesc_env.tasks.seeds import HELD_OUT, TRAINING, TUNING, refuse_held_out
 from flockesc_env.tasks.task import VERSION, read_tasks, tasks
-from studies.findings.held_out import choose_range
-from studies.findings.names import CLAIRVOYANT
-from training.config import Setting
 
-TASKS = tasks()
+TASKS = tasks
+ROOT = Path(flockesc_env.__file__).parents[1]
 HELD_OUT_TASKS = {"held-out-worlds", "held-out-sizes"}
 
 
 @pytest.mark.parametrize("name", TASKS)
-def test_the_best_fixed_range_reaches_in_a_task_what_it_reaches_in_a_sweep(
-    name: str,
-) -> None:
+def test_the_best_fixed_range_reaches_in_a_task_what_it_reaches_in_a_sweep(name: str) -> None:
     task, flocks = TASKS[name], TUNING[:2]
-    for at, world in task.worlds.items():
-        best = world.best_fixed_range
+    for at, scale in task.scales.items():
+        best = scale.best_fixed_range
+        assert best in grid_of(task)
         entry = fitted(built_in(f"fixed:{best}"), task)
         expected = sweep(task.scenarios[at], [best], flocks).values(task.spec.name)[0]
         np.testing.assert_array_equal(play(entry, task, at, flocks), expected)
 
 
 @pytest.mark.parametrize("name", TASKS)
-def test_policies_are_trained_in_the_world_that_scores_them_except_in_held_out_tasks(name: str) -> None:
+def test_policies_are_trained_in_the_scenario_that_scores_them_except_in_held_out_tasks(name: str) -> None:
     task = TASKS[name]
     assert (task.scenario not in task.scenarios.values()) == (name in HELD_OUT_TASKS)
     assert len(task.scenarios) == 1 + (name in HELD_OUT_TASKS)
@@ -48,39 +46,25 @@ def test_policies_are_trained_in_the_world_that_scores_them_except_in_held_out_t
 def test_the_scores_of_the_best_fixed_range_and_of_the_reference_are_0_and_1(name: str) -> None:
     task = TASKS[name]
     for score in (0, 1, -0.25):
-        objectives = {at: world.zero + score * (world.one - world.zero) for at, world in task.worlds.items()}
-        assert task.score(objectives) == pytest.approx(score, abs=1e-12)
-    assert all(world.zero < world.one for world in task.worlds.values())
-
-
-def test_the_reference_and_the_best_fixed_range_play_the_same_flocks() -> None:
-    """``shared`` has a reference of 200 flocks, on which the best fixed range is 0.58 m worse than on all."""
-    task = TASKS["shared"]
-    world = task.worlds["paper-flock"]
-    known = pl.read_parquet("results/findings/shared/references.parquet").filter(reference=CLAIRVOYANT)
-    fixed = fitted(built_in(f"fixed:{world.best_fixed_range}"), task)
-    gain = known["objective"].to_numpy() - play(fixed, task, "paper-flock", known["seed"].to_list())
-    assert world.one - world.zero == pytest.approx(gain.mean(), rel=1e-12)
-    t = stats.t.ppf(0.975, len(gain) - 1)
-    assert world.one_error == pytest.approx(t * stats.sem(gain) * math.sqrt(1 - len(gain) / 1000), rel=1e-12)
-    assert {name for name, one in TASKS.items() if any(w.one_error for w in one.worlds.values())} == {
-        *("shared", "warned-flock")
-    }
+        objectives = {at: one.zero + score * (one.one - one.zero) for at, one in task.scales.items()}
+        assert task.normalize(objectives) == pytest.approx(score, abs=1e-12)
+    assert all(scale.zero < scale.one for scale in task.scales.values())
 
 
 @pytest.mark.parametrize("name", TASKS)
-def test_a_world_with_the_name_of_a_preset_is_that_preset(name: str) -> None:
-    for world, scenario in TASKS[name].scenarios.items():
-        assert world not in PRESETS or PRESETS[world].scenario == scenario
+def test_a_scenario_with_the_name_of_a_preset_is_that_preset(name: str) -> None:
+    for scenario, model in TASKS[name].scenarios.items():
+        assert scenario not in PRESETS or PRESETS[scenario].scenario == model
 
 
 @pytest.mark.parametrize("name", TASKS)
 def test_a_simple_policy_shows_what_is_no_progress(name: str) -> None:
+    """Its score is that of the scoreboard; that of random ranges depends on how many flocks play together."""
     task = TASKS[name]
-    assert task.shortcuts
-    for shortcut in task.shortcuts:
-        fitted(built_in(shortcut.policy), task)
-        assert shortcut.score < 1
+    fitted(built_in(task.shortcut.policy), task)
+    result = read_result(ROOT / "scoreboard" / task.shortcut.policy / f"{name}.json")
+    error = 0.02 if task.shortcut.policy == "random" else 1e-12
+    assert task.shortcut.score == pytest.approx(result.scores()[0], abs=error)
 
 
 def test_tasks_about_warnings_have_controls_in_which_the_gain_needs_the_escape_force() -> None:
@@ -93,10 +77,35 @@ def test_tasks_about_warnings_have_controls_in_which_the_gain_needs_the_escape_f
         assert not task.controls or any(control.gain[1] > 0 for control in task.controls), task.name
 
 
+@pytest.mark.parametrize("name", TASKS)
+def test_an_environment_of_each_kind_has_the_tasks_options_or_says_what_to_call(name: str) -> None:
+    task = TASKS[name]
+    spec = task.policy_spec()
+    vec_env = task.vec_env(2)
+    assert vec_env.num_envs == 2 * spec.rows
+    assert vec_env.observation_space == spec.layout.space()
+    if task.per_agent:
+        env = task.parallel_env()
+        assert env.observation_space(env.possible_agents[0]) == spec.layout.space()
+        with pytest.raises(ArgumentError, match="parallel_env and vec_env have one per agent"):
+            task.env()
+    else:
+        assert task.env().observation_space == spec.layout.space()
+        with pytest.raises(ArgumentError, match="env has one per flock or line"):
+            task.parallel_env()
+
+
+def test_an_unknown_task_lists_the_near_ones() -> None:
+    with pytest.raises(ArgumentError, match=r"task: expected one of .* \(did you mean per-agent-visible\?\)"):
+        tasks["per-agent-visibel"]
+    assert "per-agent-visible" in tasks
+    assert all(name in repr(tasks) for name in tasks)
+
+
 CHANGES = {
     "size": ("num_agents = 1000\n", "num_agents = 999\n", {"held-out-sizes"}),
-    "second predator": ("130.0,\n", "131.0,\n", {"held-out-worlds"}),
-    "option": ("max_range = 60.0\n", "max_range = 50.0\n", {"warned-nearest"}),
+    "scenario": ('preset = "pursuit"', 'preset = "intercept"', {"warned-agents"}),
+    "option": ("max_range = 100.0", "max_range = 50.0", {"per-agent-visible-profile"}),
     "sentence": ('asks = "One range for the flock: ', 'asks = "One range: ', {"shared"}),
     "version": (f'version = "{VERSION}"', 'version = "v2"', set(TASKS)),
 }
@@ -116,14 +125,12 @@ def test_nothing_is_chosen_on_held_out_flocks(seed: int) -> None:
     message = f"seeds: expected seeds outside of the held-out ones, 2000000 to 2999999, got {seed}"
     with pytest.raises(ArgumentError, match=message):
         refuse_held_out([TUNING[-1], seed])
-    with pytest.raises(ArgumentError, match=message):
-        choose_range(Setting(), range(seed, seed + 1), None)  # type: ignore[arg-type]  # plays nothing
     refuse_held_out([TUNING[-1], TRAINING[0]])
 
 
 def test_the_tasks_are_frozen() -> None:
-    """A change of a task is another version of the benchmark, in another file."""
+    """A change of a task is another version of the tasks, in another file."""
     content = files("flockesc_env.tasks").joinpath("v1.toml").read_bytes()
     assert hashlib.sha256(content).hexdigest() == (
-        "be117e0bf6050d4812c222496c6f599e886ad44bb375c4bc913f108ffcbe7cd0"
+        "51f5e468735b4099fa2da04602a1da9962021b8bb97fc1a6ee5f6985ef85f042"
     )

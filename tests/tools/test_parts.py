@@ -15,6 +15,10 @@ from cli_runs import Ran
 from objective_values import VALUES
 from same import same
 from study_folders import write_study
+from training.arguments import CompareArgs
+from training.config import Setting, make_args
+from training.evaluation import objective
+from training.outputs import begin
 
 import flockesc_env as fe
 from flockesc_env.episodes.batch import FlockBatch
@@ -27,11 +31,7 @@ from studies.findings import figures
 from studies.findings.results import load_study
 from studies.findings.summary import summarize
 from training import plots
-from training.arguments import CompareArgs
 from training.compare import compare
-from training.config import Setting, make_args
-from training.evaluation import objective
-from training.outputs import begin
 
 SEED = 3
 FLOCK, LINE = hunted(), fe.LineScenario(num_agents=20)
@@ -155,7 +155,7 @@ def test_pictures_and_the_planner_have_the_objective(spec: ObjectiveSpec) -> Non
         env.render()
         draw(run, FLOCK.num_steps, objective=spec.name)  # type: ignore[arg-type]
     value = expected(spec.name, 10.0)
-    shown = f"lowest {value:.1f} m" if spec.unit else f"{spec.symbol} {value:.3f}"
+    shown = f"{spec.symbol} {spec.text(value)}"
     assert [call.args[1] for call in text.call_args_list].count(shown) == 2
     assert info[spec.column] == pytest.approx(value, rel=1e-12)
     planner = Planner(FLOCK, ranges=[10.0], futures=[10.0], **options)

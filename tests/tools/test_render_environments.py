@@ -19,20 +19,13 @@ from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
 from flockesc_env.render import RenderOptions, draw
-from flockesc_env.render.camera import VIEW_ASPECT, Rect, camera
 from flockesc_env.render.canvas import Canvas
-from flockesc_env.render.colors import (
-    ALONE,
-    GRID,
-    PREDATOR,
-    label_colors,
-)
-from flockesc_env.render.frame import recorded_frames
+from flockesc_env.render.frames import recorded_view
+from flockesc_env.render.palette import LABELS, LIGHT, rgb
+from flockesc_env.render.picture import PREDATOR, camera
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 SIZE = 512
-FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v0"
-LINE_ID = "flockesc_env:flockesc/LineEscape-v0"
 
 SINGLE = {
     "flock": lambda **options: fe.FlockEscapeEnv(small_flock(), **options),
@@ -179,9 +172,6 @@ os.kill(os.getpid(), signal.SIGTERM)
     assert run.returncode == -signal.SIGTERM
 
 
-VIEW = Rect(0, 0, SIZE, SIZE / VIEW_ASPECT)
-
-
 def near(picture: np.ndarray, at: np.ndarray, color: Any, reach: int = 2) -> bool:
     column, row = np.round(at).astype(int)
     patch = picture[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1]
@@ -199,9 +189,7 @@ def still(positions: list[tuple[float, ...]], ranges: Any, **changes: Any) -> fe
 
 
 def place(run: fe.Trajectory, point: Any) -> np.ndarray:
-    *_, last = recorded_frames(run)
-    pixels, _ = camera(last.view, VIEW)(np.array([point], float))
-    return pixels[0]
+    return camera(recorded_view(run, 1), SIZE).pixels(np.array(point, float))
 
 
 @pytest.mark.parametrize("dimension", DIMENSIONS)
@@ -216,39 +204,31 @@ def test_predator_and_agents_are_where_the_camera_says(dimension: int) -> None:
     def is_marked(point: tuple[float, ...]) -> bool:
         column, row = np.round(place(run, point)).astype(int)
         darkest = int(picture[row - 3 : row + 4, column - 3 : column + 4].max(axis=-1).min())
-        return darkest < min(GRID) - 5
+        return darkest < min(rgb(LIGHT.frame))
 
     assert all(is_marked(agent) for agent in agents)
     assert not is_marked((60.0, 90.0, *depth))
 
 
 @given(st.integers(2, 3), st.integers(0, 10_000), st.floats(1.0, 300.0))
-def test_the_view_holds_everything_and_never_shrinks(dimension: int, seed: int, rho: float) -> None:
+def test_the_view_holds_everything(dimension: int, seed: int, rho: float) -> None:
     scenario = fe.FlockScenario(num_agents=12, num_steps=60, dimension=dimension)
     run = fe.simulate(scenario, rho, seed=seed)
-    before = None
-    for frame in recorded_frames(run):
-        points = np.concatenate([frame.moment.positions, frame.moment.predator_positions])
-        pixels, scale = camera(frame.view, VIEW)(points)
-        assert (pixels > (VIEW.left, VIEW.top)).all()
-        assert (pixels < (VIEW.right, VIEW.bottom)).all()
-        assert (scale > 0).all()
-        if before is not None:
-            assert (frame.view[0] <= before[0]).all()
-            assert (frame.view[1] >= before[1]).all()
-        before = frame.view
+    eye = camera(recorded_view(run, 60), SIZE)
+    pixels = eye.pixels(np.concatenate([run.positions, run.predator_positions], axis=1))
+    assert eye.scale > 0
+    assert (pixels > 0).all()
+    assert (pixels < SIZE).all()
 
 
 def test_colors_are_those_of_components() -> None:
     positions = [(10.0, 10.0), (80.0, 80.0), (14.0, 10.0), (84.0, 80.0), (50.0, 20.0)]
     run = still(positions, 5.0, predators=())
     picture = draw(run, 1)
-    colors = [label_colors(5)[0], label_colors(5)[1], label_colors(5)[0], label_colors(5)[1], ALONE]
+    colors = [LABELS[0], LABELS[1], LABELS[0], LABELS[1], LIGHT.alone]
     for position, color in zip(positions, colors, strict=True):
-        for other in {tuple(np.array(each).tolist()) for each in colors}:
-            assert near(picture, place(run, position), other, reach=3) == (
-                other == tuple(np.array(color).tolist())
-            )
+        for other in set(colors):
+            assert near(picture, place(run, position), rgb(other), reach=3) == (other == color)
 
 
 def words(picture: Callable[[], object]) -> set[str]:
@@ -275,7 +255,7 @@ def test_a_picture_without_predators_or_agents_says_so() -> None:
 
 def changed(run: fe.Trajectory, **options: Any) -> np.ndarray:
     pictures = [draw(run, 1, options=RenderOptions(**each)) for each in ({}, options)]
-    different: np.ndarray = (pictures[0] != pictures[1]).any(axis=-1)[: int(VIEW.height)]
+    different: np.ndarray = (pictures[0] != pictures[1]).any(axis=-1)
     return different
 
 
@@ -283,7 +263,7 @@ def test_discs_have_the_radius_of_the_range() -> None:
     positions = [(20.0, 75.0), (80.0, 25.0)]
     run = still(positions, [8.0, 16.0], predators=())
     scale = np.linalg.norm(place(run, (0.0, 0.0)) - place(run, (1.0, 0.0)))
-    rows, columns = np.indices((int(VIEW.height), SIZE))
+    rows, columns = np.indices((SIZE, SIZE))
     distances = [np.hypot(columns - x, rows - y) for x, y in (place(run, point) for point in positions)]
     inside = (distances[0] < 8 * scale) | (distances[1] < 16 * scale)
     edge = (np.abs(distances[0] - 8 * scale) < 2) | (np.abs(distances[1] - 16 * scale) < 2)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import random
+import re
 import tracemalloc
 import zipfile
 from collections.abc import Callable, Iterator
@@ -25,7 +26,7 @@ from flockesc_env.models import records
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy
 
-MUTATIONS = 300
+MUTATIONS = 100
 """Number of mutations per kind of file."""
 
 MEMORY = 2**24
@@ -77,24 +78,15 @@ FILES: dict[str, tuple[Callable[[Path], None], Callable[[Path], Any]]] = {
 
 
 def mutated(whole: bytes, draw: random.Random) -> bytes:
-    """Return bytes with random flips, replacements, deletions, insertions, moves or very large numbers."""
-    raw = bytearray(whole)
-    kind = draw.randrange(6)
-    for _ in range(draw.choice([1, 1, 2, 8])):
-        at = draw.randrange(len(raw) or 1)
-        source = draw.randrange(len(raw) or 1)
-        if kind == 0:
-            raw[at : at + 1] = bytes(byte ^ 1 << draw.randrange(8) for byte in raw[at : at + 1])
-        elif kind == 1:
-            raw[at : at + 1] = draw.randbytes(1)
-        elif kind == 2:
-            del raw[at : at + draw.randrange(1, 50)]
-        elif kind == 3:
-            raw[at:at] = draw.randbytes(draw.randrange(1, 20))
-        elif kind == 4:
-            raw[at : at + 20] = raw[source : source + 20]
-        else:
-            raw[at : at + 4] = b"\xff\xff\xff\x7f"
+    """Return bytes with a flipped bit, a deletion, or a very large number."""
+    raw, at = bytearray(whole), draw.randrange(len(whole) or 1)
+    kind = draw.randrange(3)
+    if kind == 0:
+        raw[at : at + 1] = bytes(byte ^ 1 << draw.randrange(8) for byte in raw[at : at + 1])
+    elif kind == 1:
+        del raw[at : at + draw.randrange(1, 50)]
+    else:
+        raw[at : at + 4] = b"\xff\xff\xff\x7f"
     return bytes(raw)
 
 
@@ -146,11 +138,8 @@ def archive(members: dict[str, bytes]) -> bytes:
 
 LIES = {
     "a size that is not there": npy((2**40,)),
-    "two negative sizes": npy((-1, -1), numbers=b"12345678"),
     "entries of no size": npy((2**40,), "<U0"),
     "objects": npy((1,), "|O", b"12345678"),
-    "too much": npy((1,), numbers=b"123456789"),
-    "nothing": b"",
 }
 
 
@@ -161,10 +150,17 @@ def test_arrays_with_false_headers_are_refused(name: str, lie: str, tmp_path: Pa
     members = {f"{key}.npy": LIES[lie] for key in ("header", "parameters", "positions")}
     path.write_bytes(LIES[lie] if path.suffix == ".npy" else archive(members))
     tracemalloc.start()
-    with pytest.raises(RecordError):
+    with pytest.raises(RecordError, match=re.escape(str(path))):
         FILES[name][1](path)
     assert tracemalloc.get_traced_memory()[1] < MEMORY
     tracemalloc.stop()
+
+
+def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "state.npz"
+    path.write_bytes(archive({"positions.npy": npy((2**24,), numbers=bytes(2**27))}))
+    with pytest.raises(RecordError, match=re.escape(f"{path}: expected an initial state")):
+        read_initial_state(path)
 
 
 ESCAPES = "\x1b]0;title\x07\x1b[2J\t\x9b1m\x7f\u202e\u2028\u200b\r\nflock.npz: matches"

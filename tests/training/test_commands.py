@@ -14,20 +14,20 @@ import polars as pl
 import pytest
 from small_runs import SMALL, small_run
 from stable_baselines3 import A2C
-
-import flockesc_env as fe
-from flockesc_env.cli import main
-from flockesc_env.policies import FixedRange, load_policy
-from flockesc_env.policies.registry import NamedPolicy
-from flockesc_env.sb3 import AgentVecEnv
-from flockesc_env.tasks import seeds, task_of
-from training.__main__ import TRAINING
-from training.compare import CompareArgs, compare
 from training.config import PPOArgs, SB3Args
 from training.evaluation import objective, policy_spec
 from training.policies import named_policy
 from training.presets import presets
 from training.record import RunRecord
+
+import flockesc_env as fe
+from flockesc_env.cli import main
+from flockesc_env.episodes import splits
+from flockesc_env.policies import FixedRange, load_policy
+from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.sb3 import AgentVecEnv
+from training.__main__ import TRAINING
+from training.compare import CompareArgs, compare
 from training.rounds import LINE_ACTIONS
 from training.train import train
 
@@ -44,7 +44,7 @@ def three() -> NamedPolicy:
 
 
 def test_seed_ranges_are_disjoint_and_out_of_reach_of_drawn_seeds() -> None:
-    ranges = [seeds.TUNING, seeds.HELD_OUT, seeds.TRAINING]
+    ranges = [splits.TUNING, splits.HELD_OUT, splits.TRAINING]
     for one, other in combinations(ranges, 2):
         assert one.stop <= other.start or other.stop <= one.start
     assert max(r.stop for r in ranges) <= 2**32
@@ -52,15 +52,15 @@ def test_seed_ranges_are_disjoint_and_out_of_reach_of_drawn_seeds() -> None:
 
 
 def test_training_seeds_stay_in_their_range() -> None:
-    first, second = seeds.training_seeds(0, 0, 4), seeds.training_seeds(0, 4, 4)
+    first, second = splits.training_seeds(0, 0, 4), splits.training_seeds(0, 4, 4)
     assert first.stop == second.start
-    assert seeds.training_seeds(0, 999_996, 4).stop == seeds.training_seeds(1, 0, 1).start
-    assert seeds.training_seeds(999, 999_996, 4).stop == seeds.TRAINING.stop
+    assert splits.training_seeds(0, 999_996, 4).stop == splits.training_seeds(1, 0, 1).start
+    assert splits.training_seeds(999, 999_996, 4).stop == splits.TRAINING.stop
     for bad in ((-1, 0, 4), (1000, 0, 4), (0, 0, 0), (0, -1, 4), (0, 999_997, 4)):
         with pytest.raises(ValueError, match="expected"):
-            seeds.training_seeds(*bad)
+            splits.training_seeds(*bad)
     with pytest.raises(ValueError, match="flocks: expected"):
-        seeds.first_seeds(seeds.HELD_OUT, 0)
+        splits.first_seeds(splits.HELD_OUT, 0)
 
 
 def test_a_run_leaves_policy_curve_speed_and_record(run: Path) -> None:
@@ -135,7 +135,7 @@ def test_presets_are_valid(name: str) -> None:
         assert {*getattr(args, "inputs", ())} <= {*seen.layout.names}
         flocks = args.num_flocks if isinstance(args, SB3Args) else getattr(args, "final_flocks", args.flocks)
         last = max(entry.seeds - 1, 0)
-        assert len(seeds.training_seeds(last, 0, flocks * getattr(args, args.budget))) > 0
+        assert len(splits.training_seeds(last, 0, flocks * getattr(args, args.budget))) > 0
         if isinstance(args, SB3Args):
             options = {**args.env_options(), "reward": args.reward}
             make: Any = fe.parallel_env if setting.per_agent else fe.FlockEscapeEnv
@@ -168,7 +168,7 @@ def test_commands_train_evaluate_and_compare(tmp_path: Path) -> None:
 def test_a_model_of_stable_baselines3_plays_with_the_options_of_its_task(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    task, file = task_of("per-agent-visible"), tmp_path / "model.zip"
+    task, file = tasks["per-agent-visible"], tmp_path / "model.zip"
     model = A2C("MlpPolicy", AgentVecEnv(1, task.scenario, **task.options), device="cpu", seed=0)
     model.save(file)
     compared, evaluated = tmp_path / "compared", tmp_path / "evaluated.parquet"
@@ -182,7 +182,7 @@ def test_a_model_of_stable_baselines3_plays_with_the_options_of_its_task(
     assert (
         str(file) not in capsys.readouterr().out.splitlines()[-1]
     )  # `flockesc watch` shows the recorded run
-    expected = fe.rollout(task.scenario, fe.SB3Policy(model), seeds.HELD_OUT[:2], **task.options)
+    expected = fe.rollout(task.scenario, fe.SB3Policy(model), splits.HELD_OUT[:2], **task.options)
     objectives = pl.read_parquet(compared / "episodes.parquet").filter(policy="model")["objective"]
     assert objectives.to_list() == expected.min_mean_distance.tolist()
     assert pl.read_parquet(evaluated)["min_mean_distance"].to_list() == objectives.to_list()
@@ -207,7 +207,7 @@ def test_the_bar_shows_the_mean_objective_of_the_last_round(
     nearly_deterministic = {"learning_rate": 0.0, "log_std_init": -20.0}
     args = small_run(tmp_path / "run", progress=True, num_episodes=1, **nearly_deterministic)
     policy = load_policy(train(args)).policy
-    value = objective(args, policy, seeds.training_seeds(args.seed, 0, 2)).mean()
+    value = objective(args, policy, splits.training_seeds(args.seed, 0, 2)).mean()
     assert f"J_mean {value:.1f} m" in capsys.readouterr().err
 
 

@@ -13,16 +13,16 @@ from cmaes import CMA
 from numpy.typing import NDArray
 from option_table import small_flock
 from small_runs import small_run
-
-from flockesc_env import Architecture, load_policy
-from flockesc_env.policies import BestCandidate, WinStayLoseShift
-from flockesc_env.tasks.seeds import TUNING, first_seeds
-from training import search
 from training.config import SearchArgs, Setting
 from training.evaluation import objective
-from training.families import Family, Networks, Rules, family_of
 from training.outputs import CURVE_FLOCKS
 from training.record import CURVE_FILE
+
+from flockesc_env import Architecture, load_policy
+from flockesc_env.episodes.splits import TUNING, first_seeds
+from flockesc_env.policies import BestCandidate, WinStayLoseShift
+from training import search
+from training.families import Family, Networks, Rules, family_of
 from training.train import train
 
 SCENARIO = small_flock(num_agents=6, num_steps=12, initial_side=60.0)

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from small_runs import SMALL, small_run
+from training.config import ImitationArgs
+from training.evaluation import policy_spec
+from training.policies import named_policy
 
 from flockesc_env import FlockEscapeEnv
 from training.branches import Branches
-from training.config import ImitationArgs
-from training.evaluation import policy_spec
 from training.imitation import fit
-from training.policies import named_policy
 
 
 def imitation_args(folder: Path, **changes: Any) -> ImitationArgs:

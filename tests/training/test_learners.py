@@ -12,16 +12,16 @@ import pytest
 import torch
 from rounding import EPS, actor_layers, choose_alike, float32_error
 from small_runs import small_run
-
-from flockesc_env.policies.files import load_policy
-from flockesc_env.tasks.seeds import TUNING, first_seeds
 from training.config import PPOArgs
 from training.evaluation import objective, policy_spec
 from training.outputs import CURVE_FLOCKS
 from training.ppo import PPORounds
 from training.record import CURVE_FILE, RUN_FILE
-from training.rounds import SB3Rounds
 from training.tqc import TQCRounds
+
+from flockesc_env.episodes.splits import TUNING, first_seeds
+from flockesc_env.policies.files import load_policy
+from training.rounds import SB3Rounds
 
 LINE: dict[str, Any] = {
     "scenario": "paper-line",

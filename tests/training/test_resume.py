@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 from small_runs import small_run
-
-from flockesc_env import ArgumentError, RecordError
 from training.config import Args
 from training.outputs import CHECKPOINT
 from training.record import CONFIG_FILE, RunRecord
+
+from flockesc_env import ArgumentError, RecordError
 from training.search import SearchRounds
 from training.train import train
 

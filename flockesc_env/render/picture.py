@@ -1,0 +1,250 @@
+"""The picture of a flock or a line: agents in the color of component or range, predators, rho and J."""
+
+from __future__ import annotations
+
+from itertools import combinations, product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flockesc_env.common.checks import FloatArray
+from flockesc_env.models.graph import component_labels, neighbor_pairs
+from flockesc_env.models.simulate import IntArray
+from flockesc_env.render.canvas import Canvas, Image
+from flockesc_env.render.frames import FlockFrame, LineHistory, initial_region
+from flockesc_env.render.options import RenderOptions
+from flockesc_env.render.palette import LIGHT, component_colors, faded, range_colors, rgb
+from flockesc_env.scenario.line import LineScenario
+
+GRID, FRAME, TEXT, FAINT_TEXT = rgb(LIGHT.grid), rgb(LIGHT.frame), rgb(LIGHT.ink), rgb(LIGHT.muted)
+PREDATOR = rgb(LIGHT.predator)
+
+_LEFT, _RIGHT, _TOP, _BOTTOM = 0.03, 0.97, 0.15, 0.91
+"""Edges of the part that shows the flock or the line, over the size of the picture; text is around it."""
+
+_AZIMUTH, _ELEVATION = np.deg2rad([-62.0, 24.0])
+"""Direction from which a space is seen."""
+
+_DART = np.array([(1.0, 0.0), (-0.8, 0.66), (-0.42, 0.0), (-0.8, -0.66)])
+"""Corners of a mark (ahead, left) in units of its length ahead."""
+
+_FIRST_STEPS = 10
+"""Length of a line's time axis at the start; it grows with the episode."""
+
+
+class Camera(NamedTuple):
+    """Parallel projection to a picture.
+
+    Attributes:
+        matrix: from m to px, shape (D, 2).
+        offset: pixel of the origin, shape (2,).
+        scale: px per m.
+    """
+
+    matrix: FloatArray
+    offset: FloatArray
+    scale: float
+
+    def pixels(self, points: FloatArray) -> FloatArray:
+        """Return the pixels of points, shape (.., 2)."""
+        pixels: FloatArray = points @ self.matrix + self.offset
+        return pixels
+
+
+def camera(view: FloatArray, size: int) -> Camera:
+    """Return the camera that shows a box: the plane from above, y up; a space from the side, z up."""
+    axes = np.eye(2)
+    if view.shape[1] == 3:
+        right = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0])
+        flat, up = -np.sin(_ELEVATION), np.cos(_ELEVATION)
+        axes = np.stack([right, [flat * np.cos(_AZIMUTH), flat * np.sin(_AZIMUTH), up]], axis=1)
+    corners = _corners(view) @ axes
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    scale = size * float(((_RIGHT - _LEFT, _BOTTOM - _TOP) / (high - low)).min())
+    matrix = scale * axes * (1.0, -1.0)
+    middle = size / 2 * np.array([_LEFT + _RIGHT, _TOP + _BOTTOM])
+    return Camera(matrix, middle - view.mean(axis=0) @ matrix, scale)
+
+
+def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Image:
+    """Return the picture of a flock, shape (size, size, 3). Equal frames give equal pictures."""
+    size, unit = options.size, frame.scenario.neighbor_rule.unit
+    canvas, eye, alive = Canvas(size), camera(frame.view, size), ~frame.caught
+    known = frame.interaction_range
+    ranges = np.broadcast_to(known if len(known) else 0.0, len(alive))[alive]
+    places, predators = eye.pixels(frame.positions[alive]), eye.pixels(frame.predator_positions)
+    heard, headings = (each[alive] for each in frame.graph)
+    labels = np.empty(0, np.int64)
+    if len(places):
+        labels = component_labels(frame.scenario, heard, ranges, velocities=headings)
+    largest = ranges.max(initial=0.0) if options.largest_range is None else options.largest_range
+    colors = range_colors(ranges, largest) if options.color == "range" else component_colors(labels)
+    red = np.tile(np.array(PREDATOR, np.uint8), (len(predators), 1))
+    chosen = np.isin(np.flatnonzero(alive), options.selected(len(alive)))
+
+    reach = frame.scenario.predator_range * eye.scale
+    canvas.discs(predators, reach, faded(red, 0.88))
+    if options.show == "discs" and unit == "m":
+        canvas.discs(places[chosen], eye.scale * ranges[chosen], faded(colors, 0.84)[chosen])
+    canvas.discs(predators, reach, faded(red, 0.5), rim=1.0)
+    _ground(canvas, eye, frame)
+    if (options.show == "edges" or (options.show == "discs" and unit != "m")) and len(places):
+        pairs = neighbor_pairs(frame.scenario, heard, ranges, velocities=headings)
+        pairs = np.unique(np.sort(pairs[chosen[pairs].any(axis=1)], axis=1), axis=0)  # every pair once
+        canvas.segments(places[pairs], faded(colors, 0.55)[pairs[:, 0]].tolist())
+    for path in np.moveaxis(eye.pixels(frame.trail), 1, 0):
+        pieces = np.stack([path[:-1], path[1:]], axis=1)
+        age = np.linspace(1.0, 0.15, len(pieces))[:, np.newaxis]
+        canvas.segments(pieces, faded(np.tile(PREDATOR, (len(pieces), 1)), age).tolist(), 0.005 * size)
+    length = 0.0125 * size * float(np.clip((300 / max(len(places), 1)) ** 0.25, 0.7, 1.5))
+    canvas.polygons(_darts(eye, places, frame.velocities[alive], length), colors.tolist())
+    canvas.polygons(_darts(eye, predators, frame.predator_velocities, 0.026 * size), red.tolist())
+
+    time, words = frame.step * frame.scenario.time_step, range_text(ranges if len(known) else known, unit)
+    _head(canvas, title, f"{time:.1f} s", words, frame.objective if len(predators) else "no predator")
+    if frame.caught.any():
+        canvas.text(f"{frame.caught.sum()} caught", (0.5 * size, 0.96 * size), PREDATOR, "center")
+    if options.color == "range":
+        _color_scale(canvas, f"{largest:g} {unit}")
+    else:
+        _count(canvas, labels)
+    _ruler(canvas, eye.scale)
+    return canvas.image()
+
+
+def draw_line(scenario: LineScenario, history: LineHistory, options: RenderOptions, title: str = "") -> Image:
+    """Return the picture of a line over time, shape (size, size, 3). Equal histories give equal pictures."""
+    steps, states, ranges = (np.array(column) for column in zip(*history, strict=True))
+    canvas, size, predator = Canvas(options.size), options.size, scenario.predator_position
+    end = nice(max(_FIRST_STEPS, steps[-1]))
+    low, high = min(0.0, float(states.min())), max(1.0, float(states.max()))
+
+    def at(step: ArrayLike, state: ArrayLike) -> FloatArray:
+        x = 0.1 + (_RIGHT - 0.1) * np.asarray(step) / end
+        y = 0.86 - (0.86 - _TOP) * (np.asarray(state) - low) / (high - low)
+        return size * np.stack(np.broadcast_arrays(x, y), axis=-1)
+
+    if predator is not None:
+        band = predator + scenario.predator_range * np.array([-1, -1, 1, 1])
+        corners = at([0, end, end, 0], np.clip(band, low, high))
+        canvas.polygons(corners[np.newaxis], [faded(PREDATOR, 0.86).tolist()])
+    for level in _ticks(low, high):
+        canvas.segments(at([0, end], level)[np.newaxis], [GRID])
+        canvas.text(f"{level:.4g}", at(-0.012 * end, level).tolist(), FAINT_TEXT, "midright", 0.036)
+    for step in _ticks(0, end):
+        canvas.text(f"{step:g}", at(step, low - 0.02 * (high - low)).tolist(), FAINT_TEXT, "midtop", 0.036)
+    canvas.text("steps", (0.535 * size, 0.96 * size), FAINT_TEXT, "center", 0.036)
+    if predator is not None:
+        canvas.segments(at([0, end], predator)[np.newaxis], [PREDATOR], 0.004 * size)
+    labels = [_line_labels(*each) for each in zip(states, ranges, strict=True)]
+    for t in range(1, len(labels)):
+        ends = np.stack([at(steps[k], states[k]) for k in (t - 1, t)], axis=1)
+        # Agents with equal states stay together, so one line stands for all of them.
+        _, kept = np.unique(np.round(ends.reshape(-1, 4), 1), axis=0, return_index=True)
+        canvas.segments(ends[kept], component_colors(labels[t])[kept].tolist(), 0.0025 * size)
+    canvas.discs(at(steps[-1], states[-1]), 0.006 * size, component_colors(labels[-1]))
+    goal = "" if predator is None else f"escape distance {np.abs(states[-1] - predator).min():.3f}"
+    _head(canvas, title, f"t = {steps[-1]}", f"range {ranges[-1]:.3g}", goal or "no predator")
+    _count(canvas, labels[-1])
+    return canvas.image()
+
+
+def range_text(ranges: FloatArray, unit: str) -> str:
+    """Return the common range or, if ranges differ, their mean and standard deviation."""
+    if not len(ranges):
+        return "range -"  # before the first action, or all agents have been caught
+    words = f"{ranges[0]:.1f}" if np.ptp(ranges) == 0 else f"{ranges.mean():.1f} ± {ranges.std():.1f}"
+    return f"range {words} {unit}"
+
+
+def nice(least: float) -> float:
+    """Return the smallest of .., 0.2, 0.5, 1, 2, 5, 10, 20, .. that is at least ``least`` > 0."""
+    power = 10.0 ** np.floor(np.log10(least))
+    return float(next(power * digit for digit in (1, 2, 5, 10) if power * digit >= least))
+
+
+def _line_labels(states: FloatArray, interaction_range: float) -> IntArray:
+    """Return the component of every agent of a line, shape (n,), labeled by the lowest index in it."""
+    order = np.argsort(states, kind="stable")
+    is_first = np.concatenate([[True], np.diff(states[order]) > interaction_range])
+    labels = np.empty(len(states), np.int64)
+    labels[order] = np.minimum.reduceat(order, np.flatnonzero(is_first))[np.cumsum(is_first) - 1]
+    return labels
+
+
+def _corners(view: FloatArray) -> FloatArray:
+    """Return the corners of a box, shape (2^D, D)."""
+    return np.array(list(product(*view.T)))
+
+
+def _ground(canvas: Canvas, eye: Camera, frame: FlockFrame) -> None:
+    """Draw the edges of the initial region and, in a space, the shadows on the floor."""
+    corners = eye.pixels(_corners(initial_region(frame.scenario)))
+    # Each axis is one bit of a corner's index, so the corners of an edge differ in one bit.
+    edges = [pair for pair in combinations(range(len(corners)), 2) if (pair[0] ^ pair[1]).bit_count() == 1]
+    canvas.segments(corners[edges], [FRAME] * len(edges))
+    if frame.scenario.dimension == 3:
+        floor = frame.view[0] * (0, 0, 1)
+        shadows = eye.pixels(frame.positions * (1, 1, 0) + floor)
+        canvas.discs(shadows, 0.0022 * canvas.size, np.tile(FRAME, (len(shadows), 1)))
+        feet = eye.pixels(frame.predator_positions * (1, 1, 0) + floor)
+        lines = np.stack([feet, eye.pixels(frame.predator_positions)], axis=1)
+        canvas.segments(lines, [faded(PREDATOR, 0.6).tolist()] * len(lines))
+    arms = 0.005 * canvas.size * np.array([[(-1.0, -1.0), (1.0, 1.0)], [(-1.0, 1.0), (1.0, -1.0)]])
+    for center in eye.pixels(frame.positions[frame.caught]):
+        canvas.segments(center + arms, [FRAME] * 2, 0.0025 * canvas.size)
+
+
+def _darts(eye: Camera, centers: FloatArray, velocities: FloatArray, length: float) -> FloatArray:
+    """Return the corners of marks, shape (k, 4, 2) in px, shorter where they fly toward or away from us."""
+    pixels = velocities @ eye.matrix
+    seen = np.linalg.norm(pixels, axis=1, keepdims=True)
+    full = eye.scale * np.linalg.norm(velocities, axis=1, keepdims=True)
+    ahead = np.where(seen > 1e-6 * full, pixels / np.maximum(seen, 1e-300), (1.0, 0.0))
+    left = np.stack([ahead[:, 1], -ahead[:, 0]], axis=1)
+    ahead *= 0.4 + 0.6 * seen / np.maximum(full, 1e-300)
+    offsets = _DART[:, :1] * ahead[:, np.newaxis] + _DART[:, 1:] * left[:, np.newaxis]
+    corners: FloatArray = centers[:, np.newaxis] + length * offsets
+    return corners
+
+
+def _head(canvas: Canvas, title: str, time: str, words: str, goal: str) -> None:
+    """Write the title and, below it, the time, the range and the objective."""
+    left, right, row = _LEFT * canvas.size, _RIGHT * canvas.size, 0.08 * canvas.size
+    canvas.text(title, (left, 0.02 * canvas.size), TEXT)
+    canvas.text(time, (left, row), TEXT)
+    canvas.text(words, (0.2 * canvas.size, row), TEXT)
+    canvas.text(goal, (right, row), TEXT, "topright")
+
+
+def _count(canvas: Canvas, labels: IntArray) -> None:
+    """Write the number of components into the lower left corner."""
+    count = len(np.unique(labels))
+    words = f"{count} component{'' if count == 1 else 's'}"
+    canvas.text(words, (_LEFT * canvas.size, 0.96 * canvas.size), FAINT_TEXT, "midleft")
+
+
+def _color_scale(canvas: Canvas, largest: str) -> None:
+    """Draw the color scale of ranges into the lower left corner."""
+    x, y, width = _LEFT * canvas.size, 0.96 * canvas.size, 0.006 * canvas.size
+    x += canvas.text("0", (x, y), FAINT_TEXT, "midleft") + width
+    for share in np.linspace(0.0, 1.0, 24):
+        piece = np.array([[(x, y), (x + width, y)]])
+        canvas.segments(piece, range_colors(np.array([share]), 1.0).tolist(), 0.03 * canvas.size)
+        x += width
+    canvas.text(largest, (x + width, y), FAINT_TEXT, "midleft")
+
+
+def _ruler(canvas: Canvas, scale: float) -> None:
+    """Draw a length in m into the lower right corner."""
+    length, right, y = nice(0.1 * canvas.size / scale), _RIGHT * canvas.size, 0.98 * canvas.size
+    middle = right - length * scale / 2
+    canvas.segments(np.array([[(2 * middle - right, y), (right, y)]]), [FAINT_TEXT], 0.004 * canvas.size)
+    canvas.text(f"{length:g} m", (middle, y - 0.008 * canvas.size), FAINT_TEXT, "midbottom")
+
+
+def _ticks(low: float, high: float) -> FloatArray:
+    """Return about eight round numbers from ``low`` to ``high``."""
+    spacing = nice((high - low) / 8)
+    return spacing * np.arange(np.ceil(low / spacing), np.floor(high / spacing) + 1)

@@ -1,0 +1,151 @@
+"""Policy classes for PPO and A2C of stable-baselines3: a first range, and a scorer of candidate ranges."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import torch
+from gymnasium import spaces
+from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.type_aliases import Schedule
+from torch import nn
+
+from flockesc_env.episodes.spaces import PolicySpec
+from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.policies.torch import layer_parameters
+
+_FIRST_SLOPE = 8.0
+"""Decrease of the first scores with the range, in units of the largest one.
+
+With equal probabilities the mean range is long. Then the flock agrees in its first steps, and no agent's
+action changes its reward.
+"""
+
+
+class RangePolicy(ActorCriticPolicy):
+    """``MlpPolicy`` that starts near one action.
+
+    Args:
+        *args: spaces and learning rate, from stable-baselines3.
+        first_action: mean of the Gaussian at the start, from -1 to 1. For discrete actions an index: the
+            probabilities of the others fall by a factor of e with every place.
+        **kwargs: arguments of ``ActorCriticPolicy``.
+    """
+
+    def __init__(self, *args: Any, first_action: float = 0.0, **kwargs: Any) -> None:
+        self._first_action = first_action
+        super().__init__(*args, **kwargs)
+
+    def _build(self, lr_schedule: Schedule) -> None:
+        super()._build(lr_schedule)
+        outputs: Any = self.action_net
+        first = torch.tensor([self._first_action])
+        if isinstance(self.action_space, spaces.Discrete):
+            first = -torch.abs(torch.arange(outputs.out_features) - self._first_action)
+        with torch.no_grad():
+            outputs.bias.copy_(first)
+
+
+class ScorerPolicy(ActorCriticPolicy):
+    """Policy with one logit per candidate range of a profile, from a small network that all candidates share.
+
+    Its environment has discrete actions, whose ranges are the candidates. A categorical network with one
+    output per candidate did not learn; this one did.
+
+    Args:
+        *args: spaces and learning rate, from stable-baselines3.
+        spec: policy spec of the environment.
+        inputs: names of the observation entries that the network sees.
+        candidate_inputs: names of the entries of a candidate that it sees; see ``Architecture``.
+        **kwargs: arguments of ``ActorCriticPolicy``. ``net_arch`` holds the widths of the hidden layers
+            of both the scoring and the value network.
+
+    Raises:
+        ArgumentError: if the observation lacks an input.
+    """
+
+    def __init__(
+        self,
+        *args: Any,
+        spec: PolicySpec,
+        inputs: tuple[str, ...] = (),
+        candidate_inputs: tuple[str, ...],
+        **kwargs: Any,
+    ) -> None:
+        self._spec, self._inputs, self._candidate_inputs = spec, tuple(inputs), tuple(candidate_inputs)
+        super().__init__(*args, **kwargs)
+
+    def network(self) -> NetworkPolicy:
+        """Return the policy that sets the candidate with the highest score."""
+        hidden, parameters = layer_parameters(list(self.mlp_extractor.policy_net)[::2])
+        architecture = Architecture(self._inputs, hidden, candidate_inputs=self._candidate_inputs)
+        return NetworkPolicy(architecture, parameters)
+
+    def _build_mlp_extractor(self) -> None:
+        scores = _Scores(self._spec, self._inputs, self._candidate_inputs, self.net_arch)  # type: ignore[arg-type]
+        self.mlp_extractor = scores  # type: ignore[assignment]
+
+    def _build(self, lr_schedule: Schedule) -> None:
+        super()._build(lr_schedule)
+        self.action_net = nn.Identity()  # the scores are the logits
+        self._prefer_short_ranges()
+        self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
+
+    def _prefer_short_ranges(self) -> None:
+        """Make scores fall with the range and depend on little else."""
+        network: Any = self.mlp_extractor.policy_net
+        layers: list[nn.Linear] = list(network)[::2]
+        nn.init.orthogonal_(layers[-1].weight, gain=0.01)
+        if "range" not in self._candidate_inputs:
+            return
+        column = len(self._inputs) + self._candidate_inputs.index("range")
+        with torch.no_grad():
+            for layer in layers[:-1]:
+                layer.weight[0] = 0
+                layer.weight[0, column] = 1
+                column = 0
+            layers[-1].weight[0, column] = -_FIRST_SLOPE
+
+
+class _Scores(nn.Module):
+    """The scoring network and the value network, in the form of ``MlpExtractor`` of stable-baselines3."""
+
+    def __init__(
+        self, spec: PolicySpec, inputs: tuple[str, ...], candidate_inputs: tuple[str, ...], hidden: list[int]
+    ) -> None:
+        super().__init__()
+        entries, count = len(spec.layout.names), len(spec.candidate_ranges)
+
+        def column(name: str, k: int) -> int:  # the ranges stand after the observation
+            return entries + k if name == "range" else spec.layout.index(f"profile_{k}_{name}")
+
+        own = [spec.layout.index(name) for name in inputs]
+        self._columns = torch.tensor(
+            [own + [column(name, k) for name in candidate_inputs] for k in range(count)]
+        )
+        self._ranges = torch.tensor((spec.candidate_ranges / spec.candidate_ranges[-1]).tolist())
+        layers = _tanh_layers([self._columns.shape[1], *hidden])
+        self.policy_net = nn.Sequential(*layers, nn.Linear(hidden[-1], 1))
+        self.value_net = nn.Sequential(*_tanh_layers([entries, *hidden]))
+        self.latent_dim_pi, self.latent_dim_vf = count, hidden[-1]
+
+    def forward(self, features: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return the score of every candidate and the last hidden layer of the value network."""
+        return self.forward_actor(features), self.forward_critic(features)
+
+    def forward_actor(self, features: torch.Tensor) -> torch.Tensor:
+        """Return the score of every candidate, shape (rows, candidates)."""
+        inputs = torch.cat([features, self._ranges.expand(len(features), -1)], dim=1)[:, self._columns]
+        scores: torch.Tensor = self.policy_net(inputs)
+        return scores.squeeze(-1)
+
+    def forward_critic(self, features: torch.Tensor) -> torch.Tensor:
+        """Return the last hidden layer of the value network, shape (rows, width)."""
+        hidden: torch.Tensor = self.value_net(features)
+        return hidden
+
+
+def _tanh_layers(widths: list[int]) -> list[nn.Module]:
+    """Return a linear layer and tanh between each two widths."""
+    return [layer for sizes in pairwise(widths) for layer in (nn.Linear(*sizes), nn.Tanh())]

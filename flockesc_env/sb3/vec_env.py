@@ -1,0 +1,191 @@
+"""Vectorized environments for stable-baselines3: one slot per flock, per agent, or per line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any, ClassVar, Unpack, get_args
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
+
+from flockesc_env import _core
+from flockesc_env.common.checks import as_array, as_choice, as_count
+from flockesc_env.common.errors import ActionError, ArgumentError, OptionError
+from flockesc_env.envs import _autoreset
+from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, needs_reset_if_interrupted
+from flockesc_env.envs.line import LineEscapeEnv
+from flockesc_env.episodes.batch import Columns
+from flockesc_env.episodes.options import View
+from flockesc_env.episodes.scenarios import Scenarios
+from flockesc_env.episodes.seeds import consecutive_seeds, fresh_seed
+from flockesc_env.scenario.line import LineScenario
+
+
+class BatchVecEnv(ManyFlocks, VecEnv):
+    """Base class: a batch of flocks with one or more slots per flock, which share its episode.
+
+    An episode terminates when all agents are caught and is truncated after ``scenario.num_steps`` model
+    steps.
+    """
+
+    _view: ClassVar[View]
+
+    def __init__(
+        self,
+        num_flocks: int,
+        scenario: Scenarios | None = None,
+        *,
+        infos: Infos = "all",
+        **arguments: Unpack[FlockArguments],
+    ) -> None:
+        super().__init__(scenario, arguments, num_flocks=num_flocks, view=self._view)
+        self.policy_spec = spec = self._batch.policy_spec
+        self.predator_policy = arguments.get("predator_policy")
+        self._infos: Infos = as_choice(infos, "infos", get_args(Infos), OptionError)
+        self._actions: NDArray[Any] | None = None
+        kept = self.metadata, self.render_mode
+        slots = self._batch.num_flocks * self._batch.rows
+        VecEnv.__init__(self, slots, spec.layout.space(), spec.actions.space())
+        self.metadata, self.render_mode = kept
+
+    @needs_reset_if_interrupted
+    def reset(self) -> VecEnvObs:
+        """Start an episode in every flock, with the seeds and options that were set since the last reset.
+
+        ``set_options`` takes the options of ``FlockEscapeEnv.reset``, for all slots or one dict per slot. The
+        options of the first slot of each flock are used. To continue a run, call ``seed(s)`` and set the
+        option ``episode``.
+
+        Raises:
+            ArgumentError: if an option is invalid; the running episodes continue.
+        """
+        rows, flocks = self._batch.rows, range(self._batch.num_flocks)
+        starts = [self._batch.start(given, flock) for flock, given in enumerate(self._options[::rows])]
+        observations, columns = self._batch.reset(flocks, self._seeds[::rows], starts)
+        reset_infos = self._slot_infos(columns, np.zeros(self.num_envs))
+        self._reset_seeds()
+        self._reset_options()
+        self.reset_infos = reset_infos
+        self._show()
+        return observations
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Set the actions of the next step, shape (num_envs, 1) or, for discrete actions, (num_envs,)."""
+        self._actions = as_array(actions, "action", ActionError).copy()  # the caller may reuse its array
+
+    @needs_reset_if_interrupted
+    def step_wait(self) -> VecEnvStepReturn:
+        """Step all flocks; a flock whose episode ends starts the next one in the same step.
+
+        Raises:
+            ActionError: if the action is outside the action space.
+            ResetNeededError: if called before ``reset``.
+        """
+        step = _autoreset.step(self._batch, self._actions, AutoresetMode.SAME_STEP)
+        dones = step.terminations | step.truncations
+        if self._infos == "all":
+            slot_infos = self._slot_infos(step.columns, step.ranges)
+        else:
+            slot_infos = [{}] * self.num_envs
+        if step.ending is not None:
+            slots = np.flatnonzero(dones).tolist()
+            if self._infos == "end":
+                ended = {name: column[dones[:: self._batch.rows]] for name, column in step.columns.items()}
+                for slot, info in zip(slots, self._slot_infos(ended, step.ranges[dones]), strict=True):
+                    slot_infos[slot] = info
+            for slot, last in zip(slots, step.ending.observations, strict=True):
+                slot_infos[slot]["TimeLimit.truncated"] = bool(step.truncations[slot])
+                slot_infos[slot]["terminal_observation"] = last
+        self._show()
+        return step.observations, step.rewards.astype(np.float32), dones, slot_infos
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Set the seed of flock f to ``seed + f`` for the next reset; ``None``: a random ``seed``."""
+        seeds = consecutive_seeds(fresh_seed() if seed is None else seed, self._batch.num_flocks)
+        self._seeds = [seeds[slot // self._batch.rows] for slot in range(self.num_envs)]
+        return self._seeds
+
+    def get_images(self) -> Sequence[np.ndarray | None]:
+        """Return one image per flock, shape (size, size, 3); an empty list without a render mode."""
+        return [] if self._viewer is None else self._viewer.images()
+
+    def render(self, mode: str | None = None) -> np.ndarray | None:  # type: ignore[override]
+        """Return all flocks in one image; in mode ``"human"`` show them."""
+        if self.render_mode == "human" and mode in {None, "human"}:
+            ManyFlocks.render(self)  # SB3 would render every slot
+            return None
+        return VecEnv.render(self, mode)
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """Return the value of an attribute once per slot in ``indices``; all slots share it."""
+        return [getattr(self, attr_name) for _ in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Set an attribute for all slots, which share it.
+
+        Raises:
+            ArgumentError: if ``indices`` does not include all slots.
+        """
+        if set(self._get_indices(indices)) != set(range(self.num_envs)):
+            raise ArgumentError("indices", f"all slots, which share {attr_name!r}", indices)
+        setattr(self, attr_name, value)
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
+    ) -> list[Any]:
+        """Call a method of this environment once per slot in ``indices``."""
+        method = getattr(self, method_name)
+        return [method(*method_args, **method_kwargs) for _ in self._get_indices(indices)]
+
+    def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:  # noqa: ARG002
+        """Return False for every slot: slots are not wrapped Gymnasium environments."""
+        return [False for _ in self._get_indices(indices)]
+
+    def _slot_infos(self, columns: Columns, ranges: NDArray[np.float64]) -> list[dict[str, Any]]:
+        not_truncated = np.zeros(len(ranges) // self._batch.rows, np.bool)
+        return _core.infos({**columns, "TimeLimit.truncated": not_truncated}, ranges)
+
+
+class FlockVecEnv(BatchVecEnv):
+    """Vectorized environment with one slot per flock: one action sets the range of the whole flock.
+
+    Args:
+        num_flocks: number of flocks, and of slots.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
+            scenario per flock (docs/environments.md, "Several scenarios").
+        infos: which ``info`` dicts of ``step`` have entries. ``"all"``: all. ``"end"``: those of slots whose
+            episode has ended in this step; the others share one new empty dict, which is faster.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
+
+    Raises:
+        InputError: as ``FlockEscapeEnv``, and ``ScenarioError`` if scenarios of a list do not agree.
+    """
+
+    _view = View.FLOCK
+
+
+class AgentVecEnv(BatchVecEnv):
+    """Vectorized environment with one slot per agent: one shared policy sets the range of each agent.
+
+    Slot ``f * num_agents + i`` is agent i of flock f. ``seed(s)`` gives flock f the seed ``s + f``.
+
+    A caught agent keeps its slot until the episode of its flock ends, as in SuperSuit's ``black_death``: its
+    observation is zeros, its reward is 0, its action is ignored, and it is not done.
+
+    Args:
+        num_flocks: number of flocks; there are ``num_flocks * scenario.num_agents`` slots.
+        scenario: see ``FlockVecEnv``.
+        infos: see ``FlockVecEnv``.
+        **arguments: see ``FlockVecEnv``.
+    """
+
+    _view = View.AGENT
+
+
+def line_vec_env(num_lines: int, scenario: LineScenario, **options: Any) -> DummyVecEnv:
+    """Return one slot per line; ``options`` are those of ``LineEscapeEnv``."""
+    return DummyVecEnv([partial(LineEscapeEnv, scenario, **options)] * as_count(num_lines, "num_lines"))

@@ -1,0 +1,165 @@
+"""``compare``: policies beside the best fixed range, on held-out flocks; needs the extra ``analysis``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from flockesc_env.common import stats
+from flockesc_env.common.array_files import write_table
+from flockesc_env.common.checks import as_choice, as_count
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.extras import data_frame, require
+from flockesc_env.common.files import write_text
+from flockesc_env.common.progress import progress_bar
+from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.models.sweep import FLOCK_RANGES, LINE_RANGES, FlockSweepResult, LineSweepResult, sweep
+from flockesc_env.policies.files import find_policy
+from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.policies.rollout import rollout
+from flockesc_env.policies.sb3 import SB3Policy
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.tasks.fitting import fitted
+from flockesc_env.tasks.task import Task
+
+if TYPE_CHECKING:
+    import polars as pl
+
+ORACLE: Final = "hindsight oracle over fixed ranges"
+
+
+@dataclass(frozen=True)
+class ComparisonRow:
+    """What a policy reaches: its objective, and its paired difference to the best fixed range.
+
+    Attributes:
+        objective: mean objective.
+        difference: mean paired difference to the best fixed range.
+        improvement: share of flocks with a larger objective than under the best fixed range; ties count half.
+    """
+
+    objective: Estimate
+    difference: Estimate
+    improvement: Estimate
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """The objectives of policies on the same flocks. Printing it is the table.
+
+    Attributes:
+        task: the task.
+        scenario: name of the scenario.
+        search: the grid search over fixed ranges on these flocks.
+        values: objective of every flock, shape (flocks,), by policy; the best fixed range is first.
+    """
+
+    task: Task
+    scenario: str
+    search: FlockSweepResult | LineSweepResult
+    values: Mapping[str, FloatArray]
+
+    @property
+    def rows(self) -> dict[str, ComparisonRow]:
+        """The rows of the table with 95 % bootstrap intervals over flocks, by policy."""
+        fixed = next(iter(self.values.values()))
+        return {
+            name: ComparisonRow(
+                stats.mean(values), stats.mean(values - fixed), stats.improvement(values, fixed)
+            )
+            for name, values in self.values.items()
+        }
+
+    def to_polars(self) -> pl.DataFrame:
+        """Return one row per policy and flock: policy, seed, objective."""
+        table = data_frame({"seed": self.search.seeds, **self.values})
+        return table.unpivot(index="seed", variable_name="policy", value_name="objective")
+
+    def write(self, folder: Path) -> None:
+        """Write table.md and episodes.parquet (``to_polars``) to a folder, which is made."""
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(folder / "table.md", f"{self}\n")
+        write_table(self.to_polars(), folder / "episodes.parquet")
+
+    def __str__(self) -> str:
+        spec = self.task.spec
+        lines = [
+            f"{spec.with_unit(spec.symbol)} of the task {self.task.name} on {len(self.search.seeds)} held-out"
+            f" {spec.model}s in {self.scenario}; 95 % bootstrap intervals.",
+            "Differences to the best fixed range are paired. The range was chosen on other seeds.",
+            "",
+            "| policy | objective | difference to best fixed | probability of improvement |",
+            "|---|---|---|---|",
+        ]
+        for place, (name, row) in enumerate(self.rows.items()):
+            objective, difference = (f"{one:.{spec.digits}f}" for one in (row.objective, row.difference))
+            compared = [difference, f"{row.improvement:.2f}"] if place else ["-", "-"]
+            lines.append(f"| {' | '.join([name, objective, *compared])} |")
+        return "\n".join(lines)
+
+    __repr__ = __str__
+
+
+def compare(
+    task: Task,
+    policies: Sequence[Any],
+    *,
+    scenario: str | None = None,
+    num_flocks: int = 200,
+    num_threads: int | None = None,
+) -> Comparison:
+    """Play the best fixed range, the shortcut and policies on held-out flocks; see ``Task.compare``."""
+    require("analysis", ["scipy"])
+    seeds = task.seeds[: as_count(num_flocks, "num_flocks", most=len(task.seeds))]
+    name = as_choice(scenario or next(iter(task.scenarios)), "scenario", task.scenarios)
+    model, best = task.scenarios[name], task.scales[name].best_fixed_range
+    entries = {
+        one.name: one for one in (entry_of(policy, task) for policy in (task.shortcut.policy, *policies))
+    }
+    ranges = np.union1d(grid_of(task), best)
+    with progress_bar("Fixed ranges", ranges.size * len(seeds)) as report:
+        search: Any = sweep(model, ranges, seeds, num_threads=num_threads, progress=report)
+    values = {
+        f"best fixed range ({best:g}{task.spec.unit and ' m'})": task.spec.values(search)[
+            ranges.searchsorted(best)
+        ],
+        ORACLE: search.hindsight_oracle(task.spec.name),
+    }
+    for entry in entries.values():
+        with progress_bar(f"Policy {entry.name}", len(seeds)) as report:
+            episodes = rollout(model, entry, seeds, num_threads=num_threads, progress=report)
+        values[entry.name] = task.spec.values(episodes)
+    return Comparison(task, name, search, values)
+
+
+def grid_of(task: Task) -> tuple[float, ...]:
+    """Return the fixed ranges among which the best one of a task is chosen."""
+    return LINE_RANGES if isinstance(task.scenario, LineScenario) else FLOCK_RANGES
+
+
+def entry_of(policy: Any, task: Task) -> NamedPolicy:
+    """Return a policy as it plays a task, with the task's objective.
+
+    Args:
+        policy: a policy, the name of a built-in one, the path of a policy file, or a model of
+            stable-baselines3 that was trained on the task.
+        task: the task.
+
+    Raises:
+        ArgumentError: if it is no policy, or does not fit the task.
+    """
+    if isinstance(policy, str):
+        policy = find_policy(policy)
+    if not isinstance(policy, NamedPolicy):
+        found = SB3Policy(policy) if hasattr(policy, "predict") and not hasattr(policy, "act") else policy
+        policy = NamedPolicy(type(policy).__name__, found, task.per_agent, dict(task.options), task.scenario)
+    try:
+        entry = fitted(policy, task)
+    except ArgumentError as error:
+        raise ArgumentError(f"{policy.name}: {error.field}", error.expected, error.given) from None
+    is_line = isinstance(task.scenario, LineScenario)
+    return entry if is_line else replace(entry, options={"objective": task.spec.name, **entry.options})

@@ -1,0 +1,115 @@
+"""Learners of a task: the algorithm and its hyperparameters, from ``learners/TASK.toml``."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from importlib.resources import files
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any, Final
+
+import msgspec
+
+from flockesc_env.common.errors import ArgumentError, shown_name
+from flockesc_env.common.extras import require
+
+if TYPE_CHECKING:
+    from flockesc_env.tasks.task import Task
+
+OWN_ALGORITHMS: Final = ("search", "imitation")
+"""Algorithms of ``python -m training`` that are not of stable-baselines3 or sb3-contrib."""
+
+_LINEAR: Final = "lin_"
+"""Start of a text that stands for a number that falls to 0 during training, as in rl_zoo3."""
+
+
+class Learner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A learner: a table of the file.
+
+    Attributes:
+        algorithm: class of stable-baselines3 or sb3-contrib, such as ``"PPO"``; ``"search"`` (CMA-ES) or
+            ``"imitation"``.
+        seeds: number of training seeds on the scoreboard.
+        note: remark for readers; may be empty.
+        options: options of the environment that replace the task's, such as ``reward``.
+        hyperparameters: arguments of the algorithm. ``"lin_1e-3"`` falls from 1e-3 to 0.
+        policy: policy of stable-baselines3: a name such as ``"MlpPolicy"``, or ``module:class``.
+        num_flocks: number of flocks, or lines, that stable-baselines3 steps together.
+        samples: number of actions of a training run; 0: that of the task.
+        num_steps: model steps of an episode of training, if that decides the objective; 0: the scenario's.
+        num_evaluations: number of evaluations on tuning flocks, beside that of the untrained model.
+    """
+
+    algorithm: str
+    seeds: int = 5
+    note: str = ""
+    options: dict[str, Any] = {}
+    hyperparameters: dict[str, Any] = {}
+    policy: str = "MlpPolicy"
+    num_flocks: int = 4
+    samples: int = 0
+    num_steps: int = 0
+    num_evaluations: int = 8
+
+
+def learners(task: Task) -> dict[str, Learner]:
+    """Return the learners of a task by name; empty if the task has no file."""
+    return _read(task.name)
+
+
+def learner_of(task: Task, name: str) -> Learner:
+    """Return a learner of a task.
+
+    Raises:
+        ArgumentError: if the task has no such learner.
+    """
+    known = learners(task)
+    if name not in known:
+        given = shown_name(name, list(known))
+        raise ArgumentError("learner", f"one of {', '.join(known) or 'none'} for {task.name}", given)
+    return known[name]
+
+
+def arguments(task: Task, name: str) -> dict[str, Any]:
+    """Return the keyword arguments of the class of stable-baselines3; see ``Task.hyperparameters``."""
+    learner = learner_of(task, name)
+    if learner.algorithm in OWN_ALGORITHMS:
+        raise ArgumentError(
+            "learner", "one of stable-baselines3 or sb3-contrib", f"{name}, {learner.algorithm}"
+        )
+    require("sb3", ["stable_baselines3"])
+    found = {key: _value(value) for key, value in learner.hyperparameters.items()}
+    if learner.policy.endswith("ScorerPolicy"):
+        kwargs = found.get("policy_kwargs", {})
+        found["policy_kwargs"] = {"spec": task.policy_spec(**learner.options), **kwargs}
+    return found
+
+
+def read_learners(text: str, field: str) -> dict[str, Learner]:
+    """Return the learners of a file's text.
+
+    Raises:
+        ArgumentError: if a table has an unknown field or a wrong type; it names the table and the field.
+    """
+    try:
+        return msgspec.convert(tomllib.loads(text), dict[str, Learner])
+    except (tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
+        expected = f"tables with {', '.join(Learner.__struct_fields__)}"
+        raise ArgumentError(field, expected, error) from None
+
+
+@cache
+def _read(name: str) -> dict[str, Learner]:
+    file = files(__package__) / "learners" / f"{name}.toml"
+    return read_learners(file.read_text("utf-8"), file.name) if file.is_file() else {}
+
+
+def _value(value: Any) -> Any:
+    """Return a value with schedules and classes of torch instead of their names."""
+    if isinstance(value, dict):
+        return {key: _value(entry) for key, entry in value.items()}
+    if isinstance(value, str) and value.startswith(_LINEAR):
+        from stable_baselines3.common.utils import LinearSchedule
+
+        return LinearSchedule(float(value.removeprefix(_LINEAR)), 0.0, 1.0)
+    return resolve_name(value) if isinstance(value, str) and ":" in value else value

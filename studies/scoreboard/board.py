@@ -1,0 +1,139 @@
+"""The scoreboard: results of rules and learners on the tasks, in folders of the name of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import msgspec
+
+from flockesc_env import ArgumentError
+from flockesc_env.cli.output import note
+from flockesc_env.common.files import atomic_write
+from flockesc_env.jobs import Arrays
+from flockesc_env.policies.files import parse_policy
+from flockesc_env.tasks import fitting
+from flockesc_env.tasks.results import Result, Training, read_result, write_result
+from flockesc_env.tasks.scoring import LoadedPolicy, score
+from flockesc_env.tasks.task import Task, tasks
+from studies.scoreboard.trainings import Key, hyperparameters_of, versions_of
+
+BOARD: Final = Path("scoreboard")
+CARD: Final = "card.toml"
+Kind = Literal["rule", "search", "imitation", "reinforcement learning"]
+
+RULES: Final[Mapping[str, tuple[str, ...]]] = {
+    "per-agent-visible": ("win-stay-lose-shift",),
+    "per-agent-visible-derived": ("stubborn-leaders",),
+    "per-agent-visible-minimum": ("stubborn-leaders",),
+    "per-agent-local": ("listen-while-threatened",),
+    "per-agent-visible-profile": ("head-away",),
+    "warned-agents": ("listen-while-threatened",),
+    "warned-nearest": ("stubborn-witnesses",),
+}
+"""Built-in rules that are scored beside the shortcut and random ranges."""
+
+TRANSFERRED: Final = ("held-out-worlds", "held-out-sizes")
+"""Tasks on which nobody trains: they score the policies of ``per-agent-visible``."""
+
+
+class Card(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a person says about a learner: the file ``card.toml`` in its folder.
+
+    Attributes:
+        kind: ``"rule"`` (nobody trained it), ``"search"``, ``"imitation"`` or ``"reinforcement learning"``.
+        summary: one or two sentences.
+        authors: names.
+        code: where the code is; a link or a command.
+        license: license of the policy files.
+    """
+
+    kind: Kind
+    summary: str
+    authors: str
+    code: str
+    license: str
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """A folder of the scoreboard: a learner or rule with its card and its results by task."""
+
+    name: str
+    card: Card
+    results: Mapping[str, Result]
+
+
+def load_board(folder: Path = BOARD) -> list[Entrant]:
+    """Read the scoreboard; results are checked, but not played again.
+
+    Raises:
+        RecordError: if a result is damaged.
+        ArgumentError: if a card is.
+    """
+    found = []
+    for path in sorted(folder.iterdir()):
+        card = path / CARD
+        try:
+            read = msgspec.toml.decode(card.read_bytes(), type=Card)
+        except (FileNotFoundError, msgspec.DecodeError) as error:
+            raise ArgumentError(str(card), "kind, summary, authors, code and license", error) from None
+        results = {file.stem: read_result(file) for file in sorted(path.glob("*.json"))}
+        found.append(Entrant(path.name, read, results))
+    return found
+
+
+def write_scores(trained: Mapping[Key, Arrays], folder: Path = BOARD) -> None:
+    """Score all rules and training runs that have no result yet, and write policies and results."""
+    for name, task, found, training in (*_rules(), *_trained(trained, folder)):
+        output = folder / name / f"{task.name}.json"
+        if output.is_file() and read_result(output).training == training:
+            continue
+        note(f"{output}: {len(found)} policies")
+        output.parent.mkdir(parents=True, exist_ok=True)
+        result = score([*map(LoadedPolicy.of, found)], task, learner=name, output=output, training=training)
+        write_result(result, output)
+
+
+_Scored = tuple[str, Task, list[str], Training | None]
+
+
+def _rules() -> Iterator[_Scored]:
+    """Yield the shortcut of every task, random ranges, and ``RULES``."""
+    for task in tasks.values():
+        for rule in dict.fromkeys((task.shortcut.policy, "random", *RULES.get(task.name, ()))):
+            yield rule, task, [rule], None
+
+
+def _trained(trained: Mapping[Key, Arrays], folder: Path) -> Iterator[_Scored]:
+    """Yield the learners; write their policy files. Runs that end with an equal policy count once.
+
+    Several searches of a rule keep the hand-written one, from which they start.
+    """
+    groups: dict[tuple[str, str], dict[int, Arrays]] = {}
+    for key, arrays in trained.items():
+        groups.setdefault((key.learner, key.task), {})[key.seed] = arrays
+    for (learner, name), runs in groups.items():
+        task, kept, contents = tasks[name], dict[int, Arrays](), list[Any]()
+        for seed, arrays in runs.items():
+            content_of = parse_policy(arrays["policy"].tobytes(), Path(f"{name}-{seed}.npz"))
+            if (content := fitting.content(content_of, task)) not in contents:
+                contents.append(content)
+                kept[seed] = arrays
+        files = [folder / learner / "policies" / f"{name}-{seed}.npz" for seed in kept]
+        files[0].parent.mkdir(parents=True, exist_ok=True)
+        for file, arrays in zip(files, kept.values(), strict=True):
+            with atomic_write(file) as opened:
+                opened.write(arrays["policy"].tobytes())
+        training = Training(
+            seeds=list(kept),
+            samples=max(int(arrays["samples"]) for arrays in kept.values()),
+            cpu_minutes=[round(float(arrays["cpu_seconds"]) / 60, 2) for arrays in kept.values()],
+            versions=dict(versions_of(learner)),
+            hyperparameters=hyperparameters_of(learner, name),
+        )
+        on = (name, *TRANSFERRED) if name == "per-agent-visible" else (name,)
+        for other in on:
+            yield learner, tasks[other], [*map(str, files)], training

@@ -1,0 +1,214 @@
+"""``Run``: a training run, the files of its folder, and the record that repeats or continues it.
+
+- config.json: task, learner, seed and versions.
+- policy.npz: the policy; of stable-baselines3 also best_model.zip.
+- run.json: samples, episodes, processor time and the learning curve. It is written last.
+"""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from flockesc_env import Architecture, ArgumentError, NamedPolicy, Policy, PolicySpec, rollout, save_policy
+from flockesc_env.cli.policies import POLICY_FILE
+from flockesc_env.common.errors import RecordError
+from flockesc_env.common.files import check_writable, read_sealed, write_sealed, write_text
+from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.options import env_options, line_options
+from flockesc_env.models.records import versions
+from flockesc_env.policies.files import Stored
+from flockesc_env.policies.playing import rollout_networks
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.tasks.learners import Learner, learner_of
+from flockesc_env.tasks.task import Task, tasks
+
+CONFIG_FILE = "config.json"
+RUN_FILE = "run.json"
+CHECKPOINT_FILE = "checkpoint.pickle"
+CURVE_FLOCKS = 200
+"""Tuning flocks on which the learning curves of search and imitation are measured."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """A training run.
+
+    Attributes:
+        task: the task.
+        name: name of the learner.
+        learner: its algorithm and hyperparameters.
+        seed: seed of the learner and of the training flocks.
+        folder: folder of the files.
+        progress: show a progress bar.
+    """
+
+    task: Task
+    name: str
+    learner: Learner
+    seed: int
+    folder: Path
+    progress: bool = True
+
+    @classmethod
+    def of(cls, task: str, learner: str, seed: int, folder: Path, *, progress: bool = True) -> Run:
+        """Return the run of a task's learner.
+
+        Raises:
+            ArgumentError: if the task or the learner is unknown.
+        """
+        chosen = tasks[task]
+        found = learner_of(chosen, learner)
+        return cls(task=chosen, name=learner, learner=found, seed=seed, folder=folder, progress=progress)
+
+    @cached_property
+    def options(self) -> dict[str, Any]:
+        """Options of the environment: those of the task, and those that the learner replaces."""
+        return {**self.task.options, **self.learner.options}
+
+    @cached_property
+    def policy_spec(self) -> PolicySpec:
+        """Policy spec of the environment."""
+        return self.task.policy_spec(**self.learner.options)
+
+    def objectives(
+        self, policy: Policy, seeds: Iterable[int], *, batch_size: int = 64, num_threads: int | None = 1
+    ) -> FloatArray:
+        """Play a policy; return the objective, shape (seeds,)."""
+        options: dict[str, Any] = {"batch_size": batch_size, "num_threads": num_threads, **self.options}
+        if not isinstance(self.task.scenario, LineScenario):
+            options["per_agent"] = self.task.per_agent
+        model: Any = self.task.scenario
+        return self.task.spec.values(rollout(model, policy, seeds, **options))
+
+    def play_networks(
+        self, architecture: Architecture, vectors: FloatArray, seeds: Sequence[int]
+    ) -> tuple[FloatArray, int]:
+        """Play networks on the same flocks, on one thread.
+
+        Args:
+            architecture: inputs and layers of the networks.
+            vectors: parameters of the networks, shape (networks, size).
+            seeds: seeds of the flocks.
+
+        Returns:
+            The objective, shape (networks, seeds), and the number of actions, per agent or per flock.
+        """
+        model: Any = self.task.scenario
+        options: Any = self.options
+        per_agent = self.task.per_agent
+        columns = rollout_networks(
+            architecture,
+            np.repeat(vectors.astype(np.float32), len(seeds), axis=0),
+            list(seeds) * len(vectors),
+            model,
+            line_options(options) if isinstance(model, LineScenario) else env_options(model, options),
+            per_agent=per_agent,
+            num_threads=1,
+        )
+        values = columns[self.task.spec.column].reshape(len(vectors), -1)
+        return values, (model.num_agents if per_agent else 1) * int(columns["num_actions"].sum())
+
+    def record(self) -> dict[str, Any]:
+        """Return what decides the results of the run."""
+        return {
+            "task": self.task.name,
+            "task_sha256": self.task.sha256,
+            "learner": self.name,
+            "table": msgspec.to_builtins(self.learner),
+            "seed": self.seed,
+            "versions": versions("cmaes", "gymnasium", "sb3-contrib", "stable-baselines3", "torch"),
+        }
+
+    def begin(self, *, resume: bool) -> bool:
+        """Make the folder with the run's record; return whether the folder holds an unfinished run.
+
+        Raises:
+            ArgumentError: if the folder holds a finished run, a run with another record, or an unfinished
+                one that ``resume`` does not allow to continue.
+            OSError: if files cannot be written there.
+            RecordError: if the record is damaged.
+        """
+        path = self.folder / CONFIG_FILE
+        if (self.folder / RUN_FILE).exists():
+            raise ArgumentError("run", "a folder without a finished run", self.folder)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        check_writable(self.folder / CHECKPOINT_FILE)
+        if not path.exists():
+            if any(self.folder.iterdir()):
+                raise ArgumentError("run", "an empty folder or one of a run", self.folder)
+            write_text(path, json.dumps(self.record(), indent=1) + "\n")
+            return False
+        try:
+            found = json.loads(path.read_text("utf-8"))
+        except ValueError as error:
+            raise RecordError(str(path), "the record of a run", error) from None
+        if found != json.loads(json.dumps(self.record())):
+            raise ArgumentError("run", f"the task, learner, seed and versions of {path}", "others")
+        if not resume:
+            raise ArgumentError("run", "a new folder, or --resume to continue the run in it", self.folder)
+        return True
+
+    def save_checkpoint(self, state: Any) -> None:
+        """Write what the rest of the run needs."""
+        write_sealed(self.folder / CHECKPOINT_FILE, json.dumps(self.record()), pickle.dumps(state))
+
+    def load_checkpoint(self) -> Any:
+        """Return the last checkpoint, or ``None`` without one.
+
+        Raises:
+            RecordError: if it is damaged.
+        """
+        path = self.folder / CHECKPOINT_FILE
+        if not path.is_file():
+            return None
+        content = read_sealed(path, json.dumps(self.record()))
+        if content is None:
+            expected = "a checkpoint of this run; delete the folder to start from the beginning"
+            raise RecordError(str(path), expected, "a damaged one")
+        return pickle.loads(content)  # noqa: S301, of our own making
+
+    def finish(self, policy: Stored | None, measured: Measured) -> Path:
+        """Write the policy, if a file can hold it, and the measurements; return the policy's path."""
+        path = self.folder / POLICY_FILE
+        if policy is not None:
+            task = self.task
+            name = self.folder.name or self.name
+            save_policy(NamedPolicy(name, policy, task.per_agent, stored_options(self), task.scenario), path)
+        write_text(self.folder / RUN_FILE, json.dumps(vars(measured), indent=1) + "\n")
+        (self.folder / CHECKPOINT_FILE).unlink(missing_ok=True)
+        return path if policy is not None else self.folder / "best_model.zip"
+
+
+@dataclass
+class Measured:
+    """Measurements of a run.
+
+    Attributes:
+        episodes: number of episodes, those of evaluations included.
+        samples: number of chosen actions in training, one per agent or one per flock.
+        cpu_seconds: processor time.
+        curve: samples, or episodes of a search, and mean objective on tuning flocks, of every evaluation.
+    """
+
+    episodes: int = 0
+    samples: int = 0
+    cpu_seconds: float = 0.0
+    curve: list[tuple[int, float]] = field(default_factory=list)
+
+
+def stored_options(run: Run) -> dict[str, Any]:
+    """Return the options that a policy file needs: without the reward, and with continuous actions."""
+    return {
+        name: value
+        for name, value in run.options.items()
+        if name not in {"reward", "action_mode", "range_grid"}
+    }

@@ -1,0 +1,140 @@
+"""Training with stable-baselines3 or sb3-contrib: any algorithm on any task, from the table of a learner."""
+
+from __future__ import annotations
+
+import inspect
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import Any
+
+import sb3_contrib
+import stable_baselines3
+import torch
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import CheckpointCallback
+from stable_baselines3.common.logger import configure
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+
+from flockesc_env import SB3Policy
+from flockesc_env.common.errors import ArgumentError
+from flockesc_env.episodes.splits import training_seeds
+from flockesc_env.policies.files import Stored
+from flockesc_env.sb3 import FlockEvalCallback
+from training.run import Measured, Run
+
+_FREE = ("policy", "env", "seed", "device", "tensorboard_log", "verbose", "_init_setup_model", "self")
+"""Arguments of an algorithm that a table does not set."""
+
+
+def train(run: Run, *, resume: bool = False) -> Path:
+    """Train, or continue an unfinished run, and return the path of the policy.
+
+    The policy is the best of the evaluations on tuning flocks, the untrained one included. A network is
+    stored as policy.npz, any other model as best_model.zip. Rewards are scaled to unit variance of returns.
+    A continued run starts at its last checkpoint, with other flocks than an uninterrupted one.
+
+    Raises:
+        ArgumentError: if the algorithm or a hyperparameter is unknown, or see ``Run.begin``.
+        KeyboardInterrupt: on Ctrl-C, saying what continues the run.
+    """
+    learner, folder = run.learner, run.folder
+    cls = algorithm_of(run)
+    hyperparameters = run.task.hyperparameters(run.name)
+    _check_names(run, cls, hyperparameters)
+    torch.set_num_threads(1)  # the networks are small
+    env = _env(run)
+    is_unfinished = run.begin(resume=resume)
+    model = next(_checkpoints(cls, folder, env), None) if is_unfinished else None
+    if model is None:
+        env = VecNormalize(env, norm_obs=False, gamma=hyperparameters.get("gamma", 0.99))
+        policy: Any = resolve_name(learner.policy) if ":" in learner.policy else learner.policy
+        model = cls(policy, env, seed=run.seed, device="cpu", **hyperparameters)
+        env.seed(training_seeds(run.seed, 0, learner.num_flocks)[0])
+    model.set_logger(configure(str(folder), ["csv", "tensorboard"]))
+    samples = learner.samples or run.task.samples
+    every = max(samples // model.n_envs // learner.num_evaluations, 1)
+    evaluation = FlockEvalCallback(every, best_model_save_path=folder)
+    saving = CheckpointCallback(
+        every, str(folder / "checkpoints"), "model", save_replay_buffer=True, save_vecnormalize=True
+    )
+    begun = time.process_time()
+    try:
+        model.learn(
+            max(samples - model.num_timesteps, 0),
+            callback=[saving, evaluation],
+            reset_num_timesteps=not is_unfinished,
+            progress_bar=run.progress,
+        )
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"{folder} holds checkpoints; --resume continues") from None
+    spec = env.get_attr("policy_spec", [0])[0]
+    measured = Measured(
+        episodes=evaluation.num_episodes + model.num_timesteps // (spec.rows * spec.num_actions),
+        samples=model.num_timesteps,
+        cpu_seconds=time.process_time() - begun,
+        curve=evaluation.history,
+    )
+    return run.finish(_network(cls, folder, model.get_env()), measured)
+
+
+def algorithm_of(run: Run) -> type[BaseAlgorithm]:
+    """Return the class of a run's algorithm.
+
+    Raises:
+        ArgumentError: if neither library has it.
+    """
+    known: dict[str, type[BaseAlgorithm]] = {
+        name: found
+        for library in (stable_baselines3, sb3_contrib)
+        for name in library.__all__
+        if inspect.isclass(found := getattr(library, name)) and issubclass(found, BaseAlgorithm)
+    }
+    if run.learner.algorithm not in known:
+        expected = f"search, imitation or one of {', '.join(known)}"
+        raise ArgumentError(f"{run.name}.algorithm", expected, repr(run.learner.algorithm))
+    return known[run.learner.algorithm]
+
+
+def _check_names(run: Run, cls: type[BaseAlgorithm], hyperparameters: dict[str, Any]) -> None:
+    """Check that the algorithm has all hyperparameters."""
+    known = [name for name in inspect.signature(cls).parameters if name not in _FREE]
+    for name in hyperparameters:
+        if name not in known:
+            expected = f"arguments of {cls.__name__}: {', '.join(known)}"
+            raise ArgumentError(f"{run.name}.hyperparameters.{name}", expected, "an unknown one")
+
+
+def _env(run: Run) -> VecEnv:
+    """Return the environment of training, with episodes of ``num_steps`` model steps."""
+    options: dict[str, Any] = dict(run.learner.options)
+    if run.learner.num_steps:
+        options["scenario"] = run.task.scenario.replace(num_steps=run.learner.num_steps)
+    return run.task.vec_env(run.learner.num_flocks, **options)
+
+
+def _checkpoints(cls: type[BaseAlgorithm], folder: Path, env: VecEnv) -> Iterator[BaseAlgorithm]:
+    """Yield the models of the checkpoints that are complete, the last one first.
+
+    A checkpoint ends with the file of its ``VecNormalize``. One that a crash cut off is skipped.
+    """
+    files = (folder / "checkpoints").glob("model_vecnormalize_*_steps.pkl")
+    for file in sorted(files, key=lambda path: -int(path.stem.split("_")[-2])):
+        model_file = file.with_name(file.name.replace("vecnormalize_", "")).with_suffix(".zip")
+        buffer = file.with_name(file.name.replace("vecnormalize", "replay_buffer"))
+        try:
+            model = cls.load(model_file, env=VecNormalize.load(str(file), env), device="cpu")
+            if buffer.is_file():
+                model.load_replay_buffer(buffer)  # type: ignore[attr-defined]
+        except (OSError, EOFError, ValueError):
+            continue
+        yield model
+
+
+def _network(cls: type[BaseAlgorithm], folder: Path, env: Any) -> Stored | None:
+    """Return the best model as a network that a file can hold; None if it is none."""
+    try:
+        return SB3Policy(cls.load(folder / "best_model.zip", env=env, device="cpu")).network()
+    except ArgumentError:
+        return None
