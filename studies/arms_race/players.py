@@ -24,11 +24,8 @@ INPUTS: Final = (
 )
 """Entries of the predator's observation that ``NetworkPredator`` sees; the flock is in the plane."""
 
-WIDTHS: Final = (len(INPUTS), 8, 2)
-"""Widths of the layers of a ``NetworkPredator``."""
-
-SIZE: Final = sum((rows + 1) * columns for rows, columns in pairwise(WIDTHS))
-"""Number of parameters of a ``NetworkPredator``."""
+WIDTHS: Final = (len(INPUTS), 8, 2)  # of the layers of a ``NetworkPredator``
+SIZE: Final = sum((rows + 1) * columns for rows, columns in pairwise(WIDTHS))  # number of its parameters
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ UNTRAINED: Final = ("straight", "nearest", "centroid", "lead")
 LEADS: Final = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)  # tried against the best fixed range
 LEAD_FLOCKS: Final = 400
 FIRST_SEED: Final = 100  # of training runs; the study of learned ranges uses smaller ones
-STEPS_PER_ACTION: Final = 4  # of flock policies whose options do not say it
+STEPS_PER_ACTION: Final = ("steps_per_action", 4)  # the option of flock policies, and its default
 BATCH: Final = 32  # flocks that are stepped together: larger batches leave the cache
 CHUNK: Final = 100  # flocks of a job of the cross-play
 EPISODE: Final = 5e-3  # estimated seconds
@@ -93,7 +93,7 @@ class RaceOptions:
 
 def play(flock: Flock, predator: Predator, flocks: range) -> Arrays:
     """Return J_mean in m of every flock."""
-    return {"objective": _played(flock.entry(), predator.policy(SCENARIO), list(flocks), BATCH)}
+    return {"objective": _played(flock.entry(), predator.policy(SCENARIO), list(flocks))}
 
 
 def train(kind: str, flock: Flock, predator: Predator, budget: Budget, seed: int) -> Arrays:
@@ -208,19 +208,13 @@ def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
             save_policy(entry, output / "policies" / f"{name.replace(',', '').replace(' ', '-')}.npz")
     trained = {name: np.array(each.parameters) for name, each in predators.items() if each.parameters}
     write_npz(output / "policies" / "predators.npz", trained)
-    write_text(output / "arms_race.json", document(_record(options, flocks, leads, lead)))
-
-
-def _record(
-    options: RaceOptions, flocks: Mapping[str, Flock], leads: Mapping[float, float], lead: float
-) -> dict[str, object]:
-    """Return what the page says about the run."""
     policies = {}
     for name, flock in flocks.items():
-        size, steps = len(getattr(flock.entry().policy, "parameters", ())), _steps_per_action(flock.entry())
+        entry = flock.entry()
+        size, steps = len(getattr(entry.policy, "parameters", ())), entry.options.get(*STEPS_PER_ACTION)
         about = {"from": flock.spec, "learner": TRACKS.get(name), "parameters": size}
         policies[name] = {**about, "steps_per_action": steps}
-    return {
+    record = {
         "command": f"python -m studies arms-race --rounds {options.rounds} --num-flocks {options.num_flocks}",
         "rounds": options.rounds,
         "tracks": list(TRACKS),
@@ -234,24 +228,15 @@ def _record(
         "versions": records.versions("cmaes"),
         "machine": machine(),
     }
+    write_text(output / "arms_race.json", document(record))
 
 
 def _play_job(flock: Flock, predator: Predator, flocks: range) -> Job:
     return Job(f"{__name__}:play", (flock, predator, flocks), len(flocks) * EPISODE)
 
 
-def _steps_per_action(entry: NamedPolicy) -> int:
-    return int(entry.options.get("steps_per_action", STEPS_PER_ACTION))
-
-
-def _played(entry: NamedPolicy, predator: Any, seeds: list[int], batch_size: int | None = None) -> FloatArray:
-    """Return J_mean in m, shape (seeds,); ``batch_size`` None: all flocks together."""
-    return rollout(
-        SCENARIO,
-        entry,
-        seeds,
-        batch_size=batch_size or len(seeds),
-        num_threads=1,
-        predator_policy=predator,
-        steps_per_action=_steps_per_action(entry),
-    ).min_mean_distance
+def _played(entry: NamedPolicy, predator: Any, seeds: list[int]) -> FloatArray:
+    """Return J_mean in m, shape (seeds,)."""
+    steps = entry.options.get(*STEPS_PER_ACTION)
+    options: Any = {"batch_size": BATCH, "num_threads": 1, "steps_per_action": steps}
+    return rollout(SCENARIO, entry, seeds, predator_policy=predator, **options).min_mean_distance

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from flockesc_env import FlockScenario, FlockVectorEnv, LineScenario, Trajectory, simulate, simulate_line
+from flockesc_env import FlockScenario, LineScenario, Trajectory, simulate, simulate_line
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays
 from studies.measurements import means
@@ -17,20 +16,10 @@ STOPS: Final = (1.0, 2.0)
 
 
 def curves(scenario: FlockScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
-    """Return distances and components of flocks at every time 0..T; at t = 0 every agent is alone."""
+    """Return distances and components of flocks at every time 0..T, shape (ranges, seeds, T + 1)."""
+    runs = [[simulate(scenario, rho, seed=seed) for seed in seeds] for rho in ranges]
     names = ("mean_distance", "min_distance", "num_components")
-    found: dict[str, list[NDArray[Any]]] = {name: [] for name in names}
-    for rho in ranges:
-        # Ranges that float32 hits, as those of the figures are, come out of the action exactly.
-        env = FlockVectorEnv(
-            len(seeds), scenario, action_mode="range", max_range=max(ranges), count_components=True
-        )
-        _, infos = env.reset(seed=list(seeds))
-        actions = np.full((len(seeds), 1), rho, np.float32)
-        rows = [infos, *(env.step(actions)[-1] for _ in range(scenario.num_steps))]
-        for name in names:
-            found[name].append(np.stack([row[name] for row in rows], axis=-1))
-    return {name: np.array(parts) for name, parts in found.items()}
+    return {name: np.array([[getattr(run, name) for run in row] for row in runs]) for name in names}
 
 
 def consensus(scenario: LineScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:

@@ -27,39 +27,27 @@ FREE_LINE: Final = LineScenario(predator_position=None)
 
 FORCES: Final[tuple[EscapeForce, ...]] = ("linear", "linear_as_printed", "constant")
 LINE_GRID: Final = tuple(k / 100 for k in range(101))
-COARSE: Final = slice(0, None, 10)
-"""The paper's grid 0, 0.1, .., 1 in ``LINE_GRID``."""
-
-BATCH: Final = 40
-"""Trials of the paper's means."""
-
-LEAST_FLOCKS: Final = 4
-"""Flocks without which the halves that choose and measure a range have no interval."""
+COARSE: Final = slice(0, None, 10)  # the paper's grid 0, 0.1, .., 1 in LINE_GRID
+BATCH: Final = 40  # trials of the paper's means
+LEAST_FLOCKS: Final = 4  # with fewer, the halves that choose and measure a range have no interval
 
 FREE_RANGES: Final = (0.0, 0.1, 0.2, 0.3, 1.0)
-SHOWN_RANGES: Final = (1.0, 0.2, 0.1, 0.0)
-"""Those of Figures 3 and 4, in their order."""
-
-THRESHOLD_RANGES: Final = (0.05, 0.1, 0.15, 0.2)
-"""Ranges at most rho_p, as Theorem 2 asks."""
-
+SHOWN_RANGES: Final = (1.0, 0.2, 0.1, 0.0)  # of Figures 3 and 4, in their order
+THRESHOLD_RANGES: Final = (0.05, 0.1, 0.15, 0.2)  # at most rho_p, as Theorem 2 asks
 PREDATOR_POSITIONS: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 """From the edge of the line to where the paper has it."""
 
 FLOCK_GRID: Final = tuple(float(k) for k in range(101))
 SHOWN_FLOCK_RANGES: Final = (0.0, 10.0, 100.0)
-
 OFFSETS: Final = tuple(float(b) for b in range(0, 90, 10))
 """By how many metres the predator's path misses the flock's center."""
 AIMED_GRID: Final = (0.0, 2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 70.0, 100.0)
 
 CONTROL_GRID: Final = (0.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 50.0, 100.0)
-STRENGTHS: Final = (0.0, 1.0, 10.0, 100.0)
-"""Escape forces s of the control; 10 is the paper's, and without any nobody flees."""
-NO_FORCE: Final = 0.0
+STRENGTHS: Final = (0.0, 1.0, 10.0, 100.0)  # escape forces s of the control
+NO_FORCE: Final = 0.0  # nobody flees
 PAPER_FORCE: Final = 10.0
-CAPTURE_RADIUS: Final = 5.0
-"""Radius in m within which the predator catches agents where survival is measured."""
+CAPTURE_RADIUS: Final = 5.0  # in m, where survival is measured
 
 PAPER_WORLD: Final = "paper"
 WORLDS: Final[Mapping[str, FlockScenario]] = {

@@ -35,7 +35,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(race, "LEAD_FLOCKS", 3)
 
 
-def played(flock: Any, predator: Any, seeds: list[int], steps: int = race.STEPS_PER_ACTION) -> FloatArray:
+def played(flock: Any, predator: Any, seeds: list[int], steps: int = 4) -> FloatArray:
     options: dict[str, Any] = {"predator_policy": predator, "steps_per_action": steps}
     return rollout(race.SCENARIO, flock, seeds, **options).min_mean_distance
 

@@ -27,7 +27,6 @@ from studies.study import RESULTS_FILE
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "paper"
-SMALL = FlockScenario(num_agents=20, num_steps=12)
 
 
 @pytest.mark.parametrize(
@@ -55,17 +54,6 @@ def test_equations_name_functions_and_tests_that_exist() -> None:
     assert len(links) == 20
     for name, file in links:
         assert re.search(rf"\b(fn|def) {name}\b", (ROOT / file).read_text("utf-8")), file
-
-
-def test_curves_equal_those_of_simulate() -> None:
-    found = jobs.curves(SMALL, (0.0, 10.0, 100.0), range(3, 5))
-    for i, rho in enumerate((0.0, 10.0, 100.0)):
-        for j, seed in enumerate((3, 4)):
-            run = simulate(SMALL, rho, seed=seed)
-            np.testing.assert_array_equal(found["mean_distance"][i, j], run.mean_distance)
-            np.testing.assert_array_equal(found["min_distance"][i, j], run.min_distance)
-            # Components are counted at the positions after a step, under the range of that step.
-            np.testing.assert_array_equal(found["num_components"][i, j, 1:], run.num_components[1:])
 
 
 @pytest.mark.parametrize("force", ["constant", "linear", None])
