@@ -40,7 +40,7 @@ demo: build ## train a range policy and compare it with the best fixed range (ab
 	$(BIN)/python -m training compare --policies stubborn-leaders win-stay-lose-shift-escape $(DEMO) \
 	  --output $(DEMO)/comparison
 
-speed paper robustness validation: PROFILE := release
+speed paper robustness validation arms-race: PROFILE := release
 
 .PHONY: speed
 speed: build ## benchmark this project and its peers (about 15 minutes)
@@ -59,6 +59,10 @@ robustness: build ## find the best fixed range of every flock preset (about 35 m
 .PHONY: validation
 validation: build ## measure published results of other models (about 35 minutes)
 	$(BIN)/python -m studies validation --output results/validation --page docs/validation.md
+
+.PHONY: arms-race
+arms-race: build ## train predators and flock policies in turns (about 40 minutes on one core)
+	$(BIN)/python -m studies arms-race --output results/arms_race --page docs/arms-race.md
 
 .PHONY: test
 test: lint test-rust test-python ## run linters and all tests except the slow ones

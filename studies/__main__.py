@@ -5,16 +5,15 @@ from collections.abc import Callable
 
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.exits import Exit
-from studies.arms_race import command as arms_race
+from studies import commands
 from studies.findings import command as findings
-from studies.paper import command as paper
-from studies.robustness import command as robustness
 from studies.scoreboard import command as scoreboard
-from studies.validation import command as validation
 
 COMMANDS: dict[str, Callable[..., Exit]] = {
-    "paper": paper.run,
-    "robustness": robustness.run,
+    "paper": commands.paper,
+    "robustness": commands.robustness,
+    "validation": commands.validation,
+    "arms-race": commands.arms_race,
     "findings": findings.run,
     "findings-references": findings.references,
     "findings-replay": findings.replay,
@@ -24,8 +23,6 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "findings-mechanism": findings.mechanism,
     "findings-coverage": findings.coverage,
     "findings-page": findings.page,
-    "validation": validation.run,
-    "arms-race": arms_race.run,
     "scoreboard-freeze": scoreboard.freeze,
     "scoreboard-train": scoreboard.train,
     "scoreboard-page": scoreboard.page,

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 
 from flockesc_env import FlockScenario, LineScenario
+from flockesc_env.common import stats
+from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
 from flockesc_env.jobs.sweeps import seed_jobs
 
@@ -57,6 +59,11 @@ class Runner:
 def chunks(flocks: range, size: int) -> list[range]:
     """Cut a range of seeds into parts of at most ``size``."""
     return [flocks[start : start + size] for start in range(0, len(flocks), size)]
+
+
+def means(rows: Iterable[FloatArray]) -> tuple[Estimate, ...]:
+    """Return the mean of every row with its interval."""
+    return tuple(map(stats.mean, rows))
 
 
 def _joined(parts: Sequence[Arrays]) -> Arrays:

@@ -34,10 +34,3 @@ def path_from(page: Path, target: Path) -> str:
 def signed(estimate: Estimate) -> str:
     """Return an estimate with its interval as text, with signs."""
     return f"{estimate:+.2f}"
-
-
-def compared(estimate: Estimate) -> str:
-    """Return "larger" or "smaller", or "not measurably different" if the interval includes 0."""
-    if estimate.low > 0:
-        return "larger"
-    return "smaller" if estimate.high < 0 else "not measurably different"

@@ -50,17 +50,28 @@ def machine() -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pages:
-    """Figures and pages that are made from the results in a folder.
+class Study:
+    """A study: how it measures, and its figures and pages, which are made from the results in a folder.
 
-    ``figures`` returns figures by the names of their files. ``pages`` takes results, their folder and the
-    main page, and returns texts by files.
+    ``measure`` takes the study's options, runs jobs and writes results into a folder. ``figures`` returns
+    figures by the names of their files. ``pages`` takes results, their folder and the main page, and returns
+    texts by files.
     """
 
+    measure: Callable[[Any, Runner, Path], Any]
     load: Callable[[Path], Any]
     figures: Callable[[Any], Mapping[str, Figure]]
     pages: Callable[[Any, Path, Path], Mapping[Path, str]]
     formats: tuple[str, ...] = ("png",)
+
+    def run(self, options: Any, output: Path, page: Path, backend: Backend, *, progress: bool = False) -> Any:
+        """Measure, and write results, figures and pages; return the results.
+
+        Called again after an interrupt, it continues where it stopped and ends with the same bytes.
+        """
+        output.mkdir(parents=True, exist_ok=True)
+        self.measure(options, Runner(Cache(output / "cache"), backend, progress), output)
+        return self.write(output, page)
 
     def write(self, output: Path, page: Path) -> Any:
         """Write figures and pages from the results in a folder; return the results."""
@@ -71,19 +82,3 @@ class Pages:
         for file, text in self.pages(results, output, page).items():
             write_text(file, text)
         return results
-
-
-@dataclass(frozen=True, kw_only=True)
-class Study(Pages):
-    """A study: ``measure`` takes its options, runs jobs and writes results into a folder."""
-
-    measure: Callable[[Any, Runner, Path], Any]
-
-    def run(self, options: Any, output: Path, page: Path, backend: Backend, *, progress: bool = False) -> Any:
-        """Measure, and write results, figures and pages; return the results.
-
-        Called again after an interrupt, it continues where it stopped and ends with the same bytes.
-        """
-        output.mkdir(parents=True, exist_ok=True)
-        self.measure(options, Runner(Cache(output / "cache"), backend, progress), output)
-        return self.write(output, page)

@@ -1,98 +1,178 @@
-"""The page of the arms race, made from its stored results."""
+"""Statistics, figure and page of the arms race, from its stored results."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flockesc_env.common.stats import Estimate
-from studies.arms_race.figure import cross_play_figure, label
-from studies.arms_race.players import MOST_PARAMETERS
-from studies.arms_race.predators import WIDTHS
-from studies.arms_race.race import UNTRAINED, arms_race
-from studies.arms_race.results import RaceResults, load_race
-from studies.pages import compared, path_from, render, signed
-from studies.study import Study
+import numpy as np
+import polars as pl
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
-FIGURE = "cross_play"
+from flockesc_env.common import stats
+from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.render.palette import LIGHT
+from studies.arms_race.players import WIDTHS
+from studies.arms_race.race import SCENARIO, UNTRAINED, arms_race
+from studies.pages import path_from, render, signed
+from studies.study import Study
+from studies.tables import values_by
+from training.figure_style import WIDTH
+
+_LABELS = {"straight": "straight", "lead": "lead pursuit"}
+_LABELS |= {target: f"pursuit of {target}" for target in ("nearest", "centroid")}
+
+
+@dataclass(frozen=True, eq=False)
+class RaceResults:
+    """Files of an arms race; ``trainings`` has a row per check of a training run.
+
+    ``objective`` holds J_mean in m by flock policy and predator, shape (flocks,), and ``cells`` its mean. The
+    rounds of a flock policy follow it, also among the predators that were trained against them.
+    """
+
+    record: dict[str, Any]
+    trainings: pl.DataFrame
+    flocks: list[str]
+    predators: list[str]
+    objective: dict[tuple[str, str], FloatArray]
+    cells: dict[tuple[str, str], Estimate]
+
+    def distinct(self) -> list[str]:
+        """Return the flock policies that differ from all earlier ones: training may keep its start."""
+        first = {self.objective[flock, "straight"].tobytes(): flock for flock in reversed(self.flocks)}
+        return [flock for flock in self.flocks if flock in first.values()]
+
+    def worst(self, flock: str) -> str:
+        """Return the predator with the smallest mean J_mean against a policy."""
+        return min(self.predators, key=lambda predator: self.cells[flock, predator].mean)
+
+    def loss(self, flock: str, predator: str, other: str) -> Estimate:
+        """Return by how much J_mean is smaller against the second predator than against the first."""
+        return stats.mean(self.objective[flock, predator] - self.objective[flock, other])
+
+    def excess(self, flock: str, other: str) -> Estimate:
+        """Return the difference of what two flock policies lose to their worst predators."""
+        values = self.objective
+        losses = (values[each, "straight"] - values[each, self.worst(each)] for each in (flock, other))
+        return stats.mean(np.subtract(*losses))
+
+    def in_turns(self, track: str) -> dict[str, Estimate]:
+        """Return by how much J_mean of the last round exceeds that before the first, by predator."""
+        last, values = f"{track}, round {self.record['rounds']}", self.objective
+        return {name: stats.mean(values[last, name] - values[track, name]) for name in (*UNTRAINED, track)}
+
+
+def load_race(folder: Path) -> RaceResults:
+    """Read the results of an arms race."""
+    objective = values_by(pl.read_parquet(folder / "cross_play.parquet"), "flock_policy", "predator")
+    flocks, predators = ([*dict.fromkeys(names)] for names in zip(*objective, strict=True))
+    return RaceResults(
+        json.loads((folder / "arms_race.json").read_text("utf-8")),
+        pl.read_parquet(folder / "trainings.parquet"),
+        sorted(flocks, key=lambda name: flocks.index(name.split(", round")[0])),
+        sorted(predators, key=lambda name: predators.index(name.split(", round")[0])),
+        objective,
+        {pair: stats.mean(values) for pair, values in objective.items()},
+    )
+
+
+def label(predator: str) -> str:
+    """Return the name of a predator in tables and figures."""
+    return _LABELS.get(predator, f"vs {predator}")
+
+
+def cross_play_figure(results: RaceResults) -> Figure:
+    """Draw the table of means; a frame marks the predator that was trained against the policy."""
+    rows, columns = results.flocks, results.predators
+    means = np.array([[results.cells[flock, predator].mean for predator in columns] for flock in rows])
+    changes = means - means[:, [columns.index("straight")]]
+    most = np.abs(changes).max()
+    colors = LinearSegmentedColormap.from_list("distance", (LIGHT.predator, LIGHT.page, LIGHT.accent))
+    figure = Figure(figsize=(WIDTH, 0.34 * (len(rows) + 5.5)), layout="constrained")
+    axes = figure.subplots()
+    axes.imshow(changes, cmap=colors, vmin=-most, vmax=most, aspect="auto", alpha=0.75)
+    for (row, column), mean in np.ndenumerate(means):
+        text = axes.text(column, row, f"{mean:.1f}", ha="center", va="center")
+        if rows[row] == columns[column]:
+            text.set_fontweight("bold")
+            corner = (column - 0.48, row - 0.46)
+            axes.add_patch(Rectangle(corner, 0.96, 0.92, fill=False, ec=LIGHT.ink, lw=1.4))
+    names = [label(name) for name in columns]
+    axes.set_xticks(range(len(columns)), names, rotation=35, ha="left", rotation_mode="anchor")
+    axes.set_yticks(range(len(rows)), rows)
+    axes.xaxis.tick_top()
+    axes.tick_params(length=0)
+    axes.spines[:].set_visible(False)
+    axes.set_xlabel("J_mean (m); color: minus straight flight; frame: trained against the policy of the row")
+    axes.xaxis.set_label_position("bottom")
+    return figure
 
 
 def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
-    folder = path_from(page, figures)
-    trainings, distinct = _trainings(results), results.distinct
+    (predator,) = SCENARIO.predators
+    distinct = results.distinct()
+    worst = {flock: results.cells[flock, results.worst(flock)] for flock in results.flocks}
+    losses = {flock: results.loss(flock, "straight", results.worst(flock)) for flock in results.flocks}
+    trainings = []
+    for (kind, name), run in results.trainings.group_by("kind", "name", maintain_order=True):
+        values = run.sort("measurement")["objective"]
+        best = values.min() if kind == "predator" else values.max()
+        trained = f"predator {label(str(name))}" if kind == "predator" else f"flock policy {name}"
+        trainings.append({"name": trained, "first": values[0], "best": best, "minutes": run["minutes"][0]})
     return render(
         "arms_race/arms_race.md",
         results=results,
         record=results.record,
         trainings=trainings,
-        num_trainings=len(trainings),
         unchanged=sum(row["first"] == row["best"] for row in trainings),
         measurements=results.trainings["measurement"].n_unique(),
-        minutes=sum(row["minutes"] for row in trainings),
-        picture=f"{folder}/{FIGURE}.png",
+        picture=f"{path_from(page, figures)}/cross_play.png",
         label=label,
         difference=signed,
         untrained=list(UNTRAINED),
-        tracks={track: _track(results, track) for track in results.record["tracks"]},
+        tracks={track: results.in_turns(track) for track in results.record["tracks"]},
+        grouped=grouped,
+        worst=worst,
+        losses=losses,
         distinct=distinct,
-        repeated=[flock for flock in results.flocks if flock not in distinct],
-        by_loss=sorted(distinct, key=lambda flock: results.loss_to_worst(flock).mean),
+        by_loss=sorted(distinct, key=lambda flock: losses[flock].mean),
         by_straight=sorted(distinct, key=lambda flock: -results.cells[flock, "straight"].mean),
-        by_objective=sorted(distinct, key=lambda flock: -results.worst(flock)[1].mean),
-        lead_gains=grouped(distinct, results.gain_of_lead),
-        training_gains=grouped(distinct, results.gain_of_training),
-        nearest_gains=grouped(distinct, results.gain_of_nearest),
-        not_worst=[flock for flock in distinct if results.worst(flock)[1].mean < results.own(flock).mean],
-        most_parameters=MOST_PARAMETERS,
+        by_objective=sorted(distinct, key=lambda flock: -worst[flock].mean),
+        lead_gains=grouped({flock: results.loss(flock, "centroid", "lead") for flock in distinct}),
+        training_gains=grouped({flock: results.loss(flock, "lead", flock) for flock in distinct}),
+        nearest_gains=grouped({flock: results.loss(flock, "straight", "nearest") for flock in distinct}),
+        not_worst=[flock for flock in distinct if worst[flock].mean < results.cells[flock, flock].mean],
+        predator=predator,
+        agent_speed=SCENARIO.speed,
         hidden=WIDTHS[1],
     )
 
 
-@dataclass(frozen=True)
-class Changes:
-    """Paired differences of some players: names by their intervals, and the largest and the smallest one."""
-
-    larger: tuple[str, ...]
-    smaller: tuple[str, ...]
-    neither: tuple[str, ...]
-    most: tuple[str, Estimate]
-    least: tuple[str, Estimate]
-
-
-def grouped(names: Sequence[str], change: Callable[[str], Estimate]) -> Changes:
-    """Return the differences of some players, grouped; ``change`` returns that of a player."""
-    found = {name: change(name) for name in names}
-    ordered = sorted(found.items(), key=lambda pair: pair[1].mean)
-    larger, smaller, neither = (
-        tuple(name for name, estimate in found.items() if compared(estimate) == word)
-        for word in ("larger", "smaller", "not measurably different")
-    )
-    return Changes(larger, smaller, neither, most=ordered[-1], least=ordered[0])
-
-
-def _track(results: RaceResults, track: str) -> Changes:
-    """Return what training in turns changes, against the predators without training and the track's first."""
-    predators = [*UNTRAINED, track]
-    return grouped(predators, lambda predator: results.gain_in_turns(track, predator))
-
-
-def _trainings(results: RaceResults) -> list[dict[str, Any]]:
-    """Return a row per training run: its name, first and best objective and minutes."""
-    rows = []
-    for (kind, name), run in results.trainings.group_by("kind", "name", maintain_order=True):
-        values = run.sort("measurement")["objective"]
-        best = values.min() if kind == "predator" else values.max()
-        trained = f"predator {label(str(name))}" if kind == "predator" else f"flock policy {name}"
-        rows.append({"name": trained, "first": values[0], "best": best, "minutes": run["minutes"][0]})
-    return rows
+def grouped(changes: Mapping[str, Estimate]) -> dict[str, Any]:
+    """Return names by what their interval says, and the names with the most and the least change."""
+    ordered = sorted(changes.items(), key=lambda pair: pair[1].mean)
+    larger = [name for name, change in changes.items() if change.low > 0]
+    smaller = [name for name, change in changes.items() if change.high < 0]
+    neither = [name for name in changes if name not in {*larger, *smaller}]
+    return {
+        "larger": larger,
+        "smaller": smaller,
+        "neither": neither,
+        "most": ordered[-1],
+        "least": ordered[0],
+    }
 
 
 ARMS_RACE = Study(
     measure=arms_race,
     load=load_race,
-    figures=lambda results: {FIGURE: cross_play_figure(results)},
+    figures=lambda results: {"cross_play": cross_play_figure(results)},
     pages=lambda results, output, page: {page: markdown_page(results, output, page)},
 )

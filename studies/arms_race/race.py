@@ -1,214 +1,242 @@
-"""Run the arms race: training runs in turns, the cross-play of all players, and the files."""
+"""The arms race: predators and flock policies trained in turns with CMA-ES, and the cross-play of all."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, cast
 
 import numpy as np
 import polars as pl
-from training.versions import versions
+from cmaes import CMA
 
-from flockesc_env import Learned, save_policy
+from flockesc_env import FlockScenario, NamedPolicy, NetworkPolicy, rollout, save_policy
 from flockesc_env.common.array_files import write_npz, write_table
 from flockesc_env.common.files import write_text
-from flockesc_env.episodes.splits import HELD_OUT, TUNING, first_seeds
-from flockesc_env.jobs import Arrays
-from studies.arms_race.evolve import SCENARIO, Budget, play_job, steps_per_action, train_job
-from studies.arms_race.players import Flock, Predator
-from studies.findings.results import load_study
+from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.splits import HELD_OUT, TUNING, first_seeds, training_seeds
+from flockesc_env.jobs import Arrays, Job
+from flockesc_env.models import records
+from studies.arms_race.players import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
 from studies.measurements import Runner, chunks
 from studies.study import document, machine
 from studies.tables import rows
+from training.cma import growing, maximize
+from training.families import Population
 
-BEST_FIXED, LEADERS = "best fixed range", "stubborn leaders"
-SHARED, SMALL_SHARED, PER_AGENT, DERIVED = "shared", "shared, searched", "per agent", "per agent, derived"
-"""Flock policies before the first round."""
-
+SCENARIO: Final = FlockScenario().with_learned_predators()
+FIXED: Final = "best fixed range"
 LEARNED: Final = {
-    SHARED: ("shared", None),
-    SMALL_SHARED: ("shared", "search"),
-    PER_AGENT: ("per-agent-visible", None),
-    DERIVED: ("per-agent-visible-derived", None),
+    "shared": "scoreboard/imitation/policies/shared-1.npz",
+    "shared, searched": "scoreboard/search/policies/shared-1.npz",
+    "per agent": "scoreboard/search/policies/per-agent-visible-1.npz",
+    "per agent, derived": "scoreboard/searched-rule/policies/per-agent-visible-derived-2.npz",
 }
-"""Study and learner of each learned flock policy; ``None``: the study's best learner on tuning flocks."""
+"""Files of the learned flock policies from the project's root: the best of their tasks on tuning flocks."""
 
-TRACKS: Final = (PER_AGENT, SMALL_SHARED)
-"""Flock policies that are trained in turns with a predator: small networks."""
+TRACKS: Final = {"per agent": None, "shared, searched": "search"}
+"""Flock policies that are trained, small networks; the learner of one that is not the best of its setting."""
 
 UNTRAINED: Final = ("straight", "nearest", "centroid", "lead")
-"""Predators without training: see ``Predator.kind``."""
-
-LEADS: Final = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
-"""Values of ``lead`` that are tried against the best fixed range."""
-
+LEADS: Final = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)  # tried against the best fixed range
 LEAD_FLOCKS: Final = 400
-"""Tuning flocks on which ``lead`` is chosen."""
-
-FIRST_SEED: Final = 100
-"""Seed of the first training runs; the study of learned ranges uses smaller ones."""
-
-CHUNK: Final = 100
-"""Flocks of a job of the cross-play."""
-
-CROSS_PLAY_FILE, TRAININGS_FILE, RECORD_FILE = "cross_play.parquet", "trainings.parquet", "arms_race.json"
+FIRST_SEED: Final = 100  # of training runs; the study of learned ranges uses smaller ones
+STEPS_PER_ACTION: Final = ("steps_per_action", 4)  # the option of flock policies, and its default
+BATCH: Final = 32  # flocks that are stepped together: larger batches leave the cache
+CHUNK: Final = 100  # flocks of a job of the cross-play
+EPISODE: Final = 5e-3  # estimated seconds
 
 
-@dataclass
-class Race:
-    """Flock policies, predators and training runs so far.
+Value = Callable[[FloatArray, range], FloatArray]
+"""J_mean in m, shape (k, flocks), by changes of a player's parameters, shape (k, size), and by flocks."""
 
-    A trained predator has the name of the flock policy that it was trained against. ``leads`` holds the mean
-    J_mean in m of the best fixed range on tuning flocks, by ``lead`` of the pursuit.
+
+@dataclass(frozen=True)
+class Budget:
+    """The size of one training run.
+
+    The number of flocks per vector grows geometrically. The steps are initial standard deviations of
+    parameters. The distribution's mean plays the tuning flocks after every ``check_every`` generations.
     """
 
-    runner: Runner
-    flocks: dict[str, Flock]
-    predators: dict[str, Predator] = field(default_factory=dict)
-    leads: dict[float, float] = field(default_factory=dict)
-    trainings: list[dict[str, object]] = field(default_factory=list)
+    population: int = 16
+    generations: int = 36
+    flocks: int = 4
+    final_flocks: int = 10
+    predator_step: float = 0.5
+    flock_step: float = 0.15
+    check_every: int = 12
+    tuning_flocks: int = 60
 
-    def choose_predators(self) -> None:
-        """Add the predators without training; choose ``lead`` against the best fixed range."""
-        tuning = first_seeds(TUNING, LEAD_FLOCKS)
-        jobs = {lead: play_job(self.flocks[BEST_FIXED], Predator("lead", lead), tuning) for lead in LEADS}
-        found = self.runner.each(jobs, "Lead")
-        self.leads = {lead: float(result["objective"].mean()) for lead, result in found.items()}
-        best = min(self.leads, key=lambda lead: self.leads[lead])
-        for kind in UNTRAINED:
-            self.predators[kind] = Predator(kind, best if kind == "lead" else 0.0)
+    def schedule(self) -> list[int]:
+        """Return the number of flocks per vector in every generation."""
+        shares = (generation / self.generations for generation in range(self.generations))
+        return [growing(self.flocks, self.final_flocks, share) for share in shares]
 
-    def train_predators(self, starts: Mapping[str, str], budget: Budget, seed: int) -> None:
-        """Train a predator against each flock policy in ``starts``, from the predator named there."""
-        jobs = {
-            name: train_job("predator", self.flocks[name], self.predators[start], budget, seed)
-            for name, start in starts.items()
-        }
-        for name, result in self.runner.each(jobs, "Predators").items():
-            lead = self.predators["lead"].lead
-            self.predators[name] = Predator("network", lead, tuple(result["parameters"].tolist()))
-            self._note("predator", name, result)
-
-    def train_flocks(self, starts: Mapping[str, str], budget: Budget, seed: int) -> None:
-        """Train a new flock policy from each policy named in ``starts``, against that policy's predator."""
-        jobs = {
-            name: train_job("flock", self.flocks[start], self.predators[start], budget, seed)
-            for name, start in starts.items()
-        }
-        for name, result in self.runner.each(jobs, "Flock policies").items():
-            self.flocks[name] = Flock(self.flocks[starts[name]].spec, tuple(result["parameters"].tolist()))
-            self._note("flock", name, result)
-
-    def cross_play(self, flocks: range) -> pl.DataFrame:
-        """Play every flock policy against every predator on the same flocks; return a row per episode."""
-        jobs = {
-            (name, other): [play_job(flock, predator, chunk) for chunk in chunks(flocks, CHUNK)]
-            for name, flock in self.flocks.items()
-            for other, predator in self.predators.items()
-        }
-        found = self.runner.groups(jobs, "Cross-play")
-        return pl.concat(
-            rows(flocks, result["objective"], flock_policy=name, predator=other)
-            for (name, other), result in found.items()
-        )
-
-    def _note(self, kind: str, name: str, result: Arrays) -> None:
-        run_of = {"minutes": float(result["minutes"]), "episodes": int(result["episodes"])}
-        for at, value in enumerate(result["curve"].tolist()):
-            row = {"kind": kind, "name": name, "measurement": at, "objective": value}
-            self.trainings.append({**row, **run_of})
+    def episodes(self) -> int:
+        """Return the number of episodes, those on tuning flocks included."""
+        checks = 1 + self.generations // self.check_every
+        return self.population * sum(self.schedule()) + checks * self.tuning_flocks
 
 
 @dataclass(frozen=True)
 class RaceOptions:
-    """The folder of learned ranges, rounds, held-out flocks, and the budget of a training run.
+    """The rounds, the held-out flocks, and the budget of a training run."""
 
-    In each round, a flock policy and then a predator is trained for each of ``tracks``.
-    """
-
-    learned: Path = Path("results/findings")
     rounds: int = 3
     num_flocks: int = 1000
-    tracks: tuple[str, ...] = TRACKS
     budget: Budget = field(default_factory=Budget)
 
 
-def arms_race(options: RaceOptions, runner: Runner, output: Path) -> Race:
-    """Train in turns, play everybody against everybody, and write the files."""
-    race = Race(runner, first_flocks(options.learned))
-    race.choose_predators()
-    race.train_predators(dict.fromkeys(race.flocks, "lead"), options.budget, FIRST_SEED)
-    newest = {track: track for track in options.tracks}
+def play(flock: Flock, predator: Predator, flocks: range) -> Arrays:
+    """Return J_mean in m of every flock."""
+    return {"objective": _played(flock.entry(), predator.policy(SCENARIO), list(flocks))}
+
+
+def train(kind: str, flock: Flock, predator: Predator, budget: Budget, seed: int) -> Arrays:
+    """Train a ``"flock"`` policy, which maximizes J_mean, or a ``"predator"``, which minimizes it.
+
+    The start and the means of the distribution play the tuning flocks; the best of them is returned.
+
+    Returns:
+        ``parameters``, shape (size,); ``curve``, J_mean on tuning flocks at every check; ``minutes`` of
+        processor time.
+    """
+    begun = time.process_time()
+    origin, value = learner(kind, flock, predator)
+    sign, step = (1, budget.flock_step) if kind == "flock" else (-1, budget.predator_step)
+    optimizer = CMA(np.zeros(len(origin)), step, population_size=budget.population, seed=seed)
+    tuning = first_seeds(TUNING, budget.tuning_flocks)
+    means = [np.zeros(len(origin))]
+    curve = [value(means[0][np.newaxis], tuning).mean()]
+    played = 0
+    for generation, num_flocks in enumerate(budget.schedule(), start=1):
+        flocks = training_seeds(seed, played, num_flocks)
+        maximize(optimizer, lambda changes, flocks: sign * value(changes, flocks), flocks)
+        played += num_flocks
+        if generation % budget.check_every == 0:
+            means.append(optimizer.mean.copy())
+            curve.append(value(means[-1][np.newaxis], tuning).mean())
+    return {
+        "parameters": origin + means[int(np.argmax(sign * np.array(curve)))],
+        "curve": np.array(curve),
+        "minutes": np.array((time.process_time() - begun) / 60),
+    }
+
+
+def learner(kind: str, flock: Flock, predator: Predator) -> tuple[FloatArray, Value]:
+    """Return the parameters of a ``"flock"`` policy or a ``"predator"``, and J_mean against the other."""
+    entry, opponent = flock.entry(), predator.policy(SCENARIO)
+    pursuit, network = LeadPursuit(SCENARIO, predator.lead), cast("NetworkPolicy", entry.policy)
+    start = network.parameters if kind == "flock" else predator.parameters or np.zeros(SIZE)
+    origin = np.array(start, np.float64)
+
+    def value(changes: FloatArray, flocks: range) -> FloatArray:
+        size = max(1, BATCH // len(flocks))
+        values = []
+        for group in np.split(origin + changes, range(size, len(changes), size)):
+            if kind == "flock":
+                networks = Population([NetworkPolicy(network.architecture, vector) for vector in group])
+                players: tuple[Any, Any] = dataclasses.replace(entry, policy=networks), opponent
+            else:
+                predators: Any = [NetworkPredator(vector, pursuit) for vector in group]
+                players = entry, Population(predators)
+            values.append(_played(*players, list(flocks) * len(group)).reshape(len(group), -1))
+        return np.concatenate(values)
+
+    return origin, value
+
+
+def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
+    """Train in turns, play all flock policies against all predators, and write the files.
+
+    A trained predator has the name of the flock policy that it was trained against. Each round trains a flock
+    policy of each track against its predator, and then a predator against the new policy.
+    """
+    flocks = {FIXED: Flock("fixed:12"), "stubborn leaders": Flock("stubborn-leaders")}
+    flocks |= {name: Flock(file) for name, file in LEARNED.items()}
+    tuning = first_seeds(TUNING, LEAD_FLOCKS)
+    tried = {value: _play_job(flocks[FIXED], Predator("lead", value), tuning) for value in LEADS}
+    leads = {value: float(found["objective"].mean()) for value, found in runner.each(tried, "Lead").items()}
+    lead = min(leads, key=lambda value: leads[value])
+    predators = {kind: Predator(kind, lead if kind == "lead" else 0.0) for kind in UNTRAINED}
+    trainings: list[dict[str, object]] = []
+
+    def train_each(kind: str, starts: Mapping[str, str], seed: int) -> None:
+        jobs = {}
+        for name, start in starts.items():
+            flock = flocks[start if kind == "flock" else name]
+            arguments = (kind, flock, predators[start], options.budget, seed)
+            jobs[name] = Job(f"{__name__}:train", arguments, options.budget.episodes() * EPISODE)
+        for name, found in runner.each(jobs, f"Training: {kind}").items():
+            parameters = tuple(found["parameters"].tolist())
+            if kind == "flock":
+                flocks[name] = Flock(flocks[starts[name]].spec, parameters)
+            else:
+                predators[name] = Predator("lead", lead, parameters)
+            run = {"kind": kind, "name": name, "minutes": float(found["minutes"])}
+            curve = enumerate(found["curve"].tolist())
+            trainings.extend({**run, "measurement": at, "objective": value} for at, value in curve)
+
+    train_each("predator", dict.fromkeys(flocks, "lead"), FIRST_SEED)
+    newest = {track: track for track in TRACKS}
     for number in range(1, options.rounds + 1):
-        seed = FIRST_SEED + 2 * number
-        names = {f"{track}, round {number}": newest[track] for track in options.tracks}
-        race.train_flocks(names, options.budget, seed - 1)
-        race.train_predators(names, options.budget, seed)
-        newest = dict(zip(options.tracks, names, strict=True))
-    table = race.cross_play(first_seeds(HELD_OUT, options.num_flocks))
-    _write(race, table, options, output)
-    return race
+        starts = {f"{track}, round {number}": start for track, start in newest.items()}
+        train_each("flock", starts, FIRST_SEED + 2 * number - 1)
+        train_each("predator", starts, FIRST_SEED + 2 * number)
+        newest = dict(zip(newest, starts, strict=True))
 
-
-def first_flocks(learned: Path) -> dict[str, Flock]:
-    """Return the flock policies before the first round; of the learned ones, the best on tuning flocks."""
-    studies = {setting: load_study(learned / setting) for setting, _ in LEARNED.values()}
-    fixed = studies["shared"].best_fixed_range
-    flocks = {BEST_FIXED: Flock(f"fixed:{fixed:g}"), LEADERS: Flock("stubborn-leaders")}
-    for name, (setting, learner) in LEARNED.items():
-        study = studies[setting]
-        chosen = learner or study.best_learner
-        _, seed = max((value, seed) for (each, seed), value in study.tuned.items() if each == chosen)
-        flocks[name] = Flock(str(study.file(chosen, seed)))
-    return flocks
-
-
-def _write(race: Race, table: pl.DataFrame, options: RaceOptions, output: Path) -> None:
-    """Write the table of the cross-play, the training runs, the trained policies and the record."""
-    folder = output / "policies"
-    folder.mkdir(parents=True, exist_ok=True)
-    write_table(table, output / CROSS_PLAY_FILE)
-    write_table(pl.DataFrame(race.trainings), output / TRAININGS_FILE)
-    for name, flock in race.flocks.items():
+    held_out = first_seeds(HELD_OUT, options.num_flocks)
+    jobs = {
+        (name, other): [_play_job(flock, predator, some) for some in chunks(held_out, CHUNK)]
+        for name, flock in flocks.items()
+        for other, predator in predators.items()
+    }
+    table = pl.concat(
+        rows(held_out, found["objective"], flock_policy=name, predator=other)
+        for (name, other), found in runner.groups(jobs, "Cross-play").items()
+    )
+    (output / "policies").mkdir(parents=True, exist_ok=True)
+    write_table(table, output / "cross_play.parquet")
+    write_table(pl.DataFrame(trainings), output / "trainings.parquet")
+    for name, flock in flocks.items():
         if flock.parameters:
             entry = dataclasses.replace(flock.entry(), name=name, scenario=SCENARIO)
-            save_policy(entry, folder / f"{name.replace(',', '').replace(' ', '-')}.npz")
-    trained = {name: np.array(p.parameters) for name, p in race.predators.items() if p.parameters}
-    write_npz(folder / "predators.npz", trained)
-    (predator,) = (each for each in SCENARIO.predators if isinstance(each, Learned))
+            save_policy(entry, output / "policies" / f"{name.replace(',', '').replace(' ', '-')}.npz")
+    trained = {name: np.array(each.parameters) for name, each in predators.items() if each.parameters}
+    write_npz(output / "policies" / "predators.npz", trained)
+    policies = {}
+    for name, flock in flocks.items():
+        entry = flock.entry()
+        size, steps = len(getattr(entry.policy, "parameters", ())), entry.options.get(*STEPS_PER_ACTION)
+        about = {"from": flock.spec, "learner": TRACKS.get(name), "parameters": size}
+        policies[name] = {**about, "steps_per_action": steps}
     record = {
         "command": f"python -m studies arms-race --rounds {options.rounds} --num-flocks {options.num_flocks}",
         "rounds": options.rounds,
-        "tracks": options.tracks,
+        "tracks": list(TRACKS),
         "held_out_flocks": options.num_flocks,
-        "first_seed": FIRST_SEED,
         "budget": dataclasses.asdict(options.budget),
-        "episodes_per_training": options.budget.episodes,
-        "predator": {
-            "max_speed": predator.max_speed,
-            "max_acceleration": predator.max_acceleration,
-            "agent_speed": SCENARIO.speed,
-        },
+        "episodes_per_training": options.budget.episodes(),
         "lead_flocks": LEAD_FLOCKS,
-        "leads": {f"{lead:g}": value for lead, value in race.leads.items()},
-        "lead": race.predators["lead"].lead,
-        "flock_policies": {name: _described(name, flock) for name, flock in race.flocks.items()},
-        "versions": versions(),
+        "leads": {f"{value:g}": objective for value, objective in leads.items()},
+        "lead": lead,
+        "flock_policies": policies,
+        "versions": records.versions("cmaes"),
         "machine": machine(),
     }
-    write_text(output / RECORD_FILE, document(record))
+    write_text(output / "arms_race.json", document(record))
 
 
-def _described(name: str, flock: Flock) -> dict[str, object]:
-    """Return where a flock policy is from, its number of parameters and its steps per action."""
-    entry = flock.entry()
-    _, learner = LEARNED.get(name, ("", None))
-    return {
-        "from": flock.spec,
-        "learner": learner,
-        "parameters": len(getattr(entry.policy, "parameters", ())),
-        "steps_per_action": steps_per_action(entry),
-    }
+def _play_job(flock: Flock, predator: Predator, flocks: range) -> Job:
+    return Job(f"{__name__}:play", (flock, predator, flocks), len(flocks) * EPISODE)
+
+
+def _played(entry: NamedPolicy, predator: Any, seeds: list[int]) -> FloatArray:
+    """Return J_mean in m, shape (seeds,)."""
+    steps = entry.options.get(*STEPS_PER_ACTION)
+    options: Any = {"batch_size": BATCH, "num_threads": 1, "steps_per_action": steps}
+    return rollout(SCENARIO, entry, seeds, predator_policy=predator, **options).min_mean_distance

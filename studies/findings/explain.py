@@ -19,11 +19,11 @@ from flockesc_env.episodes import splits
 from flockesc_env.episodes.policy_reset import reset_policy
 from flockesc_env.jobs import Arrays, Job
 from studies.findings.listening import LISTENING_FILE, WATCHED, measure_listening
-from studies.playing import policy_of
 from studies.findings.results import STUDY_FILE, Study
 from studies.findings.summary import NOTHING
 from studies.findings.watching import Observations, watch
 from studies.measurements import Runner
+from studies.playing import policy_of
 from studies.study import document
 from studies.tables import rows
 

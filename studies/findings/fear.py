@@ -11,9 +11,9 @@ from flockesc_env import FlockScenario
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, mean
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
-from studies.playing import play_job, policy_of
 from studies.findings.results import load_studies
 from studies.measurements import Runner
+from studies.playing import play_job, policy_of
 from studies.tables import rows, values_by
 
 FEAR_FILE: Final = "fear.parquet"

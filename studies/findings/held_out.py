@@ -20,9 +20,9 @@ from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import seed_jobs
 from flockesc_env.policies import find_policy
-from studies.playing import play_job
 from studies.findings.results import BEST_FIXED, EPISODES_FILE, GRID_FILE, ORACLE, RULES_FILE
 from studies.measurements import Runner
+from studies.playing import play_job
 from studies.tables import rows
 
 FLOCK_GRID = (*range(0, 21, 2), 25, 30, 40, 50, 75, 100, 150)

@@ -16,10 +16,10 @@ from flockesc_env.jobs import Arrays, Job
 from flockesc_env.jobs.sweeps import OUTCOMES as SWEEP
 from flockesc_env.jobs.sweeps import seed_jobs
 from studies.findings.held_out import FLOCK_GRID
-from studies.playing import play_job, policy_of
 from studies.findings.results import Study
 from studies.findings.summary import BEST_THERE, LEARNED
 from studies.measurements import Runner, chunks
+from studies.playing import play_job, policy_of
 from studies.robustness.plan import METERS, NEIGHBORS, attacked_presets, grid_of
 from studies.tables import rows
 

@@ -45,8 +45,7 @@ def judge(is_so: Bools, *, in_expectation: bool, mean_is_clear: bool = True) -> 
     if in_expectation:
         verdict = Verdict.HOLDS if is_so.mean() >= MOST else Verdict.IN_EXPECTATION
         return Judgment(verdict, found, mean_is_clear and not found.low < MOST <= found.high)
-    verdict = Verdict.SOMETIMES if is_so.any() else Verdict.FAILS
-    return Judgment(verdict, found, mean_is_clear)
+    return Judgment(Verdict.SOMETIMES if is_so.any() else Verdict.FAILS, found, mean_is_clear)
 
 
 def is_clear(estimate: Estimate, low: float, high: float) -> bool:
@@ -70,17 +69,9 @@ class Quantity:
     def text(self) -> str:
         """The value with its unit and, unless it is exact, its interval."""
         scale, unit = (100, " %") if self.unit == "%" else (1, f" {self.unit}" if self.unit else "")
-        mean, low, high = (
-            f"{scale * part:.{self.digits}f}" for part in (self.value.mean, self.value.low, self.value.high)
-        )
-        is_exact = self.value.low == self.value.high
-        return f"{mean}{unit}" + ("" if is_exact else f" [{low}, {high}]")
-
-
-def every(is_so: Bools, axis: int) -> Bools:
-    """Return where all entries along an axis are true."""
-    result: Bools = np.all(is_so, axis=axis)
-    return result
+        value = self.value
+        mean, low, high = (f"{scale * part:.{self.digits}f}" for part in (value.mean, value.low, value.high))
+        return f"{mean}{unit}" + ("" if value.low == value.high else f" [{low}, {high}]")
 
 
 def share(what: str, is_so: Bools) -> Quantity:
@@ -105,16 +96,6 @@ def quantiles(what: str, values: FloatArray, unit: str = "", digits: int = 2) ->
 
 
 @dataclass(frozen=True)
-class RangeRow:
-    """Objectives in m, and components at 12 s, of one fixed range in m, in expectation."""
-
-    interaction_range: float
-    min_mean_distance: Estimate
-    min_min_distance: Estimate
-    num_components: Estimate
-
-
-@dataclass(frozen=True)
 class Claim:
     """One row of the page: what the paper says at a place, what is measured, and the verdict.
 
@@ -136,13 +117,17 @@ def claim(
     says: str,
     holds_if: str,
     is_so: Bools,
-    *measured: Quantity,
+    *measured: Quantity | str,
     in_expectation: bool | np.bool | None = None,
     mean_is_clear: bool = True,
     trials: int | None = None,
     is_reading: bool = False,
 ) -> Claim:
-    """Return a claim from whether it is true of every realization, and of the mean; None: of all of them."""
+    """Return a claim from whether it is true of every realization, and of the mean; None: of all of them.
+
+    A string among ``measured`` names the share of realizations of which it is true.
+    """
+    quantities = tuple(share(each, is_so) if isinstance(each, str) else each for each in measured)
     expected = bool(is_so.all() if in_expectation is None else in_expectation)
     judgment = judge(is_so, in_expectation=expected, mean_is_clear=mean_is_clear)
-    return Claim(where, says, measured, trials or len(is_so), holds_if, judgment, is_reading)
+    return Claim(where, says, quantities, trials or len(is_so), holds_if, judgment, is_reading)

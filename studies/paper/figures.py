@@ -1,95 +1,109 @@
-"""The figures of the paper by number, and the measurements that each of them needs."""
+"""The figures of the paper by number, their measurements, and the single realizations that they show."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.jobs import Arrays, Backend, Cache
 from studies.measurements import Runner
 from studies.paper import flock_figures, line_figures, mechanism_figures
+from studies.paper.flock_claims import PRINTED_BEST, PRINTED_COMPONENTS, dominates
+from studies.paper.line_claims import PRINTED_CLUSTERS, clusters
 from studies.paper.plan import (
     ANATOMIES,
+    FLOCK_GRID,
     FORCES,
+    FREE_RANGES,
     OFFSETS,
     PAPER_WORLD,
+    SHOWN_FLOCK_RANGES,
     STRENGTHS,
     Trials,
     captures,
     control,
     measurements,
 )
-from studies.paper.realizations import flock_seed, line_seed
 from training.figure_style import save_figure
 
 Measured = Mapping[str, Arrays]
 
 
-@dataclass(frozen=True)
-class PaperFigure:
-    """A figure: the stem of its files, the names of its measurements, and how it is drawn from them."""
+def line_seed(measured: Measured) -> int:
+    """Return the seed of the line in Figures 3 and 4, by the rule on the page."""
+    finals = measured["free line"]["final"]
 
-    stem: str
-    needs: tuple[str, ...]
-    draw: Callable[[Measured], Figure]
+    def deviation(seed: int) -> float:
+        worst = 0.0
+        for rho, printed in PRINTED_CLUSTERS.items():
+            found = clusters(finals[FREE_RANGES.index(rho), seed], rho)
+            if len(found) != len(printed):
+                return np.inf
+            worst = max(worst, float(np.abs(found - printed).max()))
+        return worst
 
-
-_GRID = ("curves", "grid flock")
-
-
-def _line(measured: Measured) -> int:
-    return line_seed(measured["free line"])
-
-
-def _flock(measured: Measured) -> int:
-    return flock_seed(measured["curves"], measured["grid flock"])
+    return int(np.argmin([deviation(seed) for seed in range(finals.shape[1])]))
 
 
-def _distances(objective: str, measured: Measured) -> Figure:
-    return flock_figures.distances(objective, measured["curves"], measured["grid flock"], _flock(measured))
+def flock_seed(measured: Measured) -> int:
+    """Return the seed of the flock in Figures 6 to 10, by the rule on the page."""
+    curves, values = measured["curves"], measured["grid flock"]["min_mean_distance"]
+    at_end = curves["num_components"][SHOWN_FLOCK_RANGES.index(PRINTED_BEST), :, -1]
+    suits = (at_end == PRINTED_COMPONENTS) & dominates(curves["mean_distance"]).all(axis=-1)
+    best = np.array(FLOCK_GRID)[np.argmax(values, axis=0)]
+    return int(np.argmin(np.where(suits | ~suits.any(), np.abs(best - PRINTED_BEST), np.inf)))
 
 
-_LINES = ("free line",)
+def _lines(*, is_attacked: bool) -> Callable[[Measured], Figure]:
+    return lambda m: line_figures.lines_over_time(line_seed(m), is_attacked=is_attacked)
 
-FIGURES: Final[dict[str, PaperFigure]] = {
-    "2": PaperFigure("figure_2", (), lambda _: line_figures.escape_forces()),
-    "3": PaperFigure("figure_3", _LINES, lambda m: line_figures.lines_over_time(_line(m), is_attacked=False)),
-    "4": PaperFigure("figure_4", _LINES, lambda m: line_figures.lines_over_time(_line(m), is_attacked=True)),
-    "5": PaperFigure(
-        "figure_5",
-        tuple(f"grid {force}" for force in FORCES),
-        lambda m: line_figures.distance_against_range({force: m[f"grid {force}"] for force in FORCES}),
+
+def _snapshots(rho: float) -> Callable[[Measured], Figure]:
+    return lambda m: flock_figures.snapshots(flock_seed(m), rho)
+
+
+def _distances(objective: str) -> Callable[[Measured], Figure]:
+    return lambda m: flock_figures.distances(objective, m["curves"], m["grid flock"], flock_seed(m))
+
+
+_FLOCKS = ("curves", "grid flock")
+_OFFSETS = {offset: f"aimed {offset:g}" for offset in OFFSETS}
+_FORCES = {force: f"grid {force}" for force in FORCES}
+_STRENGTHS = tuple(name(PAPER_WORLD, strength) for name in (control, captures) for strength in STRENGTHS)
+
+FIGURES: Final[dict[str, tuple[Iterable[str], Callable[[Measured], Figure]]]] = {
+    "2": ((), lambda _: line_figures.escape_forces()),
+    "3": (("free line",), _lines(is_attacked=False)),
+    "4": (("free line",), _lines(is_attacked=True)),
+    "5": (
+        _FORCES.values(),
+        lambda m: line_figures.distance_against_range({force: m[name] for force, name in _FORCES.items()}),
     ),
-    "6": PaperFigure("figure_6", _GRID, lambda m: flock_figures.snapshots(_flock(m), 100.0)),
-    "7": PaperFigure("figure_7", _GRID, lambda m: flock_figures.snapshots(_flock(m), 10.0)),
-    "8": PaperFigure("figure_8", _GRID, lambda m: flock_figures.snapshots(_flock(m), 0.0)),
-    "9": PaperFigure("figure_9", _GRID, lambda m: _distances("mean", m)),
-    "10": PaperFigure("figure_10", _GRID, lambda m: _distances("minimum", m)),
-    "edge": PaperFigure(
-        "edge",
-        tuple(f"aimed {offset:g}" for offset in OFFSETS),
-        lambda m: flock_figures.aimed_beside({offset: m[f"aimed {offset:g}"] for offset in OFFSETS}),
+    "6": (_FLOCKS, _snapshots(100.0)),
+    "7": (_FLOCKS, _snapshots(10.0)),
+    "8": (_FLOCKS, _snapshots(0.0)),
+    "9": (_FLOCKS, _distances("mean")),
+    "10": (_FLOCKS, _distances("minimum")),
+    "edge": (
+        _OFFSETS.values(),
+        lambda m: flock_figures.aimed_beside({offset: m[name] for offset, name in _OFFSETS.items()}),
     ),
-    "force": PaperFigure(
-        "force",
-        tuple(name(PAPER_WORLD, strength) for name in (control, captures) for strength in STRENGTHS),
-        mechanism_figures.by_force,
-    ),
-    "anatomy": PaperFigure("anatomy", tuple(ANATOMIES), mechanism_figures.anatomy),
+    "force": (_STRENGTHS, mechanism_figures.by_force),
+    "anatomy": (ANATOMIES, mechanism_figures.anatomy),
 }
-"""By the number in the paper; ``"edge"`` is the attack beside the center. ``"force"`` and ``"anatomy"`` are
-controls of the paper's explanation."""
+"""Measurements that a figure needs and how it is drawn, by the number in the paper. ``"edge"`` is the attack
+beside the center, ``"force"`` and ``"anatomy"`` are controls of the paper's explanation."""
 
 
-def draw_figures(output: Path, measured: Measured, names: Iterable[str] = FIGURES) -> None:
-    """Write figures of finished measurements, as PNG and SVG."""
-    for name in names:
-        save_figure(FIGURES[name].draw(measured), output / FIGURES[name].stem)
+def draw_figures(output: Path, measured: Measured, names: Iterable[str] = FIGURES) -> list[Path]:
+    """Write figures of finished measurements as PNG and SVG; return the PNG files."""
+    stems = {name: output / (f"figure_{name}" if name.isdigit() else name) for name in names}
+    return [save_figure(FIGURES[name][1](measured), stem) for name, stem in stems.items()]
 
 
 def measure_and_draw(
@@ -99,12 +113,11 @@ def measure_and_draw(
 
     The cache is that of the whole study.
     """
-    chosen = list(dict.fromkeys(names))
-    for name in chosen:
+    for name in names:
         if name not in FIGURES:
             raise ArgumentError("figures", f"some of {', '.join(FIGURES)}", repr(name))
     plan = measurements(trials)
-    needed = {need: plan[need] for name in chosen for need in FIGURES[name].needs}
+    needed = {need: plan[need] for name in names for need in FIGURES[name][0]}
     output.mkdir(parents=True, exist_ok=True)
-    draw_figures(output, Runner(Cache(output / "cache"), backend, progress).measure(needed), chosen)
-    return [output / f"{FIGURES[name].stem}.png" for name in chosen]
+    measured = Runner(Cache(output / "cache"), backend, progress).measure(needed)
+    return draw_figures(output, measured, names)

@@ -2,33 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common import stats
-from flockesc_env.common.stats import FloatArray
+from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.episodes.objectives import ObjectiveSpec
 from flockesc_env.jobs import Arrays
-from studies.paper.claims import (
-    Claim,
-    Quantity,
-    RangeRow,
-    claim,
-    every,
-    exactly,
-    is_clear,
-    mean,
-    quantiles,
-    share,
-)
-from studies.paper.plan import (
-    AIMED_GRID,
-    FLOCK,
-    FLOCK_GRID,
-    FULL_RANGE,
-    OFFSETS,
-    PAPER_OBJECTIVES,
-    SHOWN_FLOCK_RANGES,
-)
+from studies.paper.claims import Claim, Quantity, claim, exactly, is_clear, mean, quantiles, share
+from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, OFFSETS, PAPER_OBJECTIVES, SHOWN_FLOCK_RANGES
 
 PRINTED_COMPONENTS = 12
 PRINTED_BEST = 10.0
@@ -41,32 +25,42 @@ VISIBLE = 0.5
 EDGE = 50.0
 """Smallest offset in m at which the predator's path crosses the flock's edge: half of the flock's side."""
 
-_TABLE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
-_COLUMNS = (*(spec.column for spec in PAPER_OBJECTIVES), "num_components")
-_NONE, _SHORT, _FULL = range(3)
-_GRID = np.array(FLOCK_GRID)
-_AIMED = np.array(AIMED_GRID)
-_FULL_AT, _PRINTED_AT = AIMED_GRID.index(FULL_RANGE), AIMED_GRID.index(PRINTED_BEST)
+_NONE, _SHORT, _FULL = range(3)  # in SHOWN_FLOCK_RANGES
+_GRID, _AIMED = np.array(FLOCK_GRID), np.array(AIMED_GRID)
 
 
 def flock_claims(results: dict[str, Arrays]) -> list[Claim]:
     """Return the rows about the flock, in the paper's order."""
     curves, grid = results["curves"], results["grid flock"]
+    literal = results["literal flock"]["num_components"][0]
     aimed = {offset: results[f"aimed {offset:g}"] for offset in OFFSETS}
     return [
-        *_connectivity(curves, results["literal flock"]),
-        *_mean_distance(curves, grid),
-        _horizon(curves),
-        *_minimum_distance(grid),
-        *_edge(aimed),
+        *_connectivity(curves["num_components"][:, :, 1:], literal),
+        *_mean_distance(curves["mean_distance"], grid["min_mean_distance"]),
+        *_minimum_distance(grid["min_min_distance"]),
+        *(
+            _edge(spec, {offset: found[spec.column] for offset, found in aimed.items()})
+            for spec in PAPER_OBJECTIVES
+        ),
     ]
+
+
+@dataclass(frozen=True)
+class RangeRow:
+    """Objectives in m, and components at 12 s, of one fixed range in m, in expectation."""
+
+    interaction_range: float
+    min_mean_distance: Estimate
+    min_min_distance: Estimate
+    num_components: Estimate
 
 
 def by_range(grid: Arrays) -> tuple[RangeRow, ...]:
     """Return the objectives under some ranges, in expectation."""
+    columns = ("min_mean_distance", "min_min_distance", "num_components")
     return tuple(
-        RangeRow(rho, *(stats.mean(grid[name][FLOCK_GRID.index(rho)].astype(float)) for name in _COLUMNS))
-        for rho in _TABLE_RANGES
+        RangeRow(rho, *(stats.mean(grid[name][FLOCK_GRID.index(rho)].astype(float)) for name in columns))
+        for rho in (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
     )
 
 
@@ -77,28 +71,26 @@ def dominates(distance: FloatArray, tolerance: float = 0.0) -> NDArray[np.bool]:
     return above
 
 
-def _connectivity(curves: Arrays, literal: Arrays) -> list[Claim]:
-    components = curves["num_components"][:, :, 1:]
-    whole, alone = every(components[_FULL] == 1, -1), every(components[_NONE] == FLOCK.num_agents, -1)
+def _connectivity(components: NDArray[np.int64], literal: NDArray[np.int64]) -> list[Claim]:
+    """Return the rows about components by range, flock and time, and at the end under the printed law."""
     at_end = components[_SHORT, :, -1].astype(float)
-    as_many, average = at_end == PRINTED_COMPONENTS, stats.mean(at_end)
-    printed, most = literal["num_components"][0], 2 * PRINTED_COMPONENTS
+    average, most = stats.mean(at_end), 2 * PRINTED_COMPONENTS
     return [
         claim(
             "V, Fig. 6",
             "rho = 100 m: the flock stays connected at all times.",
             "one component at every t > 0",
-            whole,
-            share("flocks with one component at all times", whole),
+            np.all(components[_FULL] == 1, axis=-1),
+            "flocks with one component at all times",
         ),
         claim(
             "V, Fig. 7",
             f"rho = 10 m: the flock breaks up into {PRINTED_COMPONENTS} components.",
             f"exactly {PRINTED_COMPONENTS} at 12 s; the mean rounds to {PRINTED_COMPONENTS}",
-            as_many,
+            at_end == PRINTED_COMPONENTS,
             Quantity("mean number at t = 12 s", average),
             quantiles("median, and range of 95 % of the flocks", at_end, digits=0),
-            share(f"flocks with exactly {PRINTED_COMPONENTS}", as_many),
+            f"flocks with exactly {PRINTED_COMPONENTS}",
             in_expectation=round(average.mean) == PRINTED_COMPONENTS,
             mean_is_clear=is_clear(average, PRINTED_COMPONENTS - 0.5, PRINTED_COMPONENTS + 0.5),
         ),
@@ -106,40 +98,39 @@ def _connectivity(curves: Arrays, literal: Arrays) -> list[Claim]:
             "V, Eq. 11",
             f"The printed equations (no step that keeps the speed) give {PRINTED_COMPONENTS} components.",
             f"at most {most} components at 12 s under the printed law; so is the mean",
-            printed <= most,
-            mean("mean number at t = 12 s, printed law", printed),
-            exactly("smallest number of a flock", printed.min(), digits=0),
-            in_expectation=printed.mean() <= most,
+            literal <= most,
+            mean("mean number at t = 12 s, printed law", literal),
+            exactly("smallest number of a flock", literal.min(), digits=0),
+            in_expectation=literal.mean() <= most,
             is_reading=True,
         ),
         claim(
             "V, Fig. 8",
             "rho = 0: no connectivity at all.",
             "300 components at every t > 0",
-            alone,
-            share("flocks with 300 components at all times", alone),
+            np.all(components[_NONE] == FLOCK.num_agents, axis=-1),
+            "flocks with 300 components at all times",
         ),
     ]
 
 
-def _mean_distance(curves: Arrays, grid: Arrays) -> list[Claim]:
-    distance, values = curves["mean_distance"], grid["min_mean_distance"]
+def _mean_distance(distance: FloatArray, values: FloatArray) -> list[Claim]:
+    """Return the rows about distances by range, flock and time, and J_mean by range of the grid and flock."""
     average = distance.mean(axis=1)
-    dominant, visibly = every(dominates(distance), -1), every(dominates(distance, VISIBLE), -1)
-    shown = np.array([values[FLOCK_GRID.index(rho)] for rho in SHOWN_FLOCK_RANGES])
-    wins = (shown[_SHORT] > shown[_NONE]) & (shown[_SHORT] > shown[_FULL])
-    own = _GRID[np.argmax(values, axis=0)]
-    best = stats.argmax(_GRID, values)
-    near = np.abs(own - PRINTED_BEST) <= 2.5
+    none, short, full = (values[FLOCK_GRID.index(rho)] for rho in SHOWN_FLOCK_RANGES)
+    own, best = _GRID[np.argmax(values, axis=0)], stats.argmax(_GRID, values)
     behind = np.max(np.maximum(average[_NONE], average[_FULL]) - average[_SHORT])
+    reached = np.argmin(distance, axis=-1) < FLOCK.num_steps
     return [
         claim(
             "V, Fig. 9a",
             "The mean distance under rho = 10 m exceeds that under 0 and 100 m at all t.",
             "the curve of 10 m is at or above both others at all t; so is the mean curve",
-            dominant,
-            share("flocks in which it does at all t", dominant),
-            share(f"the same with a tolerance of {VISIBLE:g} m", visibly),
+            np.all(dominates(distance), axis=-1),
+            "flocks in which it does at all t",
+            share(
+                f"the same with a tolerance of {VISIBLE:g} m", np.all(dominates(distance, VISIBLE), axis=-1)
+            ),
             exactly("times at which the mean curves do", dominates(average).mean(), "%", 1),
             exactly("largest shortfall of the mean curve", behind, "m", 3),
             in_expectation=dominates(average).all(),
@@ -148,60 +139,52 @@ def _mean_distance(curves: Arrays, grid: Arrays) -> list[Claim]:
             "V, Fig. 9",
             "J_mean under rho = 10 m is larger than under 0 and 100 m.",
             "J_mean is the largest of the three under 10 m; so is its mean",
-            wins,
-            share("flocks in which it is", wins),
-            mean("J_mean(10) - J_mean(0), paired", shown[_SHORT] - shown[_NONE], "m"),
-            mean("J_mean(10) - J_mean(100), paired", shown[_SHORT] - shown[_FULL], "m"),
-            in_expectation=np.argmax(shown.mean(axis=1)) == _SHORT,
+            short > np.maximum(none, full),
+            "flocks in which it is",
+            mean("J_mean(10) - J_mean(0), paired", short - none, "m"),
+            mean("J_mean(10) - J_mean(100), paired", short - full, "m"),
+            in_expectation=short.mean() > max(none.mean(), full.mean()),
         ),
         claim(
             "V, Fig. 9b",
             "rho* = 10 m (J_mean; grid of 1 m up to 100 m).",
             "a flock's best range is within 2.5 m of 10 m; so is the best range in expectation",
-            near,
+            np.abs(own - PRINTED_BEST) <= 2.5,
             Quantity("best range in expectation", best, "m", 0),
             quantiles("best range of a single flock: median, and range of 95 %", own, "m", 0),
-            share("flocks whose best range is within 2.5 m of 10 m", near),
+            "flocks whose best range is within 2.5 m of 10 m",
             in_expectation=abs(best.mean - PRINTED_BEST) <= 2.5,
             mean_is_clear=is_clear(best, PRINTED_BEST - 2.5, PRINTED_BEST + 2.5),
+        ),
+        claim(
+            "V, Eq. 12",
+            "The 12 s that are simulated contain the minimum over all t >= 0.",
+            "the minimum is reached before 12 s under 0, 10 and 100 m; so is that of the mean curves",
+            np.all(reached, axis=0),
+            *(
+                share(f"flocks with the minimum before 12 s, rho = {rho:g} m", row)
+                for rho, row in zip(SHOWN_FLOCK_RANGES, reached, strict=True)
+            ),
+            in_expectation=(np.argmin(average, axis=-1) < FLOCK.num_steps).all(),
+            is_reading=True,
         ),
     ]
 
 
-def _horizon(curves: Arrays) -> Claim:
-    distance = curves["mean_distance"]
-    reached = np.argmin(distance, axis=-1) < FLOCK.num_steps
-    return claim(
-        "V, Eq. 12",
-        "The 12 s that are simulated contain the minimum over all t >= 0.",
-        "the minimum is reached before 12 s under 0, 10 and 100 m; so is that of the mean curves",
-        every(reached, 0),
-        *(
-            share(f"flocks with the minimum before 12 s, rho = {rho:g} m", row)
-            for rho, row in zip(SHOWN_FLOCK_RANGES, reached, strict=True)
-        ),
-        in_expectation=(np.argmin(distance.mean(axis=1), axis=-1) < FLOCK.num_steps).all(),
-        is_reading=True,
-    )
-
-
-def _minimum_distance(grid: Arrays) -> list[Claim]:
-    values = grid["min_min_distance"]
-    best = stats.argmax(_GRID, values)
-    own = _GRID[np.argmax(values, axis=0)]
-    inside = (own >= SHORT[0]) & (own <= SHORT[1])
-    middle = values[FLOCK_GRID.index(SHORT[0]) : FLOCK_GRID.index(SHORT[1]) + 1].mean(axis=0)
-    none, full = values[0], values[FLOCK_GRID.index(FULL_RANGE)]
-    wins = (middle > none) & (middle > full)
+def _minimum_distance(values: FloatArray) -> list[Claim]:
+    best, own = stats.argmax(_GRID, values), _GRID[np.argmax(values, axis=0)]
+    first, last = map(FLOCK_GRID.index, SHORT)
+    middle = values[first : last + 1].mean(axis=0)
+    none, full = values[0], values[-1]
     return [
         claim(
             "V, Fig. 10b",
             "The best range for the minimum distance lies between 10 and 30 m.",
             "a flock's best range (J_min) is in 10 to 30 m; so is the best range in expectation",
-            inside,
+            (own >= SHORT[0]) & (own <= SHORT[1]),
             Quantity("best range in expectation", best, "m", 0),
             quantiles("best range of a single flock: median, and range of 95 %", own, "m", 0),
-            share("flocks whose best range is in 10 to 30 m", inside),
+            "flocks whose best range is in 10 to 30 m",
             in_expectation=SHORT[0] <= best.mean <= SHORT[1],
             mean_is_clear=is_clear(best, *SHORT),
         ),
@@ -209,8 +192,8 @@ def _minimum_distance(grid: Arrays) -> list[Claim]:
             "V, Fig. 10",
             "Ranges of 10 to 30 m keep the predator farther from the nearest agent than 0 and 100 m do.",
             "mean J_min over 10, 11, .., 30 m exceeds J_min under 0 and 100 m; so do the means over flocks",
-            wins,
-            share("flocks in which their mean J_min exceeds both", wins),
+            middle > np.maximum(none, full),
+            "flocks in which their mean J_min exceeds both",
             mean("J_min(10..30) - J_min(0), paired", middle - none, "m"),
             mean("J_min(10..30) - J_min(100), paired", middle - full, "m"),
             in_expectation=middle.mean() > max(none.mean(), full.mean()),
@@ -218,32 +201,24 @@ def _minimum_distance(grid: Arrays) -> list[Claim]:
     ]
 
 
-def _edge(aimed: dict[float, Arrays]) -> list[Claim]:
-    rows = []
-    at_edge = [offset for offset in OFFSETS if offset >= EDGE]
-    for spec in PAPER_OBJECTIVES:
-        name = spec.symbol
-        values = {offset: results[spec.column] for offset, results in aimed.items()}
-        margin = {offset: row[_FULL_AT] - row[_PRINTED_AT] for offset, row in values.items()}
-        wins = every(np.array([margin[offset] > 0 for offset in at_edge]), 0)
-        measured = [
-            figure
-            for offset in OFFSETS[::2]
-            for figure in (
-                Quantity(f"best range at offset {offset:g} m", stats.argmax(_AIMED, values[offset]), "m", 1),
-                mean(f"{name}(100) - {name}(10) at offset {offset:g} m, paired", margin[offset], "m"),
-            )
-        ]
-        rows.append(
-            claim(
-                "VI",
-                f"Against an attack on the flock's edge full connectivity is best ({name}).",
-                "100 m beats the 10 m of Figure 9 at all these offsets; so do the means",
-                wins,
-                share(f"flocks in which 100 m beats 10 m at offsets >= {EDGE:g} m", wins),
-                *measured,
-                in_expectation=all(margin[offset].mean() > 0 for offset in at_edge),
-                is_reading=name == "J_min",
-            )
-        )
-    return rows
+def _edge(spec: ObjectiveSpec, values: dict[float, FloatArray]) -> Claim:
+    """Return the row about an objective by the predator's offset, shape (ranges, flocks) each."""
+    name, at_edge = spec.symbol, [offset for offset in OFFSETS if offset >= EDGE]
+    full, short = AIMED_GRID.index(100.0), AIMED_GRID.index(PRINTED_BEST)
+    margin = {offset: rows[full] - rows[short] for offset, rows in values.items()}
+    measured = []
+    for offset in OFFSETS[::2]:
+        best = stats.argmax(_AIMED, values[offset])
+        measured.append(Quantity(f"best range at offset {offset:g} m", best, "m", 1))
+        what = f"{name}(100) - {name}(10) at offset {offset:g} m, paired"
+        measured.append(mean(what, margin[offset], "m"))
+    return claim(
+        "VI",
+        f"Against an attack on the flock's edge full connectivity is best ({name}).",
+        "100 m beats the 10 m of Figure 9 at all these offsets; so do the means",
+        np.all([margin[offset] > 0 for offset in at_edge], axis=0),
+        f"flocks in which 100 m beats 10 m at offsets >= {EDGE:g} m",
+        *measured,
+        in_expectation=all(margin[offset].mean() > 0 for offset in at_edge),
+        is_reading=name == "J_min",
+    )

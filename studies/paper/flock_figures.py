@@ -12,23 +12,14 @@ from flockesc_env.common import stats
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs import Arrays
 from flockesc_env.models.graph import component_labels
-from flockesc_env.models.simulate import Trajectory, simulate
-from flockesc_env.models.sweep import FlockSweepResult
+from flockesc_env.models.simulate import simulate
 from flockesc_env.render.palette import LIGHT
-from studies.paper.plan import (
-    AIMED_GRID,
-    FLOCK,
-    FLOCK_GRID,
-    FULL_RANGE,
-    OFFSETS,
-    PAPER_OBJECTIVES,
-    SHOWN_FLOCK_RANGES,
-)
+from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, OFFSETS, PAPER_OBJECTIVES, SHOWN_FLOCK_RANGES
 from studies.style import caption, component_colors, letter
 from training.figure_style import BAND, RANGES, WIDTH, label_ends
 
 _TIMES = (0.0, 4.0, 8.0, 12.0)
-_COLORS = {rho: to_hex(RANGES((rho / FULL_RANGE) ** 0.5)) for rho in SHOWN_FLOCK_RANGES}
+_COLORS = {rho: to_hex(RANGES((rho / 100.0) ** 0.5)) for rho in SHOWN_FLOCK_RANGES}
 """Colors of the ranges; the square root keeps 10 m apart from 0."""
 _GRID, _AIMED = np.array(FLOCK_GRID), np.array(AIMED_GRID)
 
@@ -39,29 +30,22 @@ def snapshots(seed: int, rho: float) -> Figure:
     figure = Figure(figsize=(WIDTH, 2.75), layout="constrained")
     panels = figure.subplots(1, len(_TIMES), sharex=True, sharey=True)
     for axes, time in zip(panels, _TIMES, strict=True):
-        _snapshot(axes, run, rho, round(time / FLOCK.time_step))
-        axes.set_xlabel("x (m)")
+        step = round(time / FLOCK.time_step)
+        positions, path = run.positions[step], run.predator_positions[: step + 1, 0]
+        colors = component_colors(component_labels(None, positions, rho))
+        axes.plot(*path.T, color=LIGHT.predator, lw=1)
+        axes.plot(*path[-1], "o", color=LIGHT.predator, ms=4)
+        here = (path[-1, 0], path[-1, 1])
+        axes.add_patch(Circle(here, FLOCK.predator_range, color=LIGHT.predator, alpha=0.15, lw=0))
+        axes.quiver(*positions.T, *run.velocities[step].T, color=colors, scale=240, width=0.008)
+        axes.set_aspect("equal")
+        axes.set(xlim=(-130, 230), ylim=(-130, 230), xlabel="x (m)")
+        number = run.num_components[step]
+        axes.set_title(f"{time:g} s, {number} component{'' if number == 1 else 's'}", fontsize=9)
     panels[0].set_ylabel("y (m)")
-    caption(
-        figure,
-        f"Range {rho:g} m, flock of seed {seed}; color: component, gray: alone, vermilion: predator",
-    )
+    text = f"Range {rho:g} m, flock of seed {seed}; color: component, gray: alone, vermilion: predator"
+    caption(figure, text)
     return figure
-
-
-def _snapshot(axes: Axes, run: Trajectory, rho: float, step: int) -> None:
-    positions = run.positions[step]
-    colors = component_colors(component_labels(None, positions, rho))
-    path = run.predator_positions[: step + 1, 0]
-    axes.plot(*path.T, color=LIGHT.predator, lw=1)
-    axes.plot(*path[-1], "o", color=LIGHT.predator, ms=4)
-    here = (path[-1, 0], path[-1, 1])
-    axes.add_patch(Circle(here, FLOCK.predator_range, color=LIGHT.predator, alpha=0.15, lw=0))
-    axes.quiver(*positions.T, *run.velocities[step].T, color=colors, scale=240, width=0.008)
-    axes.set_aspect("equal")
-    axes.set(xlim=(-130, 230), ylim=(-130, 230))
-    number = run.num_components[step]
-    axes.set_title(f"{run.times[step]:g} s, {number} component{'' if number == 1 else 's'}", fontsize=9)
 
 
 def distances(objective: str, curves: Arrays, grid: Arrays, seed: int) -> Figure:
@@ -82,7 +66,7 @@ def distances(objective: str, curves: Arrays, grid: Arrays, seed: int) -> Figure
     letter(over_time, 0, "distance over time, three ranges")
     label_ends(over_time, ends)
 
-    center, low, high = _result(grid).mean_with_interval(objective)
+    center, low, high = stats.mean_with_interval(values, stats.CONFIDENCE)
     over_range.fill_between(_GRID, low, high, color=BAND, lw=0)
     over_range.plot(_GRID, values[:, seed], color=LIGHT.alone, lw=1)
     over_range.plot(_GRID, center, color=LIGHT.fixed, lw=2)
@@ -121,7 +105,7 @@ def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
         above, below = panels[:, column]
         values = [aimed[offset][spec.column] for offset in OFFSETS]
         _points(above, [stats.argmax(_AIMED, rows) for rows in values])
-        full, short = AIMED_GRID.index(FULL_RANGE), AIMED_GRID.index(10.0)
+        full, short = AIMED_GRID.index(100.0), AIMED_GRID.index(10.0)
         _points(below, [stats.mean(rows[full] - rows[short]) for rows in values])
         above.set(ylim=(0, 105))
         letter(above, column, f"{symbol}: best range in expectation")
@@ -130,10 +114,7 @@ def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
         letter(below, 2 + column, f"{symbol} at 100 m minus {symbol} at 10 m")
     panels[0, 0].set_ylabel("interaction range (m)")
     panels[1, 0].set_ylabel("difference (m)")
-    caption(
-        figure,
-        f"An attack beside the center: {values[0].shape[1]:,} flocks a point, 95 % intervals",
-    )
+    caption(figure, f"An attack beside the center: {values[0].shape[1]:,} flocks a point, 95 % intervals")
     return figure
 
 
@@ -142,8 +123,3 @@ def _points(axes: Axes, estimates: list[stats.Estimate]) -> None:
         np.array([getattr(estimate, name) for estimate in estimates]) for name in ("mean", "low", "high")
     )
     axes.errorbar(OFFSETS, means, (means - low, high - means), fmt="o", ms=5, lw=1.5, color=LIGHT.fixed)
-
-
-def _result(grid: Arrays) -> FlockSweepResult:
-    seeds = np.arange(grid["num_components"].shape[1], dtype=np.uint64)
-    return FlockSweepResult(FLOCK, _GRID, seeds, **grid)

@@ -1,34 +1,25 @@
-"""The paper's own measurements: curves over time of flocks, and the consensus of lines."""
+"""The paper's own measurements: curves of flocks, consensus of lines, flocks at their smallest distance."""
 
 from __future__ import annotations
 
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from flockesc_env import FlockScenario, FlockVectorEnv, LineScenario, simulate_line
+from flockesc_env import FlockScenario, LineScenario, Trajectory, simulate, simulate_line
+from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays
+from studies.measurements import means
 
-CURVES: Final = "studies.paper.jobs:curves"
-CONSENSUS: Final = "studies.paper.jobs:consensus"
+STOPS: Final = (1.0, 2.0)
+"""Times in s at which a control stops listening."""
 
 
 def curves(scenario: FlockScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
-    """Return distances and components of flocks at every time 0..T; at t = 0 every agent is alone."""
+    """Return distances and components of flocks at every time 0..T, shape (ranges, seeds, T + 1)."""
+    runs = [[simulate(scenario, rho, seed=seed) for seed in seeds] for rho in ranges]
     names = ("mean_distance", "min_distance", "num_components")
-    found: dict[str, list[NDArray[Any]]] = {name: [] for name in names}
-    for rho in ranges:
-        # Ranges that float32 hits, as those of the figures are, come out of the action exactly.
-        env = FlockVectorEnv(
-            len(seeds), scenario, action_mode="range", max_range=max(ranges), count_components=True
-        )
-        _, infos = env.reset(seed=list(seeds))
-        actions = np.full((len(seeds), 1), rho, np.float32)
-        rows = [infos, *(env.step(actions)[-1] for _ in range(scenario.num_steps))]
-        for name in names:
-            found[name].append(np.stack([row[name] for row in rows], axis=-1))
-    return {name: np.array(parts) for name, parts in found.items()}
+    return {name: np.array([[getattr(run, name) for run in row] for row in runs]) for name in names}
 
 
 def consensus(scenario: LineScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
@@ -60,3 +51,95 @@ def _consensus_of(scenario: LineScenario, rho: float, seed: int) -> dict[str, An
         "returns": target is not None and bool((np.abs(run.states[1:] - target) < reach).any()),
         "converged": run.converged,
     }
+
+
+def anatomy(scenario: FlockScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
+    """Return quantities of flocks at the time t of the smallest mean distance, shape (ranges, seeds).
+
+    Displacements are r_i(t) - r_i(0). Lengths are in m, times in s. Flights are J_mean of agents that fly
+    straight at a constant velocity and do not interact.
+
+    - ``mean_distance``: J_mean; ``time``: t;
+    - ``center``: distance between predator and center of the flock; ``dispersion``: rms distance of the
+      agents from that center; the squares of both add up to the mean squared distance;
+    - ``polarization``; ``patch``: n times its square, the size of patches that all have random headings;
+    - ``components``;
+    - ``straightness``: rms displacement divided by v0 t, 1 if all agents fly straight on;
+    - ``outwardness``: correlation between displacements and initial offsets from the center;
+    - ``straightened``: flights from r_i(0) that end at r_i(t) at time t;
+    - ``exchanged``: the same with displacements exchanged at random among the agents, so that they are as
+      straight and as aligned, but not directed outward;
+    - ``aligned``: flights from r_i(0) with speed v0 along the headings of time t, exchanged at random: the
+      model that knows the polarization only;
+    - ``stopped_1`` and ``stopped_2``: agents listen until 1 or 2 s and fly straight on from there.
+    """
+    rows = [[_anatomy_of(simulate(scenario, rho, seed=seed)) for seed in seeds] for rho in ranges]
+    return {name: np.array([[flock[name] for flock in row] for row in rows]) for name in rows[0][0]}
+
+
+def _anatomy_of(run: Trajectory) -> dict[str, float]:
+    speed = float(np.linalg.norm(run.velocities[0, 0]))
+    step = int(np.argmin(run.mean_distance))
+    time, positions = run.times[step], run.positions[step]
+    center = positions.mean(axis=0)
+    offsets, moved = run.positions[0] - run.positions[0].mean(axis=0), positions - run.positions[0]
+    velocities, others = moved / time, np.random.default_rng(run.seed).permutation(len(moved))
+    along = run.velocities[step] / np.linalg.norm(run.velocities[step], axis=1, keepdims=True)
+    polarization = float(run.polarization[step])
+    found = {
+        "mean_distance": float(run.mean_distance[step]),
+        "time": float(time),
+        "center": float(np.linalg.norm(center - run.predator_positions[step, 0])),
+        "dispersion": _rms(positions - center),
+        "polarization": polarization,
+        "patch": len(moved) * polarization**2,
+        "components": float(run.num_components[step]),
+        "straightness": _rms(moved) / (speed * float(time)),
+        "outwardness": float((offsets * moved).sum(axis=1).mean()) / (_rms(offsets) * _rms(moved)),
+        "straightened": _flight(run, velocities),
+        "exchanged": _flight(run, velocities[others]),
+        "aligned": _flight(run, speed * along[others]),
+    }
+    for stop in STOPS:
+        last = round(stop / run.scenario.time_step)
+        found[f"stopped_{stop:g}"] = _flight(run, run.velocities[last], last)
+    return found
+
+
+def _flight(run: Trajectory, velocities: FloatArray, start: int = 0) -> float:
+    """Return J_mean in m of agents that leave the run at a step and keep these velocities, shape (n, D)."""
+    elapsed = (run.times[start:] - run.times[start])[:, np.newaxis, np.newaxis]
+    paths = run.positions[start] + elapsed * velocities - run.predator_positions[start:]
+    flown = np.linalg.norm(paths, axis=2).mean(axis=1)
+    return float(min(flown.min(), run.mean_distance[: start + 1].min()))
+
+
+def _rms(vectors: FloatArray) -> float:
+    return float(np.sqrt((vectors**2).sum(axis=1).mean()))
+
+
+def with_parts(found: Arrays) -> dict[str, FloatArray]:
+    """Return the columns of ``anatomy`` with the parts of J_mean, in m, shape (ranges, flocks).
+
+    Three parts add up to the ``gain``, J_mean minus that under the first range:
+
+    - ``agreement``: headings agree, so the flock drifts one way (``aligned`` minus J_mean of the first
+      range);
+    - ``turning``: paths bend (``exchanged`` minus ``aligned``);
+    - ``sorting``: agents fly outward (J_mean minus ``exchanged``).
+
+    ``error`` is that of the model that knows the polarization only.
+    """
+    reached = found["mean_distance"]
+    return found | {
+        "agreement": found["aligned"] - reached[0],
+        "turning": found["exchanged"] - found["aligned"],
+        "sorting": reached - found["exchanged"],
+        "gain": reached - reached[0],
+        "error": found["aligned"] - reached,
+    }
+
+
+def anatomy_table(found: Arrays) -> dict[str, tuple[Estimate, ...]]:
+    """Return the mean over flocks of every column of ``with_parts``, one per range."""
+    return {name: means(rows) for name, rows in with_parts(found).items()}

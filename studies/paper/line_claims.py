@@ -1,4 +1,4 @@
-"""The paper's claims about the line (Section IV), measured."""
+"""The paper's claims about the line (Sections III, IV and VI), measured."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays
-from studies.paper.claims import Claim, Quantity, claim, every, mean, share
+from studies.paper.claims import Claim, Quantity, claim, exactly, mean, share
 from studies.paper.plan import (
     BATCH,
     COARSE,
@@ -18,6 +18,7 @@ from studies.paper.plan import (
     LINE_GRID,
     PREDATOR_POSITIONS,
     SHOWN_RANGES,
+    THRESHOLD_RANGES,
 )
 
 PRINTED_CLUSTERS = {0.2: (0.35, 0.69), 0.1: (0.14, 0.40, 0.67, 0.88)}
@@ -36,60 +37,132 @@ def clusters(final: FloatArray, rho: float) -> FloatArray:
     return np.array([part.mean() for part in parts])
 
 
+def theory_claims(results: dict[str, Arrays]) -> list[Claim]:
+    """Return the rows of Section III, in the paper's order."""
+    free, at = results["free line"], FREE_RANGES.index
+    # m(t) never falls, so that a line with one cluster was connected at all times.
+    connected = np.all(np.diff(free["final"][at(0.3)], axis=1) <= 0.3, axis=1)
+    off_mean, off_alpha = free["mean_offset"][at(0.3)][connected], free["alpha_offset"][at(0.2)]
+    thresholds = {rho: results[f"threshold {rho}"] for rho in THRESHOLD_RANGES}
+    stays_out = {rho: ~study["returns"][0] for rho, study in thresholds.items()}
+    return [
+        claim(
+            "III, Lemma 1",
+            "Without predator the number of components m(t) never falls.",
+            "it never falls, under any of the ranges 0, 0.1, 0.2, 0.3, 1",
+            np.all(~free["falls"], axis=0),
+            "lines in which it never falls",
+        ),
+        claim(
+            "III, Theorem 1",
+            "Without predator the line converges to a steady state of separate clusters.",
+            "a line comes to rest, under all of these ranges",
+            np.all(free["converged"], axis=0),
+            "lines that converge",
+        ),
+        claim(
+            "III",
+            "A line that stays connected converges to the average of x(0).",
+            "a connected line ends within 1e-9 of its average; the mean offset is as small",
+            off_mean < 1e-9,
+            mean("offset from the average, rho = 0.3", off_mean, digits=4),
+            exactly("largest offset", off_mean.max(), digits=3),
+            in_expectation=off_mean.mean() < 1e-9,
+        ),
+        claim(
+            "III, Definition 1",
+            "Cluster i ends at alpha_i, its average at the time t_c of the last split.",
+            "all clusters end within 1e-9 of alpha_i; the mean offset is as small",
+            off_alpha < 1e-9,
+            mean("largest offset from alpha_i, rho = 0.2", off_alpha, digits=4),
+            exactly("over all lines", off_alpha.max(), digits=3),
+            in_expectation=off_alpha.mean() < 1e-9,
+        ),
+        claim(
+            "III, Theorem 2",
+            "With Eq. 8 and s >= s* = rho_p + rho the line converges (rho <= rho_p).",
+            "a line comes to rest under all four ranges",
+            np.all([study["converged"][0] for study in thresholds.values()], axis=0),
+            "lines that converge at s = s*, rho = 0.05, 0.1, 0.15 and 0.2",
+        ),
+        claim(
+            "III, Eq. 10",
+            "Proof of Theorem 2: after one step no agent is within the predator's range.",
+            "no agent is within rho_p after the first step, under all four ranges",
+            np.all(list(stays_out.values()), axis=0),
+            *(share(f"lines with no agent in range, rho = {rho:g}", out) for rho, out in stays_out.items()),
+        ),
+        _existence("III, Remark", "Eq. 9 as printed", results["grid linear_as_printed"]),
+        _existence("IV", "Eq. 9 as simulated (`linear`)", results["grid linear"]),
+    ]
+
+
+def _existence(where: str, name: str, grid: Arrays) -> Claim:
+    converged = grid["converged"][COARSE]
+    worst = int(np.argmin(converged.mean(axis=1)))
+    within = np.all(converged[: round(LINE.predator_range * 10) + 1], axis=0)
+    return claim(
+        where,
+        f"With {name} and s = 2 a steady state exists for all of Figure 5, which d_ss needs.",
+        "a line comes to rest within 1,000 steps under each of these ranges",
+        np.all(converged, axis=0),
+        "lines that converge for all of rho = 0, 0.1, .., 1",
+        share("lines that converge for rho = 0, 0.1, 0.2 (<= rho_p)", within),
+        share(f"lines that converge at the worst, rho = {worst / 10:g}", converged[worst]),
+        is_reading=True,
+    )
+
+
 def line_claims(results: dict[str, Arrays]) -> list[Claim]:
-    """Return the rows about the line, in the paper's order."""
-    free, attacked = results["free line"], results["attacked line"]
+    """Return the rows of Section IV, in the paper's order."""
     grids = {force: results[f"grid {force}"] for force in FORCES}
     return [
-        *_figure_3(free),
-        *_figure_4(attacked),
+        *_figure_3(results["free line"]),
+        *_figure_4(results["attacked line"]),
         *(_best_range(force, grids[force]) for force in FORCES),
-        _second_peak(grids["linear"]),
+        _second_peak(grids["linear"]["escape_distance"]),
         *_at_best(grids["linear"]),
     ]
 
 
 def _figure_3(free: Arrays) -> list[Claim]:
-    whole = (_counts(free, 1.0) == 1) & (free["mean_offset"][FREE_RANGES.index(1.0)] < 1e-9)
-    alone = _counts(free, 0.0) == LINE.num_agents
+    counts = {rho: _counts(free, rho) for rho in FREE_RANGES}
     rows = [
         claim(
             "IV, Fig. 3a",
             "rho = 1: one cluster, at the average of x(0).",
             "one cluster within 1e-9 of the average",
-            whole,
-            share("lines with one cluster at the average", whole),
+            (counts[1.0] == 1) & (free["mean_offset"][FREE_RANGES.index(1.0)] < 1e-9),
+            "lines with one cluster at the average",
         ),
         claim(
             "IV, Fig. 3d",
             "rho = 0: 100 independent agents.",
             "100 components",
-            alone,
-            share("lines with 100 components", alone),
+            counts[0.0] == LINE.num_agents,
+            "lines with 100 components",
         ),
     ]
-    for rho, panel in ((0.2, "b"), (0.1, "c")):
-        counts, printed = _counts(free, rho), PRINTED_CLUSTERS[rho]
-        as_many = counts == len(printed)
+    for panel, (rho, printed) in zip("bc", PRINTED_CLUSTERS.items(), strict=True):
+        number, as_many = len(printed), counts[rho] == len(printed)
         finals = free["final"][FREE_RANGES.index(rho)][as_many]
         found = np.array([clusters(final, rho) for final in finals])
-        near = every(np.abs(found - printed) <= NEAR, 1)
         rows += [
             claim(
                 f"IV, Fig. 3{panel}",
-                f"rho = {rho:g}: {len(printed)} clusters.",
-                f"{len(printed)} clusters; no other number is as frequent",
+                f"rho = {rho:g}: {number} clusters.",
+                f"{number} clusters; no other number is as frequent",
                 as_many,
-                share(f"lines with {len(printed)}", as_many),
-                mean("mean number", counts),
-                in_expectation=np.argmax(np.bincount(counts)) == len(printed),
+                f"lines with {number}",
+                mean("mean number", counts[rho]),
+                in_expectation=np.argmax(np.bincount(counts[rho])) == number,
             ),
             claim(
                 f"IV, Fig. 3{panel}",
                 f"rho = {rho:g}: clusters at {', '.join(f'{x:.2f}' for x in printed)}.",
                 f"lines with this number of clusters: all within {NEAR:g} of those printed; so are the means",
-                near,
-                share(f"lines with all within {NEAR:g}", near),
+                np.all(np.abs(found - printed) <= NEAR, axis=1),
+                f"lines with all within {NEAR:g}",
                 *(mean(f"cluster {k + 1}", column) for k, column in enumerate(found.T)),
                 in_expectation=(np.abs(found.mean(axis=0) - printed) <= NEAR).all(),
             ),
@@ -100,19 +173,15 @@ def _figure_3(free: Arrays) -> list[Claim]:
 def _figure_4(attacked: Arrays) -> list[Claim]:
     distance = np.abs(attacked["final"] - LINE.predator_position).min(axis=-1)
     best = SHOWN_RANGES.index(0.1)
-    wins = every(distance[best] >= distance, 0)
-    rounds = np.round(distance[best], 1) == 0.3
-    measured = [
-        mean(f"mean d_ss, rho = {rho:g}", row, digits=3)
-        for rho, row in zip(SHOWN_RANGES, distance, strict=True)
-    ]
+    by_range = zip(SHOWN_RANGES, distance, strict=True)
+    measured = [mean(f"mean d_ss, rho = {rho:g}", row, digits=3) for rho, row in by_range]
     return [
         claim(
             "IV, Fig. 4",
             "Of rho = 1, 0.2, 0.1 and 0, rho = 0.1 keeps the predator farthest.",
             "d_ss(0.1) is the largest of the four; so is its mean",
-            wins,
-            share("lines in which it does", wins),
+            np.all(distance[best] >= distance, axis=0),
+            "lines in which it does",
             *measured,
             in_expectation=np.argmax(distance.mean(axis=1)) == best,
         ),
@@ -120,8 +189,8 @@ def _figure_4(attacked: Arrays) -> list[Claim]:
             "IV, Fig. 4",
             "d_ss(0.1) = 0.3.",
             "d_ss(0.1) rounds to 0.3; so does its mean",
-            rounds,
-            share("lines that round to 0.3", rounds),
+            np.round(distance[best], 1) == 0.3,
+            "lines that round to 0.3",
             measured[best],
             in_expectation=round(distance[best].mean(), 1) == 0.3,
         ),
@@ -131,7 +200,6 @@ def _figure_4(attacked: Arrays) -> list[Claim]:
 def _best_range(force: str, grid: Arrays) -> Claim:
     distance = grid["escape_distance"]
     chosen = np.argmax(_batches(distance[COARSE]), axis=0) == 1
-    own = np.argmax(distance[COARSE], axis=0) == 1
     everywhere = stats.argmax(_GRID[COARSE], distance[COARSE])
     return claim(
         "IV, Fig. 5a",
@@ -139,8 +207,8 @@ def _best_range(force: str, grid: Arrays) -> Claim:
         f"a batch of {BATCH} lines chooses 0.1; so does the mean over all lines",
         chosen,
         Quantity("best range of the grid, all trials", everywhere, digits=1),
-        share(f"batches of {BATCH} that choose 0.1", chosen),
-        share("single lines whose best range is 0.1", own),
+        f"batches of {BATCH} that choose 0.1",
+        share("single lines whose best range is 0.1", np.argmax(distance[COARSE], axis=0) == 1),
         mean("mean d_ss(0.1)", distance[_FIRST], digits=4),
         mean("mean number of clusters at 0.1", grid["num_components"][_FIRST]),
         in_expectation=everywhere.mean == _GRID[_FIRST],
@@ -149,25 +217,21 @@ def _best_range(force: str, grid: Arrays) -> Claim:
     )
 
 
-def _second_peak(grid: Arrays) -> Claim:
-    distance = grid["escape_distance"]
-    best = stats.argmax(_GRID, distance)
-    upper = slice(LINE_GRID.index(0.5), None)
-    second = stats.argmax(_GRID[upper], distance[upper])
+def _second_peak(distance: FloatArray) -> Claim:
+    best, upper = stats.argmax(_GRID, distance), LINE_GRID.index(0.5)
     # Peaks are compared on other lines than those on which the second one is found.
     chosen, reported = distance[:, ::2], distance[:, 1::2]
-    peak = reported[upper.start + int(np.argmax(chosen[upper].mean(axis=1)))]
-    low = np.argmax(_batches(distance), axis=0) < upper.start
+    peak = reported[upper + int(np.argmax(chosen[upper:].mean(axis=1)))]
     return claim(
         "IV, Fig. 5a",
         "rho* = 0.1 is the optimal range (`linear`, on a grid of 0.01).",
         f"a batch of {BATCH} lines has its best range below 0.5; that of all lines rounds to 0.1",
-        low,
+        np.argmax(_batches(distance), axis=0) < upper,
         Quantity("best range", best),
-        Quantity("best range above 0.5, a second peak", second),
+        Quantity("best range above 0.5, a second peak", stats.argmax(_GRID[upper:], distance[upper:])),
         mean("mean d_ss at the second peak", peak, digits=4),
         mean("d_ss(0.1) - d_ss(second peak), paired", reported[_FIRST] - peak, digits=4),
-        share(f"batches of {BATCH} whose best range is below 0.5", low),
+        f"batches of {BATCH} whose best range is below 0.5",
         in_expectation=round(best.mean, 1) == 0.1,
         trials=distance.shape[1],
         is_reading=True,
@@ -176,18 +240,16 @@ def _second_peak(grid: Arrays) -> Claim:
 
 def _at_best(grid: Arrays) -> list[Claim]:
     distance, components = grid["escape_distance"][_FIRST], grid["num_components"][_FIRST].astype(float)
-    rounds = np.round(_batches(distance[np.newaxis])[0], 1) == 0.3
     of_batches = _batches(components[np.newaxis])[0]
     low, high = map(float, np.quantile(of_batches, [0.025, 0.975]))
-    few = (components == 2) | (components == 3)
     return [
         claim(
             "IV, Fig. 5a",
             "Mean d_ss(0.1) = 0.3.",
             f"the mean of a batch of {BATCH} lines rounds to 0.3; so does that of all",
-            rounds,
+            np.round(_batches(distance[np.newaxis])[0], 1) == 0.3,
             mean("mean d_ss(0.1), `linear`", distance, digits=4),
-            share(f"means of {BATCH} that round to 0.3", rounds),
+            f"means of {BATCH} that round to 0.3",
             in_expectation=round(distance.mean(), 1) == 0.3,
             trials=len(distance),
         ),
@@ -195,10 +257,10 @@ def _at_best(grid: Arrays) -> list[Claim]:
             "IV, Fig. 5b",
             "2.65 clusters on average at rho = 0.1: two or three.",
             f"a line ends in two or three clusters; 2.65 lies in the range of 95 % of the means of {BATCH}",
-            few,
+            (components == 2) | (components == 3),
             mean("mean number of clusters, `linear`", components),
             Quantity(f"means of {BATCH} lines, 95 % of them", Estimate(float(of_batches.mean()), low, high)),
-            share("lines with two or three", few),
+            "lines with two or three",
             in_expectation=low <= 2.65 <= high,
         ),
     ]
@@ -206,23 +268,22 @@ def _at_best(grid: Arrays) -> list[Claim]:
 
 def edge_claim(results: dict[str, Arrays]) -> Claim:
     """Return the row about an attack on the edge of the line; Section VI speaks of the flock's edge."""
-    studies = {place: results[f"predator at {place}"] for place in PREDATOR_POSITIONS}
-    distance = studies[0.0]["escape_distance"]
-    wins = every(distance[-1] >= distance, 0)
     measured, components = [], {}
-    for place, study in studies.items():
+    for place in PREDATOR_POSITIONS:
+        study = results[f"predator at {place}"]
         best = stats.argmax(_GRID, study["escape_distance"])
         components[place] = study["num_components"][LINE_GRID.index(float(best.mean))]
         measured += [
             Quantity(f"best range, x_p = {place:g}", best),
             mean(f"mean number of clusters at the best range, x_p = {place:g}", components[place]),
         ]
+    distance = results["predator at 0.0"]["escape_distance"]
     return claim(
         "VI, for the line",
         "Against a predator at the edge (x_p = 0) full connectivity is best.",
         "no range keeps the predator farther than rho = 1; the best range in expectation leaves one cluster",
-        wins,
-        share("lines in which rho = 1 is best, x_p = 0", wins),
+        np.all(distance[-1] >= distance, axis=0),
+        "lines in which rho = 1 is best, x_p = 0",
         *measured,
         in_expectation=(components[0.0] == 1).all(),
         is_reading=True,

@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.jobs import Arrays
 from flockesc_env.models.simulate import simulate_line
-from flockesc_env.models.sweep import LineSweepResult
 from flockesc_env.render.palette import LIGHT
-from flockesc_env.scenario.line import EscapeForce, LineScenario
+from flockesc_env.scenario.line import EscapeForce
 from studies.paper.plan import COARSE, FORCES, FREE_LINE, LINE, LINE_GRID, SHOWN_RANGES
 from studies.style import caption, cluster_colors, letter
 from training.figure_style import BAND, WIDTH
 
-_NAMES: dict[EscapeForce, str] = {
-    "constant": "Eq. 8 (constant)",
-    "linear": "Eq. 9 as simulated (linear)",
-    "linear_as_printed": "Eq. 9 as printed",
+_FORCES: dict[EscapeForce, tuple[str, str, float]] = {
+    "constant": ("Eq. 8 (constant)", LIGHT.others[1], 1.93),
+    "linear": ("Eq. 9 as simulated (linear)", LIGHT.fixed, 0.65),
+    "linear_as_printed": ("Eq. 9 as printed", LIGHT.others[2], 0.95),
 }
-_COLORS: dict[EscapeForce, str] = {
-    "constant": LIGHT.others[1],
-    "linear": LIGHT.fixed,
-    "linear_as_printed": LIGHT.others[2],
-}
+"""Name, color, and height of the name in Figure 2."""
+
 _SHOWN_STEPS = 14
 _GRID = np.array(LINE_GRID)
 
@@ -37,16 +33,15 @@ def escape_forces() -> Figure:
     inset = axes.inset_axes((0.6, 0.07, 0.38, 0.33))
     assert LINE.predator_position is not None  # noqa: S101, the paper's line has one
     offsets = np.linspace(-0.4, 0.4, 801)
-    places: dict[EscapeForce, float] = {"constant": 1.93, "linear_as_printed": 0.95, "linear": 0.65}
-    for force, name in _NAMES.items():
+    for force, (name, color, height) in _FORCES.items():
         scenario = LINE.replace(num_agents=len(offsets), escape_force=force, max_steps=1)
         start = LINE.predator_position + offsets
         moved = simulate_line(scenario, 0.0, initial_state=start).states[-1] - start
         is_jump = np.abs(np.diff(moved)) > 0.05
         drawn = np.where(np.append(is_jump, [False]), np.nan, moved)
         for panel in (axes, inset):
-            panel.plot(offsets, drawn, color=_COLORS[force], lw=1.8)
-        axes.text(0.225, places[force], name, color=_COLORS[force])
+            panel.plot(offsets, drawn, color=color, lw=1.8)
+        axes.text(0.225, height, name, color=color)
     axes.axhline(0, color=LIGHT.ink, lw=0.6)
     for panel in (axes, inset):
         panel.axvspan(-LINE.predator_range, LINE.predator_range, color=LIGHT.predator, alpha=0.1, lw=0)
@@ -63,10 +58,23 @@ def escape_forces() -> Figure:
 def lines_over_time(seed: int, *, is_attacked: bool) -> Figure:
     """Figures 3 and 4: one line under four ranges, without and with the predator."""
     scenario = LINE if is_attacked else FREE_LINE
+    place, reach = scenario.predator_position, scenario.predator_range
     figure = Figure(figsize=(WIDTH, 5.6), layout="constrained")
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
     for index, (axes, rho) in enumerate(zip(panels.flat, SHOWN_RANGES, strict=True)):
-        letter(axes, index, _line(axes, scenario, rho, seed))
+        run = simulate_line(scenario, rho, seed=seed)
+        steps = np.minimum(np.arange(_SHOWN_STEPS + 1), run.steps)
+        colors = cluster_colors(run.states[-1], rho)
+        for states, color in zip(run.states[steps].T, colors, strict=True):
+            axes.plot(states, color=color, lw=0.7)
+        axes.margins(x=0)
+        number = int(run.num_components[-1])
+        title = f"range {rho:g}: {number} cluster{'' if number == 1 else 's'}"
+        if place is not None:
+            axes.axhspan(place - reach, place + reach, color=LIGHT.predator, alpha=0.1, lw=0)
+            axes.plot(0, place, "o", color=LIGHT.predator, clip_on=False, zorder=3)
+            title += f", d_ss = {run.escape_distance[-1]:.2f}"
+        letter(axes, index, title)
     for axes in panels[-1]:
         axes.set_xlabel("time (steps)")
     for axes in panels[:, 0]:
@@ -76,24 +84,6 @@ def lines_over_time(seed: int, *, is_attacked: bool) -> Figure:
     return figure
 
 
-def _line(axes: Axes, scenario: LineScenario, rho: float, seed: int) -> str:
-    """Draw a line over time, and return its title."""
-    run = simulate_line(scenario, rho, seed=seed)
-    steps = np.minimum(np.arange(_SHOWN_STEPS + 1), run.steps)
-    final = run.states[-1]
-    for states, color in zip(run.states[steps].T, cluster_colors(final, rho), strict=True):
-        axes.plot(states, color=color, lw=0.7)
-    axes.margins(x=0)
-    number = int(run.num_components[-1])
-    title = f"range {rho:g}: {number} cluster{'' if number == 1 else 's'}"
-    if scenario.predator_position is None:
-        return title
-    place, reach = scenario.predator_position, scenario.predator_range
-    axes.axhspan(place - reach, place + reach, color=LIGHT.predator, alpha=0.1, lw=0)
-    axes.plot(0, place, "o", color=LIGHT.predator, clip_on=False, zorder=3)
-    return f"{title}, d_ss = {run.escape_distance[-1]:.2f}"
-
-
 def distance_against_range(grids: dict[EscapeForce, Arrays]) -> Figure:
     """Figure 5: mean steady-state distance and mean number of clusters against the range, by escape force."""
     figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
@@ -101,8 +91,7 @@ def distance_against_range(grids: dict[EscapeForce, Arrays]) -> Figure:
     for column, force in enumerate(FORCES):
         grid = grids[force]
         above, below = panels[:, column]
-        result = _result(force, grid)
-        center, low, high = result.mean_with_interval()
+        center, low, high = stats.mean_with_interval(grid["escape_distance"], stats.CONFIDENCE)
         above.fill_between(_GRID, low, high, color=BAND, lw=0)
         best = int(np.argmax(center))
         clusters: FloatArray = grid["num_components"].mean(axis=1)
@@ -112,15 +101,10 @@ def distance_against_range(grids: dict[EscapeForce, Arrays]) -> Figure:
             axes.plot(_GRID[COARSE], values[COARSE], "o", color=LIGHT.fixed, ms=4)
             axes.plot(0.1, printed, "x", color=LIGHT.accent, ms=8, mew=2)
         above.plot(_GRID[best], center[best], "v", color=LIGHT.learned, ms=8)
-        above.annotate(
-            f"{_GRID[best]:.2f}",
-            (_GRID[best], center[best]),
-            xytext=(6, 6),
-            textcoords="offset points",
-            color=LIGHT.learned,
-        )
+        at = (_GRID[best], center[best])
+        above.annotate(f"{at[0]:.2f}", at, (6, 6), textcoords="offset points", color=LIGHT.learned)
         above.margins(y=0.15)
-        letter(above, column, _NAMES[force])
+        letter(above, column, _FORCES[force][0])
         below.set_xlabel("interaction range")
     panels[0, 0].set_ylabel("mean distance d_ss")
     panels[1, 0].set_ylabel("mean number of clusters")
@@ -131,8 +115,3 @@ def distance_against_range(grids: dict[EscapeForce, Arrays]) -> Figure:
         size=9.5,
     )
     return figure
-
-
-def _result(force: EscapeForce, grid: Arrays) -> LineSweepResult:
-    seeds = np.arange(grid["escape_distance"].shape[1], dtype=np.uint64)
-    return LineSweepResult(LINE.replace(escape_force=force), _GRID, seeds, **grid)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,10 +11,10 @@ from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
 from flockesc_env.jobs import Arrays
-from studies.paper.claims import Claim, Quantity, claim, share
+from studies.measurements import means
+from studies.paper.claims import Claim, Quantity, claim
 from studies.paper.plan import (
     CONTROL_GRID,
-    FULL_RANGE,
     LINE_GRID,
     NO_FORCE,
     PAPER_FORCE,
@@ -25,12 +25,12 @@ from studies.paper.plan import (
     captures,
     control,
 )
-from studies.robustness.findings import Choice, Finding, choose
+from studies.robustness.survey import Choice, Finding, choose
 
 SECTION = "I, "
 """What the places of these claims start with: the paper's introduction."""
 
-_OBJECTIVES = tuple(FLOCK_OBJECTIVES.values())
+OBJECTIVES = tuple(FLOCK_OBJECTIVES.values())
 
 
 @dataclass(frozen=True)
@@ -57,21 +57,12 @@ class Controlled:
         """Return a range with its unit."""
         return f"{rho:g} m" if self.spec.model == "flock" else f"{rho:g}"
 
-    def effect(self, rho: float) -> FloatArray:
-        """Return what the force adds to the objective under a range, per flock."""
-        at = self.grid.index(rho)
-        added: FloatArray = self.fleeing[at] - self.without[at]
-        return added
-
-    def quantity(self, what: str, value: Estimate) -> Quantity:
-        """Return an estimate in the unit of the objective; shares are shown in percent."""
+    def quantity(self, what: str, value: Estimate | FloatArray) -> Quantity:
+        """Return an estimate, or the mean of values, in the unit of the objective."""
+        value = value if isinstance(value, Estimate) else stats.mean(value)
         if self.spec.unit:
             return Quantity(what, value, self.spec.unit)
         return Quantity(what, value, "%") if self.spec.name == "survival" else Quantity(what, value, digits=4)
-
-    def range_of(self, what: str, best: Estimate) -> Quantity:
-        """Return a best range with the unit of ranges."""
-        return Quantity(what, best, *(("m", 0) if self.spec.model == "flock" else ("", 2)))
 
 
 def flock_values(
@@ -83,43 +74,41 @@ def flock_values(
     return values
 
 
-def mechanism_claims(results: Mapping[str, Arrays]) -> list[Claim]:
-    """Return the rows about the paper's explanation: warning, masking, and the trade-off between them."""
-    rows = []
-    for spec in _OBJECTIVES:
-        paper = _flock(results, PAPER_WORLD, spec)
-        others = {
-            strength: choose(CONTROL_GRID, flock_values(results, PAPER_WORLD, strength, spec))
-            for strength in STRENGTHS
-            if strength not in {NO_FORCE, PAPER_FORCE}
-        }
-        rows += [_warning(paper), _masking(paper), _trade_off(paper, others)]
-    for world in WORLDS:
-        for spec in _OBJECTIVES:
-            is_measured = spec.requires != "capture_radius" or world in SURVIVAL_WORLDS
-            if world != PAPER_WORLD and is_measured:
-                rows.append(_trade_off(_flock(results, world, spec)))
-    spec = LINE_OBJECTIVES["escape_distance"]
-    free, attacked = (results[name][spec.column] for name in ("fearless line", "grid linear"))
-    line = Controlled(f"{SECTION}the line", spec, LINE_GRID, 0.1, 1.0, free, attacked)
-    return [*rows, _warning(line), _masking(line), _trade_off(line)]
-
-
 def force_table(results: Mapping[str, Arrays]) -> dict[str, tuple[Estimate, ...]]:
     """Return the objectives of the paper's flock by symbol and escape force: "J_mean 10"; one per range."""
     return {
-        f"{spec.symbol} {strength:g}": tuple(
-            stats.mean(row) for row in flock_values(results, PAPER_WORLD, strength, spec)
-        )
-        for spec in _OBJECTIVES
+        f"{spec.symbol} {strength:g}": means(flock_values(results, PAPER_WORLD, strength, spec))
+        for spec in OBJECTIVES
         for strength in STRENGTHS
     }
 
 
-def _flock(results: Mapping[str, Arrays], world: str, spec: ObjectiveSpec) -> Controlled:
-    where = f"{SECTION}{spec.symbol}" + ("" if world == PAPER_WORLD else f", {world}")
-    without, fleeing = (flock_values(results, world, strength, spec) for strength in (NO_FORCE, PAPER_FORCE))
-    return Controlled(where, spec, CONTROL_GRID, 10.0, FULL_RANGE, without, fleeing)
+def mechanism_claims(results: Mapping[str, Arrays]) -> list[Claim]:
+    """Return the rows about the paper's explanation: warning, masking, and the trade-off between them."""
+
+    def flock(world: str, spec: ObjectiveSpec) -> Controlled:
+        where = f"{SECTION}{spec.symbol}" + ("" if world == PAPER_WORLD else f", {world}")
+        both = (flock_values(results, world, strength, spec) for strength in (NO_FORCE, PAPER_FORCE))
+        return Controlled(where, spec, CONTROL_GRID, 10.0, 100.0, *both)
+
+    rows = []
+    for spec in OBJECTIVES:
+        others = {
+            f"with s = {strength:g}": choose(CONTROL_GRID, flock_values(results, PAPER_WORLD, strength, spec))
+            for strength in STRENGTHS
+            if strength not in {NO_FORCE, PAPER_FORCE}
+        }
+        paper = flock(PAPER_WORLD, spec)
+        rows += [_warning(paper), _masking(paper), _trade_off(paper, others)]
+    for world in WORLDS:
+        for spec in OBJECTIVES:
+            is_measured = spec.requires != "capture_radius" or world in SURVIVAL_WORLDS
+            if world != PAPER_WORLD and is_measured:
+                rows.append(_trade_off(flock(world, spec)))
+    spec = LINE_OBJECTIVES["escape_distance"]
+    both = (results[name][spec.column] for name in ("fearless line", "grid linear"))
+    line = Controlled(f"{SECTION}the line", spec, LINE_GRID, 0.1, 1.0, *both)
+    return [*rows, _warning(line), _masking(line), _trade_off(line)]
 
 
 def _warning(found: Controlled) -> Claim:
@@ -147,60 +136,56 @@ def _masking(found: Controlled) -> Claim:
 def _difference(found: Controlled, says: str, ends: tuple[float, float], what: str, holds_if: str) -> Claim:
     """Return the claim that the force adds more under the first of two ranges than under the second."""
     first, second = (found.grid.index(rho) for rho in ends)
-    values = found.effect(ends[0]) - found.effect(ends[1])
+    added = {rho: found.fleeing[found.grid.index(rho)] - found.without[found.grid.index(rho)] for rho in ends}
+    values = added[ends[0]] - added[ends[1]]
     average = stats.mean(values)
     pair = f"{found.spec.symbol} at {' minus that at '.join(map(found.shown, ends))}"
-    differences = {
-        **{f"what the force adds at {found.shown(rho)}": found.effect(rho) for rho in ends},
-        f"{pair}, without the force": found.without[first] - found.without[second],
-        f"{pair}, with the force": found.fleeing[first] - found.fleeing[second],
-    }
     return claim(
         found.where,
         says,
         holds_if,
         values > 0,
         found.quantity(what, average),
-        share(f"{found.trials} in which it is above 0", values > 0),
-        *(found.quantity(name, stats.mean(change)) for name, change in differences.items()),
+        f"{found.trials} in which it is above 0",
+        *(found.quantity(f"what the force adds at {found.shown(rho)}", added[rho]) for rho in ends),
+        found.quantity(f"{pair}, without the force", found.without[first] - found.without[second]),
+        found.quantity(f"{pair}, with the force", found.fleeing[first] - found.fleeing[second]),
         in_expectation=average.mean > 0,
         mean_is_clear=not average.low < 0 < average.high,
         is_reading=found.spec.name != "minimum",  # which favors the claim most
     )
 
 
-def _trade_off(found: Controlled, others: dict[float, Choice] | None = None) -> Claim:
+def _trade_off(found: Controlled, others: Mapping[str, Choice] | None = None) -> Claim:
     without, fleeing = choose(found.grid, found.without), choose(found.grid, found.fleeing)
     half = found.without.shape[1] // 2
-    is_so = _margin(found.fleeing, fleeing.index, half) > _margin(found.without, fleeing.index, half)
+    margins = [
+        values[fleeing.index, half:] - np.maximum(values[0, half:], values[-1, half:])
+        for values in (found.fleeing, found.without)
+    ]
     both = found.fleeing[fleeing.index, half:] - found.without[without.index, half:]
-    ranges = {"without the force": without, "with the force": fleeing}
-    ranges |= {f"with s = {strength:g}": choice for strength, choice in (others or {}).items()}
+    ends = {"without": without, "with": fleeing}
+    ranges = {f"{name} the force": choice for name, choice in ends.items()} | dict(others or {})
+    unit = ("m", 0) if found.spec.model == "flock" else ("", 2)
+    longest = found.shown(found.grid[-1])
+    gains = []
+    for name, choice in ends.items():
+        gains += [
+            found.quantity(f"its gain over 0 {name} the force", choice.gain_over_zero),
+            found.quantity(f"its gain over {longest} {name} the force", choice.gain_over_longest),
+        ]
     return claim(
         found.where,
         "The trade-off between warning and consensus makes an intermediate range best.",
         "the best range gains more over the better end of the grid with the force than without; in the mean"
         " an intermediate range is best with the force, and none is without",
-        is_so,
-        *(found.range_of(f"best range {name}", choice.best) for name, choice in ranges.items()),
-        *_gains(found, "without", without),
-        *_gains(found, "with", fleeing),
+        margins[0] > margins[1],
+        *(Quantity(f"best range {name}", choice.best, *unit) for name, choice in ranges.items()),
+        *gains,
         found.quantity("at the best range without the force", without.value),
         found.quantity("at the best range with the force", fleeing.value),
-        found.quantity("at the best ranges, with the force minus without", stats.mean(both)),
-        share(f"{found.trials} whose margin over both ends is larger with the force", is_so),
+        found.quantity("at the best ranges, with the force minus without", both),
+        f"{found.trials} whose margin over both ends is larger with the force",
         in_expectation=fleeing.finding is Finding.INTERIOR and without.finding is not Finding.INTERIOR,
         is_reading=found.where != f"{SECTION}J_mean",
     )
-
-
-def _gains(found: Controlled, name: str, choice: Choice) -> Iterator[Quantity]:
-    yield found.quantity(f"its gain over 0 {name} the force", choice.gain_over_zero)
-    longest = found.shown(found.grid[-1])
-    yield found.quantity(f"its gain over {longest} {name} the force", choice.gain_over_longest)
-
-
-def _margin(values: FloatArray, at: int, half: int) -> FloatArray:
-    """Return by how much a range beats the better end of the grid, for each flock of the second half."""
-    margin: FloatArray = values[at, half:] - np.maximum(values[0, half:], values[-1, half:])
-    return margin

@@ -2,38 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs import Arrays
 from flockesc_env.render.palette import LIGHT
-from studies.paper.anatomy import with_parts
+from studies.measurements import means
+from studies.paper.jobs import with_parts
 from studies.paper.mechanism_claims import flock_values
-from studies.paper.plan import (
-    CAPTURE_RADIUS,
-    CONTROL_GRID,
-    NO_FORCE,
-    PAPER_FORCE,
-    PAPER_WORLD,
-    STRENGTHS,
-)
+from studies.paper.plan import CAPTURE_RADIUS, CONTROL_GRID, NO_FORCE, PAPER_FORCE, PAPER_WORLD, STRENGTHS
 from studies.style import caption, curve, letter
 from training.figure_style import RANGES, WIDTH, label_ends
 
 _TICKS = (0, 2, 5, 10, 20, 50, 100)
-_FORCES = {
-    NO_FORCE: LIGHT.accent,
-    1.0: LIGHT.alone,
-    PAPER_FORCE: LIGHT.fixed,
-    100.0: to_hex(RANGES(0.95)),
-}
+_FORCES = {NO_FORCE: LIGHT.accent, 1.0: LIGHT.alone, PAPER_FORCE: LIGHT.fixed, 100.0: to_hex(RANGES(0.95))}
 
 
 def by_force(results: Mapping[str, Arrays]) -> Figure:
@@ -59,56 +47,45 @@ def by_force(results: Mapping[str, Arrays]) -> Figure:
 
 def anatomy(results: Mapping[str, Arrays]) -> Figure:
     """Draw where flocks are at their smallest mean distance, and what makes it."""
+    names = ("anatomy", "anatomy fleeing", "anatomy frozen")
+    still, fleeing, frozen = (with_parts(results[name]) for name in names)
+    ink, fixed, alone, accent = LIGHT.ink, LIGHT.fixed, LIGHT.alone, LIGHT.accent
+    curves: dict[str, list[tuple[FloatArray, str, str, str]]] = {
+        "center to predator, and spread (m)": [
+            (still["center"], "center", fixed, "-"),
+            (still["dispersion"], "spread", accent, "-"),
+            (fleeing["center"], "center, s = 10", fixed, ":"),
+            (fleeing["dispersion"], "spread, s = 10", accent, ":"),
+        ],
+        "headings and flights (no unit)": [
+            (still["polarization"], "polarization", fixed, "-"),
+            (still["straightness"], "straightness", alone, "-"),
+            (still["outwardness"], "outwardness", accent, "-"),
+            (frozen["outwardness"], "the same,\nfrozen graph", accent, ":"),
+        ],
+        "J_mean minus that at 0 m, and its parts (m)": [
+            (still["sorting"], "sorting", accent, "-"),
+            (still["turning"], "turning", alone, "-"),
+            (still["agreement"], "agreement", fixed, "-"),
+            (still["gain"], "sum", ink, "-"),
+        ],
+        "J_mean and its controls (m)": [
+            (still["mean_distance"], "measured", ink, "-"),
+            (still["aligned"], "aligned only", fixed, "-"),
+            (still["stopped_1"], "stop after 1 s", alone, "-"),
+            (frozen["mean_distance"], "frozen graph", accent, ":"),
+        ],
+    }
     figure = Figure(figsize=(WIDTH, 6.2), layout="constrained")
-    (place, headings), (parts, models) = figure.subplots(2, 2)
-    still, fleeing, frozen = (
-        with_parts(results[name]) for name in ("anatomy", "anatomy fleeing", "anatomy frozen")
-    )
-    _panel(
-        place,
-        0,
-        "center to predator, and spread (m)",
-        [
-            (still["center"], "center", LIGHT.fixed, "-"),
-            (still["dispersion"], "spread", LIGHT.accent, "-"),
-            (fleeing["center"], "center, s = 10", LIGHT.fixed, ":"),
-            (fleeing["dispersion"], "spread, s = 10", LIGHT.accent, ":"),
-        ],
-    )
-    _panel(
-        headings,
-        1,
-        "headings and flights (no unit)",
-        [
-            (still["polarization"], "polarization", LIGHT.fixed, "-"),
-            (still["straightness"], "straightness", LIGHT.alone, "-"),
-            (still["outwardness"], "outwardness", LIGHT.accent, "-"),
-            (frozen["outwardness"], "the same,\nfrozen graph", LIGHT.accent, ":"),
-        ],
-    )
-    _panel(
-        parts,
-        2,
-        "J_mean minus that at 0 m, and its parts (m)",
-        [
-            (still["sorting"], "sorting", LIGHT.accent, "-"),
-            (still["turning"], "turning", LIGHT.alone, "-"),
-            (still["agreement"], "agreement", LIGHT.fixed, "-"),
-            (still["gain"], "sum", LIGHT.ink, "-"),
-        ],
-    )
-    parts.axhline(0, color=LIGHT.muted, lw=0.8)
-    _panel(
-        models,
-        3,
-        "J_mean and its controls (m)",
-        [
-            (still["mean_distance"], "measured", LIGHT.ink, "-"),
-            (still["aligned"], "aligned only", LIGHT.fixed, "-"),
-            (still["stopped_1"], "stop after 1 s", LIGHT.alone, "-"),
-            (frozen["mean_distance"], "frozen graph", LIGHT.accent, ":"),
-        ],
-    )
+    panels = figure.subplots(2, 2)
+    for index, (axes, (title, rows)) in enumerate(zip(panels.flat, curves.items(), strict=True)):
+        for values, _, color, style in rows:
+            _curve(axes, values, color, style)
+        letter(axes, index, title)
+        _ranges(axes)
+        ends = [(float(values[-1].mean()), label, color) for values, label, color, _ in rows]
+        label_ends(axes, ends, gap=0.11)
+    panels[1, 0].axhline(0, color=LIGHT.muted, lw=0.8)
     caption(
         figure,
         "Flocks that do not flee (s = 0) at their smallest mean distance, 95 % intervals; dotted: as labeled",
@@ -116,16 +93,8 @@ def anatomy(results: Mapping[str, Arrays]) -> Figure:
     return figure
 
 
-def _panel(axes: Axes, index: int, title: str, curves: Sequence[tuple[FloatArray, str, str, str]]) -> None:
-    for rows, _, color, style in curves:
-        _curve(axes, rows, color, style)
-    letter(axes, index, title)
-    _ranges(axes)
-    label_ends(axes, [(float(rows[-1].mean()), label, color) for rows, label, color, _ in curves], gap=0.11)
-
-
 def _curve(axes: Axes, values: FloatArray, color: str, style: str) -> None:
-    curve(axes, CONTROL_GRID, [stats.mean(row) for row in values], color, style, band=0.2, lw=1.6)
+    curve(axes, CONTROL_GRID, means(values), color, style, band=0.2, lw=1.6)
 
 
 def _ranges(axes: Axes) -> None:

@@ -1,4 +1,4 @@
-"""The page of claims and measurements, as Markdown and as one HTML file."""
+"""The reproduction of the paper as a study: its results, and their page as Markdown and as one HTML file."""
 
 from __future__ import annotations
 
@@ -6,22 +6,24 @@ import base64
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
 from markdown import Markdown
 
+from flockesc_env.cli.output import note
+from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate
+from studies.measurements import Runner
 from studies.pages import path_from, render, signed
-from studies.paper.claims import MOST, Claim, Quantity, RangeRow, Verdict
-from studies.paper.equations import EQUATIONS
-from studies.paper.mechanism_claims import SECTION
-from studies.paper.plan import CAPTURE_RADIUS, CONTROL_GRID, Trials
-from studies.paper.realizations import FLOCK_RULE, LINE_RULE
-from studies.study import Results
-
-ROOT = Path(__file__).parents[2]
-MIDDLE = 12.0
-"""Range in m at which the page explains J_mean."""
+from studies.paper.claims import MOST, Claim, Quantity, Verdict
+from studies.paper.figures import draw_figures, flock_seed, line_seed
+from studies.paper.flock_claims import RangeRow, by_range, flock_claims
+from studies.paper.jobs import anatomy_table
+from studies.paper.line_claims import edge_claim, line_claims, theory_claims
+from studies.paper.mechanism_claims import SECTION, force_table, mechanism_claims
+from studies.paper.plan import ANATOMIES, CAPTURE_RADIUS, CONTROL_GRID, Trials, measurements
+from studies.study import RESULTS_FILE, Results, Study
 
 _SECTIONS = {
     "III": "Theory of the line (Section III)",
@@ -30,8 +32,6 @@ _SECTIONS = {
     SECTION: "Mechanism (Sections I and V)",
 }
 """Titles by what the places of their claims start with."""
-
-_UNCLEAR = " (sample too small to tell)"
 
 
 @dataclass(frozen=True)
@@ -59,9 +59,36 @@ class PaperResults(Results):
             raise KeyError(f"{len(found)} quantities {what!r} at {where!r}")
         return found.pop()
 
-    def at(self, table: str, column: str, rho: float) -> Estimate:
-        """Return an estimate of a table under a range."""
-        return self.tables[table][column][CONTROL_GRID.index(rho)]
+    def at(self, table: str, column: str, rho: float, scale: float = 1.0) -> Estimate:
+        """Return an estimate of a table under a range, multiplied by ``scale``."""
+        value = self.tables[table][column][CONTROL_GRID.index(rho)]
+        return Estimate(scale * value.mean, scale * value.low, scale * value.high)
+
+
+def measure(trials: Trials, runner: Runner, output: Path) -> None:
+    """Measure all claims; write the results and the figures, which show more than the results hold."""
+    measured = runner.measure(measurements(trials))
+    note("measured; statistics and figures take another two minutes")
+    results = PaperResults(
+        trials=trials,
+        line_seed=line_seed(measured),
+        flock_seed=flock_seed(measured),
+        claims=(
+            *theory_claims(measured),
+            *line_claims(measured),
+            *flock_claims(measured),
+            edge_claim(measured),
+            *mechanism_claims(measured),
+        ),
+        by_range=by_range(measured["grid flock"]),
+        tables={
+            "force": force_table(measured),
+            **{name: anatomy_table(measured[name]) for name in ANATOMIES},
+        },
+        versions={name: version(name) for name in ("flockesc-env", "numpy", "scipy")},
+    )
+    draw_figures(output, measured)
+    write_text(output / RESULTS_FILE, results.to_json())
 
 
 def markdown_page(results: PaperResults, figures: Path, page: Path) -> str:
@@ -92,43 +119,28 @@ def _render(
 ) -> str:
     sections: dict[str, list[tuple[int, Claim]]] = {title: [] for title in _SECTIONS.values()}
     for number, row in enumerate(results.claims, start=1):
-        sections[_section(row)].append((number, row))
-    counts = {
-        verdict.value: [
-            sum(row.judgment.verdict is verdict and row.is_reading is is_reading for row in results.claims)
-            for is_reading in (False, True)
-        ]
-        for verdict in Verdict
-    }
+        title = next(title for start, title in _SECTIONS.items() if row.where.startswith(start))
+        sections[title].append((number, row))
+    judged = [(row.judgment.verdict, row.is_reading) for row in results.claims]
+    unclear = " (sample too small to tell)"
     return render(
         "paper/page.md",
         results=results,
         sections=sections,
-        counts=counts,
+        counts={
+            verdict: [judged.count((verdict, reading)) for reading in (False, True)] for verdict in Verdict
+        },
         picture=picture,
-        mark=lambda judgment: mark(judgment.verdict.value) + ("" if judgment.is_clear else _UNCLEAR),
+        mark=lambda judgment: mark(judgment.verdict.value) + ("" if judgment.is_clear else unclear),
         figure_link=_figure_link,
-        equations=EQUATIONS,
-        root=path_from(page, ROOT),
+        root=path_from(page, Path(__file__).parents[2]),
         most=MOST,
         measured=results.measured,
         at=results.at,
         grid=CONTROL_GRID,
         capture_radius=CAPTURE_RADIUS,
-        middle=MIDDLE,
         signed=signed,
-        cell=lambda *place: _scaled(results.at(*place[:-1]), place[-1]),
-        line_rule=LINE_RULE,
-        flock_rule=FLOCK_RULE,
     )
-
-
-def _section(row: Claim) -> str:
-    return next(title for start, title in _SECTIONS.items() if row.where.startswith(start))
-
-
-def _scaled(value: Estimate, scale: float) -> Estimate:
-    return Estimate(scale * value.mean, scale * value.low, scale * value.high)
 
 
 def _figure_link(where: str) -> str:
@@ -136,3 +148,14 @@ def _figure_link(where: str) -> str:
     if where == "VI":
         return "[VI](#edge)"
     return re.sub(r"Fig\. (\d+)([a-d]?)", r"[Fig. \1\2](#figure_\1)", where)
+
+
+PAPER = Study(
+    measure=measure,
+    load=PaperResults.load,
+    figures=lambda _: {},
+    pages=lambda results, output, page: {
+        page: markdown_page(results, output, page),
+        output / "paper.html": html_page(results, output),
+    },
+)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Final
 
 from flockesc_env.common.checks import as_count
-from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs.sweeps import OUTCOMES
 from flockesc_env.scenario.approach import approach
@@ -18,54 +17,37 @@ from flockesc_env.scenario.line import EscapeForce, LineScenario
 from flockesc_env.scenario.predators import ConstantVelocity, Intercept, PurePursuit
 from flockesc_env.scenario.presets import as_scenario
 from studies.measurements import Measurement
-from studies.paper.anatomy import ANATOMY
-from studies.paper.jobs import CONSENSUS, CURVES
 
+CURVES, CONSENSUS, ANATOMY = (f"studies.paper.jobs:{name}" for name in ("curves", "consensus", "anatomy"))
 PAPER_OBJECTIVES: Final = (FLOCK_OBJECTIVES["mean"], FLOCK_OBJECTIVES["minimum"])
 
 FLOCK: Final = FlockScenario()
 LINE: Final = LineScenario()
 FREE_LINE: Final = LineScenario(predator_position=None)
-LITERAL_FLOCK: Final = FlockScenario(constant_speed=False)
 
 FORCES: Final[tuple[EscapeForce, ...]] = ("linear", "linear_as_printed", "constant")
 LINE_GRID: Final = tuple(k / 100 for k in range(101))
-COARSE: Final = slice(0, None, 10)
-"""The paper's grid 0, 0.1, .., 1 in ``LINE_GRID``."""
-
-BATCH: Final = 40
-"""Trials of the paper's means."""
-
-LEAST_FLOCKS: Final = 4
-"""Flocks without which the halves that choose and measure a range have no interval."""
+COARSE: Final = slice(0, None, 10)  # the paper's grid 0, 0.1, .., 1 in LINE_GRID
+BATCH: Final = 40  # trials of the paper's means
+LEAST_FLOCKS: Final = 4  # with fewer, the halves that choose and measure a range have no interval
 
 FREE_RANGES: Final = (0.0, 0.1, 0.2, 0.3, 1.0)
-SHOWN_RANGES: Final = (1.0, 0.2, 0.1, 0.0)
-"""Those of Figures 3 and 4, in their order."""
-
-THRESHOLD_RANGES: Final = (0.05, 0.1, 0.15, 0.2)
-"""Ranges at most rho_p, as Theorem 2 asks."""
-
+SHOWN_RANGES: Final = (1.0, 0.2, 0.1, 0.0)  # of Figures 3 and 4, in their order
+THRESHOLD_RANGES: Final = (0.05, 0.1, 0.15, 0.2)  # at most rho_p, as Theorem 2 asks
 PREDATOR_POSITIONS: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 """From the edge of the line to where the paper has it."""
 
 FLOCK_GRID: Final = tuple(float(k) for k in range(101))
 SHOWN_FLOCK_RANGES: Final = (0.0, 10.0, 100.0)
-LITERAL_RANGES: Final = (10.0,)
-
 OFFSETS: Final = tuple(float(b) for b in range(0, 90, 10))
 """By how many metres the predator's path misses the flock's center."""
 AIMED_GRID: Final = (0.0, 2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 70.0, 100.0)
-FULL_RANGE: Final = 100.0
-"""The paper's fully connected case."""
 
 CONTROL_GRID: Final = (0.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 50.0, 100.0)
-STRENGTHS: Final = (0.0, 1.0, 10.0, 100.0)
-"""Escape forces s of the control; 10 is the paper's, and without any nobody flees."""
-NO_FORCE: Final = 0.0
+STRENGTHS: Final = (0.0, 1.0, 10.0, 100.0)  # escape forces s of the control
+NO_FORCE: Final = 0.0  # nobody flees
 PAPER_FORCE: Final = 10.0
-CAPTURE_RADIUS: Final = 5.0
-"""Radius in m within which the predator catches agents where survival is measured."""
+CAPTURE_RADIUS: Final = 5.0  # in m, where survival is measured
 
 PAPER_WORLD: Final = "paper"
 WORLDS: Final[Mapping[str, FlockScenario]] = {
@@ -97,10 +79,8 @@ class Trials:
     lines: int = 4_000
 
     def __post_init__(self) -> None:
-        for name, least in (("flocks", LEAST_FLOCKS), ("lines", BATCH)):
-            number = as_count(getattr(self, name), name)
-            if number < least:
-                raise ArgumentError(name, f"at least {least}", number)
+        as_count(self.flocks, "flocks", least=LEAST_FLOCKS)
+        as_count(self.lines, "lines", least=BATCH)
 
 
 def aimed(offset: float) -> FlockScenario:
@@ -125,33 +105,31 @@ def captures(world: str, strength: float) -> str:
 
 def measurements(trials: Trials) -> dict[str, Measurement]:
     """Return all measurements by name."""
-    plan = {
-        f"grid {force}": Measurement(OUTCOMES, LINE.replace(escape_force=force), LINE_GRID, trials.lines)
-        for force in FORCES
-    }
-    plan["free line"] = Measurement(CONSENSUS, FREE_LINE, FREE_RANGES, trials.lines)
-    plan["attacked line"] = Measurement(CONSENSUS, LINE, SHOWN_RANGES, trials.lines)
+    flocks, lines = trials.flocks, trials.lines
+    plan = {}
+    for force in FORCES:
+        plan[f"grid {force}"] = Measurement(OUTCOMES, LINE.replace(escape_force=force), LINE_GRID, lines)
+    plan["free line"] = Measurement(CONSENSUS, FREE_LINE, FREE_RANGES, lines)
+    plan["attacked line"] = Measurement(CONSENSUS, LINE, SHOWN_RANGES, lines)
     for rho in THRESHOLD_RANGES:
-        plan[f"threshold {rho}"] = Measurement(CONSENSUS, threshold(rho), (rho,), trials.lines)
+        plan[f"threshold {rho}"] = Measurement(CONSENSUS, threshold(rho), (rho,), lines)
     for place in PREDATOR_POSITIONS:
-        plan[f"predator at {place}"] = Measurement(
-            OUTCOMES, LINE.replace(predator_position=place), LINE_GRID, trials.lines
-        )
-    plan["curves"] = Measurement(CURVES, FLOCK, SHOWN_FLOCK_RANGES, trials.flocks)
-    plan["grid flock"] = Measurement(OUTCOMES, FLOCK, FLOCK_GRID, trials.flocks)
-    plan["literal flock"] = Measurement(OUTCOMES, LITERAL_FLOCK, LITERAL_RANGES, trials.flocks)
+        attacked = LINE.replace(predator_position=place)
+        plan[f"predator at {place}"] = Measurement(OUTCOMES, attacked, LINE_GRID, lines)
+    fearless = LINE.replace(repulsion_strength=NO_FORCE)
+    plan["fearless line"] = Measurement(OUTCOMES, fearless, LINE_GRID, lines)
+    plan["curves"] = Measurement(CURVES, FLOCK, SHOWN_FLOCK_RANGES, flocks)
+    plan["grid flock"] = Measurement(OUTCOMES, FLOCK, FLOCK_GRID, flocks)
+    plan["literal flock"] = Measurement(OUTCOMES, FLOCK.replace(constant_speed=False), (10.0,), flocks)
     for offset in OFFSETS:
-        plan[f"aimed {offset:g}"] = Measurement(OUTCOMES, aimed(offset), AIMED_GRID, trials.flocks)
-    plan["fearless line"] = Measurement(
-        OUTCOMES, LINE.replace(repulsion_strength=NO_FORCE), LINE_GRID, trials.lines
-    )
+        plan[f"aimed {offset:g}"] = Measurement(OUTCOMES, aimed(offset), AIMED_GRID, flocks)
     for world, scenario in WORLDS.items():
         for strength in STRENGTHS if world == PAPER_WORLD else (NO_FORCE, PAPER_FORCE):
             forced = scenario.replace(repulsion_strength=strength)
-            plan[control(world, strength)] = Measurement(OUTCOMES, forced, CONTROL_GRID, trials.flocks)
+            plan[control(world, strength)] = Measurement(OUTCOMES, forced, CONTROL_GRID, flocks)
             if world in SURVIVAL_WORLDS:
                 catching = forced.replace(capture_radius=CAPTURE_RADIUS)
-                plan[captures(world, strength)] = Measurement(OUTCOMES, catching, CONTROL_GRID, trials.flocks)
+                plan[captures(world, strength)] = Measurement(OUTCOMES, catching, CONTROL_GRID, flocks)
     for name, scenario in ANATOMIES.items():
-        plan[name] = Measurement(ANATOMY, scenario, CONTROL_GRID, trials.flocks)
+        plan[name] = Measurement(ANATOMY, scenario, CONTROL_GRID, flocks)
     return plan

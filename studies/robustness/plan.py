@@ -1,22 +1,19 @@
-"""The measurements: every attacked variation of the paper's flock, on its grid of actions, in two halves."""
+"""Attacked variations of the paper's flock, their grids of actions, and the questions that they answer."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, TypeGuard
 
+import numpy as np
+
 from flockesc_env.cli.flags import scenario_named
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.jobs.sweeps import OUTCOMES
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.predators import Learned
+from flockesc_env.scenario.predators import ConstantVelocity, Learned
 from flockesc_env.scenario.presets import LITERATURE, PRESETS
-from studies.measurements import Measurement
-
-LEAST_FLOCKS: Final = 2
-"""Flocks in each half, without which there is no interval."""
 
 
 @dataclass(frozen=True)
@@ -33,13 +30,10 @@ class Grid:
 METERS: Final = Grid("m", (0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0, 30.0, 50.0, 100.0))
 NEIGHBORS: Final = Grid("neighbors", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 15.0, 30.0, 300.0))
 
-GRIDS: Final[Mapping[str, Grid]] = {"topological": NEIGHBORS}
-"""By the kind of the neighbor rule; an action of any other rule is a range in m."""
-
 
 def grid_of(scenario: FlockScenario) -> Grid:
-    """Return the grid of a scenario's neighbor rule."""
-    return GRIDS.get(scenario.neighbor_rule.kind, METERS)
+    """Return the grid of a scenario: under the topological rule an action is a number of neighbors."""
+    return NEIGHBORS if scenario.neighbor_rule.kind == "topological" else METERS
 
 
 def attacked_presets(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
@@ -62,9 +56,46 @@ def _is_attacked(scenario: object) -> TypeGuard[FlockScenario]:
     return bool(kinds) and Learned not in kinds
 
 
-def measurements(scenarios: Mapping[str, FlockScenario], num_flocks: int) -> dict[str, Measurement]:
-    """Return the measurements: seeds 0 to ``2 num_flocks - 1`` of every preset under every action."""
-    return {
-        name: Measurement(OUTCOMES, scenario, grid_of(scenario).actions, 2 * num_flocks)
-        for name, scenario in scenarios.items()
-    }
+def _misses_the_center(scenario: FlockScenario) -> bool:
+    """Whether a predator flies straight past the center, by a quarter of the region's side or more."""
+    for predator in scenario.predators:
+        if isinstance(predator, ConstantVelocity):
+            x, y = scenario.initial_side / 2 - np.array(predator.position)[:2]
+            u, v = np.array(predator.velocity)[:2]
+            speed = np.hypot(u, v)
+            if speed > 0 and abs(u * y - v * x) / speed >= scenario.initial_side / 4:
+                return True
+    return False
+
+
+def _cooperate(scenario: FlockScenario) -> bool:
+    return any(
+        predator.kind in {"encircle", "herd"} or getattr(predator, "target", None) == "assigned"
+        for predator in scenario.predators
+    )
+
+
+def _moves_otherwise(scenario: FlockScenario) -> bool:
+    fields = ("motion", "angular_noise", "sensing_noise", "sensing_delay", "alignment_strength")
+    return any(getattr(scenario, field) != getattr(FlockScenario(), field) for field in fields)
+
+
+_BLIND = ("constant_velocity", "wandering", "prescribed_path")
+QUESTIONS: Final[dict[str, Callable[[FlockScenario], bool]]] = {
+    "the paper's own setting": lambda scenario: scenario == FlockScenario(),
+    "an attack on the edge": _misses_the_center,
+    "predators that catch agents": lambda scenario: scenario.capture_radius is not None,
+    "predators that cooperate": _cooperate,
+    "several predators on their own": lambda scenario: len(scenario.predators) > 1,
+    "a predator that steers": lambda scenario: any(each.kind not in _BLIND for each in scenario.predators),
+    "other neighbor rules": lambda scenario: (
+        scenario.neighbor_rule.kind != "metric" or scenario.blind_angle > 0 or scenario.mutual
+    ),
+    "other laws of motion, noise, delay, unlike agents": _moves_otherwise,
+    "controls: a frozen graph, no flight": lambda scenario: (
+        scenario.frozen_graph or scenario.repulsion_strength == 0
+    ),
+    "parameters drawn for every episode": lambda scenario: bool(scenario.randomization),
+    "other flocks and predators": lambda _: True,
+}
+"""Questions about the paper's finding; a preset answers the first one that is true of its scenario."""

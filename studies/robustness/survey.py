@@ -1,24 +1,144 @@
-"""The survey as a study. Needs the ``analysis`` extra."""
+"""The best fixed range of every preset: the rule of the findings, the results, their figure and page."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 
+import numpy as np
+from matplotlib.figure import Figure
+
 from flockesc_env.cli.output import note
+from flockesc_env.common import stats
 from flockesc_env.common.files import write_text
+from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays
+from flockesc_env.jobs.sweeps import OUTCOMES
 from flockesc_env.models import records
-from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.presets import PRESETS
-from studies.measurements import Runner
-from studies.robustness.figure import gains
-from studies.robustness.findings import OBJECTIVES, outcome
-from studies.robustness.page import FIGURE, PresetResult, RobustnessResults, markdown_page
-from studies.robustness.plan import attacked_presets, grid_of, measurements
-from studies.robustness.questions import question_of
-from studies.study import RESULTS_FILE, Study
+from studies.forest import ROW, Group, draw_forest, num_lines
+from studies.measurements import Measurement, Runner, means
+from studies.pages import path_from, render
+from studies.paper.plan import PAPER_OBJECTIVES
+from studies.robustness.plan import QUESTIONS, Grid, attacked_presets, grid_of
+from studies.study import RESULTS_FILE, Results, Study
+from studies.style import caption
+from training.figure_style import WIDTH
+
+FIGURE = "robustness"
+OBJECTIVES = {spec.symbol: spec.column for spec in PAPER_OBJECTIVES}
+"""Symbol and column of every objective."""
+
+
+class Finding(StrEnum):
+    """Whether the best fixed range is interior, or over which ends of the grid it has no gain."""
+
+    INTERIOR = "interior"
+    LIKE_ZERO = "no gain over 0"
+    LIKE_LONGEST = "no gain over the longest"
+    LIKE_BOTH = "no gain over either end"
+
+
+class Gains:
+    """What the best action of a grid gains over both ends, paired flock by flock."""
+
+    gain_over_zero: Estimate
+    gain_over_longest: Estimate
+
+    @property
+    def finding(self) -> Finding:
+        """The finding by the rule on the page: a gain counts if its interval lies above 0."""
+        if self.gain_over_zero.low > 0:
+            return Finding.INTERIOR if self.gain_over_longest.low > 0 else Finding.LIKE_LONGEST
+        return Finding.LIKE_ZERO if self.gain_over_longest.low > 0 else Finding.LIKE_BOTH
+
+
+@dataclass(frozen=True)
+class Choice(Gains):
+    """The best action of a grid, chosen on the first half of the flocks and measured on the second.
+
+    ``value`` is the objective under it.
+    """
+
+    best: Estimate
+    index: int
+    value: Estimate
+    gain_over_zero: Estimate
+    gain_over_longest: Estimate
+
+
+def choose(actions: tuple[float, ...], values: FloatArray) -> Choice:
+    """Choose the best action of a grid; ``values`` holds the objective, shape (actions, flocks)."""
+    half = values.shape[1] // 2
+    measured = values[:, half:]
+    best = stats.argmax(np.array(actions), values[:, :half])
+    at = actions.index(best.mean)
+    over_zero, over_longest = (stats.mean(measured[at] - measured[end]) for end in (0, -1))
+    return Choice(best, at, stats.mean(measured[at]), over_zero, over_longest)
+
+
+@dataclass(frozen=True)
+class Outcome(Gains):
+    """The best fixed range for one objective; lengths in m, ranges in the grid's unit.
+
+    ``best`` is chosen on the first half of the flocks. Everything else is measured on the second half: both
+    objectives at that range, the objective at both ends of the grid and the gains over them, and the
+    objective at every range.
+    """
+
+    best: Estimate
+    min_mean_distance: Estimate
+    min_min_distance: Estimate
+    at_zero: Estimate
+    at_longest: Estimate
+    gain_over_zero: Estimate
+    gain_over_longest: Estimate
+    curve: tuple[Estimate, ...]
+
+
+def outcome(symbol: str, actions: tuple[float, ...], results: Arrays) -> Outcome:
+    """Return the outcome for an objective; results have the shape (actions, flocks), flocks in two halves."""
+    values = results[OBJECTIVES[symbol]]
+    half = values.shape[1] // 2
+    choice, curve = choose(actions, values), means(values[:, half:])
+    return Outcome(
+        best=choice.best,
+        **{name: stats.mean(results[name][choice.index, half:]) for name in OBJECTIVES.values()},
+        at_zero=curve[0],
+        at_longest=curve[-1],
+        gain_over_zero=choice.gain_over_zero,
+        gain_over_longest=choice.gain_over_longest,
+        curve=curve,
+    )
+
+
+@dataclass(frozen=True)
+class PresetResult:
+    """One row: a preset, the question that it answers, its grid, and outcomes by the objectives' symbols."""
+
+    name: str
+    description: str
+    question: str
+    grid: Grid
+    outcomes: dict[str, Outcome]
+
+
+@dataclass(frozen=True)
+class RobustnessResults(Results):
+    """Results of the survey; ``num_flocks`` choose the ranges, and as many others measure them."""
+
+    command: str
+    num_flocks: int
+    presets: tuple[PresetResult, ...]
+    versions: dict[str, str]
+
+    def by_question(self) -> dict[str, list[PresetResult]]:
+        """Return the presets by the questions that they answer."""
+        rows = {question: [row for row in self.presets if row.question == question] for question in QUESTIONS}
+        return {question: presets for question, presets in rows.items() if presets}
 
 
 @dataclass(frozen=True)
@@ -29,31 +149,89 @@ class SurveyOptions:
     presets: Sequence[str] | None = None
 
 
-def _measure(options: SurveyOptions, runner: Runner, output: Path) -> None:
+def measure(options: SurveyOptions, runner: Runner, output: Path) -> None:
+    """Run every preset under every action on ``2 num_flocks`` seeds from 0 on, and write the results."""
     scenarios = attacked_presets(options.presets)
-    measured = runner.measure(measurements(scenarios, options.num_flocks))
-    note("measured; statistics take some seconds per preset")
-    chosen = "" if options.presets is None else f" --presets {' '.join(options.presets)}"
-    results = RobustnessResults(
-        command=f"python -m studies robustness --num-flocks {options.num_flocks}{chosen}",
-        num_flocks=options.num_flocks,
-        presets=tuple(_preset(name, scenario, measured[name]) for name, scenario in scenarios.items()),
-        versions=records.versions("scipy"),
+    measured = runner.measure(
+        {
+            name: Measurement(OUTCOMES, scenario, grid_of(scenario).actions, 2 * options.num_flocks)
+            for name, scenario in scenarios.items()
+        }
     )
+    note("measured; statistics take some seconds per preset")
+    presets = []
+    for name, scenario in scenarios.items():
+        grid = grid_of(scenario)
+        description = PRESETS[name].description if name in PRESETS else "a scenario file"
+        question = next(question for question, is_so in QUESTIONS.items() if is_so(scenario))
+        outcomes = {symbol: outcome(symbol, grid.actions, measured[name]) for symbol in OBJECTIVES}
+        presets.append(PresetResult(name, description, question, grid, outcomes))
+    chosen = "" if options.presets is None else f" --presets {' '.join(options.presets)}"
+    command = f"python -m studies robustness --num-flocks {options.num_flocks}{chosen}"
+    results = RobustnessResults(command, options.num_flocks, tuple(presets), records.versions("scipy"))
     write_text(output / RESULTS_FILE, results.to_json())
 
 
-def _preset(name: str, scenario: FlockScenario, measured: Arrays) -> PresetResult:
-    grid = grid_of(scenario)
-    outcomes = {symbol: outcome(symbol, grid.actions, measured) for symbol in OBJECTIVES}
-    description = PRESETS[name].description if name in PRESETS else "a scenario file"
-    return PresetResult(name, description, question_of(scenario), grid, outcomes)
+def answers(results: RobustnessResults, symbol: str) -> dict[str, str]:
+    """Return the answers to all questions for one objective."""
+    texts = {}
+    for question, rows in results.by_question().items():
+        findings = {row.name: row.outcomes[symbol].finding for row in rows}
+        interior = [name for name, finding in findings.items() if finding is Finding.INTERIOR]
+        others = [f"{name} ({finding})" for name, finding in findings.items() if name not in interior]
+        if not others:
+            texts[question] = f"yes: {', '.join(interior)}"
+        elif not interior:
+            texts[question] = f"not shown: {'; '.join(others)}"
+        else:
+            counts = f"in {len(interior)} of {len(findings)}: {', '.join(interior)}"
+            texts[question] = f"{counts}; not shown for {'; '.join(others)}"
+    return texts
+
+
+def figure(results: RobustnessResults) -> Figure:
+    """Draw both gains in ``J_mean`` of every preset, side by side; presets are grouped by question."""
+
+    def groups(gain: str) -> list[Group]:
+        return [
+            Group(question, [(_label(row), getattr(row.outcomes["J_mean"], gain)) for row in rows])
+            for question, rows in results.by_question().items()
+        ]
+
+    over_zero, over_longest = groups("gain_over_zero"), groups("gain_over_longest")
+    figure = Figure(figsize=(WIDTH, ROW * (num_lines(over_zero) + 4)), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for axes, panel, end in ((left, over_zero, "range 0"), (right, over_longest, "the longest range")):
+        draw_forest(axes, panel, LIGHT.fixed)
+        axes.set_xlabel(f"gain over {end} (m)")
+    right.set_yticklabels([])
+    caption(
+        figure,
+        f"J_mean of the best fixed range, {results.num_flocks:,} flocks, 95 % intervals"
+        " (filled: the interval excludes 0)",
+    )
+    return figure
+
+
+def _label(preset: PresetResult) -> str:
+    return f"{preset.name} ({preset.outcomes['J_mean'].best.mean:g} {preset.grid.unit})"
+
+
+def markdown_page(results: RobustnessResults, figures: Path, page: Path) -> str:
+    """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
+    return render(
+        "robustness/robustness.md",
+        results=results,
+        answers={symbol: answers(results, symbol) for symbol in OBJECTIVES},
+        grids=sorted({str(row.grid) for row in results.presets}),
+        picture=path_from(page, figures / f"{FIGURE}.png"),
+    )
 
 
 ROBUSTNESS = Study(
-    measure=_measure,
+    measure=measure,
     load=RobustnessResults.load,
-    figures=lambda results: {FIGURE: gains(results)},
+    figures=lambda results: {FIGURE: figure(results)},
     pages=lambda results, output, page: {page: markdown_page(results, output, page)},
     formats=("svg", "png"),
 )

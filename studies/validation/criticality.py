@@ -25,13 +25,13 @@ from flockesc_env import (
     simulate,
 )
 from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import Estimate
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
-from studies.measurements import chunks
+from studies.measurements import chunks, means
 from studies.style import curve, letter
-from studies.validation.results import Verdict, scaled
+from studies.validation.parts import Verdict, scaled
 from training.figure_style import WIDTH
 
 TITLE: Final = "Evasion near the order transition"
@@ -44,19 +44,11 @@ ALIGNMENTS: Final = (0.0, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 5.0)
 """Strengths of alignment."""
 
 NUM_AGENTS: Final = 200
-DIFFUSION: Final = 0.5
-"""Rotational diffusion coefficient of the headings in rad^2/s."""
-
+DIFFUSION: Final = 0.5  # rotational diffusion coefficient of the headings in rad^2/s
 STEP: Final = 0.05
-SETTLING: Final = 2_500
-"""Steps before the attack. Order is averaged over the second half."""
-
-ATTACK: Final = 1_200
-"""Steps of the attack."""
-
-FLEEING: Final = (4.0, 0.0)
-"""Strengths of the escape force: of the paper, and of its control."""
-
+SETTLING: Final = 2_500  # steps before the attack; order is averaged over the second half
+ATTACK: Final = 1_200  # steps
+FLEEING: Final = (4.0, 0.0)  # strengths of the escape force: the paper's, and the control's
 CAPTURE_RADIUS: Final = 0.2
 EVERYWHERE: Final = 1e3
 FLOCKS: Final = 16
@@ -113,8 +105,7 @@ def scenario(alignment: float, **changes: Any) -> FlockScenario:
 
 def measure(alignment: float, seeds: range) -> Arrays:
     """Return order, variance, captures with and without flight, and spacing, shape (5, seeds)."""
-    rows = [_measure(alignment, seed) for seed in seeds]
-    return {"numbers": np.array(rows).T}
+    return {"numbers": np.array([_measure(alignment, seed) for seed in seeds]).T}
 
 
 def _measure(alignment: float, seed: int) -> tuple[float, ...]:
@@ -128,17 +119,12 @@ def _measure(alignment: float, seed: int) -> tuple[float, ...]:
     # It starts 4.5 outside of the school, as in the authors' code.
     start = center + outward * (((positions - center) @ outward).max() + 4.5)
     predator = PurePursuit(tuple(start.tolist()), tuple((-2 * outward).tolist()), max_turn_rate=1.0)
+    attack = {"num_steps": ATTACK, "predators": (predator,), "capture_radius": CAPTURE_RADIUS}
+    state = {"initial_positions": positions, "initial_velocities": velocities}
     caught = []
     for strength in FLEEING:
-        attacked = scenario(
-            alignment,
-            num_steps=ATTACK,
-            predators=(predator,),
-            repulsion_strength=strength,
-            capture_radius=CAPTURE_RADIUS,
-        )
-        start_state = {"initial_positions": positions, "initial_velocities": velocities}
-        run = simulate(attacked, EVERYWHERE, seed=seed, **start_state)
+        attacked = scenario(alignment, repulsion_strength=strength, **attack)
+        run = simulate(attacked, EVERYWHERE, seed=seed, **state)
         caught.append(float((run.caught_at >= 0).sum()))
     return order.mean(), NUM_AGENTS * order.var(), *caught, np.sort(distances)[:, 1].mean()
 
@@ -159,11 +145,11 @@ def results(measured: Mapping[float, Arrays]) -> Criticality:
     critical = captured[ALIGNMENTS.index(transition.mean)]
     return Criticality(
         num_flocks=order.shape[1],
-        order=_means(order),
-        variance=_means(variance),
-        captured=_means(captured),
-        captured_still=_means(still),
-        spacing=_means(spacing),
+        order=means(order),
+        variance=means(variance),
+        captured=means(captured),
+        captured_still=means(still),
+        spacing=means(spacing),
         transition=transition,
         best=stats.argmax(at, -captured),
         best_still=stats.argmax(at, -still),
@@ -171,10 +157,6 @@ def results(measured: Mapping[float, Arrays]) -> Criticality:
         ordered=stats.mean(captured[-1] - critical),
         advantage=tuple((1 - captured.mean(axis=1) / still.mean(axis=1)).tolist()),
     )
-
-
-def _means(rows: FloatArray) -> tuple[Estimate, ...]:
-    return tuple(stats.mean(row) for row in rows)
 
 
 def here(results: Criticality) -> str:
@@ -187,23 +169,24 @@ def here(results: Criticality) -> str:
 
 def verdict(results: Criticality) -> Verdict:
     """Return the verdict: fewest captures at the transition, with and without flight."""
-    at_transition = all(
-        best.low <= results.transition.high and best.high >= results.transition.low
-        for best in (results.best, results.best_still)
-    )
+    low, high = results.transition.low, results.transition.high
+    at_transition = all(best.low <= high and best.high >= low for best in (results.best, results.best_still))
     is_less = results.disordered.low > 0 and results.ordered.low > 0
-    return Verdict.AGREES if at_transition and is_less else Verdict.DIFFERS
+    return Verdict.of(at_transition, is_less)
 
 
 def figure(results: Criticality) -> Figure:
     """Draw order, captures and spacing against the alignment; the line is the transition."""
     figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
     panels = figure.subplots(1, 3)
-    curve(panels[0], ALIGNMENTS, results.order, LIGHT.ink, ".-", band=0.15, label="polarization")
-    curve(panels[0], ALIGNMENTS, results.variance, LIGHT.others[0], ".-", band=0.15, label="N x variance")
-    curve(panels[1], ALIGNMENTS, results.captured, LIGHT.predator, ".-", band=0.15, label="prey flee")
-    curve(panels[1], ALIGNMENTS, results.captured_still, LIGHT.muted, ".-", band=0.15, label="they do not")
-    curve(panels[2], ALIGNMENTS, results.spacing, LIGHT.ink, ".-", band=0.15)
+    for index, rows, color, label in (
+        (0, results.order, LIGHT.ink, "polarization"),
+        (0, results.variance, LIGHT.others[0], "N x variance"),
+        (1, results.captured, LIGHT.predator, "prey flee"),
+        (1, results.captured_still, LIGHT.muted, "they do not"),
+        (2, results.spacing, LIGHT.ink, ""),
+    ):
+        curve(panels[index], ALIGNMENTS, rows, color, ".-", band=0.15, label=label)
     titles = ("order", "caught agents", "distance to the nearest")
     for index, (axes, title) in enumerate(zip(panels, titles, strict=True)):
         axes.axvline(results.transition.mean, color=LIGHT.muted, ls="--", lw=1)

@@ -20,8 +20,9 @@ from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
+from studies.measurements import means
 from studies.style import curve, letter
-from studies.validation.results import Verdict, scaled
+from studies.validation.parts import Verdict, scaled
 from training.figure_style import WIDTH
 
 TITLE: Final = "Swarm, torus and parallel group"
@@ -33,32 +34,21 @@ PUBLISHED: Final = (
 WIDTHS: Final = tuple(0.5 * step for step in range(13))
 """Widths of the zone of orientation, in radii of the zone of repulsion."""
 
-ATTRACTION: Final = 14.0
-"""Width of the zone of attraction."""
-
-TORUS: Final = 2.5
-"""The width of the control."""
-
+ATTRACTION: Final = 14.0  # width of the zone of attraction
+TORUS: Final = 2.5  # width of the control
 SPEED: Final = 3.0
 FAST: Final = 10 * SPEED
 """Speed of the control, which moves a tenth of a second's way in a hundredth of a second's turn."""
 
 STEPS: Final = 2_000
-MEASURED: Final = 500
-"""The last steps of each width, over which measures are averaged."""
-
+MEASURED: Final = 500  # last steps of each width, over which measures are averaged
 NOISE: Final = 2 * math.sqrt(3) * 0.05
 """Uniform noise with the root mean square angle of the published Gaussian noise, 0.05 rad."""
 
 FLOCKS: Final = 10
-TURNING: Final = 0.5
-"""Rotation above which a group with a smaller polarization is a torus."""
-
-LITTLE: Final = 0.3
-"""Polarization and rotation below which a group is a swarm."""
-
-PARALLEL: Final = 0.9
-"""Polarization above which a group is parallel."""
+TURNING: Final = 0.5  # rotation above which a group with a smaller polarization is a torus
+LITTLE: Final = 0.3  # polarization and rotation below which a group is a swarm
+PARALLEL: Final = 0.9  # polarization above which a group is parallel
 
 
 @dataclass(frozen=True)
@@ -86,25 +76,25 @@ class Milling:
     fast_rotation: Estimate
     torus: tuple[tuple[tuple[float, float, float], ...], tuple[tuple[float, float, float], ...]]
 
-    def swarms(self) -> tuple[float, ...]:
+    def _ups(self) -> zip[tuple[float, Estimate, Estimate]]:
+        return zip(WIDTHS, self.up.rotation, self.up.polarization, strict=True)
+
+    def swarms(self) -> list[float]:
         """Return the widths of swarms on the way up."""
-        ups = zip(WIDTHS, self.up.rotation, self.up.polarization, strict=True)
-        return tuple(width for width, m, p in ups if max(m.high, p.high) < LITTLE)
+        return [width for width, m, p in self._ups() if max(m.high, p.high) < LITTLE]
 
-    def tori(self) -> tuple[float, ...]:
+    def tori(self) -> list[float]:
         """Return the widths of tori on the way up."""
-        ups = zip(WIDTHS, self.up.rotation, self.up.polarization, strict=True)
-        return tuple(width for width, m, p in ups if m.low > max(TURNING, p.high))
+        return [width for width, m, p in self._ups() if m.low > max(TURNING, p.high)]
 
-    def parallel(self) -> tuple[float, ...]:
+    def parallel(self) -> list[float]:
         """Return the widths of parallel groups on the way up."""
-        ups = zip(WIDTHS, self.up.polarization, strict=True)
-        return tuple(width for width, p in ups if p.low > PARALLEL)
+        return [width for width, _, p in self._ups() if p.low > PARALLEL]
 
-    def remembered(self) -> tuple[float, ...]:
+    def remembered(self) -> list[float]:
         """Return the widths at which groups have more polarization and less rotation on the way down."""
         both = zip(WIDTHS, self.memory, self.up.rotation, self.down.rotation, strict=True)
-        return tuple(width for width, more, up, down in both if more.low > 0 and down.high < up.low)
+        return [width for width, more, up, down in both if more.low > 0 and down.high < up.low]
 
 
 def scenario(width: float, speed: float = SPEED) -> FlockScenario:
@@ -124,17 +114,12 @@ def scenario(width: float, speed: float = SPEED) -> FlockScenario:
     )
 
 
-def reach(width: float) -> float:
-    """Return the interaction range: the radius of the zone of attraction."""
-    return 1.0 + width + ATTRACTION
-
-
 def ramp(seed: int) -> Arrays:
     """Return polarization, rotation and number of groups on the way up and down, shape (2, widths, 3)."""
     found, states = [], []
     state: dict[str, Any] = {}
     for number, width in enumerate((*WIDTHS, *WIDTHS[::-1])):
-        run = simulate(scenario(width), reach(width), seed=seed + number * 2**32, **state)
+        run = simulate(scenario(width), 1.0 + width + ATTRACTION, seed=seed + number * 2**32, **state)
         state = {"initial_positions": run.positions[-1], "initial_velocities": run.velocities[-1]}
         turning = rotation(run)[-MEASURED:].mean()
         found.append((run.polarization[-MEASURED:].mean(), turning, run.num_components[-1]))
@@ -146,7 +131,7 @@ def ramp(seed: int) -> Arrays:
 
 def turning(speed: float, seed: int) -> Arrays:
     """Return the rotation at the width of the control from a random start, shape (1,)."""
-    run = simulate(scenario(TORUS, speed), reach(TORUS), seed=seed)
+    run = simulate(scenario(TORUS, speed), 1.0 + TORUS + ATTRACTION, seed=seed)
     return {"rotation": rotation(run)[-MEASURED:].mean(keepdims=True)}
 
 
@@ -171,19 +156,13 @@ def results(measured: Mapping[tuple[str, int], Arrays]) -> Milling:
     positions, headings = stacked("ramp", "torus")[0]
     return Milling(
         num_flocks=len(ramps),
-        up=_ramp(up),
-        down=_ramp(down),
-        memory=tuple(stats.mean(row) for row in (down - up)[..., 0].T),
+        up=Ramp(*(means(rows) for rows in up.T)),
+        down=Ramp(*(means(rows) for rows in down.T)),
+        memory=means((down - up)[..., 0].T),
         slow_rotation=stats.mean(stacked("slow", "rotation")[:, 0]),
         fast_rotation=stats.mean(stacked("fast", "rotation")[:, 0]),
         torus=(_rows(positions - positions.mean(axis=0)), _rows(headings)),
     )
-
-
-def _ramp(values: FloatArray) -> Ramp:
-    """Return the estimates of the measures over flocks, from an array of shape (flocks, widths, 3)."""
-    measures = (tuple(stats.mean(row) for row in values[..., column].T) for column in range(3))
-    return Ramp(*measures)
 
 
 def _rows(vectors: FloatArray) -> tuple[tuple[float, float, float], ...]:
@@ -206,7 +185,7 @@ def verdict(results: Milling) -> Verdict:
     """Return the verdict: three states in the published order, and memory of a parallel group."""
     swarms, tori, parallel = results.swarms(), results.tori(), results.parallel()
     is_ordered = bool(swarms and tori and parallel) and swarms[-1] < tori[0] and tori[-1] < parallel[0]
-    return Verdict.AGREES if is_ordered and results.remembered() else Verdict.DIFFERS
+    return Verdict.of(is_ordered, results.remembered())
 
 
 def figure(results: Milling) -> Figure:
@@ -223,11 +202,9 @@ def figure(results: Milling) -> Figure:
     picture.set_axis_off()
     letter(picture, 0, "a torus, along its axis")
     for index, (axes, name) in enumerate(zip(panels, ("polarization", "rotation"), strict=True), start=1):
-        for label, ramp, color in (
-            ("up", results.up, LIGHT.others[0]),
-            ("down", results.down, LIGHT.others[1]),
-        ):
-            curve(axes, WIDTHS, getattr(ramp, name), color, ".-", band=0.2, lw=1.5, label=label)
+        for label, color in zip(("up", "down"), LIGHT.others, strict=False):
+            rows = getattr(getattr(results, label), name)
+            curve(axes, WIDTHS, rows, color, ".-", band=0.2, lw=1.5, label=label)
         axes.set(xlabel="width of the zone of orientation", ylim=(0, 1))
         letter(axes, index, name)
     panels[1].legend()

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -27,7 +27,7 @@ from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from studies.style import letter
-from studies.validation.results import Verdict, scaled
+from studies.validation.parts import Verdict, scaled
 from training.figure_style import WIDTH
 
 TITLE: Final = "Ring of prey around a predator"
@@ -36,21 +36,14 @@ PUBLISHED: Final = (
     " ([Chen and Kolokolnikov 2014](https://doi.org/10.1098/rsif.2013.1208))"
 )
 
-REPULSION: Final = 0.2
-"""b: strength of the repulsion from the predator, in units of the repulsion between prey."""
-
-EXPONENT: Final = 3.0
-"""p: exponent of the predator's attraction."""
-
+REPULSION: Final = 0.2  # b, in units of the repulsion between prey
+EXPONENT: Final = 3.0  # p
 INNER, OUTER = REPULSION**0.5, (1 + REPULSION) ** 0.5
-LOWER: Final = REPULSION * OUTER ** (EXPONENT - 2)
-UPPER: Final = 1 / (INNER ** (2 - EXPONENT) - OUTER ** (2 - EXPONENT))
-
 CLOSED_FORMS: Final = {
     "inner radius": INNER,
     "outer radius": OUTER,
-    "weakest predator": LOWER,
-    "strongest predator": UPPER,
+    "weakest predator": REPULSION * OUTER ** (EXPONENT - 2),
+    "strongest predator": 1 / (INNER ** (2 - EXPONENT) - OUTER ** (2 - EXPONENT)),
 }
 
 SIZES: Final = {400: 4, 800: 4, 1_600: 2}
@@ -59,24 +52,17 @@ SIZES: Final = {400: 4, 800: 4, 1_600: 2}
 STRENGTHS: Final = (0.2, 0.25, 0.7, 0.8)
 """Predator strengths c: two around each limit, between which its zero is interpolated."""
 
-RELAXING: Final = 0.5
-"""The predator strength with which the ring forms."""
-
-TOLERANCE: Final = 0.005
-"""Relative deviation of three digits."""
-
+RELAXING: Final = 0.5  # predator strength with which the ring forms
+TOLERANCE: Final = 0.005  # relative deviation of three digits
 UNBOUNDED: Final = 1e6
-STEP: Final = 0.01
-"""Time step of the runs that measure stability."""
-
+STEP: Final = 0.01  # time step of the runs that measure stability
 SHIFT: Final = 0.005
 """Initial distance of the predator from the center. With 0.02 the dynamics are not linear enough."""
 
 FITTED: Final = (2.0, 9.0)
 """Times between which the linear dynamics are fitted: changes of the density have decayed at the first."""
 
-EVERY: Final = 5
-"""Steps between two times of the fit of the linear dynamics."""
+EVERY: Final = 5  # steps between two times of the fit
 
 
 @dataclass(frozen=True)
@@ -91,11 +77,6 @@ class Limit:
     def deviation(self) -> float:
         """The relative deviation from the closed form."""
         return self.limit.mean / self.closed_form - 1
-
-    @property
-    def agrees(self) -> bool:
-        """Whether the limit has three digits of the closed form."""
-        return abs(self.deviation) <= TOLERANCE
 
 
 @dataclass(frozen=True)
@@ -114,13 +95,9 @@ def scenario(
     num_agents: int, strength: float, position: FloatArray, step: float, time: float
 ) -> FlockScenario:
     """Return the published model with a predator at ``position``."""
-    predator = Attracted(
-        position=(float(position[0]), float(position[1])),
-        velocity=(0.0, 0.0),
-        strength=strength,
-        exponent=EXPONENT,
-        max_speed=UNBOUNDED,
-    )
+    place = (float(position[0]), float(position[1]))
+    attraction = {"strength": strength, "exponent": EXPONENT, "max_speed": UNBOUNDED}
+    predator = Attracted(position=place, velocity=(0.0, 0.0), **attraction)
     return FlockScenario(
         num_agents=num_agents,
         time_step=step,
@@ -139,22 +116,19 @@ def scenario(
 
 def measure(num_agents: int, seeds: range) -> Arrays:
     """Return the numbers of ``CLOSED_FORMS``, shape (4, seeds), and rings, shape (seeds, n, 2)."""
-    rings = [_ring(num_agents, seed) for seed in seeds]
+    relaxing = scenario(num_agents, RELAXING, np.ones(2), step=0.05, time=100.0)
+    runs = (simulate(relaxing, UNBOUNDED, seed=seed) for seed in seeds)
+    rings = [(run.positions[-1], run.predator_positions[-1, 0]) for run in runs]
     offsets = np.stack([positions - predator for positions, predator in rings])
     squares = (offsets**2).sum(axis=2)
     # The density is constant between the radii, so squared distances are uniform.
     half = np.sqrt(3 * squares.var(axis=1))
     radii = np.sqrt([squares.mean(axis=1) - half, squares.mean(axis=1) + half])
-    lower = [_zero(STRENGTHS[:2], [_dynamics(ring, c)[1] for c in STRENGTHS[:2]]) for ring in rings]
-    upper = [_zero(STRENGTHS[2:], [_dynamics(ring, c)[0] for c in STRENGTHS[2:]]) for ring in rings]
-    return {"numbers": np.array([*radii, lower, upper]), "rings": offsets}
-
-
-def _ring(num_agents: int, seed: int) -> tuple[FloatArray, FloatArray]:
-    """Return the positions of agents and predator in a steady ring."""
-    relaxing = scenario(num_agents, RELAXING, np.ones(2), step=0.05, time=100.0)
-    run = simulate(relaxing, UNBOUNDED, seed=seed)
-    return run.positions[-1], run.predator_positions[-1, 0]
+    limits = []
+    for (first, second), part in ((STRENGTHS[:2], 1), (STRENGTHS[2:], 0)):
+        values = [[_dynamics(ring, strength)[part] for strength in (first, second)] for ring in rings]
+        limits.append([first - low * (second - first) / (high - low) for low, high in values])
+    return {"numbers": np.array([*radii, *limits]), "rings": offsets}
 
 
 def _dynamics(ring: tuple[FloatArray, FloatArray], strength: float) -> tuple[float, float]:
@@ -163,15 +137,11 @@ def _dynamics(ring: tuple[FloatArray, FloatArray], strength: float) -> tuple[flo
     Two runs with opposite shifts of the predator cancel even orders. The offset obeys y'' = trace y' - det y.
     """
     positions, predator = ring
-    shift = np.array([SHIFT, 0.0])
+    state: dict[str, Any] = {"initial_positions": positions, "initial_velocities": np.zeros_like(positions)}
     offsets = []
-    for shifted in (predator + shift, predator - shift):
-        run = simulate(
-            scenario(len(positions), strength, shifted, STEP, time=FITTED[1]),
-            UNBOUNDED,
-            initial_positions=positions,
-            initial_velocities=np.zeros_like(positions),
-        )
+    for shift in (SHIFT, -SHIFT):
+        shifted = scenario(len(positions), strength, predator + np.array([shift, 0.0]), STEP, time=FITTED[1])
+        run = simulate(shifted, UNBOUNDED, **state)
         offsets.append(run.positions.mean(axis=1)[:, 0] - run.predator_positions[:, 0, 0])
     y = (offsets[0] - offsets[1])[round(FITTED[0] / STEP) :: EVERY]
     recurrence = np.linalg.lstsq(np.stack([y[1:-1], y[:-2]], axis=1), y[2:])[0]
@@ -181,18 +151,13 @@ def _dynamics(ring: tuple[FloatArray, FloatArray], strength: float) -> tuple[flo
     return float(eigenvalues.sum().real), float(eigenvalues.prod().real)
 
 
-def _zero(at: tuple[float, ...], values: list[float]) -> float:
-    """Return the zero of the line through two points."""
-    return at[0] - values[0] * (at[1] - at[0]) / (values[1] - values[0])
-
-
 def jobs(scale: float) -> dict[tuple[int, int], Job]:
     """Return a job per number of agents and seed, for ``results``."""
-    flocks = [
-        (n, seed) for n, count in SIZES.items() for seed in first_seeds(HELD_OUT, scaled(count, scale, 2))
-    ]
-    call = f"{__name__}:measure"
-    return {(n, seed): Job(call, (n, range(seed, seed + 1)), 70 * (n / 800) ** 2) for n, seed in flocks}
+    return {
+        (n, seed): Job(f"{__name__}:measure", (n, range(seed, seed + 1)), 70 * (n / 800) ** 2)
+        for n, count in SIZES.items()
+        for seed in first_seeds(HELD_OUT, scaled(count, scale, 2))
+    }
 
 
 def results(measured: Mapping[tuple[int, int], Arrays]) -> PredatorRing:
@@ -202,9 +167,7 @@ def results(measured: Mapping[tuple[int, int], Arrays]) -> PredatorRing:
     }
     (ring,) = next(found["rings"] for (size, _), found in measured.items() if size == max(SIZES))
     return PredatorRing(
-        limits={
-            name: _limit(name, [numbers[n][row] for n in SIZES]) for row, name in enumerate(CLOSED_FORMS)
-        },
+        limits={name: _limit(name, [numbers[n][at] for n in SIZES]) for at, name in enumerate(CLOSED_FORMS)},
         num_flocks=tuple(numbers[n].shape[1] for n in SIZES),
         ring=tuple((float(x), float(y)) for x, y in ring),
     )
@@ -227,7 +190,7 @@ def here(results: PredatorRing) -> str:
 
 def verdict(results: PredatorRing) -> Verdict:
     """Return the verdict: all numbers must have three digits of the closed forms."""
-    return Verdict.AGREES if all(limit.agrees for limit in results.limits.values()) else Verdict.DIFFERS
+    return Verdict.of(*(abs(limit.deviation) <= TOLERANCE for limit in results.limits.values()))
 
 
 def figure(results: PredatorRing) -> Figure:

@@ -15,14 +15,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flockesc_env import AlignedHeadings, FlockScenario, RandomHeadings, Vicsek, scan
-from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
-from studies.measurements import chunks
+from studies.measurements import chunks, means
 from studies.style import curve, letter
-from studies.validation.results import Verdict, scaled
+from studies.validation.parts import Verdict, scaled
 from training.figure_style import WIDTH, label_ends
 
 TITLE: Final = "Order against noise"
@@ -31,25 +30,18 @@ PUBLISHED: Final = (
     " ([Vicsek et al. 1995](https://doi.org/10.1103/PhysRevLett.75.1226))"
 )
 
-DENSITY: Final = 4.0
-"""Agents per square of the interaction range."""
-
+DENSITY: Final = 4.0  # agents per square of the interaction range
 SIZES: Final = {40: 10, 100: 10, 400: 10, 4_000: 5, 10_000: 5}
 """Flocks by their number of agents; ``CONTROL`` is one of them."""
 
 NOISES: Final = (0.0, 1.0, 2.0, 3.0, 3.5, 4.0, 4.5, 5.0, 2 * np.pi)
 """Widths eta of the angular noise in rad; under the last one headings are independent."""
 
-ORDERED, DISORDERED = 3.0, 5.0
-"""Noises between which order falls, in rad."""
-
+ORDERED, DISORDERED = 3.0, 5.0  # noises between which order falls, in rad
 NUM_STEPS: Final = 1_000
 SKIP: Final = 500
-CONTROL: Final = 400
-"""Agents of the flocks that also start with random headings, as in 1995."""
-
-TOLERANCE: Final = 0.1
-"""Largest relative deviation from the exact order of independent headings."""
+CONTROL: Final = 400  # agents of the flocks that also start with random headings, as in 1995
+TOLERANCE: Final = 0.1  # largest relative deviation from the exact order of independent headings
 
 
 @dataclass(frozen=True)
@@ -110,15 +102,10 @@ def results(measured: Mapping[str, Arrays]) -> OrderAgainstNoise:
     ordered, disordered = NOISES.index(ORDERED), NOISES.index(DISORDERED)
     by_size = [values[str(size)] for size in SIZES]
     return OrderAgainstNoise(
-        order=tuple(tuple(stats.mean(row) for row in found) for found in by_size),
-        falls=tuple(stats.mean(found[disordered] / found[ordered]) for found in by_size),
-        independent=tuple(
-            stats.mean(found[-1] / exact(size)) for size, found in zip(SIZES, by_size, strict=True)
-        ),
-        from_random=tuple(
-            stats.mean(random - aligned)
-            for random, aligned in zip(values["random"], values[str(CONTROL)], strict=True)
-        ),
+        order=tuple(means(found) for found in by_size),
+        falls=means(found[disordered] / found[ordered] for found in by_size),
+        independent=means(found[-1] / exact(size) for size, found in zip(SIZES, by_size, strict=True)),
+        from_random=means(values["random"] - values[str(CONTROL)]),
         num_flocks=tuple(found.shape[1] for found in by_size),
     )
 
@@ -142,7 +129,7 @@ def verdict(results: OrderAgainstNoise) -> Verdict:
     )
     is_sharper = results.falls[-1].high < results.falls[0].low
     are_independent = all(abs(end - 1) < TOLERANCE for e in results.independent for end in (e.low, e.high))
-    return Verdict.AGREES if falls_with_noise and is_sharper and are_independent else Verdict.DIFFERS
+    return Verdict.of(falls_with_noise, is_sharper, are_independent)
 
 
 def figure(results: OrderAgainstNoise) -> Figure:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from study_folders import check_race, check_results
+from study_folders import check_results
 
 from flockesc_env.jobs import Cache, find_backend
 from studies.findings.replay import replay
@@ -15,10 +15,6 @@ from studies.measurements import Runner
 
 def test_results() -> None:
     check_results()
-
-
-def test_arms_race() -> None:
-    check_race()
 
 
 RESULTS = Path("results/findings")

@@ -1,7 +1,8 @@
-"""The arms race: predators, training runs, the pairing of the cross-play, files of a second call."""
+"""The arms race: predators, training runs, the pairing of the cross-play, its files and its page."""
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -9,41 +10,34 @@ import numpy as np
 import polars as pl
 import pytest
 from option_table import small_flock
-from study_folders import check_race, skip_bootstraps, without_intervals
 
 from flockesc_env import rollout
 from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import Observations, PredatorPolicySpec
-from flockesc_env.jobs import Cache, find_backend
-from flockesc_env.policies import find_policy
+from flockesc_env.jobs import find_backend
 from flockesc_env.policies.predators import Pursue
-from studies.arms_race import evolve, page, race
-from studies.arms_race.evolve import Budget, train_flock, train_predator
-from studies.arms_race.players import Flock, Predator
-from studies.arms_race.predators import SIZE, LeadPursuit, NetworkPredator
-from studies.arms_race.race import BEST_FIXED, CROSS_PLAY_FILE, LEARNED, PER_AGENT, RaceOptions, arms_race
-from studies.arms_race.results import RaceResults, load_race
-from studies.measurements import Runner
+from studies.arms_race import race
+from studies.arms_race.page import ARMS_RACE, RaceResults, load_race, markdown_page
+from studies.arms_race.players import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
+from studies.arms_race.race import FIXED, LEARNED, Budget, RaceOptions, learner, play, train
 
-LEARNED_RESULTS = Path(__file__).parents[2] / "results" / "findings"
-PER_AGENT_FILE = str(LEARNED_RESULTS / "per-agent-visible" / "policies" / "search-0.npz")
+ROOT = Path(__file__).parents[2]
+COMMITTED = ROOT / "results" / "arms_race"
+PER_AGENT_FILE = LEARNED["per agent"]
 SCENARIO = small_flock(num_agents=6, num_steps=24, initial_side=60.0).with_learned_predators()
 BUDGET = Budget(population=4, generations=2, flocks=2, final_flocks=2, check_every=1, tuning_flocks=3)
-SEEDS = [3, 4, 5]
 
 
-@pytest.fixture(autouse=True)
-def _small(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evolve, "SCENARIO", SCENARIO)
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(race, "SCENARIO", SCENARIO)
     monkeypatch.setattr(race, "LEAD_FLOCKS", 3)
 
 
-def played(flock: str, predator: Any) -> FloatArray:
-    return rollout(
-        SCENARIO, flock, SEEDS, predator_policy=predator, steps_per_action=evolve.STEPS_PER_ACTION
-    ).min_mean_distance
+def played(flock: Any, predator: Any, seeds: list[int], steps: int = 4) -> FloatArray:
+    options: dict[str, Any] = {"predator_policy": predator, "steps_per_action": steps}
+    return rollout(race.SCENARIO, flock, seeds, **options).min_mean_distance
 
 
 def predator_view(**entries: float) -> tuple[Observations, PredatorPolicySpec]:
@@ -87,109 +81,80 @@ def test_a_predator_treats_left_and_right_alike() -> None:
     assert np.unique(expected).size > 20
 
 
-@pytest.mark.parametrize("flock", ["fixed:10", "learned"])
+@pytest.mark.usefixtures("small")
+@pytest.mark.parametrize("spec", ["fixed:10", PER_AGENT_FILE], ids=["fixed", "learned"])
 def test_a_generation_of_predators_plays_as_each_does_alone(
-    flock: str, monkeypatch: pytest.MonkeyPatch
+    spec: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    spec, start = PER_AGENT_FILE if flock == "learned" else flock, Predator("lead", 1.0)
+    monkeypatch.setattr(race, "BATCH", 6)  # groups of two vectors and one
+    start, vectors = Predator("lead", 1.0), np.random.default_rng(1).normal(size=(3, SIZE))
+    _, value = learner("predator", Flock(spec), start)
     pursuit = start.policy(SCENARIO)
-    seen: list[FloatArray] = []
-
-    def watched(value: evolve.Play, size: int, *_: Any) -> dict[str, Any]:
-        vectors = np.random.default_rng(1).normal(size=(3, size))
-        seen.append(value(vectors, range(3, 6)))
-        seen.append(np.array([-played(spec, NetworkPredator(vector, pursuit)) for vector in vectors]))
-        return {"parameters": vectors[0], "curve": np.zeros(1)}
-
-    monkeypatch.setattr(evolve, "evolve", watched)
-    monkeypatch.setattr(evolve, "BATCH", 6)  # groups of two vectors and one
-    train_predator(Flock(spec), start, BUDGET, 100)
-    together, alone = seen
-    np.testing.assert_array_equal(together, alone)
-    assert len(set(alone.ravel().round(6))) > 3
+    alone = [played(spec, NetworkPredator(vector, pursuit), [3, 4, 5]) for vector in vectors]
+    np.testing.assert_array_equal(value(vectors, range(3, 6)), alone)
+    assert np.unique(alone).size > 3
 
 
+@pytest.mark.usefixtures("small")
 def test_training_begins_with_the_stored_policy_and_never_ends_below_it() -> None:
-    start = Flock(PER_AGENT_FILE)
-    predator = Predator("nearest")
-    result = train_flock(start, predator, BUDGET, 100)
+    start, predator = Flock(PER_AGENT_FILE), Predator("nearest")
+    result = train("flock", start, predator, BUDGET, 100)
+    trained = dataclasses.replace(start, parameters=tuple(result["parameters"]))
     tuning = range(1_000_000, 1_000_003)
-    before = evolve.play(start, predator, tuning)["objective"].mean()
-    after = evolve.play(Flock(start.spec, tuple(result["parameters"])), predator, tuning)["objective"].mean()
-    assert result["curve"][0] == before
-    assert result["curve"].max() == after
-
-
-def made_up(objective: dict[tuple[str, str], list[float]]) -> RaceResults:
-    """Return results with a given J_mean of every flock policy against every predator."""
-    values = {pair: np.array(row) for pair, row in objective.items()}
-    flocks = tuple(dict.fromkeys(flock for flock, _ in objective))
-    predators = tuple(dict.fromkeys(predator for _, predator in objective))
-    cells = {pair: stats.mean(row) for pair, row in values.items()}
-    return RaceResults({}, pl.DataFrame(), flocks, predators, values, cells)
+    means = [play(flock, predator, tuning)["objective"].mean() for flock in (start, trained)]
+    assert [result["curve"][0], result["curve"].max()] == means
 
 
 def test_losses_are_to_the_worst_predator_and_equal_policies_count_once() -> None:
-    results = made_up(
-        {
-            ("a", "straight"): [10.0, 20.0],
-            ("a", "a"): [9.0, 18.0],
-            ("a", "b"): [7.0, 15.0],  # worse than its own
-            ("b", "straight"): [30.0, 40.0],
-            ("b", "a"): [30.0, 39.0],
-            ("b", "b"): [29.0, 38.0],
-            ("a again", "straight"): [10.0, 20.0],
-            ("a again", "a"): [9.0, 18.0],
-            ("a again", "b"): [7.0, 15.0],
-        }
-    )
-    assert results.worst("a")[0] == "b"
-    assert results.loss_to_worst("a").mean == (3 + 5) / 2
-    assert results.excess_loss("a", "b").mean == ((3 - 1) + (5 - 2)) / 2
-    assert results.distinct == ("a", "b")
+    straight, own, other = [10.0, 20.0], [9.0, 18.0], [7.0, 15.0]
+    rows = {
+        "a": {"straight": straight, "a": own, "b": other},
+        "b": {"straight": [30.0, 40.0], "a": [30.0, 39.0], "b": [29.0, 38.0]},
+        "a again": {"straight": straight, "a": own, "b": other},
+    }
+    values = {(flock, name): np.array(row) for flock, cells in rows.items() for name, row in cells.items()}
+    cells = {pair: stats.mean(row) for pair, row in values.items()}
+    results = RaceResults({}, pl.DataFrame(), list(rows), ["straight", "a", "b"], values, cells)
+    assert results.worst("a") == "b"  # not its own
+    assert results.loss("a", "straight", "b").mean == (3 + 5) / 2
+    assert results.excess("a", "b").mean == ((3 - 1) + (5 - 2)) / 2
+    assert results.distinct() == ["a", "b"]
 
 
+@pytest.mark.usefixtures("small")
 def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None:
-    options = RaceOptions(LEARNED_RESULTS, rounds=1, num_flocks=4, budget=BUDGET)
-    output, runner = tmp_path / "race", Runner(Cache(tmp_path / "race" / "cache"), find_backend("serial"))
-    found = arms_race(options, runner, output)
-    table = pl.read_parquet(output / CROSS_PLAY_FILE)
-    rounds = [f"{track}, round 1" for track in race.TRACKS]
-    names = [BEST_FIXED, race.LEADERS, *LEARNED, *rounds]
-    assert list(found.flocks) == names
-    assert list(found.predators) == ["straight", "nearest", "centroid", "lead", *names]
+    options = RaceOptions(rounds=1, num_flocks=4, budget=BUDGET)
+    output, page = tmp_path / "race", tmp_path / "page.md"
+    results = ARMS_RACE.run(options, output, page, find_backend("serial"))
     flocks = list(range(2_000_000, 2_000_004))
-    for _, rows in table.group_by("flock_policy", "predator"):
+    for _, rows in pl.read_parquet(output / "cross_play.parquet").group_by("flock_policy", "predator"):
         assert rows["seed"].to_list() == flocks
-    assert table.height == len(found.flocks) * len(found.predators) * len(flocks)
-
-    results = load_race(output)
+    assert list(results.predators) == [*race.UNTRAINED, *results.flocks]
+    assert len(results.objective) == len(results.flocks) * len(results.predators)
     straight = rollout(SCENARIO, "fixed:12", flocks, steps_per_action=4).min_mean_distance
-    np.testing.assert_array_equal(results.objective[BEST_FIXED, "straight"], straight)
-    own = results.objective[BEST_FIXED, BEST_FIXED]
-    assert results.loss(BEST_FIXED) == stats.mean(straight - own)
-    derived = results.objective[race.DERIVED, "nearest"]
-    file = found.flocks[race.DERIVED].spec
-    np.testing.assert_array_equal(
-        derived, rollout(SCENARIO, file, flocks, predator_policy=Pursue()).min_mean_distance
-    )
-    assert results.record["lead"] == min(found.leads, key=lambda lead: found.leads[lead])
-    stored = find_policy(str(output / "policies" / "per-agent-round-1.npz"))
-    replayed = rollout(SCENARIO, stored, flocks, predator_policy=Pursue("centroid")).min_mean_distance
-    np.testing.assert_array_equal(results.objective[f"{PER_AGENT}, round 1", "centroid"], replayed)
+    np.testing.assert_array_equal(results.objective[FIXED, "straight"], straight)
+    expected = played(LEARNED["per agent, derived"], Pursue(), flocks, steps=1)
+    np.testing.assert_array_equal(results.objective["per agent, derived", "nearest"], expected)
+    stored = str(output / "policies" / "per-agent-round-1.npz")
+    expected = played(stored, Pursue("centroid"), flocks)
+    np.testing.assert_array_equal(results.objective["per agent, round 1", "centroid"], expected)
 
-    page.ARMS_RACE.write(output, tmp_path / "page.md")
-    files = [*output.glob("*.*"), *output.glob("policies/*"), tmp_path / "page.md"]
+    files = [*output.glob("*.*"), *output.glob("policies/*"), page]
     before = {file: file.read_bytes() for file in files}
-    page.ARMS_RACE.run(options, output, tmp_path / "page.md", find_backend("serial"))
+    ARMS_RACE.run(options, output, page, find_backend("serial"))
     assert {file: file.read_bytes() for file in files} == before
 
 
-def test_the_committed_page_follows_from_its_results(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Tables without intervals; tests/slow/test_committed_pages.py compares whole pages."""
-    skip_bootstraps(monkeypatch)
+def test_the_committed_players_repeat_their_games() -> None:
+    """A policy and a predator of the last round, bit for bit."""
+    objective, last = load_race(COMMITTED).objective, "per agent, round 2"
+    with np.load(COMMITTED / "policies" / "predators.npz") as stored:
+        predator = Predator("lead", 1.0, tuple(stored[last].tolist())).policy(race.SCENARIO)
+    policy = str(COMMITTED / "policies" / "per-agent-round-2.npz")
+    found = played(policy, predator, list(range(2_000_000, 2_000_003)))
+    np.testing.assert_array_equal(found, objective[last, last][:3])
 
-    def tables(text: str) -> str:
-        return without_intervals("\n".join(line for line in text.splitlines() if line.startswith("|")))
 
-    check_race(tables)
+def test_the_committed_page_follows_from_its_results() -> None:
+    page = ROOT / "docs" / "arms-race.md"
+    assert page.read_text("utf-8") == markdown_page(load_race(COMMITTED), COMMITTED, page)

@@ -9,6 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
+from studies.findings.references import (
+    clairvoyant,
+    free_headings,
+    informed_greedy,
+    is_bounded,
+    planner,
+    reference_jobs,
+)
 from training.config import Setting
 from training.presets import presets
 
@@ -18,14 +26,6 @@ from flockesc_env.policies import find_policy
 from flockesc_env.scenario.approach import approach
 from studies.findings import references
 from studies.findings.names import FREE_HEADINGS
-from studies.findings.references import (
-    clairvoyant,
-    free_headings,
-    informed_greedy,
-    is_bounded,
-    planner,
-    reference_jobs,
-)
 from studies.findings.results import Study, load_studies
 
 COMMITTED = Path(__file__).parents[2] / "results" / "findings"

@@ -1,18 +1,22 @@
-"""Published results measured here: the parts, their verdicts, the page and its command."""
+"""Published results measured here: order against noise in small flocks, verdicts, page and command."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from cli_runs import Ran
 
+from flockesc_env import simulate
 from flockesc_env.cli.exits import Exit
+from flockesc_env.jobs import Arrays
 from studies.__main__ import STUDIES
 from studies.study import RESULTS_FILE
 from studies.validation import vicsek
-from studies.validation.page import markdown_page
-from studies.validation.results import ValidationResults
+from studies.validation.parts import Verdict
+from studies.validation.survey import ValidationResults, markdown_page
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "validation"
@@ -23,34 +27,62 @@ def test_the_committed_page_follows_from_the_committed_results() -> None:
     page = ROOT / "docs" / "validation.md"
     assert page.read_text("utf-8") == markdown_page(results, COMMITTED, page)
     assert results.to_json() == (COMMITTED / RESULTS_FILE).read_text("utf-8")
-    assert all((COMMITTED / f"{name}.png").is_file() for name in results.parts)
 
 
 def test_one_part_is_measured_and_the_others_keep_their_results(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(vicsek, "SIZES", {12: 4, 20: 4})
-    monkeypatch.setattr(vicsek, "CONTROL", 12)
-    monkeypatch.setattr(vicsek, "NUM_STEPS", 40)
-    monkeypatch.setattr(vicsek, "SKIP", 20)
+    small = {"SIZES": {10: 4, 60: 4}, "CONTROL": 10, "NUM_STEPS": 400, "SKIP": 50}
+    for name, value in small.items():
+        monkeypatch.setattr(vicsek, name, value)
     stored = ValidationResults.load(COMMITTED)
     (tmp_path / RESULTS_FILE).write_text(stored.to_json())
     page = tmp_path / "validation.md"
-    flags = ["--output", str(tmp_path), "--page", str(page), "--backend", "serial"]
+    flags = ["--output", tmp_path, "--page", page, "--backend", "serial"]
     ran = Ran(capsys, "validation", "--only", "vicsek", *flags, run=STUDIES.main)
     assert ran.code == Exit.DONE, ran.err
     found = ValidationResults.load(tmp_path)
     assert list(found.parts) == list(stored.parts)
     assert found.parts["milling"] == stored.parts["milling"]
-    measured = found.parts["vicsek"]
-    assert measured.results.num_flocks == (4, 4)
-    assert measured.command == "python -m studies validation --only vicsek"
+    assert found.parts["vicsek"].command == "python -m studies validation --only vicsek"
     assert (tmp_path / "vicsek.png").is_file()
     assert page.read_text("utf-8") == markdown_page(found, tmp_path, page)
+    measured = found.parts["vicsek"].results
+    assert measured.num_flocks == (4, 4)
+    assert all(row[0].mean == pytest.approx(1) for row in measured.order)  # without noise
+    assert [e.mean for e in measured.independent] == pytest.approx([1, 1], abs=0.08)
+    assert measured.falls[1].high < measured.falls[0].low
 
 
 @pytest.mark.parametrize("flags", [["--only", "wings"], ["--scale", "0"]], ids=lambda flags: flags[0])
 def test_unknown_parts_and_shares_are_refused(flags: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     ran = Ran(capsys, "validation", *flags, run=STUDIES.main)
-    assert ran.code != Exit.DONE
+    assert ran.code == Exit.REFUSED
     assert flags[0].strip("-") in ran.err
+
+
+def test_order_is_a_mean_over_late_steps() -> None:
+    flock = vicsek.periodic_flock(20, speed=0.03, num_steps=12)
+    found = vicsek.mean_order(flock, [1.0, 5.0], 4, range(3, 5))
+    late = simulate(flock.replace(angular_noise=5.0), 1.0, seed=4).polarization[4:]
+    assert found["mean"][1, 1] == pytest.approx(late.mean())
+
+
+def measured_order(sharper: bool = True, scale: float = 1.0) -> dict[str, Arrays]:
+    """Return made-up order that falls with noise, in large flocks faster if ``sharper``."""
+    rng = np.random.default_rng(0)
+    found = {}
+    for size in vicsek.SIZES:
+        fall = 0.5 if sharper and size > 1_000 else 1.0
+        mean = np.array([1.0, 0.9, 0.8, 0.7, 0.6 * fall, 0.5 * fall, 0.4 * fall, 0.3 * fall, 0.0])
+        mean[-1] = vicsek.exact(size) * scale
+        found[str(size)] = {"mean": mean[:, None] * (1 + 1e-3 * rng.normal(size=(9, 6)))}
+    return found | {"random": found[str(vicsek.CONTROL)]}
+
+
+@pytest.mark.parametrize(
+    ("fields", "verdict"),
+    [({}, Verdict.AGREES), ({"sharper": False}, Verdict.DIFFERS), ({"scale": 1.2}, Verdict.DIFFERS)],
+)
+def test_verdict_on_order(fields: dict[str, Any], verdict: Verdict) -> None:
+    assert vicsek.verdict(vicsek.results(measured_order(**fields))) == verdict

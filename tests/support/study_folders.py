@@ -15,8 +15,6 @@ import pytest
 
 from flockesc_env.common import stats
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
-from studies.arms_race.page import markdown_page as race_page
-from studies.arms_race.results import load_race
 from studies.findings.page import DETAILS, details_page, markdown_page, readme_table
 from studies.findings.results import load_studies
 from studies.findings.summary import Summary, summarize
@@ -146,8 +144,3 @@ def check_results(shown: Shown = str) -> list[Summary]:
     assert shown(details.read_text("utf-8")) == shown(details_page(summaries, folder, details))
     assert shown(readme_table(summaries)) in shown((ROOT / "README.md").read_text("utf-8"))
     return summaries
-
-
-def check_race(shown: Shown = str) -> None:
-    folder, page = RESULTS / "arms_race", ROOT / "docs" / "arms-race.md"
-    assert shown(page.read_text("utf-8")) == shown(race_page(load_race(folder), folder, page))

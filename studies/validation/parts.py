@@ -1,29 +1,19 @@
-"""The parts of the study, their verdicts, and the record of their results."""
+"""The parts of the study: modules of this package, found by name, and what they have in common."""
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Final, Protocol, Self, cast, get_type_hints
-
-import msgspec
+from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 
 from flockesc_env.jobs import Arrays, Job
-from studies.study import Results
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PARTS: Final[tuple[str, ...]] = (
-    "vicsek",
-    "predator_ring",
-    "criticality",
-    "milling",
-)
-"""Modules of this package, in the order of the page. Each measures one published result."""
+PARTS: Final[tuple[str, ...]] = ("vicsek", "predator_ring", "criticality", "milling")
+"""Modules in the order of the page. Each measures one published result."""
 
 
 class Verdict(StrEnum):
@@ -31,6 +21,11 @@ class Verdict(StrEnum):
 
     AGREES = "agrees"
     DIFFERS = "differs"
+
+    @classmethod
+    def of(cls, *conditions: object) -> Verdict:
+        """Return the verdict: a result agrees if all conditions are true."""
+        return cls.AGREES if all(conditions) else cls.DIFFERS
 
 
 class Part(Protocol):
@@ -63,31 +58,3 @@ def part(name: str) -> Part:
 def scaled(count: int, scale: float, least: int = 4) -> int:
     """Return a share of a number of flocks, at least ``least``."""
     return max(least, round(count * scale))
-
-
-@dataclass(frozen=True)
-class Measured:
-    """Results of a part, with the command that measured them and its processor minutes."""
-
-    command: str
-    versions: dict[str, str]
-    minutes: float
-    results: Any
-
-
-@dataclass(frozen=True)
-class ValidationResults(Results):
-    """Results by part; parts that were not measured are missing."""
-
-    parts: dict[str, Measured]
-
-    @classmethod
-    def from_json(cls, text: str) -> Self:
-        """Build results from their JSON document."""
-        found = msgspec.json.decode(text, type=cls)
-        return cls({name: _typed(name, found.parts[name]) for name in PARTS if name in found.parts})
-
-
-def _typed(name: str, measured: Measured) -> Measured:
-    kind = get_type_hints(part(name).results)["return"]
-    return dataclasses.replace(measured, results=msgspec.convert(measured.results, kind))
