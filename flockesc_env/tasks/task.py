@@ -301,6 +301,8 @@ def _scenario(document: dict[str, Any]) -> Scenario:
 def _task(name: str, entry: _Entry, version: str, scenarios: Mapping[str, Scenario]) -> Task:
     model, used = scenarios[entry.scenario], [entry.scenario, *entry.scales]
     is_line = isinstance(model, LineScenario)
+    spec = (LINE_OBJECTIVES if is_line else FLOCK_OBJECTIVES)[entry.objective]
+    spec.check_defined_in(model)
     options = {option: None if value == "None" else value for option, value in entry.options.items()}
     if not is_line:
         options["objective"] = entry.objective
@@ -315,7 +317,7 @@ def _task(name: str, entry: _Entry, version: str, scenarios: Mapping[str, Scenar
         asks=entry.asks,
         scenario=model,
         per_agent=entry.per_agent,
-        spec=(LINE_OBJECTIVES if is_line else FLOCK_OBJECTIVES)[entry.objective],
+        spec=spec,
         options=options,
         samples=entry.samples,
         shortcut=entry.shortcut,

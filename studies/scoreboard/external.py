@@ -85,9 +85,10 @@ def train(learner: str, seed: int) -> Arrays:
             samples = _store(Path(folder), file, f"{learner}-{seed}")
             seconds = sum(end[2:4]) - sum(start[2:4])  # of child processes
         else:
-            samples, seconds = map(float, _SPEED.findall(ran.stdout)[-1])
+            count, spent = _SPEED.findall(ran.stdout)[-1]
+            samples, seconds = int(count), float(spent)
         raw = np.frombuffer(file.read_bytes(), np.uint8)
-    return {"policy": raw, "samples": np.array(int(samples)), "cpu_seconds": np.array(seconds)}
+    return {"policy": raw, "samples": np.array(samples), "cpu_seconds": np.array(seconds)}
 
 
 def _store(folder: Path, file: Path, name: str) -> int:

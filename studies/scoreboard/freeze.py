@@ -21,9 +21,10 @@ from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
+from flockesc_env.scenario.presets import Scenario
 from flockesc_env.tasks.comparison import grid_of
 from flockesc_env.tasks.statistics import means
-from flockesc_env.tasks.task import FLOCKS, Scenario, Task, tasks
+from flockesc_env.tasks.task import FLOCKS, Task, tasks
 from studies.measurements import Runner, chunks
 from studies.playing import play_job
 from studies.scoreboard import references

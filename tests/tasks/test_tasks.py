@@ -120,6 +120,12 @@ def test_a_change_of_the_file_changes_the_checksums_of_the_tasks_that_it_is_abou
     assert {task for task in TASKS if changed[task].sha256 != TASKS[task].sha256} == expected
 
 
+def test_an_objective_that_the_scenario_cannot_change_is_refused() -> None:
+    text = files("flockesc_env.tasks").joinpath(f"{VERSION}.toml").read_text("utf-8")
+    with pytest.raises(ArgumentError, match="scenario: expected capture_radius"):
+        read_tasks(text.replace('objective = "mean"', 'objective = "survival"', 1))
+
+
 @pytest.mark.parametrize("seed", [HELD_OUT[0], HELD_OUT[-1]])
 def test_nothing_is_chosen_on_held_out_flocks(seed: int) -> None:
     message = f"seeds: expected seeds outside of the held-out ones, 2000000 to 2999999, got {seed}"

@@ -40,7 +40,6 @@ def test_a_part_is_simulated_played_stored_and_drawn(
     file.write_text(scenario.to_toml())
     ran = Ran(capsys, "simulate", "--scenario", file, "--interaction-range", 2.0, "--seed", SEED, "--json")
     assert ran.json()["min_mean_distance"] == run.mean_distance.min()
-    begin(make_args("search", {"scenario": str(file), "run": tmp_path / "run", "max_range": 4.0}))
 
 
 @pytest.mark.parametrize("view", View)
@@ -67,8 +66,3 @@ def test_a_view_is_played_in_both_languages_stored_and_trained(view: View, tmp_p
     )
     fe.save_policy(named, tmp_path / "policy.npz")
     same(fe.rollout(None, fe.load_policy(tmp_path / "policy.npz"), [SEED, SEED + 1]), played)
-
-
-def test_an_objective_that_the_scenario_cannot_change_is_refused() -> None:
-    with pytest.raises(fe.InputError, match="capture_radius"):
-        fe.FlockEscapeEnv(objective="survival")
