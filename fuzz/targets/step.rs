@@ -45,6 +45,9 @@ fn run<const D: usize>(
     u: &mut Unstructured<'_>,
 ) -> Result<()> {
     let start = start(&scenario, u)?;
+    if scenario.check_draw(start.seed).is_err() {
+        return Ok(());
+    }
     let mut batch = Batch::<D>::new(scenario, options, 1, Some(1)).expect("a flock with predators");
     let num_learned = batch.num_learned();
     batch.reset(0, &start).expect("a good start");

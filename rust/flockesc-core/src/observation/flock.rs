@@ -6,12 +6,11 @@ use nalgebra::SVector;
 use super::row::squash;
 use super::scene::Common;
 use super::{Extras, Scene};
-use crate::agents::Group;
 use crate::base::entry::{Entries, Numbers, Row};
 use crate::base::error::Result;
 use crate::base::vector::heading;
 use crate::flock::{Approach, Headings, PredatorDistance, Preview, Straight, Summary};
-use crate::neighbor::{NeighborSums, Profile};
+use crate::neighbor::Profile;
 use crate::parallel::Progress;
 
 /// The values that a flock's row is computed from.
@@ -232,9 +231,4 @@ fn response<const D: usize>(
         response.approach = preview.approach(num_agents, &drift, predators);
     }
     response
-}
-
-/// Returns the memory in bytes per group that optional entries need in addition to the profile.
-pub(super) fn bytes_per_group<const D: usize>(num_ranges: usize) -> usize {
-    size_of::<Group<D>>() + (1 + num_ranges) * size_of::<NeighborSums<D>>()
 }

@@ -101,14 +101,6 @@ impl View {
             Self::Agent => agent::write(scene, out, progress),
         }
     }
-
-    /// Returns the memory in bytes per group of agents that optional entries need in addition to the profile.
-    pub(super) fn bytes_per_group<const D: usize>(self, num_ranges: usize) -> usize {
-        match self {
-            Self::Flock => flock::bytes_per_group::<D>(num_ranges),
-            Self::Agent => 0,
-        }
-    }
 }
 
 /// Returns the table of views, in the order of [`View`].
