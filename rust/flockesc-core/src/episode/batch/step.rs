@@ -120,10 +120,8 @@ impl<const D: usize> Batch<D> {
         check_ranges("interaction_range", ranges)?;
         if at_end == AtEnd::Restart {
             let has_ended = |slot: &Slot<D>| slot.episode.as_ref().is_some_and(Episode::has_ended);
-            let ended = self.slots.iter().filter(|slot| has_ended(slot));
-            ended
-                .map(|slot| slot.check_next())
-                .collect::<Result<()>>()?;
+            let mut ended = self.slots.iter().filter(|slot| has_ended(slot));
+            ended.try_for_each(|slot| slot.check_next())?;
         }
         let mut num_pairs = 0;
         for (slot, ranges) in ranges.chunks_exact(self.rows()).enumerate() {
