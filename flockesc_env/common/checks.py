@@ -67,7 +67,7 @@ def as_seed(value: Any, field: str = "seed") -> int:
 
 
 def as_seeds(values: Any, field: str = "seeds") -> list[int]:
-    """Return a list of at least one seed. A list that exceeds the memory is refused before it is read."""
+    """Return a list of at least one seed. One that exceeds the memory raises before it is read."""
     if isinstance(values, str | bytes) or not isinstance(values, Iterable):
         raise ArgumentError(field, "a list of seeds", shown(values))
     if isinstance(values, np.ndarray) and values.ndim == 0:

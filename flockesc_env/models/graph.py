@@ -60,7 +60,8 @@ def neighbor_pairs(
         Pairs in lexicographic order, shape (m, 2).
 
     Raises:
-        InputError: as ``component_labels``, or if the pairs do not fit into memory.
+        InputError: as ``component_labels``.
+        MemoryError: for the pairs.
 
     Examples:
         >>> neighbor_pairs(None, [[0, 0], [1, 0], [9, 0]], 2.0)
@@ -103,8 +104,8 @@ def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:
         interaction_range: rho.
 
     Raises:
-        ArgumentError: if the states are not a vector of finite numbers, the range is not a number >= 0, or
-            the matrix does not fit into memory.
+        ArgumentError: if the states are not a vector of finite numbers, the range is not a number >= 0.
+        MemoryError: for the matrix.
     """
     return _core.perron_matrix(*_line(states, interaction_range))
 

@@ -137,8 +137,9 @@ def scan(
             about twenty times per second; an exception that it raises stops the scan.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite, the field
-            does not exist, or the polarizations do not fit into memory.
+        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite, or the
+            field does not exist.
+        MemoryError: for the polarizations.
         ScenarioError: if the name is not a preset of a flock, a value is out of bounds, or the scenario's
             ``randomization`` draws the field.
 
@@ -161,7 +162,6 @@ def scan(
     first = as_count(skip, "skip", least=0, most=model.num_steps)
     threads = as_threads(num_threads)
     shape = (given.size, len(checked_seeds), model.num_steps + 1)
-    _core.check_memory("seeds", 16 * shape[0] * shape[1] * shape[2])
     checked = np.array(checked_seeds, np.uint64)
     documents, total = [each.to_json() for each in scenarios], given.size * checked.size
     with reporting(progress, "Scan", total) as callback:

@@ -245,9 +245,9 @@ def simulate(
         ``Trajectory`` or, for a line, ``LineTrajectory``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite, or if the run
-            does not fit into memory.
-        ScenarioError: if the name is not a preset.
+        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
+        MemoryError: for the run.
+        ScenarioError: if the name is not a preset, or the scenario draws a number that is out of bounds.
 
     Examples:
         >>> run = simulate("paper-flock", 10.0, seed=7)
@@ -276,7 +276,6 @@ def simulate(
     ranges = _ranges(interaction_range, schedule, model)
     threads = as_threads(num_threads)
     document = model.to_json()
-    _core.check_record(document, ranges.shape[1])
     actions_shape = (model.num_steps, model.num_learned, model.dimension)
     accelerations = _given(predator_actions, "predator_actions", actions_shape)
     if accelerations is None:
@@ -312,8 +311,8 @@ def simulate_line(
         initial_state: x(0), shape (n,); ``None``: drawn from the seed.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite, or if the run
-            does not fit into memory.
+        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
+        MemoryError: for the run.
         ScenarioError: if the name is not a preset of a line.
 
     Examples:

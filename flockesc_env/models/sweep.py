@@ -267,9 +267,9 @@ def sweep(
         ``FlockSweepResult`` or, for a line, ``LineSweepResult``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite, or if the
-            outcomes do not fit into memory.
-        ScenarioError: if the name is not a preset.
+        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
+        MemoryError: for the outcomes.
+        ScenarioError: if the name is not a preset, or the scenario draws a number that is out of bounds.
 
     Examples:
         >>> result = sweep("paper-flock", [0, 10, 100], seeds=range(10))

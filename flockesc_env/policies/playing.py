@@ -124,7 +124,7 @@ def play(
     for start in range(0, len(seeds), batch_size):
         chunk = seeds[start : start + batch_size]
         batch = (
-            _LineBatch(model, cast("LineOptions", options), len(chunk))
+            _LineBatch(model, cast("LineOptions", options))
             if isinstance(model, LineScenario)
             else FlockBatch(
                 model,
@@ -203,7 +203,6 @@ def record_flock(
     predator_policy: PredatorPolicy | None = None,
 ) -> Trajectory:
     """Run a policy on one flock and return the trajectory; see ``record``."""
-    _core.check_record(scenario.to_json(), scenario.num_agents if per_agent else 1)
     recorder = None if predator_policy is None else _Recorder(as_policy(predator_policy, "predator_policy"))
     batch = FlockBatch(scenario, options, view=View.of(per_agent), predator_policy=recorder)
     ranges = np.array([ranges for ranges, _ in episode_steps(batch, policy, [seed])])
@@ -260,8 +259,7 @@ def episode_steps(
 class _LineBatch:
     """Episodes of lines, stepped together like the flocks of a ``FlockBatch``."""
 
-    def __init__(self, scenario: LineScenario, options: LineOptions, num_lines: int) -> None:
-        _core.check_lines("batch_size", scenario.num_agents, num_lines)
+    def __init__(self, scenario: LineScenario, options: LineOptions) -> None:
         self.policy_spec = line_policy_spec(scenario, options)
         self._documents = scenario.to_json(), options.to_core()
         self._lines: list[_core.LineEpisode] = []

@@ -99,10 +99,12 @@ def rollout(
         ``Episodes`` or, for a line, ``LineEpisodes``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value, if an option differs from those of the
-            policy's file, or if the outcomes do not fit into memory.
+        ArgumentError: if an argument has the wrong type or value, or if an option differs from those of
+            the policy's file.
+        MemoryError: for the seeds and outcomes.
         OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator, or the name is not a preset.
+        ScenarioError: if the scenario has no predator or draws a number that is out of bounds, or the name is
+            not a preset.
 
     Examples:
         >>> rollout("paper-flock", "stubborn-leaders", seeds=range(3)).min_mean_distance.round(2)
@@ -156,7 +158,8 @@ def record(
         **options: see ``EnvOptions``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value, or if the run does not fit into memory.
+        ArgumentError: if an argument has the wrong type or value.
+        MemoryError: for the run.
         OptionError: if an option is unknown, missing or out of bounds.
     """
     entry = _named(policy, per_agent, options)

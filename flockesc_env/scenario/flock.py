@@ -62,7 +62,8 @@ class FlockScenario(Document):
             unbounded domain.
         randomization: fields that are drawn from the seed in every episode, in this order. A tuple of
             ``Uniform(field, low, high)``, ``LogUniform(field, low, high)`` and ``Choice(field, values)``. Any
-            number of the scenario can be drawn except ``initial_side`` and ``time_step``.
+            number of the scenario can be drawn except ``initial_side`` and ``time_step``. An episode that
+            draws a number out of bounds raises ``ScenarioError`` at its reset.
 
     Raises:
         ScenarioError: if a field has the wrong type or is out of bounds.
@@ -117,6 +118,7 @@ class FlockScenario(Document):
 
         Raises:
             ArgumentError: if ``seed`` is not an integer in [0, 2^64).
+            ScenarioError: if a drawn number is out of bounds.
         """
         document = _core.drawn_flock_scenario(self.to_json(), as_seed(seed)) if self.randomization else None
         return self if document is None else FlockScenario.from_json(document)

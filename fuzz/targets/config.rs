@@ -1,4 +1,4 @@
-//! Fuzz target for documents: every accepted document can be simulated, and all resulting numbers are finite.
+//! Fuzz target for documents: every accepted document and draw can be simulated, and all resulting numbers are finite.
 
 #![no_main]
 
@@ -38,6 +38,9 @@ fn run_flock<const D: usize>(config: FlockConfig) {
         InitialPositions::Clusters { num_clusters, .. } if *num_clusters > SMALL
     );
     if config.num_agents > SMALL || config.predators.len() > SMALL || has_many_clusters {
+        return;
+    }
+    if config.check_draw(1).is_err() {
         return;
     }
     let mut world = World::<D>::new(Arc::new(config), &InitialState::seeded(1));

@@ -45,13 +45,18 @@ fn run<const D: usize>(
     u: &mut Unstructured<'_>,
 ) -> Result<()> {
     let start = start(&scenario, u)?;
+    if scenario.check_draw(start.seed).is_err() {
+        return Ok(());
+    }
     let mut batch = Batch::<D>::new(scenario, options, 1, Some(1)).expect("a flock with predators");
     let num_learned = batch.num_learned();
     batch.reset(0, &start).expect("a good start");
     let (rows, length) = (batch.rows(), batch.row_length());
     let (mut rewards, mut observations) = (vec![0.0; rows], vec![0.0; rows * length]);
-    let mut before = batch.metrics().expect("a flock")[0];
-    batch.observe(&[0], &mut observations).expect("a flock");
+    let mut before = batch.metrics(&Progress::default()).expect("a flock")[0];
+    batch
+        .observe(&[0], &mut observations, &Progress::default())
+        .expect("a flock");
     assert_bounded(&observations);
     while !batch.episode(0).expect("a flock").has_ended() {
         let ranges = (0..rows)
@@ -77,9 +82,11 @@ fn run<const D: usize>(
         );
         assert_bounded(&observations);
         let mut seen = vec![0.0; num_learned * flockesc_core::predator_entries(D).len()];
-        batch.observe_predators(&[0], &mut seen).expect("a flock");
+        batch
+            .observe_predators(&[0], &mut seen, &Progress::default())
+            .expect("a flock");
         assert_bounded(&seen);
-        let after = batch.metrics().expect("a flock")[0];
+        let after = batch.metrics(&Progress::default()).expect("a flock")[0];
         assert_minima_never_increase(before, after);
         before = after;
         let episode = batch.episode(0).expect("a flock");

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
-import json
-import random
-import re
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from argument_table import PARTS, SLOTS
 from option_table import small_flock
 
 import flockesc_env as fe
@@ -105,16 +99,51 @@ def test_agents_sense_predators_within_the_drawn_range() -> None:
         (fe.Uniform("time_step", 0.01, 0.05), "uniform.field"),
         (fe.Uniform("predators[2].pure_pursuit.sight", 1.0, 2.0), "uniform.field"),
         (fe.Uniform("speed", 1.0, 2.0), "uniform.field"),
-        (fe.Uniform("mass", -0.1, 2.0), "uniform.low"),
         (fe.LogUniform("mass", 0.0, 1.0), "log_uniform.low"),
-        (fe.Uniform("initial_positions.ring.width", 2.0, 11.0), "uniform.high"),
-        (fe.Choice("mass", (1.0, 0.0)), "choice.values[1]"),
     ],
 )
 def test_refused_distributions(part: Any, field: str) -> None:
     with pytest.raises(fe.ScenarioError) as caught:
         randomized(randomization=(fe.Uniform("speed", 5.0, 10.0), part))
     assert caught.value.field == f"randomization[1].{field}"
+
+
+WIDTH = "initial_positions.ring.width"
+SOMETIMES = fe.Choice(WIDTH, (2.0, 11.0))
+"""The ring is wider than its diameter of 10 m in the episode of seed 1 and the second one from seed 0."""
+
+
+@pytest.mark.parametrize("make", [fe.FlockEscapeEnv, fe.parallel_env])
+def test_a_draw_out_of_bounds_is_refused_before_its_episode(make: Any) -> None:
+    env = make(randomized(randomization=(SOMETIMES,), num_steps=1))
+    env.reset(seed=0)
+    before = env.get_state()
+    with pytest.raises(fe.ScenarioError, match="got 11, drawn by the episode with seed 1") as caught:
+        env.reset(seed=1)
+    assert caught.value.field == WIDTH
+    assert env.get_state() == before
+
+
+def test_a_draw_out_of_bounds_is_refused_before_the_step_that_starts_its_episode() -> None:
+    envs = fe.FlockVectorEnv(1, randomized(randomization=(SOMETIMES,), num_steps=1))
+    envs.reset(seed=[0])
+    envs.step([[0.0]])
+    before = envs.get_state()
+    with pytest.raises(fe.ScenarioError, match=WIDTH):
+        envs.step([[0.0]])
+    assert envs.get_state() == before
+
+
+def test_a_draw_out_of_bounds_is_refused_in_runs() -> None:
+    scenario = randomized(randomization=(SOMETIMES,))
+    for run in (
+        lambda: fe.simulate(scenario, 1.0, seed=1),
+        lambda: fe.sweep(scenario, [1.0], [1]),
+        lambda: fe.rollout(scenario, fe.policies.FixedRange(1.0), [1]),
+        lambda: scenario.drawn(1),
+    ):
+        with pytest.raises(fe.ScenarioError, match=WIDTH):
+            run()
 
 
 def test_a_change_without_effect_is_refused() -> None:
@@ -126,97 +155,13 @@ def test_a_change_without_effect_is_refused() -> None:
     assert scenario.replace(predator_range=9.0, randomization=()).predator_range == 9.0
 
 
-def numbers_in(value: Any, path: str) -> Iterator[str]:
-    """Yield the paths of all real numbers in a document."""
-    if isinstance(value, dict):
-        for name, entry in value.items():
-            yield from numbers_in(entry, f"{path}.{name}")
-    elif isinstance(value, list):
-        for index, entry in enumerate(value):
-            yield from numbers_in(entry, f"{path}[{index}]")
-    elif isinstance(value, float):
-        yield path
-
-
-def set_number(document: Any, path: str, number: float) -> None:
-    *outer, last = (int(key) if key.isdigit() else key for key in re.findall(r"\w+", path))
-    for key in outer:
-        document = document[key]
-    document[last] = number
-
-
-def is_accepted(document: dict[str, Any]) -> bool:
-    try:
-        fe._core.check_flock_scenario(json.dumps(document))
-    except fe.ScenarioError:
-        return False
-    return True
-
-
-def some_values(rng: random.Random) -> list[float]:
-    """Return three values around 0, or close enough to those of other numbers that combinations decide."""
-    middle = rng.uniform(0.5, 20.0)
-    near = [middle * rng.uniform(0.7, 1.3) for _ in range(3)]
-    return near if rng.random() < 0.75 else rng.choices([-2.0, 0.0, 1.0], k=3)
-
-
-@pytest.mark.parametrize(("slot", "part"), PARTS)
-def test_randomization_is_accepted_if_all_combinations_are(slot: str, part: Any) -> None:
-    """The core tests few of the combinations of the values; this test tests all."""
-    place, _ = SLOTS[slot]
-    document = json.loads(small_flock(num_agents=5, **{slot: place(part)}).to_json())
-    document["randomization"] = []
-    rng = random.Random(part.kind)  # noqa: S311, no secret
-    numbers = [path for path in numbers_in(document[slot], slot) if part.kind in path]
-    bounded = [path for path in numbers if re.search("velocity|max_speed|radius|width|direction", path)]
-    for _ in range(100 if numbers else 0):
-        among = rng.choice([numbers, bounded or numbers])
-        values = {path: some_values(rng) for path in rng.sample(among, min(3, len(among)))}
-        plain = json.loads(json.dumps(document))
-        all_accepted = True
-        for combination in itertools.product(*values.values()):
-            for path, number in zip(values, combination, strict=True):
-                set_number(plain, path, number)
-            all_accepted = all_accepted and is_accepted(plain)
-        choices = [{"choice": {"field": path, "values": each}} for path, each in values.items()]
-        assert is_accepted(document | {"randomization": choices}) == all_accepted, values
-
-
-def masses(count: int, draws: list[Any]) -> dict[str, Any]:
-    return {"num_agents": count, "mass": [0.5] * count, "randomization": draws}
-
-
-LARGE: dict[str, tuple[dict[str, Any], str | None]] = {
-    "masses": (
-        masses(4000, [{"uniform": {"field": f"mass[{k}]", "low": 0.1, "high": 1.0}} for k in range(4000)]),
-        None,
-    ),
-    "values": (
-        masses(1000, [{"choice": {"field": f"mass[{k}]", "values": [0.5] * 1000}} for k in range(100)]),
-        None,
-    ),
-    "the last value": (
-        masses(1000, [{"choice": {"field": "mass[999]", "values": [*[0.5] * 9_999, 0.0]}}]),
-        "randomization[0].choice.values[9999]: expected",
-    ),
-    "distributions": (
-        masses(1, [{"uniform": {"field": "mass[0]", "low": 0.1, "high": 1.0}}] * 10_001),
-        "randomization: expected at most 10000 distributions, got 10001",
-    ),
-    "predators": (
-        {"predators": [{"constant_velocity": {"position": [0.0, 0.0], "velocity": [1.0, 0.0]}}] * 10_001},
-        "predators: expected at most 10000 predators, got 10001",
-    ),
-}
-
-
-@pytest.mark.parametrize(("document", "error"), LARGE.values(), ids=LARGE)
-def test_large_documents_are_accepted_or_refused(document: dict[str, Any], error: str | None) -> None:
-    """The check of these documents takes minutes if it is not linear in their size."""
-    text = json.dumps(document)
-    if error is None:
-        assert fe.FlockScenario.from_json(text).drawn(1).num_agents == document["num_agents"]
-        return
-    for read in (fe.FlockScenario.from_json, fe._core.check_flock_scenario):
-        with pytest.raises(fe.ScenarioError, match=f"^{re.escape(error)}"):
-            read(text)
+@pytest.mark.parametrize(
+    ("field", "what", "part"),
+    [
+        ("randomization", "distributions", fe.Uniform("mass", 0.1, 1.0)),
+        ("predators", "predators", fe.ConstantVelocity()),
+    ],
+)
+def test_long_lists_are_refused(field: str, what: str, part: Any) -> None:
+    with pytest.raises(fe.ScenarioError, match=f"{field}: expected at most 10000 {what}, got 10001"):
+        small_flock(**{field: (part,) * 10_001})

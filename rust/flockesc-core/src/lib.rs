@@ -28,13 +28,13 @@ pub use episode::{Batch, Episode, EpisodeConfig, EpisodeOutcome, Metrics, Runnin
 pub use flock::{
     Distribution, FirstOrder, FlockConfig, InitialHeadings, InitialPositions, InitialState, Motion,
     PredatorDistance, PreferredDistance, Reynolds, Schedule, Trajectory, World, Zones,
-    check_record, simulate_flock,
+    simulate_flock,
 };
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use kinds::kinds;
 pub use line::{
     EscapeForce, Line, LineConfig, LineEpisode, LineEpisodeConfig, LineEpisodeOutcome, LineReward,
-    LineTrajectory, check_lines, line_entries, rollout_line, simulate_line,
+    LineTrajectory, line_entries, rollout_line, simulate_line,
 };
 pub use neighbor::{Metric, NeighborRule, Ranges, Topological, Voronoi};
 pub use network::{

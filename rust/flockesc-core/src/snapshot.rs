@@ -1,10 +1,10 @@
-//! The snapshot format: a header of 16 bytes and a body that is validated when it is read.
+//! The snapshot format: a header of 16 bytes and a body.
 //!
 //! The header holds [`MAGIC`], [`VERSION`], the CRC-32 of the body and the [`Fingerprint`] of the scenario
 //! and options, each four bytes, little-endian. The body is serialized by postcard. Components with a memory
-//! layout for SIMD (groups of columns) and random streams are serialized through a plain struct.
+//! layout for SIMD (groups of columns) and random streams are serialized through a plain struct. A body with the right
+//! checksum and fingerprint comes from this program, so its numbers are not checked again.
 
-use nalgebra::SVector;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -16,9 +16,6 @@ const MAGIC: [u8; 4] = *b"FESC";
 const VERSION: u32 = 3;
 
 const HEADER_LEN: usize = 16;
-
-/// Largest magnitude of a number in a valid state. Squares and sums of squares of such numbers are finite.
-const LARGEST: f64 = 1e120;
 
 /// CRC-32 of the scenario and options that a snapshot belongs to. Different ones collide with probability
 /// 2^-32.
@@ -100,36 +97,4 @@ pub(crate) fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T> {
 pub(crate) fn damaged(what: impl std::fmt::Display) -> Error {
     let given = format!("damaged bytes ({what})");
     Error::argument("state", "bytes from get_state", given)
-}
-
-/// Returns an error that names the part `what` of the state unless `is_valid`.
-pub(crate) fn check(is_valid: bool, what: &str) -> Result<()> {
-    if is_valid { Ok(()) } else { Err(damaged(what)) }
-}
-
-/// Returns whether a number is finite and at most [`LARGEST`] in magnitude.
-pub(crate) fn is_bounded(number: f64) -> bool {
-    number.abs() <= LARGEST
-}
-
-/// Returns whether a number is an interaction range. Ranges may exceed [`LARGEST`].
-pub(crate) fn is_range(number: f64) -> bool {
-    number.is_finite() && number >= 0.0
-}
-
-/// Returns whether all numbers are [bounded](is_bounded).
-pub(crate) fn are_bounded<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> bool {
-    numbers.into_iter().all(|number| is_bounded(*number))
-}
-
-/// Checks that there are `count` numbers, all of them [bounded](is_bounded).
-pub(crate) fn check_numbers(numbers: &[f64], count: usize, what: &str) -> Result<()> {
-    check(numbers.len() == count, what)?;
-    check(are_bounded(numbers), what)
-}
-
-/// Converts `entries` into a vector after checking that there are D of them, all [bounded](is_bounded).
-pub(crate) fn vector<const D: usize>(entries: &[f64], what: &str) -> Result<SVector<f64, D>> {
-    check_numbers(entries, D, what)?;
-    Ok(SVector::from_column_slice(entries))
 }

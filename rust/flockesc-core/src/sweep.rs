@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::base::error::Result;
 use crate::base::memory;
-use crate::flock::{FlockConfig, InitialState, World, check_flocks, check_ranges};
+use crate::flock::{FlockConfig, InitialState, World, check_ranges, probe_flocks};
 use crate::line::{Line, LineConfig, run_line};
 use crate::neighbor::Ranges;
 use crate::parallel::{self, Progress};
@@ -50,7 +50,7 @@ pub struct LineOutcome {
 /// ```
 ///
 /// # Errors
-/// [`crate::Error::Argument`] if a range or the number of threads is out of bounds;
+/// [`crate::Error::Argument`] if a range or the number of threads is out of bounds; [`crate::Error::Memory`];
 /// [`crate::Error::Interrupted`] if `progress` was cancelled. `progress` counts finished runs.
 pub fn sweep_flock(
     config: &Arc<FlockConfig>,
@@ -60,7 +60,7 @@ pub fn sweep_flock(
     progress: &Progress,
 ) -> Result<Vec<FlockOutcome>> {
     check_ranges("interaction_ranges", ranges)?;
-    check_flocks(config, parallel::num_threads(num_threads).min(seeds.len()))?;
+    probe_flocks(config, parallel::num_threads(num_threads).min(seeds.len()))?;
     grid(
         ranges,
         seeds,
@@ -120,7 +120,7 @@ pub fn scan_flock(
     check_ranges("interaction_range", &[range])?;
     let num_flocks = parallel::num_threads(num_threads).min(configs.len() * seeds.len());
     for config in configs {
-        check_flocks(config, num_flocks)?;
+        probe_flocks(config, num_flocks)?;
     }
     grid(
         configs,
@@ -142,8 +142,8 @@ fn grid<K: Sync, T: Send>(
     run: impl Fn(&K, u64) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
     // The outcomes, and as many columns.
-    let num_cells = keys.len() as u128 * seeds.len() as u128;
-    memory::check("seeds", 2 * num_cells * size_of::<T>() as u128)?;
+    let num_cells = keys.len().saturating_mul(seeds.len());
+    memory::probe::<T>("seeds", num_cells.saturating_mul(2))?;
     parallel::pool(num_threads)?.install(|| {
         (0..keys.len() * seeds.len())
             .into_par_iter()
@@ -162,6 +162,7 @@ fn run_flock<const D: usize>(
     seed: u64,
     progress: &Progress,
 ) -> Result<FlockOutcome> {
+    config.check_draw(seed)?;
     let mut world = World::<D>::new(config.clone(), &InitialState::seeded(seed));
     world.stop_counting();
     let mut outcome = FlockOutcome {
@@ -188,6 +189,7 @@ fn polarizations<const D: usize>(
     seed: u64,
     progress: &Progress,
 ) -> Result<Vec<f64>> {
+    config.check_draw(seed)?;
     let mut world = World::<D>::new(config.clone(), &InitialState::seeded(seed));
     world.stop_counting();
     let mut found = memory::vector("num_steps", config.num_steps + 1)?;

@@ -3,7 +3,7 @@
 use flockesc_core::Error;
 use pyo3::PyClass;
 use pyo3::call::PyCallArgs;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::False;
 
@@ -41,6 +41,9 @@ impl From<CoreError> for PyErr {
             CoreError::Core(Error::Episode { message }) => raised("ResetNeededError", (message,)),
             CoreError::Core(error @ Error::Rounding) => {
                 raised("EpisodeError", (error.to_string(),))
+            }
+            CoreError::Core(error @ Error::Memory { .. }) => {
+                PyMemoryError::new_err(error.to_string())
             }
             CoreError::Core(Error::Interrupted) => PyKeyboardInterrupt::new_err(()),
             CoreError::Python(error) => error,

@@ -36,12 +36,12 @@ pub(crate) fn predator_observation_entries(dimension: usize) -> Vec<(String, f32
 pub(crate) fn line_observation_entries(
     num_agents: usize,
 ) -> Result<Vec<(String, f32, f32)>, CoreError> {
-    memory::check("num_agents", num_agents as u128 * ENTRY_BYTES)?;
+    memory::probe::<[u8; ENTRY_BYTES]>("num_agents", num_agents)?;
     Ok(bounds(line_entries(num_agents)))
 }
 
 /// Memory in bytes of the name and bounds of an entry, here and in Python.
-const ENTRY_BYTES: u128 = 256;
+const ENTRY_BYTES: usize = 256;
 
 fn bounds(entries: Vec<Entry>) -> Vec<(String, f32, f32)> {
     let bounds = |entry: Entry| (entry.name, entry.low, entry.high);

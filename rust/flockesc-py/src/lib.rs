@@ -33,12 +33,12 @@ mod _core {
         episode_seed, line_observation_entries, observation_entries, predator_observation_entries,
     };
     #[pymodule_export]
-    use crate::line::{LineEpisode, check_lines};
+    use crate::line::LineEpisode;
     #[pymodule_export]
     use crate::models::{
-        check_flock_scenario, check_line_scenario, check_memory, check_record,
-        default_flock_scenario, default_line_scenario, drawn_flock_scenario, kinds, objectives,
-        scan_flock, simulate_flock, simulate_line, sweep_flock, sweep_line, views,
+        check_flock_scenario, check_line_scenario, check_memory, default_flock_scenario,
+        default_line_scenario, drawn_flock_scenario, kinds, objectives, scan_flock, simulate_flock,
+        simulate_line, sweep_flock, sweep_line, views,
     };
     #[pymodule_export]
     use crate::rollout::{log1p, network_outputs, rollout_line, tanh_layers};
@@ -60,13 +60,6 @@ mod _core {
                 (),
                 Some(&when.into_py_dict(module.py())?),
             )?;
-        }
-        if os.hasattr("sysconf")? {
-            let value =
-                |name: &str| -> PyResult<u64> { os.call_method1("sysconf", (name,))?.extract() };
-            if let (Ok(pages), Ok(size)) = (value("SC_PHYS_PAGES"), value("SC_PAGE_SIZE")) {
-                flockesc_core::bindings::memory::set_machine(pages.saturating_mul(size));
-            }
         }
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }

@@ -153,13 +153,3 @@ fn info<'py>(py: Python<'py>, episode: &flockesc_core::LineEpisode) -> Dict<'py>
     dict.set_item(intern!(py, "interaction_range"), range)?;
     Ok(dict)
 }
-
-/// Raises `ArgumentError` if this many lines do not fit into memory. `field` is the argument to blame.
-#[pyfunction]
-pub(crate) fn check_lines(
-    field: &str,
-    num_agents: usize,
-    num_lines: usize,
-) -> Result<(), CoreError> {
-    Ok(flockesc_core::check_lines(field, num_agents, num_lines)?)
-}

@@ -21,7 +21,9 @@ pub(crate) fn check_flock_scenario(scenario: &str) -> Result<(), CoreError> {
 /// Returns the scenario of the episode with this seed, with drawn numbers, or `None` without randomization.
 #[pyfunction]
 pub(crate) fn drawn_flock_scenario(scenario: &str, seed: u64) -> Result<Option<String>, CoreError> {
-    Ok(FlockConfig::from_json(scenario)?.drawn_json(seed))
+    let config = FlockConfig::from_json(scenario)?;
+    config.check_draw(seed)?;
+    Ok(config.drawn_json(seed))
 }
 
 #[pyfunction]
@@ -63,17 +65,11 @@ pub(crate) fn views() -> Vec<String> {
     flockesc_core::views().map(|view| view.to_json()).collect()
 }
 
-/// Raises `ArgumentError` if a call that needs this many bytes exceeds the memory that the process can have.
+/// Raises `MemoryError` if the system does not grant this many bytes.
 #[pyfunction]
 pub(crate) fn check_memory(field: &str, num_bytes: u128) -> Result<(), CoreError> {
-    Ok(memory::check(field, num_bytes)?)
-}
-
-/// Raises `ArgumentError` if the record of a run with this many ranges per step does not fit into memory.
-#[pyfunction]
-pub(crate) fn check_record(scenario: &str, columns: usize) -> Result<(), CoreError> {
-    let config = FlockConfig::from_json(scenario)?;
-    Ok(flockesc_core::check_record(&config, columns)?)
+    let len = usize::try_from(num_bytes).unwrap_or(usize::MAX);
+    Ok(memory::probe::<u8>(field, len)?)
 }
 
 #[pyfunction]
@@ -204,7 +200,10 @@ pub(crate) fn scan_flock<'py>(
         flockesc_core::scan_flock(&configs, interaction_range, &seeds, num_threads, progress)
     })?;
     let shape = [runs.len(), runs.first().map_or(0, Vec::len)];
-    shaped(py, runs.concat(), shape)
+    let mut entries =
+        memory::vector("seeds", runs.len().saturating_mul(shape[1])).map_err(CoreError::from)?;
+    runs.iter().for_each(|run| entries.extend_from_slice(run));
+    shaped(py, entries, shape)
 }
 
 /// Returns one array per outcome of all runs, as `sweep_flock` does.

@@ -52,6 +52,7 @@ impl Flock {
         let config = Arc::new(EpisodeConfig::from_json(options)?);
         config.check_scenario(&scenario)?;
         start.check(&scenario)?;
+        scenario.check_draw(start.seed)?;
         let episode: Box<dyn Play> = match scenario.dimension {
             2 => Box::new(Episode::<2>::new(scenario.clone(), config.clone(), start)),
             _ => Box::new(Episode::<3>::new(scenario.clone(), config.clone(), start)),

@@ -3,6 +3,7 @@
 
 mod arrange;
 mod centroid;
+mod isolation;
 mod layout;
 mod per_agent;
 mod state;
@@ -80,19 +81,6 @@ impl<const D: usize> Agents<D> {
             keys: Vec::new(),
             spare: (Vec::new(), Vec::new()),
         }
-    }
-
-    /// Returns the memory in bytes of this many agents.
-    pub(crate) fn bytes(num_agents: usize, can_be_caught: bool) -> usize {
-        let groups = num_agents.div_ceil(GROUP).max(1);
-        // A vector that grows has room for up to twice its length.
-        let caught = if can_be_caught {
-            2 * size_of::<Caught<D>>()
-        } else {
-            0
-        };
-        let per_agent = size_of::<Key>() + 2 * size_of::<u32>() + caught;
-        2 * groups * size_of::<Group<D>>() + num_agents * per_agent
     }
 
     /// Returns the number of agents that were not caught.

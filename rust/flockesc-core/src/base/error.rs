@@ -1,8 +1,7 @@
 //! The error type of the crate.
 
-/// The error type of the crate. All errors but [`Error::Rounding`] and [`Error::Interrupted`] are caused
-/// by the caller's input. A
-/// call that returns one of them has changed nothing.
+/// The error type of the crate. All errors but [`Error::Rounding`], [`Error::Memory`] and [`Error::Interrupted`] are
+/// caused by the caller's input. A call that returns one of them has changed nothing.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
     /// A field of a scenario or of options is unknown, has the wrong type or is out of bounds.
@@ -37,6 +36,14 @@ pub enum Error {
          fesetround()"
     )]
     Rounding,
+    /// The system did not grant the memory for an argument.
+    #[error("{field}: {bytes} bytes are not available")]
+    Memory {
+        /// Name of the argument that determines the size.
+        field: String,
+        /// The size.
+        bytes: u128,
+    },
     /// A long call was cancelled before it finished.
     #[error("interrupted")]
     Interrupted,
@@ -68,6 +75,14 @@ impl Error {
             field: field.into(),
             expected: expected.into(),
             given: given.to_string(),
+        }
+    }
+
+    /// Creates the error for `len` items that there is no memory for.
+    pub(crate) fn memory<T>(field: &str, len: usize) -> Self {
+        Self::Memory {
+            field: field.to_owned(),
+            bytes: len as u128 * size_of::<T>() as u128,
         }
     }
 

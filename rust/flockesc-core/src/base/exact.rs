@@ -29,12 +29,12 @@ impl Scale {
         Self::with_bits(bits_per_term(terms).min(BITS), largest)
     }
 
-    /// Returns the scale whose [unit](Scale::unit) is `unit`, or `None` if `unit` is not a power of two in
-    /// range.
-    pub(crate) fn of_unit(unit: f64) -> Option<Self> {
-        let up = unit.recip();
-        let is_power = |number: f64| number.is_normal() && number.to_bits() << 12 == 0;
-        (unit > 0.0 && is_power(unit) && is_power(up)).then_some(Self { up, down: unit })
+    /// Returns the scale whose [unit](Scale::unit) is `unit`, a power of two.
+    pub(crate) fn of_unit(unit: f64) -> Self {
+        Self {
+            up: unit.recip(),
+            down: unit,
+        }
     }
 
     /// Returns the value of one unit.

@@ -54,8 +54,6 @@ pub struct Batch<const D: usize> {
     work: usize,
     /// Estimated number of agents that the observation of one flock visits.
     observation_work: usize,
-    /// Estimated memory in bytes after a reset and some steps.
-    bytes: u128,
 }
 
 impl<const D: usize> Batch<D> {
@@ -129,13 +127,6 @@ impl<const D: usize> Batch<D> {
     #[must_use]
     pub fn work(&self) -> usize {
         self.work
-    }
-
-    /// Estimates the memory in bytes of the batch after a reset and some steps, with the arrays of an environment. It
-    /// does not include frozen neighbor graphs.
-    #[must_use]
-    pub fn bytes(&self) -> u128 {
-        self.bytes
     }
 
     /// Returns the episode in `slot`.

@@ -36,7 +36,8 @@ pub struct Episode<const D: usize> {
 pub(crate) type EpisodeState<const D: usize> = (WorldState<D>, Outcomes);
 
 impl<const D: usize> Episode<D> {
-    /// Creates the episode at t = 0. `start` must pass [`InitialState::check`].
+    /// Creates the episode at t = 0. `start` must pass [`InitialState::check`] and its seed
+    /// [`FlockConfig::check_draw`].
     #[must_use]
     pub fn new(
         scenario: Arc<FlockConfig>,
@@ -69,7 +70,6 @@ impl<const D: usize> Episode<D> {
         config: &Arc<EpisodeConfig>,
         seed: u64,
     ) -> Result<Self> {
-        outcomes.check(scenario, config)?;
         let world = World::restore(world, scenario, seed)?;
         Ok(Self::of(config.clone(), world, outcomes))
     }
@@ -130,14 +130,9 @@ impl<const D: usize> Episode<D> {
     /// Returns the number of pairs in the neighbor graph that the next action freezes.
     ///
     /// # Errors
-    /// [`crate::Error::Argument`] if the graph does not fit into memory.
+    /// [`crate::Error::Memory`] for the graph.
     pub(crate) fn pairs_to_freeze(&self, ranges: &[f64]) -> Result<usize> {
         self.world.pairs_to_freeze(self.config.view.ranges(ranges))
-    }
-
-    /// Returns the memory in bytes of an episode.
-    pub(crate) fn bytes(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
-        World::<D>::bytes(scenario) + Outcomes::bytes(scenario, config)
     }
 
     /// Writes the observation: one row for the flock, or one per agent.

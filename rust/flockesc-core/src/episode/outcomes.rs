@@ -3,10 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::options::EpisodeConfig;
-use crate::base::error::Result;
-use crate::flock::{FlockConfig, World};
+use crate::flock::World;
 use crate::reward::{Objective, StepContext};
-use crate::snapshot::{check, check_numbers, is_range};
 
 /// A value over an episode: a predator distance in m, or the fraction of the agents that were not caught.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -66,12 +64,6 @@ impl Outcomes {
         }
     }
 
-    /// Returns the memory in bytes of the outcomes.
-    pub(super) fn bytes(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
-        let distances = 3 * num_distances(scenario, config);
-        size_of::<f64>() * (config.view.rows(scenario) + distances)
-    }
-
     /// Records a step, after which the flock is `world`. Adds the rewards of the step to `rewards`, and returns the
     /// reward of the team.
     pub(super) fn record<const D: usize>(
@@ -117,36 +109,5 @@ impl Outcomes {
     /// Returns whether the episode has reached its horizon or all agents were caught.
     pub(super) fn is_end<const D: usize>(&self, world: &World<D>) -> bool {
         self.step >= world.config().num_steps || world.agents().len() == 0
-    }
-
-    /// Checks the outcomes of a snapshot.
-    pub(super) fn check(&self, scenario: &FlockConfig, config: &EpisodeConfig) -> Result<()> {
-        check(self.step <= scenario.num_steps, "step")?;
-        let num_distances = num_distances(scenario, config);
-        for distances in [
-            &self.distances,
-            &self.distances_before,
-            &self.distances_at_minimum,
-        ] {
-            check_numbers(distances, num_distances, "agents' distances")?;
-        }
-        for running in &self.objectives {
-            let values = [running.start, running.now, running.minimum];
-            check_numbers(&values, 3, "objectives")?;
-        }
-        let is_complete = self.ranges.len() == config.view.rows(scenario);
-        check(
-            is_complete && self.ranges.iter().copied().all(is_range),
-            "ranges",
-        )
-    }
-}
-
-/// Returns the number of d_i that an episode keeps.
-fn num_distances(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
-    if config.reward.is_individual() {
-        scenario.num_agents
-    } else {
-        0
     }
 }

@@ -61,13 +61,6 @@ impl<const D: usize> Slot<D> {
         }
     }
 
-    /// Returns the memory in bytes of a slot with an episode.
-    pub(super) fn bytes(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
-        let rewards = size_of::<f64>() * config.view.rows(scenario).max(4);
-        // One in the batch, and one in the map of a reset, which is up to half empty.
-        3 * size_of::<Self>() + Episode::<D>::bytes(scenario, config) + rewards
-    }
-
     pub(super) fn save(&self) -> SlotState<D> {
         (self.schedule, self.episode.as_ref().map(Episode::save))
     }
@@ -96,8 +89,15 @@ impl<const D: usize> Slot<D> {
         }
     }
 
-    /// Starts the next episode of the schedule. `start` must pass [`InitialState::check`]; its seed is
-    /// ignored.
+    /// Checks the scenario that the next episode of the schedule draws.
+    pub(super) fn check_next(&self) -> Result<()> {
+        let schedule = &self.schedule;
+        let seed = episode_seed(schedule.first_seed, schedule.next);
+        self.scenario.check_draw(seed)
+    }
+
+    /// Starts the next episode of the schedule, after [`Self::check_next`]. `start` must pass
+    /// [`InitialState::check`]; its seed is ignored.
     pub(super) fn start(&mut self, config: &Arc<EpisodeConfig>, start: &InitialState) {
         let schedule = &mut self.schedule;
         schedule.seed = episode_seed(schedule.first_seed, schedule.next);

@@ -18,10 +18,8 @@ pub use metrics::PredatorDistance;
 pub use motion::*;
 pub use randomization::Distribution;
 pub use scenario::FlockConfig;
-pub(crate) use simulate::check_flocks;
-pub use simulate::{
-    Schedule, Trajectory, check_predator_actions, check_ranges, check_record, simulate_flock,
-};
+pub use simulate::{Schedule, Trajectory, check_predator_actions, check_ranges, simulate_flock};
+pub(crate) use simulate::{flock_bytes, probe_flocks};
 pub(crate) use summary::{HALF_COUNT, Summary};
 pub use world::World;
 pub(crate) use world::WorldState;

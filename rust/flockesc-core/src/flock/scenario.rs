@@ -146,7 +146,7 @@ impl FlockConfig {
         self.document().to_string()
     }
 
-    /// Checks every field, and that every draw of the randomization is valid.
+    /// Checks every field, and the parameters of the randomization; see [`Self::check_draw`].
     ///
     /// # Errors
     /// [`Error::Config`] if a field is out of bounds.
@@ -155,9 +155,31 @@ impl FlockConfig {
         if self.randomization.is_empty() {
             return Ok(());
         }
-        randomization::check(&self.randomization, self.undrawn_document(), |drawn| {
-            parse_value::<Self>(drawn)?.check_fields()
-        })
+        randomization::check(&self.randomization, self.undrawn_document())
+    }
+
+    /// Checks the scenario that the episode with this seed draws.
+    ///
+    /// # Errors
+    /// [`Error::Config`] if a drawn number, alone or with others, is out of bounds.
+    pub fn check_draw(&self, seed: u64) -> Result<()> {
+        if self.randomization.is_empty() {
+            return Ok(());
+        }
+        let drawn = parse_value::<Self>(&self.drawn_document(seed));
+        drawn
+            .and_then(|drawn| drawn.check_fields())
+            .map_err(|error| match error {
+                Error::Config {
+                    field,
+                    expected,
+                    given,
+                } => {
+                    let given = format!("{given}, drawn by the episode with seed {seed}");
+                    Error::config(field, expected, given)
+                }
+                other => other,
+            })
     }
 
     /// Returns the number of learned predators.
@@ -231,13 +253,12 @@ impl FlockConfig {
     }
 
     /// Returns the scenario of the episode with this seed: with drawn numbers, or unchanged without
-    /// randomization.
+    /// randomization. The seed must pass [`Self::check_draw`].
     #[must_use]
     pub fn drawn(self: &Arc<Self>, seed: u64) -> Arc<Self> {
         if self.randomization.is_empty() {
             return Arc::clone(self);
         }
-        // Parsing cannot fail, because [`Self::check`] has accepted every draw.
         let drawn = parse_value(&self.drawn_document(seed));
         drawn.map_or_else(|_| Arc::clone(self), Arc::new)
     }

@@ -141,7 +141,7 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Creates an empty record with memory for the whole run. Returns an error if there is not enough memory.
+    /// Creates an empty record with memory for the whole run.
     fn with_capacity_for(config: &FlockConfig) -> Result<Self> {
         let times = config.num_steps + 1;
         let agents = times.saturating_mul(config.num_agents * config.dimension);
@@ -190,36 +190,33 @@ fn extend<'a, const D: usize>(
     }
 }
 
-/// Returns an error if the record of a run does not fit into memory. It also has one row of `columns` ranges and the
-/// actions of the learned predators per step.
-///
-/// # Errors
-/// [`Error::Argument`] with the number of bytes.
-pub fn check_record(config: &FlockConfig, columns: usize) -> Result<()> {
-    let vectors = 2 * config.num_agents + config.predators.len() + 2 * config.num_learned();
-    let entries = vectors * config.dimension + columns + SCALARS;
-    let bytes = (config.num_steps + 1) as u128 * (entries * size_of::<f64>()) as u128;
-    memory::check("num_steps", bytes)
+/// Memory in bytes of a flock without its agents, rounded: one group of agents and the buffers of its slot.
+const FLOCK_BYTES: usize = 1 << 14;
+
+/// Memory in bytes of an agent in a large flock, rounded: its columns, sums and neighbor candidates.
+const AGENT_BYTES: usize = 1 << 10;
+
+/// Returns the approximate memory in bytes of a flock, with its delayed forces and without a frozen graph.
+pub(crate) fn flock_bytes(config: &FlockConfig) -> usize {
+    let past = config.sensing_delay.min(config.num_steps);
+    let delayed = past.saturating_mul(config.dimension * size_of::<f64>());
+    let agents = config
+        .num_agents
+        .saturating_mul(AGENT_BYTES.saturating_add(delayed));
+    FLOCK_BYTES.saturating_add(agents)
 }
 
-/// Returns an error if this many flocks do not fit into memory.
-pub(crate) fn check_flocks(config: &FlockConfig, num_flocks: usize) -> Result<()> {
-    let bytes = match config.dimension {
-        2 => World::<2>::bytes(config),
-        _ => World::<3>::bytes(config),
-    };
-    memory::check("num_agents", num_flocks as u128 * bytes as u128)
+/// Asks the system for the memory of this many flocks; see [`memory::probe`].
+pub(crate) fn probe_flocks(config: &FlockConfig, num_flocks: usize) -> Result<()> {
+    memory::probe::<u8>("num_agents", num_flocks.saturating_mul(flock_bytes(config)))
 }
-
-/// Number of arrays of a record with one number per time.
-const SCALARS: usize = 6;
 
 /// Runs a flock for `num_steps` steps and records it. A large flock runs on `num_threads` threads; `None` is
 /// one thread per core.
 ///
 /// # Errors
-/// [`Error::Argument`] if `start` or `schedule` does not fit the scenario, if `num_threads` is out of bounds,
-/// or if the record does not fit into memory; [`Error::Interrupted`] if `progress` was cancelled.
+/// [`Error::Argument`] if `start` or `schedule` does not fit the scenario or `num_threads` is out of bounds;
+/// [`Error::Memory`] for the record; [`Error::Interrupted`] if `progress` was cancelled.
 pub fn simulate_flock(
     config: Arc<FlockConfig>,
     schedule: &Schedule,
@@ -228,9 +225,9 @@ pub fn simulate_flock(
     progress: &Progress,
 ) -> Result<Trajectory> {
     start.check(&config)?;
+    config.check_draw(start.seed)?;
     schedule.check(&config)?;
-    check_record(&config, schedule.columns)?;
-    check_flocks(&config, 1)?;
+    probe_flocks(&config, 1)?;
     parallel::pool(num_threads)?.install(|| match config.dimension {
         2 => run::<2>(config, schedule, start, progress),
         _ => run::<3>(config, schedule, start, progress),

@@ -20,9 +20,6 @@ use crate::neighbor::{Neighborhood, Ranges};
 use crate::parallel;
 use crate::predator::{self, Predator, Prey, Surroundings};
 
-/// Number of fields with one number per agent that a randomized scenario can draw.
-const RANDOMIZED_FIELDS: usize = 4;
-
 /// A flock and its predators at one time.
 ///
 /// ```
@@ -55,7 +52,7 @@ pub struct World<const D: usize> {
 
 impl<const D: usize> World<D> {
     /// Creates the world at t = 0. `config.dimension` must be D, and `start` must pass
-    /// [`InitialState::check`]. Randomized parameters are drawn from the seed of `start`.
+    /// [`InitialState::check`] and its seed [`FlockConfig::check_draw`]. Randomized parameters are drawn from the seed.
     #[must_use]
     pub fn new(config: Arc<FlockConfig>, start: &InitialState) -> Self {
         let config = config.drawn(start.seed);
@@ -106,8 +103,7 @@ impl<const D: usize> World<D> {
     /// Advances the flock and its predators by one time step dt with the interaction ranges `ranges`.
     ///
     /// # Errors
-    /// [`crate::Error::Argument`] if the scenario freezes the neighbor graph and it does not fit into memory. The world
-    /// is unchanged.
+    /// [`crate::Error::Memory`] for the neighbor graph that the scenario freezes. The world is unchanged.
     pub fn step(&mut self, ranges: Ranges<'_>) -> Result<()> {
         self.neighborhood.freeze(&self.agents, ranges)?;
         let prey = Prey::new(&self.agents, &self.neighborhood);
@@ -164,25 +160,10 @@ impl<const D: usize> World<D> {
     pub(crate) fn pairs_to_freeze(&self, ranges: Ranges<'_>) -> Result<usize> {
         let (agents, neighborhood) = (&self.agents, &self.neighborhood);
         if neighborhood.will_freeze() {
-            neighborhood.with_pairs(agents, ranges, |pairs| pairs.check_memory())
+            neighborhood.with_pairs(agents, ranges, |pairs| pairs.count())
         } else {
             Ok(0)
         }
-    }
-
-    /// Returns the memory in bytes of a world with these parameters, without the frozen graph.
-    pub(crate) fn bytes(config: &FlockConfig) -> usize {
-        let per_predator = size_of::<Predator<D>>() + 2 * size_of::<[f64; D]>();
-        let drawn = if config.randomization.is_empty() {
-            0
-        } else {
-            size_of::<FlockConfig>() + config.num_agents * RANDOMIZED_FIELDS * size_of::<f64>()
-        };
-        Agents::<D>::bytes(config.num_agents, config.capture_radius.is_some())
-            + Neighborhood::<D>::bytes(&config.neighbor_options(), config.num_agents)
-            + Response::<D>::bytes(config)
-            + config.predators.len() * per_predator
-            + drawn
     }
 
     /// Sets the actions of the learned predators for the next steps: D entries in [-1, 1] per predator. With

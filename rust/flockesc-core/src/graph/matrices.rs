@@ -10,7 +10,7 @@ use crate::base::memory;
 /// cancel in L, and `P = I - Delta^-1 L` is the matrix of Eq. 2.
 ///
 /// # Errors
-/// [`crate::Error::Argument`] if the matrix does not fit into memory.
+/// [`crate::Error::Memory`] for the matrix.
 pub fn laplacian(states: &[f64], range: f64) -> Result<Vec<f64>> {
     matrix(states, range, |adjacency, degree, is_self| {
         f64::from(is_self) * degree - adjacency

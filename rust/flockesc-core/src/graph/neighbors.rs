@@ -53,8 +53,8 @@ impl<const D: usize> NeighborGraph<D> {
     /// Returns the pairs (agent, neighbor) of different agents, in ascending order.
     ///
     /// # Errors
-    /// [`Error::Argument`] if a range is negative or not finite, if there is not one range per agent, or if the pairs
-    /// do not fit into memory.
+    /// [`Error::Argument`] if a range is negative or not finite, or if there is not one range per agent;
+    /// [`Error::Memory`] for the pairs.
     pub fn pairs(&self, ranges: Ranges<'_>) -> Result<Vec<(u32, u32)>> {
         self.check(ranges)?;
         let mut pairs = self.neighborhood.pairs_by_id(&self.agents, ranges)?;

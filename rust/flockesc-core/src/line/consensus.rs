@@ -26,11 +26,6 @@ pub(super) fn components(groups: &[Group], range: f64) -> impl Iterator<Item = &
 }
 
 impl Consensus {
-    /// Returns the memory in bytes of the buffers for this many groups.
-    pub(super) fn bytes(num_groups: usize) -> usize {
-        (num_groups + 1) * (size_of::<f64>() + size_of::<Prefix>())
-    }
-
     /// Creates buffers for `num_groups` groups.
     pub(super) fn with_capacity(num_groups: usize) -> Self {
         Self {

@@ -12,7 +12,7 @@ use crate::base::entry::{Entries, Entry, Row};
 use crate::base::error::{Error, Result};
 use crate::line::scenario::LineConfig;
 use crate::parallel::Progress;
-use crate::snapshot::{Fingerprint, check, decode, encode, is_bounded, is_range};
+use crate::snapshot::{Fingerprint, decode, encode};
 
 /// Options of a line's episode: reward and action (docs/model.md). Every field has a default in documents.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -219,10 +219,6 @@ impl LineEpisode {
     pub fn restored(&self, state: &[u8]) -> Result<(Self, (u64, u64))> {
         let scenario = self.line.shared_config();
         let (schedule, groups, status): (_, Groups, Status) = decode(self.fingerprint(), state)?;
-        check(groups.fit(scenario.num_agents), "states of agents")?;
-        check(status.step <= scenario.max_steps, "step")?;
-        check(is_bounded(status.start_distance), "distance")?;
-        check(is_range(status.last_range), "range")?;
         let episode = Self {
             config: self.config.clone(),
             line: Line::of_groups(scenario.clone(), groups),

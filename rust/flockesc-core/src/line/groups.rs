@@ -8,8 +8,6 @@ use std::cmp::Ordering;
 
 use serde::{Deserialize, Serialize};
 
-use crate::snapshot::is_bounded;
-
 /// A group of agents with the same state.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Group {
@@ -43,30 +41,6 @@ impl Groups {
             .collect();
         sorted.sort_unstable_by(by_state);
         Self { sorted, companion }
-    }
-
-    /// Returns the memory in bytes of the groups of this many agents.
-    pub(super) fn bytes(num_agents: usize) -> usize {
-        num_agents * (size_of::<Group>() + size_of::<u32>())
-    }
-
-    /// Returns whether the groups are valid for a line of `num_agents` agents.
-    pub(super) fn fit(&self, num_agents: usize) -> bool {
-        let is_agent = |id: u32| (id as usize) < num_agents;
-        let sizes: usize = self.sorted.iter().map(|group| group.size as usize).sum();
-        self.companion.len() == num_agents
-            && self
-                .companion
-                .iter()
-                .zip(0..)
-                .all(|(companion, id)| *companion <= id)
-            && sizes == num_agents
-            && self.sorted.len() <= num_agents
-            && self
-                .sorted
-                .iter()
-                .all(|group| is_bounded(group.state) && group.size > 0 && is_agent(group.first))
-            && self.sorted.is_sorted_by(|a, b| a.state <= b.state)
     }
 
     /// Returns the groups in ascending order of their states.
@@ -158,27 +132,5 @@ mod tests {
         let sizes: Vec<u32> = groups.sorted().iter().map(|group| group.size).collect();
         assert_eq!(sizes, [3, 1]);
         assert_eq!(states(&groups), [3.0, 1.5, 1.5, 1.5]);
-    }
-
-    #[test]
-    fn groups_with_one_wrong_number_do_not_fit() {
-        let groups = Groups::new(&[3.0, 1.0, 2.0, 1.0]);
-        assert!(groups.fit(4));
-        assert!(!groups.fit(3));
-        let spoilings: [fn(&mut Groups); 8] = [
-            |groups| groups.companion.truncate(3),
-            |groups| groups.companion[0] = 1,
-            |groups| groups.sorted[0].size = 2,
-            |groups| (groups.sorted[0].size, groups.sorted[1].size) = (0, 2),
-            |groups| groups.sorted[0].first = 4,
-            |groups| groups.sorted[0].state = f64::NAN,
-            |groups| groups.sorted.swap(0, 3),
-            |groups| groups.sorted.push(groups.sorted[3]),
-        ];
-        for (index, spoil) in spoilings.into_iter().enumerate() {
-            let mut spoiled = groups.clone();
-            spoil(&mut spoiled);
-            assert!(!spoiled.fit(4), "{index}");
-        }
     }
 }

@@ -17,4 +17,4 @@ pub use rollout::{LineEpisodeOutcome, rollout_line};
 pub use scenario::LineConfig;
 pub(crate) use simulate::run_line;
 pub use simulate::{LineTrajectory, simulate_line};
-pub use step::{Line, check_lines};
+pub use step::Line;

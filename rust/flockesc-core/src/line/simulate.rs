@@ -27,7 +27,7 @@ pub struct LineTrajectory {
 /// records it.
 ///
 /// # Errors
-/// As [`Line::new`] and [`Line::step`]; [`crate::Error::Argument`] if the record does not fit into memory;
+/// As [`Line::new`] and [`Line::step`]; [`crate::Error::Memory`] for the record;
 /// [`crate::Error::Interrupted`] if `progress` was cancelled.
 pub fn simulate_line(
     config: Arc<LineConfig>,

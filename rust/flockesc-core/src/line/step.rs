@@ -10,6 +10,9 @@ use crate::base::memory;
 use crate::base::rng::{self, Stream};
 use crate::line::scenario::LineConfig;
 
+/// Memory in bytes of an agent, rounded: its group and the buffers of a step.
+const AGENT_BYTES: usize = 64;
+
 /// A line of agents at one time.
 ///
 /// ```
@@ -53,12 +56,12 @@ impl Line {
     /// Creates a line at `states`. If they are `None`, x(0) ~ U[0, 1]^n is drawn from `seed`.
     ///
     /// # Errors
-    /// [`Error::Argument`] if `states` does not have one entry per agent, an entry is out of bounds, or the line does not
-    /// fit into memory; [`Error::Rounding`].
+    /// [`Error::Argument`] if `states` does not have one entry per agent or an entry is out of bounds; [`Error::Memory`];
+    /// [`Error::Rounding`].
     pub fn new(config: Arc<LineConfig>, seed: u64, states: Option<&[f64]>) -> Result<Self> {
         rounding()?;
         let num_agents = config.num_agents;
-        check_lines("num_agents", num_agents, 1)?;
+        memory::probe::<[u8; AGENT_BYTES]>("num_agents", num_agents)?;
         let groups = match states {
             Some(given) => {
                 check_states(given, num_agents)?;
@@ -142,17 +145,6 @@ impl Line {
     pub fn num_components(&self, range: f64) -> usize {
         components(self.groups.sorted(), range).count()
     }
-}
-
-/// Returns an error if `num_lines` lines of this many agents do not fit into memory, with their states in the order of
-/// ids.
-///
-/// # Errors
-/// [`Error::Argument`] with the number of bytes.
-pub fn check_lines(field: &str, num_agents: usize, num_lines: usize) -> Result<()> {
-    let states = num_agents * size_of::<f64>();
-    let bytes = Groups::bytes(num_agents) + Consensus::bytes(num_agents) + states;
-    memory::check(field, num_lines as u128 * bytes as u128)
 }
 
 /// Draws x(0) ~ U[0, 1]^n.

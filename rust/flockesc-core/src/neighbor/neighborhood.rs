@@ -4,12 +4,11 @@ mod state;
 
 use std::borrow::Cow;
 
-use crate::agents::{Agents, Column, GROUP};
+use crate::agents::{Agents, GROUP};
 use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::memory;
 use crate::neighbor::engine::components::Components;
-use crate::neighbor::engine::isolation;
 use crate::neighbor::engine::kept::{Kept, Listing};
 use crate::neighbor::engine::kernel::SumNeighbors;
 use crate::neighbor::engine::links::Links;
@@ -60,19 +59,6 @@ impl<const D: usize> Neighborhood<D> {
             sorted_extent: tree.mean_extent(),
             tree,
         }
-    }
-
-    /// Returns the memory in bytes for this many agents, without a frozen graph.
-    pub(crate) fn bytes(options: &NeighborOptions, num_agents: usize) -> usize {
-        let groups = num_agents.div_ceil(GROUP).max(1);
-        let chunks = parallel::num_chunks(groups);
-        let kept = groups * size_of::<[Column<f64>; D]>() + num_agents * size_of::<f64>();
-        Tree::<D>::bytes(groups)
-            + groups * size_of::<NeighborSums<D>>()
-            + chunks * size_of::<Scratch>()
-            + Scratch::most_bytes(num_agents, num_agents)
-            + kept
-            + Links::bytes(options, num_agents)
     }
 
     /// Stops the counting of neighbors. Their numbers are unspecified from the next step on.
@@ -190,16 +176,10 @@ impl<const D: usize> Neighborhood<D> {
         self.tree.largest_speed
     }
 
-    /// Returns the place of the agent whose nearest other agent is farthest away; among equals, the one with
-    /// the lowest id.
-    pub(crate) fn most_isolated(&self, agents: &Agents<D>) -> usize {
-        isolation::most_isolated(agents, &self.tree.with_boxes(agents))
-    }
-
     /// Returns the ids of all pairs of an agent and a neighbor other than itself, at the current positions.
     ///
     /// # Errors
-    /// [`crate::Error::Argument`] if they do not fit into memory.
+    /// [`crate::Error::Memory`].
     pub(crate) fn pairs_by_id(
         &self,
         agents: &Agents<D>,

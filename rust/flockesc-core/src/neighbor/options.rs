@@ -54,11 +54,6 @@ impl NeighborOptions {
         self.rule.criterion() != Criterion::List && !self.is_mutual && !self.is_frozen
     }
 
-    /// Returns whether the neighbors of an agent are all agents within its range.
-    pub(in crate::neighbor) fn is_by_range(&self) -> bool {
-        self.is_by_reach() && self.rule.criterion() == Criterion::Range
-    }
-
     /// Estimates the cost of a step per agent of a flock of n under `range`, in units of the cost under the
     /// metric rule. Each of the k nearest agents costs 1, and each of the n pairs of an agent 1/16.
     pub(crate) fn work_per_agent(&self, n: usize, range: f64) -> usize {

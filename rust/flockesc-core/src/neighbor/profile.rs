@@ -55,11 +55,6 @@ impl<'a, const D: usize> Profile<'a, D> {
         })
     }
 
-    /// Returns the memory in bytes of the profile of this many agents.
-    pub(crate) fn bytes(options: &NeighborOptions, num_agents: usize, num_ranges: usize) -> usize {
-        num_ranges * (Links::bytes(options, num_agents) + size_of::<NeighborSums<D>>())
-    }
-
     /// Returns the fixed-point scale of the sums in m/s.
     pub(crate) fn scale(&self) -> Scale {
         self.tree.scale

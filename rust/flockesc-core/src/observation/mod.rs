@@ -13,11 +13,8 @@ mod scene;
 mod velocities;
 mod view;
 
-use crate::agents::{GROUP, Group};
 use crate::base::entry::{Entries, Entry};
 use crate::base::error::Result;
-use crate::flock::FlockConfig;
-use crate::neighbor::Profile;
 use crate::parallel::Progress;
 pub use extras::ExtraEntries;
 pub(crate) use extras::Extras;
@@ -50,20 +47,6 @@ pub fn predator_entries(dimension: usize) -> Vec<Entry> {
         _ => predator::name::<3>(&mut entries),
     }
     entries.entries
-}
-
-/// Returns the memory in bytes that a thread needs to compute an observation with optional entries.
-pub(crate) fn working_bytes<const D: usize>(
-    view: View,
-    extras: Extras<'_>,
-    scenario: &FlockConfig,
-) -> usize {
-    let n = scenario.num_agents;
-    match view {
-        View::Flock if extras.is_empty() => 0,
-        View::Flock => n.div_ceil(GROUP) * size_of::<Group<D>>(),
-        View::Agent => Profile::<D>::bytes(&scenario.neighbor_options(), n, extras.ranges.len()),
-    }
 }
 
 impl<const D: usize> Scene<'_, D> {

@@ -9,8 +9,7 @@ use crate::base::error::{Error, Result};
 use crate::base::memory;
 use crate::episode::options::EpisodeConfig;
 use crate::episode::slot::Slot;
-use crate::flock::{FlockConfig, World};
-use crate::observation;
+use crate::flock::{FlockConfig, flock_bytes};
 use crate::parallel;
 use crate::snapshot::Fingerprint;
 
@@ -20,20 +19,14 @@ const CANDIDATE_COST: usize = 4;
 /// Number of copies of the observations and rewards: in the core, and in the arrays of an environment.
 const ARRAYS: usize = 2;
 
-/// Memory in bytes of the metrics of a flock.
-const INFO_BYTES: usize = 256;
-
-/// Memory in bytes of the buffers of a thread that do not depend on the flock.
-const THREAD_BYTES: usize = 1 << 15;
-
 impl<const D: usize> Batch<D> {
     /// Creates a batch of `num_flocks` empty slots for a scenario of dimension D. `num_threads` of
     /// `None` is one thread per core.
     ///
     /// # Errors
     /// [`Error::Config`] if the scenario or `config` is out of bounds, or if the scenario has no
-    /// predator or another dimension; [`Error::Argument`] if `num_flocks` is 0, if `num_threads` is
-    /// out of bounds, or if the batch does not fit into memory.
+    /// predator or another dimension; [`Error::Argument`] if `num_flocks` is 0 or `num_threads` is
+    /// out of bounds; [`Error::Memory`].
     pub fn new(
         scenario: FlockConfig,
         config: EpisodeConfig,
@@ -77,15 +70,13 @@ impl<const D: usize> Batch<D> {
             };
             checked.push(found);
         }
-        let threads = parallel::num_threads(num_threads).min(scenarios.len());
-        let working = threads as u128 * working_bytes::<D>(first, &config) as u128;
-        let bytes = working + checked.iter().map(|c| c.bytes as u128).sum::<u128>();
+        let bytes = checked.iter().map(|c| c.bytes);
         let field = if scenarios.len() == 1 {
             "num_agents"
         } else {
             "num_flocks"
         };
-        memory::check(field, bytes)?;
+        memory::probe::<u8>(field, bytes.fold(0, usize::saturating_add))?;
         if scenarios.len() > 1 || num_threads.is_some() {
             parallel::pool(num_threads)?; // reports a bad number of threads before the first step
         }
@@ -97,7 +88,6 @@ impl<const D: usize> Batch<D> {
         };
         Ok(Self {
             row_length,
-            bytes,
             config: Arc::new(config),
             slots: slots.map(new_slot).collect(),
             num_threads,
@@ -146,7 +136,7 @@ struct Checked {
     work: usize,
     /// Number of agents that an observation visits.
     observation_work: usize,
-    /// Memory in bytes.
+    /// Approximate memory in bytes of an episode and its arrays.
     bytes: usize,
 }
 
@@ -170,20 +160,12 @@ impl Checked {
         });
         let observation_work = n.saturating_mul(visits);
         let row_bytes = 2 * size_of::<f64>() + row_length * size_of::<f32>();
+        let arrays = ARRAYS * config.view.rows(scenario) * row_bytes;
         Self {
             fingerprint: Fingerprint::of(&(scenario, config)),
             work: work.saturating_add(observation_work),
             observation_work,
-            bytes: Slot::<D>::bytes(scenario, config)
-                + ARRAYS * config.view.rows(scenario) * row_bytes
-                + INFO_BYTES,
+            bytes: flock_bytes(scenario).saturating_add(arrays),
         }
     }
-}
-
-/// Estimates the memory in bytes that a thread needs during a reset or a step.
-fn working_bytes<const D: usize>(scenario: &FlockConfig, config: &EpisodeConfig) -> usize {
-    let observation = observation::working_bytes::<D>(config.view, config.extras(), scenario);
-    let copies = 2 * usize::from(config.reward.repeats_actions());
-    THREAD_BYTES + observation + copies * World::<D>::bytes(scenario)
 }

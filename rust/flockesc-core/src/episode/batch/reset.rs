@@ -6,8 +6,7 @@ use std::sync::Arc;
 
 use super::Batch;
 use crate::base::error::{Error, Result};
-use crate::base::memory;
-use crate::flock::InitialState;
+use crate::flock::{InitialState, probe_flocks};
 use crate::parallel::{Progress, dispatch};
 
 /// Cost of drawing and sorting an agent, in units of the cost of its step.
@@ -39,8 +38,8 @@ impl<const D: usize> Batch<D> {
     /// [`SlotReset`].
     ///
     /// # Errors
-    /// [`Error::Argument`] if a slot does not exist or `start` does not fit the scenario of one. The batch is then
-    /// unchanged.
+    /// [`Error::Argument`] if a slot does not exist or `start` does not fit the scenario of one; [`Error::Config`] if a
+    /// new episode draws a number that is out of bounds; [`Error::Memory`]. The batch is then unchanged.
     pub fn reset_many(
         &mut self,
         resets: &[(usize, Option<u64>)],
@@ -77,11 +76,11 @@ impl<const D: usize> Batch<D> {
             if let Some(episode) = reset.episode {
                 new.schedule.next = episode;
             }
+            new.check_next()?;
             new_slots.insert(reset.slot, (new, reset.start));
         }
-        // The old flocks stay until the new ones are complete. A new one takes half before its first step.
-        let share = new_slots.len() as u128 * self.bytes / self.slots.len() as u128;
-        memory::check("slots", share / 2)?;
+        // The old flocks stay until the new ones are complete.
+        probe_flocks(self.scenario(), new_slots.len())?;
         let pool = self.pool(new_slots.len())?;
         let started = dispatch(pool, new_slots.values_mut(), |(slot, start)| {
             progress.check()?;

@@ -72,10 +72,7 @@ impl<const D: usize> Batch<D> {
 mod tests {
     use super::super::tests::{batch, scenarios, step};
     use super::*;
-    use crate::episode::batch::AtEnd;
     use crate::flock::InitialState;
-    use crate::parallel::Progress;
-    use proptest::prelude::*;
 
     fn running() -> Batch<2> {
         let mut running = batch(2, 1);
@@ -86,47 +83,6 @@ mod tests {
         }
         step(&mut running, 4.0).expect("steps left");
         running
-    }
-
-    /// Replaces the body of the snapshot `good` and corrects the checksum in its header.
-    fn with_body(good: &[u8], body: &[u8]) -> Vec<u8> {
-        let mut bytes = [&good[..16], body].concat();
-        bytes[8..12].copy_from_slice(&crc32fast::hash(body).to_le_bytes());
-        bytes
-    }
-
-    proptest! {
-        /// A modified body is either rejected and changes nothing, or gives a batch that can be stepped.
-        #[test]
-        fn modified_bodies_are_rejected_or_can_be_stepped(
-            edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
-            cut in any::<prop::sample::Index>(),
-            is_cut in any::<bool>(),
-        ) {
-            let mut running = running();
-            let good = running.save(&[0, 1]).expect("slots");
-            let mut body = good[16..].to_vec();
-            for (place, byte) in edits {
-                let place = place.index(body.len());
-                body[place] = byte;
-            }
-            if is_cut {
-                body.truncate(cut.index(body.len()));
-            }
-            if running.restore(&[0, 1], &with_body(&good, &body)).is_ok() {
-                let (rows, length) = (2 * running.rows(), running.row_length());
-                let (mut rewards, mut seen) = (vec![0.0; rows], vec![0.0; rows * length]);
-                let (ranges, progress) = (vec![4.0; rows], Progress::default());
-                for _ in 0..3 {
-                    let (on, out, seen) = ((&ranges[..], &[][..]), &mut rewards, &mut seen);
-                    running
-                        .step_measured(on, AtEnd::Restart, out, seen, &progress, |_| ())
-                        .expect("a step");
-                }
-            } else {
-                prop_assert_eq!(running.save(&[0, 1]).expect("slots"), good);
-            }
-        }
     }
 
     #[test]
@@ -177,15 +133,6 @@ mod tests {
         of(&[second.clone(), second])
             .restore(&[0, 1], &one)
             .expect("its scenario");
-    }
-
-    #[test]
-    fn the_largest_range_is_restored() {
-        let mut running = running();
-        step(&mut running, f64::MAX).expect("steps left");
-        let state = running.save(&[0, 1]).expect("slots");
-        running.restore(&[0, 1], &state).expect("a state");
-        assert_eq!(running.save(&[0, 1]), Ok(state));
     }
 
     #[test]

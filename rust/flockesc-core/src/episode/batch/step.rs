@@ -6,6 +6,7 @@ use super::{Batch, check_length};
 use crate::base::error::{Error, Result};
 use crate::base::memory;
 use crate::episode::Episode;
+use crate::episode::slot::Slot;
 use crate::flock::{InitialState, check_predator_actions, check_ranges};
 use crate::parallel::{Progress, dispatch};
 
@@ -20,6 +21,9 @@ pub enum AtEnd {
     Stay,
 }
 
+/// A pair of neighbors while a graph is frozen: in a list of pairs and in the list of an agent.
+type Frozen = ((u32, u32), u32);
+
 impl<const D: usize> Batch<D> {
     /// Applies one action to every slot and writes rewards and observations. Learned predators fly
     /// straight on.
@@ -29,8 +33,8 @@ impl<const D: usize> Batch<D> {
     ///
     /// # Errors
     /// [`Error::Episode`] if a slot was never reset or its episode has ended; [`Error::Argument`]
-    /// if a range is negative or not finite, or if an array has the wrong length. The batch is then
-    /// unchanged.
+    /// if a range is negative or not finite, or if an array has the wrong length; [`Error::Memory`] for a graph that the
+    /// step freezes. The batch is then unchanged.
     pub fn step(
         &mut self,
         ranges: &[f64],
@@ -56,8 +60,8 @@ impl<const D: usize> Batch<D> {
     /// [-1, 1] for each predator. If they are empty, learned predators fly straight on.
     ///
     /// # Errors
-    /// As [`Self::step`]; [`Error::Interrupted`] if `progress` was cancelled. All episodes are then
-    /// unusable until a reset.
+    /// As [`Self::step`]; [`Error::Config`] as in [`Self::reset_many`]; [`Error::Interrupted`] if `progress` was
+    /// cancelled. All episodes are then unusable until a reset.
     #[doc(hidden)]
     pub fn step_measured<T: Send>(
         &mut self,
@@ -114,16 +118,18 @@ impl<const D: usize> Batch<D> {
         check_length("observations", observations, rows * self.row_length)?;
         self.check_episodes(at_end)?;
         check_ranges("interaction_range", ranges)?;
+        if at_end == AtEnd::Restart {
+            let has_ended = |slot: &Slot<D>| slot.episode.as_ref().is_some_and(Episode::has_ended);
+            let mut ended = self.slots.iter().filter(|slot| has_ended(slot));
+            ended.try_for_each(|slot| slot.check_next())?;
+        }
         let mut num_pairs = 0;
         for (slot, ranges) in ranges.chunks_exact(self.rows()).enumerate() {
             if self.slots[slot].scenario.frozen_graph {
                 num_pairs += self.episode(slot)?.pairs_to_freeze(ranges)?;
             }
         }
-        memory::check(
-            "interaction_range",
-            num_pairs as u128 * size_of::<u32>() as u128,
-        )
+        memory::probe::<Frozen>("interaction_range", num_pairs)
     }
 
     /// Checks that every slot has an episode and, under [`AtEnd::Refuse`], that none has ended.

@@ -27,22 +27,6 @@ impl<const D: usize> Noise<D> {
         }
     }
 
-    /// Returns the memory in bytes of the errors of a step.
-    pub(super) fn bytes(config: &FlockConfig) -> usize {
-        let sensing = if config.sensing_noise > 0.0 {
-            size_of::<SVector<f64, D>>()
-        } else {
-            0
-        };
-        let turns = if config.angular_noise > 0.0 {
-            size_of::<(f64, SVector<f64, D>)>()
-        } else {
-            0
-        };
-        // A vector that grows has room for up to twice its length.
-        2 * config.num_agents.max(4) * (sensing + turns)
-    }
-
     /// Returns the position in the random stream.
     pub(super) fn stream_position(&self) -> u128 {
         self.rng.get_word_pos()

@@ -1,7 +1,5 @@
 //! `Distribution`: the distributions of a number of the scenario.
 
-use std::collections::BTreeSet;
-
 use serde::{Deserialize, Serialize};
 use strum::{AsRefStr, VariantNames};
 
@@ -41,9 +39,6 @@ pub enum Distribution {
     },
 }
 
-/// An extreme value, with the name of the parameter that sets it.
-pub(super) type End = (String, f64);
-
 impl Distribution {
     /// Names of all distributions in documents.
     pub const KINDS: &[&str] = <Self as VariantNames>::VARIANTS;
@@ -72,31 +67,6 @@ impl Distribution {
                 }
                 let mut values = values.iter().enumerate();
                 values.try_for_each(|(k, &value)| finite(&format!("{field}[{k}]"), value))
-            }
-        }
-    }
-
-    /// Returns the smallest and the largest value and, of a finite set, also the first one and the one nearest
-    /// to 0.
-    pub(super) fn ends(&self) -> Vec<End> {
-        match self {
-            Self::Uniform { low, high, .. } | Self::LogUniform { low, high, .. } => {
-                vec![("low".to_owned(), *low), ("high".to_owned(), *high)]
-            }
-            Self::Choice { values, .. } => {
-                let places = || 0..values.len();
-                let order = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
-                let size_order =
-                    |a: &usize, b: &usize| values[*a].abs().total_cmp(&values[*b].abs());
-                let extremes = [
-                    places().next(),
-                    places().min_by(order),
-                    places().max_by(order),
-                    places().min_by(size_order),
-                ];
-                let unique: BTreeSet<usize> = extremes.into_iter().flatten().collect();
-                let ends = unique.into_iter();
-                ends.map(|k| (format!("values[{k}]"), values[k])).collect()
             }
         }
     }

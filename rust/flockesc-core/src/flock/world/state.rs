@@ -12,7 +12,6 @@ use crate::flock::motion::{Response, ResponseState};
 use crate::flock::scenario::FlockConfig;
 use crate::neighbor::{Neighborhood, NeighborhoodState};
 use crate::predator::{Predator, PredatorState};
-use crate::snapshot::check;
 
 /// The serialized form of a [`World`].
 #[derive(Debug, Serialize, Deserialize)]
@@ -44,18 +43,16 @@ impl<const D: usize> World<D> {
         seed: u64,
     ) -> Result<Self> {
         let config = config.clone().drawn(seed);
-        let num_agents = config.num_agents;
-        let mut agents = Agents::restore(state.agents, num_agents)?;
-        check(state.predators.len() == config.predators.len(), "predators")?;
+        let mut agents = Agents::restore(state.agents);
         let predators = state.predators.iter().zip(&config.predators);
         let predators: Vec<Predator<D>> = predators
-            .map(|(state, config)| Predator::restore(state, config, num_agents))
+            .map(|(state, config)| Predator::restore(state, config))
             .collect::<Result<_>>()?;
         let mut rng = rng::stream(seed, Stream::Predators);
         rng.set_word_pos(state.stream_position);
         let options = config.neighbor_options();
-        let neighborhood = Neighborhood::restore(state.neighborhood, options, &mut agents)?;
-        let response = Response::restore(state.response, &config, seed)?;
+        let neighborhood = Neighborhood::restore(state.neighborhood, options, &mut agents);
+        let response = Response::restore(state.response, seed);
         Ok(Self::assemble(
             config,
             agents,

@@ -1,6 +1,6 @@
 //! `Links`: the reaches and neighbor lists that a rule computes in every step.
 
-use crate::agents::{Agents, Column, GROUP};
+use crate::agents::{Agents, GROUP};
 use crate::neighbor::engine::lists::{Lists, NO_PLACE};
 use crate::neighbor::engine::pairs::{Choice, Pairs};
 use crate::neighbor::engine::tree::Tree;
@@ -19,17 +19,6 @@ pub(in crate::neighbor) struct Links {
 }
 
 impl Links {
-    /// Returns the memory in bytes for this many agents, without a frozen graph.
-    pub(in crate::neighbor) fn bytes(options: &NeighborOptions, num_agents: usize) -> usize {
-        if options.is_by_range() && !options.needs_pairs {
-            return 0;
-        }
-        let groups = num_agents.div_ceil(GROUP).max(1);
-        let squares = groups * size_of::<Column<f64>>();
-        let places = num_agents * size_of::<u32>();
-        squares + places + options.rule.bytes(num_agents)
-    }
-
     /// Computes reaches and lists for the agents' current positions.
     pub(in crate::neighbor) fn update<const D: usize>(
         &mut self,

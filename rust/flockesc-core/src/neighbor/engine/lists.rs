@@ -43,15 +43,6 @@ impl Lists {
         Self { starts, others }
     }
 
-    /// Returns whether the lists are valid for `num_agents` agents.
-    pub(in crate::neighbor) fn fit(&self, num_agents: usize) -> bool {
-        self.starts.len() == num_agents + 1
-            && self.starts[0] == 0
-            && self.starts.is_sorted()
-            && self.starts[num_agents] == self.others.len()
-            && self.others.iter().all(|id| (*id as usize) < num_agents)
-    }
-
     /// Returns the ids in the list of one agent, in no particular order.
     pub(in crate::neighbor) fn of(&self, id: usize) -> &[u32] {
         &self.others[self.starts[id]..self.starts[id + 1]]

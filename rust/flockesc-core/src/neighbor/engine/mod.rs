@@ -4,7 +4,6 @@ pub(super) mod candidates;
 pub(super) mod components;
 pub(super) mod distances;
 pub(super) mod field_of_view;
-pub(super) mod isolation;
 pub(super) mod kept;
 pub(super) mod kernel;
 pub(super) mod links;

@@ -12,7 +12,6 @@ use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
 use crate::neighbor::engine::own::{Own, lanes};
 use crate::neighbor::engine::pairs::Pairs;
 use crate::neighbor::engine::reach::{bits, squared_norm as register_norm};
-use crate::neighbor::engine::sums::Scratch;
 use crate::neighbor::ranges::Reaches;
 
 /// The sums of the agents of one group.
@@ -35,12 +34,6 @@ pub(crate) struct OffsetBuffers<const D: usize> {
 impl<const D: usize> OffsetBuffers<D> {
     /// Largest memory in bytes that is kept from step to step.
     const MOST_BYTES: usize = 1 << 20;
-
-    /// Returns the memory in bytes that the buffers of a chunk keep in a flock of this many agents.
-    pub(crate) fn most_bytes(num_agents: usize) -> usize {
-        let terms = 2 * GROUP * num_agents.max(4) * size_of::<(u32, [f64; D])>();
-        Self::MOST_BYTES.min(terms + Scratch::most_bytes(2 * num_agents, num_agents))
-    }
 
     /// Frees the buffers if they are too large to keep.
     pub(crate) fn trim(&mut self) {

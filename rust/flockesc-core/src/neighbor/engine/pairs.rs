@@ -76,9 +76,9 @@ impl<'a, const D: usize> Pairs<'a, D> {
     /// Returns the ids of all pairs of an agent and a neighbor other than itself.
     ///
     /// # Errors
-    /// As [`Self::check_memory`].
+    /// As [`Self::count`].
     pub(crate) fn by_id(&self) -> Result<Vec<Pair>> {
-        let mut pairs = memory::vector(RANGE, self.check_memory()?)?;
+        let mut pairs = memory::vector(RANGE, self.count()?)?;
         let mut tiles = Vec::new();
         for group in 0..self.agents.groups.len() {
             self.visit(group, &mut tiles, |lane, place| {
@@ -94,18 +94,17 @@ impl<'a, const D: usize> Pairs<'a, D> {
     /// Returns the number of pairs of an agent and a neighbor other than itself.
     ///
     /// # Errors
-    /// [`crate::Error::Argument`] as soon as a list of the pairs does not fit into memory.
-    pub(crate) fn check_memory(&self) -> Result<usize> {
+    /// [`crate::Error::Memory`] as soon as the system does not grant a list of the pairs.
+    pub(crate) fn count(&self) -> Result<usize> {
         let (mut count, mut checked, mut tiles) = (0, 0, Vec::new());
         for group in 0..self.agents.groups.len() {
             self.visit(group, &mut tiles, |_, _| count += 1);
             count -= self.agents.ids_of(group).len();
             if count > 2 * checked {
-                memory::check(RANGE, count as u128 * size_of::<Pair>() as u128)?;
+                memory::probe::<Pair>(RANGE, count)?;
                 checked = count;
             }
         }
-        memory::check(RANGE, count as u128 * size_of::<Pair>() as u128)?;
         Ok(count)
     }
 

@@ -44,16 +44,6 @@ impl<const D: usize> Tree<D> {
         }
     }
 
-    /// Returns the memory in bytes of a tree for `num_groups` groups.
-    pub(in crate::neighbor) fn bytes(num_groups: usize) -> usize {
-        let (mut blocks, mut total) = (num_groups, num_groups);
-        while blocks > 1 {
-            blocks = blocks.div_ceil(FANOUT);
-            total += blocks;
-        }
-        total * size_of::<Siblings<D>>()
-    }
-
     /// Recomputes the sums, and the velocities in fixed point, after a step. The boxes are then out of date.
     pub(in crate::neighbor) fn refresh(&mut self, agents: &mut Agents<D>) {
         let largest = parallel::map_reduce(&agents.groups, largest_speed, larger);

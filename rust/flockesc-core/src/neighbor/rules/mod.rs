@@ -60,15 +60,6 @@ impl NeighborRule {
         }
     }
 
-    /// Returns the memory in bytes of lists and buffers for this many agents.
-    pub(super) fn bytes(&self, num_agents: usize) -> usize {
-        match self {
-            Self::Metric(_) => 0,
-            Self::Topological(_) => topological::bytes(num_agents),
-            Self::Voronoi(_) => voronoi::bytes(num_agents),
-        }
-    }
-
     /// Computes the reaches and lists that the criterion needs. `output` has the results of the last step.
     pub(super) fn apply<const D: usize>(&self, input: &RuleInput<'_, D>, output: &mut RuleOutput) {
         match self {

@@ -1,6 +1,6 @@
 //! What the neighbor rules need and compute.
 
-use crate::agents::{Column, GROUP, TILE};
+use crate::agents::{Column, GROUP};
 use crate::neighbor::engine::distances::Distances;
 use crate::neighbor::engine::lists::Lists;
 use crate::neighbor::engine::tree::Tree;
@@ -46,11 +46,6 @@ pub(super) struct SearchBuffers {
 impl SearchBuffers {
     /// Largest memory in bytes that is kept from step to step.
     const MOST_BYTES: usize = 1 << 17;
-
-    /// Returns the memory in bytes that the buffers of a chunk keep in a flock of this many agents.
-    pub(super) fn most_bytes(num_agents: usize) -> usize {
-        Self::MOST_BYTES.min(2 * (num_agents + TILE) * (size_of::<f64>() + size_of::<u32>()))
-    }
 
     /// Frees the buffers if they are too large to keep.
     pub(super) fn trim(&mut self) {

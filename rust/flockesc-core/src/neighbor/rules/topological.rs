@@ -33,11 +33,6 @@ pub(super) fn find_reaches<const D: usize>(input: &RuleInput<'_, D>, output: &mu
     });
 }
 
-/// Returns the memory in bytes of the buffers for this many agents.
-pub(super) fn bytes(num_agents: usize) -> usize {
-    parallel::num_chunks(num_agents.div_ceil(GROUP)) * SearchBuffers::most_bytes(num_agents)
-}
-
 /// Returns the mean reach of a sample of the agents, in m.
 pub(super) fn typical_reach(output: &RuleOutput) -> f64 {
     let first = output.squares.iter().map(|squares| squares[0].sqrt());

@@ -29,12 +29,6 @@ pub(super) fn check(dimension: usize, periodic_side: Option<f64>) -> Result<()> 
     }
 }
 
-/// Returns the memory in bytes for this many agents. An agent has 6 neighbors on average. The triangulation takes
-/// about 50 times the memory of its id.
-pub(super) fn bytes(num_agents: usize) -> usize {
-    num_agents * (50 + 6 * 5) * size_of::<u32>()
-}
-
 /// Returns every agent's Voronoi neighbors, the agent itself excluded. Agents with a coordinate above 2^201 m
 /// have only neighbors at the same point.
 pub(super) fn neighbors<const D: usize>(agents: &Agents<D>) -> Lists {

@@ -111,6 +111,6 @@ impl<'a, const D: usize> Prey<'a, D> {
     /// one with the lowest id.
     pub(crate) fn most_isolated(&self) -> Option<SVector<f64, D>> {
         let agents = self.agents;
-        (agents.len() > 0).then(|| agents.at(self.neighborhood.most_isolated(agents)).1)
+        (agents.len() > 0).then(|| agents.at(agents.most_isolated()).1)
     }
 }
