@@ -67,6 +67,11 @@ class Headline:
         """The task's best fixed range in m."""
         return next(iter(self.task.scales.values())).best_fixed_range
 
+    @property
+    def max_range(self) -> float:
+        """The largest range in m that the policy can set."""
+        return float(self.entry.options["max_range"])
+
 
 def share_of(purpose: range, count: int, scale: float) -> range:
     """Return the first seeds of a purpose: a share of their number, at least 2."""

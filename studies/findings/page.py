@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -13,7 +14,7 @@ from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario
 from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
-from flockesc_env.episodes.splits import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
+from flockesc_env.episodes import splits
 from flockesc_env.tasks import Task, tasks
 from flockesc_env.tasks.statistics import difference
 from studies.findings import ablation, fear, headlines, listening, losses, one_agent, video
@@ -25,8 +26,7 @@ from studies.scoreboard.page import Entry, entries_of
 from studies.study import Study
 
 FIGURES: Final = "figures"
-LARGEST: Final = 10
-"""Losses in the table of the largest."""
+OUTCOMES: Final = ("loss", "tie", "win")
 
 RULE, SEARCHED, NETWORK, REINFORCEMENT = KINDS = (
     "untrained rule",
@@ -53,6 +53,16 @@ class Row:
     def gain(self) -> Estimate:
         """The paired difference of the learned policies to the untrained rule."""
         return difference(values(self.learned), values(self.best[RULE]))
+
+    @property
+    def outcome(self) -> str:
+        """Whether the learned policies lose to the rule, tie with it or win."""
+        return outcome(self.gain)
+
+    @property
+    def is_random(self) -> bool:
+        """Whether random ranges are the best rule."""
+        return self.best[RULE].result.learner == "random"
 
     @property
     def score_gain(self) -> float:
@@ -155,75 +165,45 @@ def figures(results: Findings) -> dict[str, Figure]:
 
 def markdown_page(results: Findings, output: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``."""
-    rows = rows_of(results.entries)
     starts, transfer = (losses.gains(output / file) for file in (losses.STARTS_FILE, losses.TRANSFER_FILE))
     every = {**starts, **transfer}
-    lost = sorted(
-        (key for key in every if outcome(every[key][0]) == "loss"), key=lambda key: every[key][0].mean
-    )
-    longest = {one.task.name: float(one.entry.options["max_range"]) for one in results.headlines}
+    lost = sorted((gain.mean, key) for key, (gain, _) in every.items() if outcome(gain) == "loss")
+    by_task = {one.task.name: one for one in results.headlines}
     return render(
         "findings/findings.md",
-        rows=rows,
+        rows=rows_of(results.entries),
         kinds=KINDS,
-        outcomes={
-            kind: [row.task.name for row in rows if outcome(row.gain) == kind]
-            for kind in ("loss", "tie", "win")
-        },
-        random=[row.task.name for row in rows if row.best[RULE].result.learner == "random"],
         tasks=tasks,
         results=results,
+        headlines=by_task,
+        tuning_flocks=headlines.TUNING_FLOCKS,
         pictures=path_from(page, output / FIGURES),
-        starts=_pivot(starts),
-        start_tasks=list(dict.fromkeys(task for task, _ in starts)),
-        random_polarization=math.sqrt(math.pi / (4 * FlockScenario().num_agents)),
+        starts=starts,
         every=every,
-        lost=lost,
-        largest=lost[:LARGEST],
-        longest=longest,
-        names={one.task.name: one.name for one in results.headlines},
-        out_of_reach=sum(every[task, name][1] > longest[task] for task, name in lost),
+        lost=[key for _, key in lost],
+        longer=sum(every[key][1] > by_task[key[0]].max_range for _, key in lost),
         counts=_counts(transfer),
-        unit_of=losses.unit_of,
         plus_minus=plus_minus,
-        largest_turn=one_agent.largest_turn,
-        arrivals=one_agent.arrivals(output / one_agent.FILE),
-        silence=listening.silence(output / "per-agent-visible.npz"),
-        fear=fear.estimates(output),
-        ablation=ablation.changes(output),
-        groups=list(ablation.GROUPS),
-        flocks={
-            "listening": listening.FLOCKS,
-            "fear": fear.FLOCKS,
-            "ablation": ablation.FLOCKS,
-            "tuning": headlines.TUNING_FLOCKS,
-        },
-        film=video.FILE,
+        random_polarization=math.sqrt(math.pi / (4 * FlockScenario().num_agents)),
         confidence=CONFIDENCE,
-        seeds={"tuning": TUNING, "held_out": HELD_OUT, "training": TRAINING},
-        flocks_per_run=FLOCKS_PER_RUN,
+        splits=splits,
+        ablation=ablation,
+        fear=fear,
+        listening=listening,
+        losses=losses,
+        one_agent=one_agent,
+        video=video,
     )
 
 
-def _pivot(
-    found: dict[tuple[str, str], tuple[Estimate, float]],
-) -> dict[str, tuple[dict[str, Estimate], float]]:
-    """Return the gains by task, and the best fixed range, of every scenario."""
-    by_scenario: dict[str, tuple[dict[str, Estimate], float]] = {}
-    for (task, name), (gain, best) in found.items():
-        by_scenario.setdefault(name, ({}, best))[0][task] = gain
-    return by_scenario
-
-
-def _counts(found: dict[tuple[str, str], tuple[Estimate, float]]) -> dict[str, dict[str, Any]]:
+def _counts(found: Mapping[tuple[str, str], tuple[Estimate, float]]) -> list[dict[str, Any]]:
     """Return the numbers of losses, ties and wins by task, most losses first, and where it cannot run."""
-    every = dict.fromkeys(name for _, name in found)
-    counts = {}
+    tried, counts = dict.fromkeys(name for _, name in found), []
     for task in dict.fromkeys(task for task, _ in found):
-        kinds = [outcome(gain) for (own, _), (gain, _) in found.items() if own == task]
-        missing = [name for name in every if (task, name) not in found]
-        counts[task] = {kind: kinds.count(kind) for kind in ("loss", "tie", "win")} | {"missing": missing}
-    return dict(sorted(counts.items(), key=lambda item: -item[1]["loss"]))
+        kinds = Counter(outcome(gain) for (own, _), (gain, _) in found.items() if own == task)
+        missing = ", ".join(name for name in tried if (task, name) not in found)
+        counts.append({"task": task, "missing": missing, **{kind: kinds[kind] for kind in OUTCOMES}})
+    return sorted(counts, key=lambda row: -row["loss"])
 
 
 FINDINGS: Final = Study(
