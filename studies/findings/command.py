@@ -27,7 +27,7 @@ def run(
     backend: Backend = "processes",
     progress: Progress = False,
 ) -> Exit:
-    """Choose the best trained policy of each task, and measure how it works and where it loses (hours).
+    """Choose the best trained policy of each task, and measure how it works and where it loses.
 
     Interrupted, run it again to continue.
 

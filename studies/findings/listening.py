@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario
@@ -95,28 +94,17 @@ def figure(file: Path, *, by_place: bool) -> Figure:
     figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
     axes = figure.subplots()
     if by_place:
-        _by_place(figure, axes, kept)
-    else:
-        _over_time(axes, kept)
-    return figure
-
-
-def _by_place(figure: Figure, axes: Axes, kept: Arrays) -> None:
-    top = float(np.nanmax(kept["range_by_place"]))
-    mesh = axes.pcolormesh(
-        kept["distances"], kept["cosines"], kept["range_by_place"], cmap=RANGES, vmin=0, vmax=top
-    )
-    figure.colorbar(mesh, ax=axes, label="mean interaction range (m)")
-    axes.set_title("Range by the agent's place and heading, predator always visible")
-    axes.set(xlabel="distance to the predator (m)", ylabel="heading relative to the predator")
-    axes.set_yticks(_HEADINGS, ["toward it", "120° off", "90° off", "60° off", "away from it"])
-
-
-def _over_time(axes: Axes, kept: Arrays) -> None:
-    times = kept["times"]
+        mean, top = kept["range_by_place"], float(np.nanmax(kept["range_by_place"]))
+        mesh = axes.pcolormesh(kept["distances"], kept["cosines"], mean, cmap=RANGES, vmin=0, vmax=top)
+        figure.colorbar(mesh, ax=axes, label="mean interaction range (m)")
+        axes.set_title("Range by the agent's place and heading, predator always visible")
+        axes.set(xlabel="distance to the predator (m)", ylabel="heading relative to the predator")
+        axes.set_yticks(_HEADINGS, ["toward it", "120° off", "90° off", "60° off", "away from it"])
+        return figure
+    times, (low, _, median, _, high) = kept["times"], kept["quantiles"]
     edges = np.append(times, 2 * times[-1] - times[-2])
-    low, _, median, _, high = kept["quantiles"]
     axes.stairs(high, edges, baseline=low, fill=True, color=LIGHT.learned, alpha=0.2, lw=0)
     axes.stairs(median, edges, baseline=None, color=LIGHT.learned, lw=2)
     axes.set_title("Range over time, predator visible within 30 m: median, and 10 to 90 % of the agents")
     axes.set(xlabel="time (s)", ylabel="interaction range (m)", xlim=(0, edges[-1]), ylim=(0, None))
+    return figure

@@ -12,12 +12,14 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env import FlockScenario
+from flockesc_env import FlockScenario, record
 from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 from flockesc_env.episodes import splits
+from flockesc_env.render.options import RenderOptions
+from flockesc_env.render.video import write_video
 from flockesc_env.tasks import Task, tasks
 from flockesc_env.tasks.statistics import difference
-from studies.findings import ablation, fear, headlines, listening, losses, one_agent, video
+from studies.findings import ablation, fear, headlines, listening, losses, one_agent
 from studies.findings.headlines import Headline
 from studies.measurements import Runner
 from studies.pages import path_from, render
@@ -26,6 +28,10 @@ from studies.scoreboard.page import Entry, entries_of
 from studies.study import Study
 
 FIGURES: Final = "figures"
+FILM: Final = f"{FIGURES}/policies.gif"
+FILMED: Final = ("per-agent-local", "per-agent-visible-derived", "per-agent-visible-profile")
+"""Tasks of the film beside the best fixed range."""
+
 OUTCOMES: Final = ("loss", "tie", "win")
 
 RULE, SEARCHED, NETWORK, REINFORCEMENT = KINDS = (
@@ -150,7 +156,17 @@ def measure(scale: float, runner: Runner, output: Path) -> None:
     one_agent.measure(chosen, runner, output)
     fear.measure(chosen, scale, runner, output)
     losses.measure(chosen, scale, runner, output)
-    video.write(chosen, output)
+    write_film(chosen, output / FILM)
+
+
+def write_film(chosen: Sequence[Headline], path: Path) -> None:
+    """Write a film of the headline policies of ``FILMED`` on the first held-out flock."""
+    shown, flock = [one for one in chosen if one.task.name in FILMED], splits.HELD_OUT[0]
+    fixed = f"fixed:{shown[0].best_fixed_range:g}"
+    runs = [(fixed, record(None, fixed, flock))]
+    runs += [(one.task.name, one.entry.record(flock)) for one in shown]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_video(runs, path, fps=8, options=RenderOptions(size=300, color="range"))
 
 
 def figures(results: Findings) -> dict[str, Figure]:
@@ -192,7 +208,6 @@ def markdown_page(results: Findings, output: Path, page: Path) -> str:
         listening=listening,
         losses=losses,
         one_agent=one_agent,
-        video=video,
     )
 
 
