@@ -19,7 +19,7 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
 BEST_RANGE = 12.0
-"""The best fixed range for J_mean in the paper's flock, in m (docs/findings.md)."""
+"""The best fixed range for J_mean in the paper's flock, in m (docs/scoreboard.md)."""
 
 _MEANINGS = {
     **{spec.column: f"{spec.with_unit(spec.symbol)}: {spec.definition}" for spec in OBJECTIVES},

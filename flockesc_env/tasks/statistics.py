@@ -4,7 +4,7 @@ All flocks of a run share the policy of its training seed, so episodes are not i
 training seeds and flocks as two crossed random factors. The mean squares of the two-way analysis of variance
 give the variance of the mean. Its degrees of freedom are those of Satterthwaite, "An approximate distribution
 of estimates of variance components" (1946). Where training seeds dominate, it is Student's interval over the
-training seeds. ``studies.findings.coverage`` measures how often the intervals contain the true mean.
+training seeds.
 """
 
 from __future__ import annotations

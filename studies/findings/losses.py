@@ -1,101 +1,171 @@
-"""Where learning loses: headline policies in other worlds and starts, and training where they lose."""
+"""Where learning loses: headline policies in other starts, presets and sizes than those of their training."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any, Final
 
 import polars as pl
-from training.presets import presets
+from scipy.optimize import brentq
 
+from flockesc_env import AlignedHeadings, ConstantVelocity, FlockScenario
 from flockesc_env.common.array_files import write_table
-from flockesc_env.common.files import atomic_write
-from flockesc_env.jobs import Backend, Cache
-from studies.findings.cells import LOSSES_FILE, Cell, Kind, cell, cells_of, lost, write_cells
-from studies.findings.results import load_studies
-from studies.findings.retrained import RETRAINED, chosen_pairs, file_name, train_there
-from studies.findings.starts import STARTED, starts
-from studies.findings.transfer import (
-    FixedRanges,
-    Headline,
-    fixed_ranges,
-    headline,
-    refusals,
-    transfer,
-    worlds,
-)
-from studies.measurements import Runner
+from flockesc_env.common.errors import InputError
+from flockesc_env.common.stats import Estimate, mean
+from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.episodes.options import View, env_options
+from flockesc_env.episodes.splits import HELD_OUT, TUNING
+from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
+from flockesc_env.models.sweep import FLOCK_RANGES
+from flockesc_env.scenario.approach import approach
+from studies.findings.headlines import Headline, share_of
+from studies.measurements import Runner, chunks
+from studies.playing import play_job
+from studies.robustness.plan import NEIGHBORS, attacked_presets, grid_of
+from studies.tables import rows, values_by
 
-STARTS_FILE, EPISODES_FILE = "starts.parquet", "episodes.parquet"
+STARTS_FILE: Final = "starts.parquet"
+TRANSFER_FILE: Final = "transfer.parquet"
 
-FLOCKS = 50
-"""Held-out flocks of a world; a start has twice as many."""
+FLOCKS: Final = 50
+"""Held-out flocks of a scenario; a start has twice as many."""
+
+POLARIZATIONS: Final = (0.47, 0.85, 0.96, 0.99)
+"""Expected initial polarization of an infinite flock."""
+
+ATTACKS: Final = {"across": (1.0, -1.0), "head-on": (-1.0, -1.0)}
+"""Mean initial heading, by how it lies to the predator's path, which is the diagonal (1, 1)."""
+
+SIZES: Final = (100, 1_000, 10_000)
+"""Numbers of agents of the paper's flock in which policies are tried."""
+
+_SLOW_SHARE, _LARGE_SHARE = 0.2, 0.06
+"""Share of the flocks for agents that count neighbors, and for more than 1,000 agents."""
+
+_CHUNK = 50
+"""Flocks of a job."""
 
 
-def measure_losses(results: Path, runs: Path, minutes: float, backend: Backend) -> Path:
-    """Play the headline policies in all worlds and starts, and train policies where they lose.
-
-    It writes ``transfer.parquet`` of every setting of a flock, ``starts.parquet``, the folder ``retrained``
-    and ``losses.parquet``, whose path it returns. Training may take an estimated number of minutes; 0: no
-    training. Interrupted, it continues from the parts in ``runs``.
-    """
-    known, runner = presets(), Runner(Cache(runs / "fixed"), backend)
-    studies = {
-        study.setting: study
-        for study in load_studies(results)
-        if study.setting in known and not study.is_line
+def starts() -> dict[str, FlockScenario]:
+    """Return other starts of the paper's flock: polarization, direction of attack, speed and density."""
+    aligned = {
+        f"polarization {polarization:g}, {attack}": FlockScenario(
+            initial_headings=AlignedHeadings(direction, max_angle(polarization))
+        )
+        for polarization in POLARIZATIONS
+        for attack, direction in ATTACKS.items()
     }
-    policies = [headline(study) for study in studies.values()]
-
-    beginnings = starts()
-    fixed = fixed_ranges(beginnings, 2 * FLOCKS, runner)
-    started = [policy for policy in policies if policy.setting in STARTED]
-    tables = transfer(started, beginnings, fixed, runner)
-    write_table(_joined(tables), results / STARTS_FILE)
-    cells = _cells("start", tables)
-    cells += [found for start in beginnings for found in _extremes(start, fixed[start])]
-
-    scenarios = worlds()
-    fixed |= fixed_ranges(scenarios, FLOCKS, runner)
-    tables = transfer(policies, scenarios, fixed, runner)
-    for setting, table in tables.items():
-        write_table(table, studies[setting].folder / "transfer.parquet")
-    cells += _cells("world", tables)
-    for policy in policies:
-        refused = refusals(policy, scenarios).items()
-        cells += [Cell("world", policy.setting, world, 0, None, None, why) for world, why in refused]
-
-    scenarios |= beginnings
-    losses = [(found.setting, found.world) for found in lost(cells) if found.setting]
-    pairs = chosen_pairs(losses, studies, scenarios, minutes)
-    folder, episodes = results / RETRAINED, []
-    folder.mkdir(exist_ok=True)
-    for (setting, world), file in train_there(pairs, studies, scenarios, runs / RETRAINED, backend).items():
-        with atomic_write(folder / f"{file_name(setting, world)}.npz") as copy:
-            copy.write(file)
-        policy = Headline(setting, file, studies[setting].spec.column)
-        tables = transfer([policy], {world: scenarios[world]}, fixed, runner)
-        cells += _cells("trained there", tables)
-        episodes.append(_joined(tables))
-    if episodes:
-        write_table(pl.concat(episodes), folder / EPISODES_FILE)
-    write_cells(cells, results / LOSSES_FILE)
-    return results / LOSSES_FILE
+    return {
+        "random headings": FlockScenario(),
+        **aligned,
+        "predator twice as fast": FlockScenario(
+            predators=(ConstantVelocity(*approach(speed=20 * math.sqrt(2))),)
+        ),
+        "half the side": FlockScenario(initial_side=50.0),
+    }
 
 
-def _cells(kind: Kind, tables: Mapping[str, pl.DataFrame]) -> list[Cell]:
-    return [found for setting, table in tables.items() for found in cells_of(kind, setting, table)]
+def max_angle(polarization: float) -> float:
+    """Return the angle in rad within which headings are drawn.
+
+    The mean of unit vectors that are uniform within the angle a of a direction has the length sin(a) / a.
+    """
+    return float(brentq(lambda angle: math.sin(angle) / angle - polarization, 1e-6, math.pi))
 
 
-def _extremes(start: str, fixed: FixedRanges) -> list[Cell]:
-    """Return the gains in J_mean of the best fixed range over the longest one and over 0."""
-    values, best = fixed.held_out["min_mean_distance"], fixed.best("min_mean_distance")
-    others: list[tuple[Kind, int]] = [("over the longest", -1), ("over none", 0)]
-    return [cell(kind, "", start, fixed.ranges[best], values[best] - values[other]) for kind, other in others]
+def scenarios() -> dict[str, FlockScenario]:
+    """Return all presets of flocks with predators, and other sizes of the paper's flock."""
+    return attacked_presets() | {f"n = {size:,}": FlockScenario(num_agents=size) for size in SIZES}
 
 
-def _joined(tables: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
-    """Return the tables of several settings as one, with a column of the setting."""
-    return pl.concat(
-        table.select(pl.lit(setting).alias("setting"), pl.all()) for setting, table in tables.items()
+def can_run(headline: Headline, scenario: FlockScenario) -> bool:
+    """Return whether a policy can run in a scenario: it can show all that the policy observes."""
+    entry = headline.entry
+    try:
+        FlockBatch(scenario, env_options(scenario, entry.options), view=View.of(entry.per_agent))
+    except InputError:
+        return False
+    return True
+
+
+def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:
+    """Play the headline policies in all scenarios, and those with the objective J_mean in all starts.
+
+    The tables have the columns task, scenario, interaction_range (the best fixed range there), seed,
+    objective, and fixed, the objective under that range.
+    """
+    started = [
+        one for one in headlines if one.task.scenario == FlockScenario() and one.task.spec.name == "mean"
+    ]
+    write_table(play(started, starts(), 2 * FLOCKS, scale, runner), output / STARTS_FILE)
+    write_table(play(headlines, scenarios(), FLOCKS, scale, runner), output / TRANSFER_FILE)
+
+
+def play(
+    headlines: Sequence[Headline],
+    tried: Mapping[str, FlockScenario],
+    num_flocks: int,
+    scale: float,
+    runner: Runner,
+) -> pl.DataFrame:
+    """Play policies where they can run beside the best fixed range, which twice as many flocks choose.
+
+    Agents that count neighbors have the grid of the robustness study. Slow scenarios have fewer flocks.
+    """
+    actions = {
+        name: NEIGHBORS.actions if grid_of(scenario) is NEIGHBORS else FLOCK_RANGES
+        for name, scenario in tried.items()
+    }
+    counts = {name: num_flocks * _share(scenario) for name, scenario in tried.items()}
+    held_out = {name: share_of(HELD_OUT, round(count), scale) for name, count in counts.items()}
+    seeds = {
+        name: (share_of(TUNING, 2 * round(count), scale), held_out[name]) for name, count in counts.items()
+    }
+    fixed = runner.groups(
+        {
+            (name, at): seed_jobs(OUTCOMES, scenario, actions[name], flocks)
+            for name, scenario in tried.items()
+            for at, flocks in enumerate(seeds[name])
+        },
+        "Fixed ranges",
     )
+    jobs = {
+        (headline.task.name, headline.column, name): [
+            play_job(headline.content, scenario, headline.column, part)
+            for part in chunks(held_out[name], _CHUNK)
+        ]
+        for headline in headlines
+        for name, scenario in tried.items()
+        if can_run(headline, scenario)
+    }
+    tables = []
+    for (task, column, name), played in runner.groups(jobs, "Policies in other scenarios").items():
+        best = int(fixed[name, 0][column].mean(axis=1).argmax())
+        labels: dict[str, Any] = {"scenario": name, "interaction_range": actions[name][best]}
+        table = rows(held_out[name], played["objective"], task=task, **labels)
+        tables.append(table.with_columns(fixed=fixed[name, 1][column][best]))
+    return pl.concat(tables)
+
+
+def _share(scenario: FlockScenario) -> float:
+    if scenario.num_agents > max(SIZES[:2]):
+        return _LARGE_SHARE
+    return _SLOW_SHARE if grid_of(scenario) is NEIGHBORS else 1.0
+
+
+def gains(file: Path) -> dict[tuple[str, str], tuple[Estimate, float]]:
+    """Return the paired gain over the best fixed range, and that range, by task and scenario."""
+    table = pl.read_parquet(file)
+    best = values_by(table, "task", "scenario", column="interaction_range")
+    changed = values_by(
+        table.with_columns(gain=pl.col("objective") - pl.col("fixed")), "task", "scenario", column="gain"
+    )
+    return {key: (mean(values), float(best[key][0])) for key, values in changed.items()}
+
+
+def unit_of(scenario: str) -> str:
+    """Return the unit of the fixed ranges in a scenario."""
+    known = scenarios().get(scenario)
+    return "m" if known is None else grid_of(known).unit

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,56 +13,68 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from flockesc_env import FlockScenario, NamedPolicy, built_in, load_policy
+from flockesc_env import FlockScenario, NamedPolicy, built_in
 from flockesc_env.common.array_files import write_npz
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
+from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
-from studies.findings.results import load_study
-from studies.findings.watching import watch
+from studies.findings.ablation import watch
+from studies.findings.headlines import Headline
+from studies.measurements import Runner
+from studies.playing import policy_of
 from training.figure_style import RANGES, WIDTH
 
-AGENT_FILE = "one_agent.npz"
-CANDIDATES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
+FILE: Final = "one_agent.npz"
+CANDIDATES: Final = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
 """Ranges in m whose heard velocity the figure shows. They are also those of the rule."""
 
-BLIND_SETTING = "per-agent-visible-derived"
+BLIND: Final = "per-agent-visible-derived"
 _TITLES = {
     "blind": "Without a profile: the best policy",
     "informed": "With a profile: the rule turn-away",
 }
+_AHEAD = 30.0
+"""Angle in degrees between heading and escape direction below which the page says that an agent escapes."""
+
 _SHOWN = 2.0
 """Seconds of the figure."""
 
 
-def measure_agent(results: Path) -> Path:
-    """Follow one agent of the first held-out flock under two policies; return the file.
+def measure(headlines: Sequence[Headline], runner: Runner, output: Path) -> None:
+    """Write what ``follow`` returns for the headline policy of ``BLIND``, if it is among them."""
+    jobs = {
+        one.task.name: Job(f"{__name__}:follow", (one.content,))
+        for one in headlines
+        if one.task.name == BLIND
+    }
+    for kept in runner.each(jobs, "One agent").values():
+        write_npz(output / FILE, kept)
 
-    The policies are the best one of ``BLIND_SETTING`` and the rule ``turn-away``. Of the agents that head
-    more than 120 degrees off their escape direction at the start, it is the one that needs the median time
-    to come within 30 degrees of it under the first policy. The file holds per policy:
 
-    - ``times`` of its actions in s;
-    - ``own``: the agent's angle off the escape direction in degrees;
-    - ``heard``: that of the velocity heard within each candidate, shape (actions, candidates); NaN where the
-      agent would hear nobody;
-    - ``chosen``: the ranges that it sets, in m.
+def follow(policy: bytes) -> Arrays:
+    """Follow one agent of the first held-out flock under a policy (blind) and ``turn-away`` (informed).
+
+    Of the agents that head more than 120 degrees off their escape direction at the start, it is the one that
+    needs the median time to come within 30 degrees of it under the first policy.
+
+    Returns:
+        For each policy, with its name in front: ``times`` of its actions in s; ``own``, the agent's angle off
+        the escape direction in degrees; ``heard``, that of the velocity heard within each candidate, shape
+        (actions, candidates), NaN where the agent would hear nobody; ``chosen``, its ranges in m.
     """
-    file = load_study(results / BLIND_SETTING).file()
     rule = built_in("turn-away")
     informed = replace(rule, options={**rule.options, "max_range": CANDIDATES[-1]})
-    runs = {"blind": _run(load_policy(file)), "informed": _run(informed)}
+    runs = {"blind": _run(policy_of(policy)), "informed": _run(informed)}
     own = runs["blind"]["own"]
-    arrival = np.where((own < 30).any(axis=0), (own < 30).argmax(axis=0), len(own))
+    arrival = np.where((own < _AHEAD).any(axis=0), (own < _AHEAD).argmax(axis=0), len(own))
     agents = np.flatnonzero(own[0] > 120)
     agent = agents[np.argsort(arrival[agents], kind="stable")[len(agents) // 2]]
-    kept = {
+    return {
         f"{name}_{part}": values if part == "times" else values[:, agent]
         for name, run in runs.items()
         for part, values in run.items()
     }
-    write_npz(results / AGENT_FILE, kept)
-    return results / AGENT_FILE
 
 
 def _run(policy: NamedPolicy) -> dict[str, NDArray[Any]]:
@@ -90,7 +103,29 @@ def _degrees(cosines: NDArray[np.float64]) -> NDArray[np.float64]:
     return angles
 
 
-def draw_agent(file: Path) -> Figure:
+def arrivals(file: Path) -> dict[str, float]:
+    """Return the time in s after which the agent first heads its way, by policy."""
+    with np.load(file, allow_pickle=False) as source:
+        return {
+            name: float(source[f"{name}_times"][(source[f"{name}_own"] < _AHEAD).argmax()])
+            for name in _TITLES
+        }
+
+
+def largest_turn(neighbors: int) -> float:
+    """Return the angle in degrees by which the consensus force can turn an agent of the paper in one step.
+
+    With the force a v0 u along a unit vector u, steps 3 and 4 of the model turn the heading h to that of
+    h + k u, where k = a dt / m < 1. The angle is at most arcsin(k), reached if u is 90 degrees + arcsin(k)
+    off h. An agent also hears itself: with one neighbor u is less than 90 degrees off h, and the angle is
+    less than arctan(k). With two neighbors every u is possible.
+    """
+    model: Any = FlockScenario()
+    k = model.alignment_strength * model.time_step / model.mass
+    return float(np.degrees(np.arctan(k) if neighbors == 1 else np.arcsin(k)))
+
+
+def figure(file: Path) -> Figure:
     """Draw the agent's heading, and below what it would hear under each range and the ranges that it sets."""
     with np.load(file, allow_pickle=False) as source:
         kept = {name: source[name] for name in source.files}

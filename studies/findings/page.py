@@ -1,156 +1,229 @@
-"""The pages of results and details and the README's table, made from the files of the studies."""
+"""The study of learned ranges: its measurements, its figures and its page."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Final
 
+import numpy as np
 from matplotlib.figure import Figure
-from training.outputs import CURVE_FLOCKS
 
-from flockesc_env.common.stats import CONFIDENCE
-from flockesc_env.episodes.splits import FLOCKS_PER_RUN, HELD_OUT, TRAINING, TUNING
-from flockesc_env.tasks.statistics import profile
-from studies.findings import figures
-from studies.findings.cells import LOSSES_FILE, read_cells
-from studies.findings.coverage import COVERAGE_FILE, NUM_FLOCKS, NUM_TRIALS, SEEDS, read_coverage
-from studies.findings.dispersal import DISPERSAL_FLOCKS
-from studies.findings.information import INFORMATION_FILE, STEPS_PER_ACTION, UNAWARE_RANGE, draw_information
-from studies.findings.kinds import TRAINED, Kind
-from studies.findings.listening import LISTENING_FILE, LISTENING_FLOCKS, WATCHED, draw_listening
-from studies.findings.loss_tables import loss_tables
-from studies.findings.named import numbers
-from studies.findings.names import KNOWLEDGE, setting_title
-from studies.findings.one_agent import AGENT_FILE, draw_agent
-from studies.findings.questions import QUESTIONS
-from studies.findings.references import NUM_SEGMENTS, PLANNED_STEPS, SEGMENT_STEPS
-from studies.findings.results import BEST_FIXED, FIGURES, ORACLE, load_studies
-from studies.findings.story import story
-from studies.findings.summary import LENDERS, Summary, losses_first, outcomes, summarize
-from studies.findings.tables import ablation_table, transfer_tables, versions
+from flockesc_env import FlockScenario, record
+from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
+from flockesc_env.episodes import splits
+from flockesc_env.render.options import RenderOptions
+from flockesc_env.render.video import write_video
+from flockesc_env.tasks import Task, tasks
+from flockesc_env.tasks.statistics import difference
+from studies.findings import ablation, fear, headlines, listening, losses, one_agent
+from studies.findings.headlines import Headline
+from studies.measurements import Runner
 from studies.pages import path_from, render
-from studies.study import Pages
+from studies.scoreboard.board import load_board
+from studies.scoreboard.page import Entry, entries_of
+from studies.study import Study
 
-DETAILS = "results-details.md"
-"""The page beside that of results: tables per setting, ablation, transfer, throughput."""
+FIGURES: Final = "figures"
+FILM: Final = f"{FIGURES}/policies.gif"
+FILMED: Final = ("per-agent-local", "per-agent-visible-derived", "per-agent-visible-profile")
+"""Tasks of the film beside the best fixed range."""
 
-CREDIT = "per-agent-visible"
-"""The setting that compares rewards."""
+OUTCOMES: Final = ("loss", "tie", "win")
 
-IN_README = ("per-agent-local", "per-agent-visible-derived", "shared", "per-agent-visible")
-"""The settings in the README's table."""
-
-
-_PROTOCOL = {
-    "best_fixed": BEST_FIXED,
-    "oracle": ORACLE,
-    "planner_steps": PLANNED_STEPS,
-    "segments": NUM_SEGMENTS,
-    "segment_steps": SEGMENT_STEPS,
-    "confidence": CONFIDENCE,
-    "tuning": TUNING,
-    "held_out": HELD_OUT,
-    "training": TRAINING,
-    "flocks_per_run": FLOCKS_PER_RUN,
-}
+RULE, SEARCHED, NETWORK, REINFORCEMENT = KINDS = (
+    "untrained rule",
+    "searched rule",
+    "network",
+    "reinforcement learning",
+)
 
 
-def markdown_page(summaries: Sequence[Summary], results: Path, page: Path) -> str:
-    """Return the page as Markdown, for the file ``page``, with pictures in the folder of the results."""
-    coverage, ordered = results / COVERAGE_FILE, losses_first(summaries)
-    return render(
-        "findings/findings.md",
-        summaries=summaries,
-        pictures=path_from(page, results / FIGURES),
-        shown={file.name for file in (results / FIGURES).glob("*.*")},
-        watched=[name for name in WATCHED if (results / name / LISTENING_FILE).is_file()],
-        details=DETAILS,
-        dispersal_flocks=DISPERSAL_FLOCKS,
-        losses=loss_tables(read_cells(results / LOSSES_FILE), summaries),
-        **numbers(summaries, results),
-        unaware_range=UNAWARE_RANGE,
-        steps_per_action=STEPS_PER_ACTION,
-        listening_flocks=LISTENING_FLOCKS,
-        missing=[name for name in QUESTIONS if name not in {row.study.setting for row in summaries}],
-        knowledge=KNOWLEDGE,
-        losses_first=ordered,
-        outcomes=outcomes(ordered),
-        untaught=[row.study.setting for row in ordered if Kind.RULE in row.best and not row.learned],
-        kinds=list(Kind),
-        trained=TRAINED,
-        curve_flocks=CURVE_FLOCKS,
-        coverage=read_coverage(coverage) if coverage.is_file() else None,
-        coverage_flocks=NUM_FLOCKS,
-        coverage_trials=NUM_TRIALS,
-        coverage_seeds=SEEDS,
-        **_PROTOCOL,
-    )
+@dataclass(frozen=True)
+class Row:
+    """A task: its best entry of each kind, and the paired difference of what was learned to the rule."""
+
+    task: Task
+    best: dict[str, Entry]
+
+    @property
+    def learned(self) -> Entry:
+        """The better one of network and reinforcement learning."""
+        found = [self.best[kind] for kind in (NETWORK, REINFORCEMENT) if kind in self.best]
+        return max(found, key=lambda entry: entry.row.score.mean)
+
+    @property
+    def gain(self) -> Estimate:
+        """The paired difference of the learned policies to the untrained rule."""
+        return difference(values(self.learned), values(self.best[RULE]))
+
+    @property
+    def outcome(self) -> str:
+        """Whether the learned policies lose to the rule, tie with it or win."""
+        return outcome(self.gain)
+
+    @property
+    def is_random(self) -> bool:
+        """Whether random ranges are the best rule."""
+        return self.best[RULE].result.learner == "random"
+
+    @property
+    def score_gain(self) -> float:
+        """The same as a difference of scores, which compares tasks."""
+        return self.learned.row.score.mean - self.best[RULE].row.score.mean
+
+    @property
+    def fixed(self) -> str:
+        """The mean objective of the best fixed range."""
+        return self.shown(float(np.mean([scale.zero for scale in self.task.scales.values()])))
+
+    def shown(self, number: float | Estimate, sign: str = "") -> str:
+        """Return a number, or an estimate with its interval, with the digits of the objective."""
+        return f"{number:{sign}.{self.task.spec.digits}f}"
+
+    def cell(self, kind: str) -> str:
+        """Return the mean objective of the best entry of a kind."""
+        if kind not in self.best:
+            return "-"
+        name = f" `{self.best[kind].result.learner}`" if kind == RULE else ""
+        return f"{self.shown(float(values(self.best[kind]).mean()))}{name}"
 
 
-def details_page(summaries: Sequence[Summary], results: Path, page: Path) -> str:
-    """Return the page of details as Markdown; arguments as those of ``markdown_page``."""
-    cells = read_cells(results / LOSSES_FILE)
-    text = render(
-        "findings/details.md",
-        summaries=summaries,
-        pictures=path_from(page, results / FIGURES),
-        credit=[summary for summary in summaries if summary.study.setting == CREDIT],
-        lenders=LENDERS,
-        ablation=ablation_table(summaries),
-        transfers=transfer_tables(cells, summaries),
-        losses=loss_tables(cells, summaries),
-        versions=versions(summaries),
-        **_PROTOCOL,
-    )
-    return text.rstrip() + "\n"
+def values(entry: Entry) -> FloatArray:
+    """Return the objective, shape (training seeds, flocks), the mean over the scenarios of the task."""
+    names = tasks[entry.result.task].scales
+    mean: FloatArray = np.mean([entry.result.values(name) for name in names], axis=0)
+    return mean
 
 
-def readme_table(summaries: Sequence[Summary]) -> str:
-    """Return the README's table, one row per setting of ``IN_README``, as Markdown."""
-    compared = [row for row in losses_first(summaries) if row.learned in row.over_rule]
-    rows = [row for row in compared if row.study.setting in IN_README]
-    text = render(
-        "findings/readme_table.md", rows=rows, title=setting_title, best_fixed=BEST_FIXED, rule=Kind.RULE
-    )
-    return text.strip()
+def kind_of(entry: Entry) -> str:
+    """Return the kind of an entry of the scoreboard, one of ``KINDS``."""
+    if entry.result.training is None:
+        return RULE
+    if not entry.is_learned:
+        return SEARCHED
+    return REINFORCEMENT if entry.entrant.card.kind == REINFORCEMENT else NETWORK
 
 
-def _figures(summaries: Sequence[Summary]) -> dict[str, Figure]:
-    """Return the figures of all settings, and of single measurements that have a file."""
-    studies = [summary.study for summary in summaries]
-    results, shown = studies[0].folder.parent, figures.shown_studies(studies)
-    profiles = {
-        study.setting: {
-            name: profile(study.values(name), figures.thresholds(study)) for name in figures.profiled(study)
-        }
-        for study in shown
-    }
-    told = story(summaries)
+def rows_of(entries: dict[str, list[Entry]]) -> list[Row]:
+    """Return a row per task, the largest loss of what was learned first."""
+    found = []
+    for name, ranked in entries.items():
+        best: dict[str, Entry] = {}
+        for entry in ranked:
+            best.setdefault(kind_of(entry), entry)
+        found.append(Row(tasks[name], best))
+    return sorted(found, key=lambda row: row.score_gain)
+
+
+def outcome(gain: Estimate) -> str:
+    """Return "loss", "win", or "tie" if the interval includes 0."""
+    return "loss" if gain.high < 0 else "win" if gain.low > 0 else "tie"
+
+
+def plus_minus(gain: Estimate) -> str:
+    """Return a gain with half the width of its interval."""
+    return f"{round(gain.mean, 1) + 0.0:+.1f} ± {(gain.high - gain.low) / 2:.1f}"
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The results in a folder, with the scoreboard."""
+
+    output: Path
+    headlines: Sequence[Headline]
+    entries: dict[str, list[Entry]]
+
+    @classmethod
+    def load(cls, output: Path) -> Findings:
+        """Read the results."""
+        return cls(output, headlines.load(output), entries_of(load_board()))
+
+    def gain(self, task: str, learner: str, over: str) -> str:
+        """Return the paired difference in m of two entries of the scoreboard."""
+        found = {entry.result.learner: values(entry) for entry in self.entries[task]}
+        return f"{difference(found[learner], found[over]):+.2f} m"
+
+
+def measure(scale: float, runner: Runner, output: Path) -> None:
+    """Measure everything; ``scale`` is the share of the flocks that play."""
+    chosen = headlines.measure(headlines.EXPLAINED, scale, runner, output)
+    ablation.measure(chosen, scale, runner, output)
+    listening.measure(chosen, scale, runner, output)
+    one_agent.measure(chosen, runner, output)
+    fear.measure(chosen, scale, runner, output)
+    losses.measure(chosen, scale, runner, output)
+    write_film(chosen, output / FILM)
+
+
+def write_film(chosen: Sequence[Headline], path: Path) -> None:
+    """Write a film of the headline policies of ``FILMED`` on the first held-out flock."""
+    shown, flock = [one for one in chosen if one.task.name in FILMED], splits.HELD_OUT[0]
+    fixed = f"fixed:{shown[0].best_fixed_range:g}"
+    runs = [(fixed, record(None, fixed, flock))]
+    runs += [(one.task.name, one.entry.record(flock)) for one in shown]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_video(runs, path, fps=8, options=RenderOptions(size=300, color="range"))
+
+
+def figures(results: Findings) -> dict[str, Figure]:
+    """Draw the figures of the measurements that have a file."""
     drawn = {
-        **({"story": told} if told else {}),
-        "gains": figures.gains(summaries),
-        "learning_curves": figures.learning_curves(shown),
-        "performance_profiles": figures.performance_profiles(shown, profiles),
+        name: listening.figure(results.output / f"{name}.npz", by_place=name == "per-agent-visible")
+        for name in listening.WATCHED
     }
-    measured = {
-        "information": (results / INFORMATION_FILE, draw_information),
-        "one_agent": (results / AGENT_FILE, draw_agent),
-        **{name: (results / name / LISTENING_FILE, draw_listening) for name in WATCHED},
-    }
-    drawn |= {name: draw(file) for name, (file, draw) in measured.items() if file.is_file()}
+    drawn["one_agent"] = one_agent.figure(results.output / one_agent.FILE)
     return {f"{FIGURES}/{name}": figure for name, figure in drawn.items()}
 
 
-def _pages(summaries: Sequence[Summary], results: Path, page: Path) -> dict[Path, str]:
-    details = page.with_name(DETAILS)
-    return {
-        page: markdown_page(summaries, results, page),
-        details: details_page(summaries, results, details),
-    }
+def markdown_page(results: Findings, output: Path, page: Path) -> str:
+    """Return the page as Markdown, for the file ``page``."""
+    starts, transfer = (losses.gains(output / file) for file in (losses.STARTS_FILE, losses.TRANSFER_FILE))
+    every = {**starts, **transfer}
+    lost = sorted((gain.mean, key) for key, (gain, _) in every.items() if outcome(gain) == "loss")
+    by_task = {one.task.name: one for one in results.headlines}
+    return render(
+        "findings/findings.md",
+        rows=rows_of(results.entries),
+        kinds=KINDS,
+        tasks=tasks,
+        results=results,
+        headlines=by_task,
+        tuning_flocks=headlines.TUNING_FLOCKS,
+        pictures=path_from(page, output / FIGURES),
+        starts=starts,
+        every=every,
+        lost=[key for _, key in lost],
+        longer=sum(every[key][1] > by_task[key[0]].max_range for _, key in lost),
+        counts=_counts(transfer),
+        plus_minus=plus_minus,
+        random_polarization=math.sqrt(math.pi / (4 * FlockScenario().num_agents)),
+        confidence=CONFIDENCE,
+        splits=splits,
+        ablation=ablation,
+        fear=fear,
+        listening=listening,
+        losses=losses,
+        one_agent=one_agent,
+    )
 
 
-LEARNED = Pages(
-    load=lambda results: summarize(load_studies(results)),
-    figures=_figures,
-    pages=_pages,
+def _counts(found: Mapping[tuple[str, str], tuple[Estimate, float]]) -> list[dict[str, Any]]:
+    """Return the numbers of losses, ties and wins by task, most losses first, and where it cannot run."""
+    tried, counts = dict.fromkeys(name for _, name in found), []
+    for task in dict.fromkeys(task for task, _ in found):
+        kinds = Counter(outcome(gain) for (own, _), (gain, _) in found.items() if own == task)
+        missing = ", ".join(name for name in tried if (task, name) not in found)
+        counts.append({"task": task, "missing": missing, **{kind: kinds[kind] for kind in OUTCOMES}})
+    return sorted(counts, key=lambda row: -row["loss"])
+
+
+FINDINGS: Final = Study(
+    measure=measure,
+    load=Findings.load,
+    figures=figures,
+    pages=lambda results, output, page: {page: markdown_page(results, output, page)},
 )

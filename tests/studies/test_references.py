@@ -1,64 +1,43 @@
-"""References: bounds that hold and are reached, schedules that replay, and where each makes sense."""
+"""References of the scoreboard: bounds that hold and are reached, and schedules that replay."""
 
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
-from studies.findings.references import (
-    clairvoyant,
-    free_headings,
-    informed_greedy,
-    is_bounded,
-    planner,
-    reference_jobs,
-)
-from training.config import Setting
-from training.presets import presets
 
-from flockesc_env import ArgumentError, FixedRange, FlockScenario, PurePursuit, rollout, simulate
+from flockesc_env import ArgumentError, FlockScenario, PurePursuit, rollout, simulate
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.policies import find_policy
 from flockesc_env.scenario.approach import approach
-from studies.findings import references
-from studies.findings.names import FREE_HEADINGS
-from studies.findings.results import Study, load_studies
+from flockesc_env.tasks import Task, tasks
+from studies.scoreboard import references
+from studies.scoreboard.references import clairvoyant, free_headings, informed_greedy, is_bounded
 
-COMMITTED = Path(__file__).parents[2] / "results" / "findings"
-OBJECTIVES = ["mean", "minimum"]
+TASKS = {"mean": "per-agent-visible", "minimum": "per-agent-visible-minimum"}
 SMALL = FlockScenario(num_agents=12, num_steps=36, initial_side=30.0)
+PAPER = "paper-flock"
 
 
-@pytest.fixture
-def small(tmp_path: Path) -> Setting:
-    """One range for a small flock."""
-    path = tmp_path / "small.toml"
-    path.write_text(SMALL.to_toml())
-    return Setting(scenario=str(path), per_agent=False)
-
-
-@pytest.mark.parametrize("objective", OBJECTIVES)
+@pytest.mark.parametrize("objective", TASKS)
 @pytest.mark.parametrize("policy", ["fixed:0", "fixed:10", "stubborn-leaders", "stubborn-witnesses"])
 def test_free_headings_bound_every_policy(objective: Any, policy: str) -> None:
-    setting = Setting(objective=objective)
-    flocks = TUNING[:10]
-    reached = setting.spec.values(rollout(setting.model, find_policy(policy), flocks))
-    assert (reached <= free_headings(setting, flocks)["objective"]).all()
+    task, flocks = tasks[TASKS[objective]], TUNING[:10]
+    reached = task.spec.values(rollout(PAPER, find_policy(policy), flocks))
+    assert (reached <= free_headings(task.name, PAPER, flocks)["objective"]).all()
 
 
-@pytest.mark.parametrize("objective", OBJECTIVES)
+@pytest.mark.parametrize("objective", TASKS)
 def test_straight_flights_reach_the_bound_of_free_headings(objective: Any) -> None:
     """Except for the length of a step, if agents fly away from the predator's place at the best time."""
-    setting = Setting(objective=objective)
-    model, flocks = setting.model, TUNING[:10]
+    model, flocks = FlockScenario(), TUNING[:10]
     (predator,) = model.predators
     place, velocity = np.array(predator.position), np.array(predator.velocity)
     faster = np.linalg.norm(velocity)
-    for flock, bound in zip(flocks, free_headings(setting, flocks)["objective"], strict=True):
+    for flock, bound in zip(flocks, free_headings(TASKS[objective], PAPER, flocks)["objective"], strict=True):
         start = simulate(model, 0.0, seed=flock).positions[0]
 
         def farthest(times: Any, start: np.ndarray = start) -> np.ndarray:
@@ -81,13 +60,13 @@ def test_straight_flights_reach_the_bound_of_free_headings(objective: Any) -> No
         assert exact - 1e-6 < reached < bound + 1e-6 < exact + 0.6
 
 
-@pytest.mark.parametrize("objective", OBJECTIVES)
+@pytest.mark.parametrize("objective", TASKS)
 def test_the_informed_greedy_rule_stays_below_the_bound_and_above_eight_candidates(objective: Any) -> None:
-    setting, flocks = Setting(objective=objective), TUNING[:10]
-    reached = informed_greedy(setting, flocks)["objective"]
-    assert (reached <= free_headings(setting, flocks)["objective"]).all()
+    name, flocks = TASKS[objective], TUNING[:10]
+    reached = informed_greedy(name, PAPER, flocks)["objective"]
+    assert (reached <= free_headings(name, PAPER, flocks)["objective"]).all()
     rule = find_policy("turn-away" if objective == "mean" else "keep-distance")
-    assert reached.mean() > setting.spec.values(rollout(setting.model, rule, flocks)).mean()
+    assert reached.mean() > tasks[name].spec.values(rollout(PAPER, rule, flocks)).mean()
 
 
 def test_free_headings_need_straight_predators_and_a_constant_speed() -> None:
@@ -96,14 +75,16 @@ def test_free_headings_need_straight_predators_and_a_constant_speed() -> None:
     assert not is_bounded(SMALL.replace(predators=(PurePursuit(*approach("center")),)))
     assert is_bounded(SMALL)
     with pytest.raises(ArgumentError, match="straight"):
-        free_headings(presets()["steering-predator"].setting, HELD_OUT[:2])
+        free_headings("steering-predator", "pursuit", HELD_OUT[:2])
 
 
-@pytest.mark.parametrize("objective", OBJECTIVES)
+@pytest.mark.parametrize("objective", TASKS)
 def test_a_schedule_is_no_worse_than_a_constant_range_and_replays(
-    objective: Any, small: Setting, monkeypatch: pytest.MonkeyPatch
+    objective: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    setting = dataclasses.replace(small, objective=objective)
+    name = {"mean": "shared", "minimum": "shared-minimum"}[objective]
+    task: Task = dataclasses.replace(tasks[name], scenarios={"small": SMALL})
+    monkeypatch.setattr(references, "tasks", {name: task})
     played: list[tuple[np.ndarray, np.ndarray]] = []
     objectives = references._Replays.objectives
 
@@ -113,30 +94,13 @@ def test_a_schedule_is_no_worse_than_a_constant_range_and_replays(
 
     monkeypatch.setattr(references._Replays, "objectives", noting)
     monkeypatch.setattr(references, "_GENERATIONS", 8)
-    (best,) = clairvoyant(setting, HELD_OUT[:1])["objective"]
+    (best,) = clairvoyant(name, "small", HELD_OUT[:1])["objective"]
     (_, constants), *rest = played
     assert len(constants) == 24
     assert len(rest) == 8
     assert best == max(values.max() for _, values in played) > constants.max()
     schedules, values = max(rest, key=lambda generation: generation[1].max())
-    ranges = 20.0 * schedules[values.argmax(), :3].astype(np.float32).astype(float) ** 2
+    ranges = task.options["max_range"] * schedules[values.argmax(), :3].astype(np.float32).astype(float) ** 2
     run = simulate(SMALL, schedule=np.repeat(ranges, 12)[:, np.newaxis], seed=HELD_OUT[0])
     distances = run.mean_distance if objective == "mean" else run.min_distance
     assert distances.min() == pytest.approx(best, abs=1e-3)
-
-
-def test_the_planner_is_no_worse_than_constant_ranges(small: Setting) -> None:
-    reached = planner(small, HELD_OUT[:6])["objective"]
-    for rho in (0.0, 20.0):
-        constant = rollout(SMALL, FixedRange(rho), HELD_OUT[:6], **small.env_options())
-        assert (reached >= constant.min_mean_distance).all()
-
-
-@pytest.mark.parametrize("study", load_studies(COMMITTED), ids=lambda study: study.setting)
-def test_committed_references_are_those_of_the_setting_and_bound_its_policies(study: Study) -> None:
-    jobs = reference_jobs(presets()[study.setting].setting, HELD_OUT[: study.held_out_flocks])
-    assert study.reference_names == [*jobs]
-    for name in study.reference_names:
-        reached, _ = study.reference(name)
-        for policy in study.policies if name == FREE_HEADINGS else ():
-            assert (study.values(policy) <= reached).all(), policy

@@ -1,0 +1,137 @@
+"""What hidden entries of the observation cost a policy, and recordings of what a policy observes and sets."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from flockesc_env import NamedPolicy, Policy, PolicySpec, rollout
+from flockesc_env.common import stats
+from flockesc_env.common.array_files import write_table
+from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.episodes.policy_reset import reset_policy
+from flockesc_env.episodes.spaces import ObservationLayout
+from flockesc_env.episodes.splits import HELD_OUT, TUNING
+from flockesc_env.jobs import Arrays, Job
+from studies.findings.headlines import Headline, share_of
+from studies.measurements import Runner
+from studies.playing import policy_of
+from studies.tables import rows, values_by
+
+Observations = NDArray[np.float32]
+
+FILE: Final = "ablation.parquet"
+FLOCKS: Final = 100
+TUNED: Final = 20
+"""Tuning flocks over which a hidden entry has its mean."""
+
+NOTHING: Final = "nothing"
+
+GROUPS: Final[dict[str, tuple[str, ...]]] = {
+    "time": ("time",),
+    "escape direction": ("escape_", "heard_escape_gain", "heading_escape"),
+    "closest approach": ("closest_", "heard_closest_approach"),
+    "predator direction": ("predator_direction", "heading_away", "velocity_away"),
+    "predator distance": ("predator_distance", "mean_distance", "min_distance", "centroid_distance"),
+    "predator velocity": ("predator_velocity", "predator_speed", "predator_aim"),
+    "heard velocity": ("heard_velocity", "velocity_ahead", "velocity_left"),
+    "number of neighbors": ("neighbor_count",),
+    "alignment": ("polarization", "heard_alignment"),
+    "last range": ("last_range",),
+    "running minimum": ("running_minimum",),
+}
+"""Entries of an observation that are hidden together, by the beginnings of their names.
+
+The entries of candidate ranges belong to them without ``profile_k_``.
+"""
+
+
+@dataclass
+class Hiding:
+    """A policy that sees a constant instead of each entry in a column of ``shown``."""
+
+    policy: Policy
+    shown: dict[int, float]
+
+    def reset(self, rows: NDArray[np.bool]) -> None:
+        """Reset the policy."""
+        reset_policy(self.policy, rows)
+
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+        """Let the policy choose without the hidden entries."""
+        seen = observations.copy()
+        for column, value in self.shown.items():
+            seen[:, column] = value
+        return self.policy.act(seen, spec)
+
+
+class Watching(Hiding):
+    """A policy whose observations and ranges are recorded."""
+
+    def __init__(self, policy: Policy) -> None:
+        super().__init__(policy, {})
+        self.layouts: list[ObservationLayout] = []
+        self.seen: list[Observations] = []
+        self.ranges: list[FloatArray] = []
+
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+        """Let the policy choose."""
+        actions = super().act(observations, spec)
+        self.layouts.append(spec.layout)
+        self.seen.append(observations.copy())
+        self.ranges.append(spec.actions.to_ranges(actions, len(observations)))
+        return actions
+
+
+def watch(entry: NamedPolicy, flocks: range) -> tuple[ObservationLayout, Observations, FloatArray]:
+    """Run a policy on some flocks of the scenario that it was trained in.
+
+    Returns:
+        Layout; observations (actions, rows, entries); ranges in m (actions, rows).
+    """
+    watching = Watching(entry.policy)
+    rollout(None, replace(entry, policy=watching), flocks, batch_size=len(flocks))
+    return watching.layouts[0], np.array(watching.seen), np.array(watching.ranges)
+
+
+def hide(policy: bytes, column: str, shown: tuple[tuple[int, float], ...], flocks: range) -> Arrays:
+    """Return the objective of every flock under a policy that sees some columns as constants."""
+    entry = policy_of(policy)
+    episodes = rollout(None, replace(entry, policy=Hiding(entry.policy, dict(shown))), flocks)
+    return {"objective": getattr(episodes, column)}
+
+
+def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:
+    """Play the headline policies with groups of entries replaced by their means over tuning flocks."""
+    flocks, jobs = share_of(HELD_OUT, FLOCKS, scale), {}
+    for headline in headlines:
+        layout, seen, _ = watch(headline.entry, share_of(TUNING, TUNED, scale))
+        means = seen.reshape(-1, seen.shape[-1]).mean(axis=0)
+        for group, beginnings in {NOTHING: (), **GROUPS}.items():
+            names = [re.sub(r"^profile_\d+_", "", name) for name in layout.names]
+            shown = [(k, float(means[k])) for k, name in enumerate(names) if name.startswith(beginnings)]
+            if shown or group == NOTHING:
+                arguments = (headline.content, headline.column, tuple(shown), flocks)
+                jobs[headline.task.name, group] = Job(f"{__name__}:hide", arguments, len(flocks) * 0.05)
+    played = runner.each(jobs, "Hidden entries")
+    tables = [
+        rows(flocks, found["objective"], task=task, removed=group) for (task, group), found in played.items()
+    ]
+    write_table(pl.concat(tables), output / FILE)
+
+
+def changes(output: Path) -> dict[str, dict[str, Estimate]]:
+    """Return the paired change of the objective by task and hidden group, in the order of ``GROUPS``."""
+    values = values_by(pl.read_parquet(output / FILE), "task", "removed")
+    return {
+        task: {group: stats.mean(values[task, group] - whole) for group in GROUPS if (task, group) in values}
+        for (task, removed), whole in values.items()
+        if removed == NOTHING
+    }

@@ -1,0 +1,121 @@
+"""The headline policy of each task: the best trained one on tuning flocks, which the study explains."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Final
+
+from flockesc_env import NamedPolicy
+from flockesc_env.common.files import write_text
+from flockesc_env.episodes.splits import TUNING, first_seeds
+from flockesc_env.tasks import Task, tasks
+from flockesc_env.tasks.results import is_file
+from studies.measurements import Runner
+from studies.playing import play_job, policy_of
+from studies.scoreboard.board import BOARD, load_board
+from studies.study import document
+
+HEADLINES: Final = "headlines.json"
+TUNING_FLOCKS: Final = 200
+
+EXPLAINED: Final = (
+    "shared",
+    "shared-minimum",
+    "per-agent-visible",
+    "per-agent-visible-derived",
+    "per-agent-visible-minimum",
+    "per-agent-local",
+    "per-agent-visible-profile",
+    "steering-predator",
+)
+"""Tasks whose headline policies the study explains."""
+
+
+@dataclass(frozen=True)
+class Headline:
+    """A task and the file of its headline policy."""
+
+    task: Task
+    file: Path
+
+    @property
+    def name(self) -> str:
+        """The learner and its training seed, such as ``search-1``."""
+        return f"{self.file.parts[-3]}-{self.file.stem.rpartition('-')[2]}"
+
+    @cached_property
+    def content(self) -> bytes:
+        """The bytes of the file."""
+        return self.file.read_bytes()
+
+    @property
+    def entry(self) -> NamedPolicy:
+        """The policy."""
+        return policy_of(self.content)
+
+    @property
+    def column(self) -> str:
+        """The column of the task's objective."""
+        return self.task.spec.column
+
+    @property
+    def best_fixed_range(self) -> float:
+        """The task's best fixed range in m."""
+        return next(iter(self.task.scales.values())).best_fixed_range
+
+    @property
+    def max_range(self) -> float:
+        """The largest range in m that the policy can set."""
+        return float(self.entry.options["max_range"])
+
+
+def share_of(purpose: range, count: int, scale: float) -> range:
+    """Return the first seeds of a purpose: a share of their number, at least 2."""
+    return first_seeds(purpose, max(2, round(count * scale)))
+
+
+def candidates(task: str) -> dict[str, list[str]]:
+    """Return the policy files of the trained learners of a task, relative to the scoreboard, by learner."""
+    found = {
+        entrant.name: [
+            f"{entrant.name}/{one.policy}" for one in entrant.results[task].policies if is_file(one.policy)
+        ]
+        for entrant in load_board()
+        if task in entrant.results and entrant.results[task].training
+    }
+    return {learner: files for learner, files in found.items() if files}
+
+
+def measure(names: Iterable[str], scale: float, runner: Runner, output: Path) -> list[Headline]:
+    """Choose the headline policies of tasks on tuning flocks, and write their files' names.
+
+    The best learner has the largest mean objective over its training seeds. Its best training seed follows.
+    """
+    flocks = share_of(TUNING, TUNING_FLOCKS, scale)
+    jobs = {
+        (name, learner, file): play_job(
+            (BOARD / file).read_bytes(), tasks[name].scenario, tasks[name].spec.column, flocks
+        )
+        for name in names
+        for learner, files in candidates(name).items()
+        for file in files
+    }
+    values: dict[str, dict[str, dict[str, float]]] = {}
+    for (name, learner, file), played in runner.each(jobs, "Headline policies").items():
+        values.setdefault(name, {}).setdefault(learner, {})[file] = float(played["objective"].mean())
+    chosen = {}
+    for name, by_learner in values.items():
+        best = max(by_learner.values(), key=lambda files: sum(files.values()) / len(files))
+        chosen[name] = max(best, key=lambda file: best[file])
+    write_text(output / HEADLINES, document(chosen))
+    return load(output)
+
+
+def load(output: Path) -> list[Headline]:
+    """Read the headline policies."""
+    chosen = json.loads((output / HEADLINES).read_text("utf-8"))
+    return [Headline(tasks[name], BOARD / file) for name, file in chosen.items()]
