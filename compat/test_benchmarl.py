@@ -19,6 +19,7 @@ from torchrl.envs import check_env_specs
 from flockesc_env import FlockScenario, load_policy
 from flockesc_env.benchmarl import FlockTask
 from flockesc_env.common.errors import OptionError
+from flockesc_env.tasks import tasks
 
 # BenchMARL uses deprecated names of TorchRL.
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::UserWarning")
@@ -61,12 +62,14 @@ def experiment(algorithm: Any, critic: Any, folder: Path, **changes: Any) -> Exp
 
 
 @pytest.mark.parametrize("task", list(FlockTask))
-def test_tasks(task: FlockTask) -> None:
+def test_tasks(task: Any) -> None:
     loaded = task.get_task()
     env = loaded.get_env_fun(num_envs=2, continuous_actions=True, seed=3, device="cpu")()
+    known = tasks[task.name.lower().replace("_", "-")]
     assert loaded.max_steps(env) == 240 / env.options.steps_per_action
-    assert env.options.objective == ("minimum" if task.name.endswith("MINIMUM") else "mean")
-    assert (env.options.predator_sensing_range is None) == ("LOCAL" not in task.name)
+    for name, value in known.options.items():
+        chosen = getattr(env.options, name)
+        assert (list(chosen) if isinstance(value, list) else chosen) == value
     assert loaded.action_spec(env)["agents", "action"].shape == (300, 1)
     entries = len(env.policy_spec.layout.names)
     assert loaded.observation_spec(env)["agents", "observation"].shape == (300, entries)

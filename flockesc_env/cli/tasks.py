@@ -19,12 +19,13 @@ from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import ArgumentError, FlockescError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import write_text
+from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.results import SUFFIX, Result, Training, check_learner, read_result, write_result
 from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks
 from flockesc_env.tasks.scoring import score as play_all
 from flockesc_env.tasks.scoring import verify as play_again
 from flockesc_env.tasks.standings import standings
-from flockesc_env.tasks.task import FLOCKS, VERSION, Task, tasks
+from flockesc_env.tasks.task import Task, tasks
 
 MODEL = "PPO:FILE.zip (a model of stable-baselines3)"
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
@@ -87,9 +88,11 @@ def compare(
     ] = None,
     num_threads: Threads = None,
 ) -> Exit:
-    """Compare policies with the best fixed range and a simple rule, on the same held-out flocks.
+    """Compare policies with the best fixed range and a rule, on held-out flocks.
 
-    The task says what a policy may see. --output writes table.md and episodes.parquet.
+    The task says what a policy may see.
+
+    --output writes table.md and episodes.parquet.
 
     Example: flockesc compare ppo-0.npz --task per-agent-visible
     """

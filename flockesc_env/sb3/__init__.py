@@ -6,6 +6,6 @@ require("sb3", ["stable_baselines3"])
 
 from flockesc_env.sb3.callbacks import FlockEvalCallback  # noqa: E402, after the check
 from flockesc_env.sb3.policies import RangePolicy, ScorerPolicy  # noqa: E402
-from flockesc_env.sb3.vec_env import AgentVecEnv, FlockVecEnv, line_vec_env  # noqa: E402
+from flockesc_env.sb3.vec_env import AgentVecEnv, FlockVecEnv  # noqa: E402
 
-__all__ = ["AgentVecEnv", "FlockEvalCallback", "FlockVecEnv", "RangePolicy", "ScorerPolicy", "line_vec_env"]
+__all__ = ["AgentVecEnv", "FlockEvalCallback", "FlockVecEnv", "RangePolicy", "ScorerPolicy"]

@@ -80,8 +80,7 @@ class FlockEvalCallback(BaseCallback):
         return True
 
     def _on_training_end(self) -> None:
-        if self.history[-1][0] < self.num_timesteps:
-            self._evaluate()
+        self._evaluate()
 
     def _evaluate(self) -> None:
         scenarios, options, spec, named = self._played

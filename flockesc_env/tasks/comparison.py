@@ -23,8 +23,8 @@ from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.policies.rollout import rollout
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.tasks.definition import TaskDefinition
 from flockesc_env.tasks.fitting import fitted
-from flockesc_env.tasks.task import Task
 
 if TYPE_CHECKING:
     import polars as pl
@@ -58,7 +58,7 @@ class Comparison:
         values: objective of every flock, shape (flocks,), by policy; the best fixed range is first.
     """
 
-    task: Task
+    task: TaskDefinition
     scenario: str
     search: FlockSweepResult | LineSweepResult
     values: Mapping[str, FloatArray]
@@ -105,7 +105,7 @@ class Comparison:
 
 
 def compare(
-    task: Task,
+    task: TaskDefinition,
     policies: Sequence[Any],
     *,
     scenario: str | None = None,
@@ -136,12 +136,12 @@ def compare(
     return Comparison(task, name, search, values)
 
 
-def grid_of(task: Task) -> tuple[float, ...]:
+def grid_of(task: TaskDefinition) -> tuple[float, ...]:
     """Return the fixed ranges among which the best one of a task is chosen."""
     return LINE_RANGES if isinstance(task.scenario, LineScenario) else FLOCK_RANGES
 
 
-def entry_of(policy: Any, task: Task) -> NamedPolicy:
+def entry_of(policy: Any, task: TaskDefinition) -> NamedPolicy:
     """Return a policy as it plays a task, with the task's objective.
 
     Args:

@@ -16,7 +16,7 @@ from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.policies.rules import ListenWhileFleeing, StubbornLeaders
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.tasks.task import Task
+from flockesc_env.tasks.definition import TaskDefinition
 
 FREE = (
     *("action_mode", "min_range", "max_range", "range_grid", "steps_per_action"),
@@ -36,7 +36,7 @@ _ROW_BY_ROW = (
 )
 
 
-def fitted(entry: NamedPolicy, task: Task) -> NamedPolicy:
+def fitted(entry: NamedPolicy, task: TaskDefinition) -> NamedPolicy:
     """Return a policy as it plays a task.
 
     ``FixedRange`` and ``RandomRange`` observe nothing and set one range per agent or one for the flock. They
@@ -52,7 +52,7 @@ def fitted(entry: NamedPolicy, task: Task) -> NamedPolicy:
     return entry
 
 
-def check_fits(entry: NamedPolicy, task: Task) -> None:
+def check_fits(entry: NamedPolicy, task: TaskDefinition) -> None:
     """Refuse a policy for another problem, or one whose options show more than the task does.
 
     The task's own options say what it shows. A policy may see that and what follows from it:
@@ -106,7 +106,7 @@ def _check_some(name: str, chosen: tuple[Any, ...], shown: tuple[Any, ...]) -> N
         raise ArgumentError(name, f"{allowed}, as in the task", ", ".join(map(str, chosen)))
 
 
-def content(entry: NamedPolicy, task: Task) -> Any:
+def content(entry: NamedPolicy, task: TaskDefinition) -> Any:
     """Return what decides the actions of a checkable policy in a task: its class, its numbers, its options.
 
     Names, the training scenario, and options that no action depends on do not count.

@@ -6,15 +6,13 @@ import tomllib
 from functools import cache
 from importlib.resources import files
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import msgspec
 
 from flockesc_env.common.errors import ArgumentError, shown_name
 from flockesc_env.common.extras import require
-
-if TYPE_CHECKING:
-    from flockesc_env.tasks.task import Task
+from flockesc_env.tasks.definition import TaskDefinition
 
 OWN_ALGORITHMS: Final = ("search", "imitation")
 """Algorithms of ``python -m training`` that are not of stable-baselines3 or sb3-contrib."""
@@ -52,12 +50,12 @@ class Learner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     num_evaluations: int = 8
 
 
-def learners(task: Task) -> dict[str, Learner]:
+def learners(task: TaskDefinition) -> dict[str, Learner]:
     """Return the learners of a task by name; empty if the task has no file."""
     return _read(task.name)
 
 
-def learner_of(task: Task, name: str) -> Learner:
+def learner_of(task: TaskDefinition, name: str) -> Learner:
     """Return a learner of a task.
 
     Raises:
@@ -70,7 +68,7 @@ def learner_of(task: Task, name: str) -> Learner:
     return known[name]
 
 
-def arguments(task: Task, name: str, learner: Learner) -> dict[str, Any]:
+def arguments(task: TaskDefinition, name: str, learner: Learner) -> dict[str, Any]:
     """Return the keyword arguments of the class of stable-baselines3; see ``Task.hyperparameters``."""
     if learner.algorithm in OWN_ALGORITHMS:
         expected = "one of stable-baselines3 or sb3-contrib"

@@ -20,8 +20,9 @@ from flockesc_env.common.files import suffix_of, write_text
 from flockesc_env.common.json_text import parse_json
 from flockesc_env.policies.files import SUFFIX as POLICY_SUFFIX
 from flockesc_env.policies.registry import built_in
+from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.fitting import content
-from flockesc_env.tasks.task import FLOCKS, VERSION, Task, tasks
+from flockesc_env.tasks.task import Task, tasks
 
 SUFFIX: Final = ".json"
 

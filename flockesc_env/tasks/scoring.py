@@ -19,6 +19,7 @@ from flockesc_env.policies.ranges import RandomRange
 from flockesc_env.policies.registry import NamedPolicy, built_in
 from flockesc_env.policies.rollout import rollout
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.fitting import content, fitted, is_checkable
 from flockesc_env.tasks.results import (
     PolicyResult,
@@ -30,7 +31,7 @@ from flockesc_env.tasks.results import (
     is_file,
     read_result,
 )
-from flockesc_env.tasks.task import FLOCKS, VERSION, Task, tasks
+from flockesc_env.tasks.task import Task, tasks
 
 _SHOWN: Final = 3
 """Flocks that the error about a difference names."""

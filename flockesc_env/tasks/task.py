@@ -6,213 +6,26 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 import tomli_w
 
 from flockesc_env.common.errors import ArgumentError, shown_name
-from flockesc_env.envs.gymnasium import FlockEscapeEnv
-from flockesc_env.envs.line import LineEscapeEnv
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
-from flockesc_env.episodes.options import View, env_options, line_options
-from flockesc_env.episodes.spaces import PolicySpec, flock_policy_spec, line_policy_spec
-from flockesc_env.episodes.splits import HELD_OUT, first_seeds
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import PRESETS, Scenario
+from flockesc_env.tasks import learners
+from flockesc_env.tasks.definition import FLOCKS, VERSION, Control, Scale, Shortcut, TaskDefinition
 
 if TYPE_CHECKING:
-    from stable_baselines3.common.vec_env import VecEnv
-
-    from flockesc_env.envs.pettingzoo import FlockParallelEnv
     from flockesc_env.tasks.comparison import Comparison
 
-VERSION: Final = "v1"
-"""Version of the tasks. A change of a task gets another version; old ones stay."""
 
-FLOCKS: Final = first_seeds(HELD_OUT, 1000)
-"""Seeds of the flocks, or lines, that every policy is scored on."""
-
-Reference = Literal["free headings", "clairvoyant", "informed greedy", "hindsight"]
-
-
-class Scale(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The two objectives that normalize the scores of a task in one scenario.
-
-    Attributes:
-        best_fixed_range: fixed range with the largest mean objective on tuning flocks, in m for a flock.
-        zero: mean objective of the best fixed range on the held-out flocks; the score 0.
-        one: ``zero`` plus the reference's mean gain over the best fixed range; the score 1. The gain is
-            paired: both play the same held-out flocks, all of them or the first ones.
-        one_error: half width of the 95 % interval of ``one``; 0 if the reference plays all flocks.
-        reference: what reaches ``one``; docs/scoreboard.md describes the kinds.
-    """
-
-    best_fixed_range: float
-    zero: float
-    one: float
-    one_error: float = 0.0
-    reference: Reference
-
-    def score(self, objective: Any) -> Any:
-        """Return the normalized score of an objective or an array of them."""
-        return (objective - self.zero) / (self.one - self.zero)
-
-
-class Control(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An experiment that shows what a task is about: a gain with and without the escape force.
-
-    Attributes:
-        policy: the policy that hears the warning.
-        baseline: the policy that it is compared with, on the same flocks.
-        gain: mean paired difference of their objectives; mean, lower and upper end of the 95 % interval.
-        gain_without_force: the same in flocks without the escape force, where nobody gives a warning.
-    """
-
-    policy: str
-    baseline: str
-    gain: tuple[float, float, float]
-    gain_without_force: tuple[float, float, float]
-
-
-class Shortcut(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A simple policy without training and its score, so that nobody mistakes it for progress."""
-
-    policy: str
-    says: str
-    score: float
-
-
-class _Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A task in the file: see ``Task``."""
-
-    asks: str
-    scenario: str
-    per_agent: bool
-    objective: str
-    samples: int
-    options: dict[str, Any]
-    shortcut: Shortcut
-    scales: dict[str, Scale]
-    controls: tuple[Control, ...] = ()
-
-
-class _File(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    version: str
-    scenarios: dict[str, dict[str, Any]]
-    tasks: dict[str, _Entry]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Task:
-    """A task: who sets which ranges, what it observes, and what is scored.
-
-    Attributes:
-        name: name of the task.
-        asks: the question that the task asks, in a sentence.
-        scenario: the scenario in which policies are trained.
-        per_agent: True: a policy sets one range per agent. False: one per flock, or per line.
-        spec: the objective.
-        options: options of the environment, which say what a policy may see; without the reward, which a
-            trainer chooses.
-        samples: number of actions, of one agent or of one flock, that a training run may take.
-        shortcut: a simple policy without training, and its score.
-        scales: normalization of scores, by the names of the scenarios in which policies are scored.
-        scenarios: these scenarios, by name.
-        controls: experiments without the escape force, of tasks in which a warning decides.
-        seeds: seeds of the held-out flocks that policies are scored on.
-        sha256: checksum of everything that defines the task.
-    """
-
-    name: str
-    asks: str
-    scenario: Scenario
-    per_agent: bool
-    spec: ObjectiveSpec
-    options: Mapping[str, Any]
-    samples: int
-    shortcut: Shortcut
-    scales: Mapping[str, Scale]
-    scenarios: Mapping[str, Scenario]
-    controls: tuple[Control, ...]
-    seeds: range
-    sha256: str
-
-    @property
-    def actor(self) -> str:
-        """What sets a range: an agent, a flock or a line."""
-        return "agent" if self.per_agent else self.spec.model
-
-    def normalize(self, objectives: Mapping[str, float]) -> float:
-        """Return the score of a policy, the mean over scenarios, from its mean objective in each."""
-        scores = [scale.score(objectives[name]) for name, scale in self.scales.items()]
-        return float(sum(scores) / len(scores))
-
-    def env(self, **options: Any) -> FlockEscapeEnv | LineEscapeEnv:
-        """Return the Gymnasium environment of a task with one range per flock or line.
-
-        Args:
-            **options: options beside the task's, such as ``reward`` and ``render_mode``.
-
-        Raises:
-            ArgumentError: if every agent sets its own range.
-            OptionError: if an option is unknown or out of bounds.
-        """
-        options = {**self.options, **options}
-        if isinstance(self.scenario, LineScenario):
-            return LineEscapeEnv(self.scenario, **options)
-        if self.per_agent:
-            raise ArgumentError(
-                "task", "one range per flock; parallel_env and vec_env have one per agent", self.name
-            )
-        return FlockEscapeEnv(self.scenario, **options)
-
-    def parallel_env(self, **options: Any) -> FlockParallelEnv:
-        """Return the PettingZoo environment of a task with one range per agent; see ``env``."""
-        if not self.per_agent or isinstance(self.scenario, LineScenario):
-            raise ArgumentError("task", "one range per agent; env has one per flock or line", self.name)
-        from flockesc_env.envs.pettingzoo import parallel_env  # fails in a deleted working folder
-
-        options = {**self.options, **options}
-        return parallel_env(self.scenario, **{"reward": self.reward, **options})
-
-    def vec_env(self, num_flocks: int, **options: Any) -> VecEnv:
-        """Return the environment for stable-baselines3, with one slot per agent, per flock or per line.
-
-        Args:
-            num_flocks: number of flocks, or of lines.
-            **options: options beside the task's, of ``flockesc_env.sb3.AgentVecEnv`` and ``FlockVecEnv``;
-                ``reward`` is ``Task.reward`` by default. ``scenario`` replaces the task's.
-
-        Raises:
-            MissingExtraError: if stable-baselines3 is not installed.
-            OptionError: if an option is unknown or out of bounds.
-        """
-        from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv, line_vec_env
-
-        options = {"reward": self.reward, **self.options, **options}
-        scenario = options.pop("scenario", self.scenario)
-        if isinstance(scenario, LineScenario):
-            return line_vec_env(num_flocks, scenario, **options)
-        make = AgentVecEnv if self.per_agent else FlockVecEnv
-        return make(num_flocks, scenario, **{"infos": "end", **options})
-
-    @property
-    def reward(self) -> str:
-        """The reward of training by default: what an agent, or the flock, adds to its objective."""
-        if isinstance(self.scenario, LineScenario):
-            return "change"
-        return "individual_running_minimum" if self.per_agent else "running_minimum"
-
-    def policy_spec(self, **options: Any) -> PolicySpec:
-        """Return what a policy observes and sets; ``options`` replace the task's."""
-        chosen: Any = {**self.options, **options}
-        if isinstance(self.scenario, LineScenario):
-            return line_policy_spec(self.scenario, line_options(chosen))
-        return flock_policy_spec(self.scenario, env_options(self.scenario, chosen), View.of(self.per_agent))
+class Task(TaskDefinition):
+    """A task: its definition, the hyperparameters of its learners, and comparisons of policies."""
 
     def hyperparameters(self, learner: str) -> dict[str, Any]:
         """Return the arguments of the algorithm of a learner of stable-baselines3; see ``learners``.
@@ -222,9 +35,7 @@ class Task:
         Raises:
             ArgumentError: if the task has no such learner, or it is none of stable-baselines3.
         """
-        from flockesc_env.tasks.learners import arguments, learner_of
-
-        return arguments(self, learner, learner_of(self, learner))
+        return learners.arguments(self, learner, learners.learner_of(self, learner))
 
     def compare(
         self,
@@ -248,6 +59,26 @@ class Task:
         from flockesc_env.tasks.comparison import compare
 
         return compare(self, policies, scenario=scenario, num_flocks=num_flocks, num_threads=num_threads)
+
+
+class _Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A task in the file: see ``Task``."""
+
+    asks: str
+    scenario: str
+    per_agent: bool
+    objective: str
+    samples: int
+    options: dict[str, Any]
+    shortcut: Shortcut
+    scales: dict[str, Scale]
+    controls: tuple[Control, ...] = ()
+
+
+class _File(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    version: str
+    scenarios: dict[str, dict[str, Any]]
+    tasks: dict[str, _Entry]
 
 
 class Tasks(Mapping[str, Task]):

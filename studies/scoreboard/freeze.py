@@ -23,8 +23,9 @@ from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.scenario.presets import Scenario
 from flockesc_env.tasks.comparison import grid_of
+from flockesc_env.tasks.definition import FLOCKS
 from flockesc_env.tasks.statistics import means
-from flockesc_env.tasks.task import FLOCKS, Task, tasks
+from flockesc_env.tasks.task import Task, tasks
 from studies.measurements import Runner, chunks
 from studies.playing import play_job
 from studies.scoreboard import references

@@ -14,13 +14,14 @@ import numpy as np
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import CONFIDENCE, Estimate
 from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.fitting import fitted
 from flockesc_env.tasks.report import Row, rows, scores_of, with_reference_error
 from flockesc_env.tasks.results import Result
 from flockesc_env.tasks.scoring import LoadedPolicy
 from flockesc_env.tasks.standings import Standing, write_standings
 from flockesc_env.tasks.statistics import difference
-from flockesc_env.tasks.task import FLOCKS, VERSION, Task, tasks
+from flockesc_env.tasks.task import Task, tasks
 from studies.pages import path_from, render
 from studies.scoreboard.board import BOARD, Entrant
 

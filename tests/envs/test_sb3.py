@@ -273,7 +273,7 @@ def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float
 
 def test_the_callback_refuses_other_environments() -> None:
     model = A2C("MlpPolicy", DummyVecEnv([lambda: FlockEscapeEnv(small_flock())]), device="cpu")
-    with pytest.raises(ArgumentError, match=r"model.env: expected a FlockVecEnv or AgentVecEnv"):
+    with pytest.raises(ArgumentError, match=r"model.env: expected an environment of Task.vec_env"):
         model.learn(5, callback=FlockEvalCallback(5))
 
 

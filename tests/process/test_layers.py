@@ -19,7 +19,7 @@ HEAVY = {
 }
 ROOMS = (
     *("_core", "common", "scenario", "episodes", "models", "policies", "render", "watch", "notebook"),
-    *("envs", "tasks", "sb3", "torchrl", "benchmarl", "jobs", "cli", "__main__"),
+    *("envs", "sb3", "tasks", "torchrl", "benchmarl", "jobs", "cli", "__main__"),
 )
 LAYERS = [*(f"flockesc_env.{room}" for room in ROOMS), "flockesc_env"]
 LAYERS += ["training", "studies", "speed", "playground"]

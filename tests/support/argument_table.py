@@ -267,6 +267,7 @@ OF: dict[Any, dict[str, Kind]] = {
     fe.PrescribedPath: {"positions": floats([[1.0, 2.0], [3.0, 5.0]], any_length=True)},
     fe.Ring: {"width": number(4.0, high=16.0)},
     fe.LogUniform: {"low": positive(2.0)},
+    fe.Choice: {"values": floats([0.25, 0.5], any_length=True)},  # the drawn number is checked at reset
 }
 """Kinds of the arguments of one callable."""
 

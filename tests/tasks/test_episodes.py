@@ -17,9 +17,10 @@ from flockesc_env.cli.application import Application
 from flockesc_env.cli.episodes import run
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.splits import HELD_OUT, TRAINING
+from flockesc_env.tasks.definition import Shortcut
 from flockesc_env.tasks.episodes import environment, record_episodes
 from flockesc_env.tasks.scoring import LoadedPolicy
-from flockesc_env.tasks.task import Shortcut, tasks
+from flockesc_env.tasks.task import tasks
 
 GRID = (0.0, 0.1, 0.35, 1.0)
 

@@ -11,9 +11,10 @@ from scipy import stats
 
 from flockesc_env import ArgumentError
 from flockesc_env.tasks import report
+from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.report import aggregates, improvement, page, rows
 from flockesc_env.tasks.results import PolicyResult, Result, Training
-from flockesc_env.tasks.task import FLOCKS, VERSION, tasks
+from flockesc_env.tasks.task import tasks
 
 NUM_FLOCKS = 40
 TASKS = ("held-out-worlds", "line", "shared")

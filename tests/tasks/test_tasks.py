@@ -14,10 +14,11 @@ from flockesc_env import ArgumentError, built_in, sweep
 from flockesc_env.episodes.splits import HELD_OUT, TRAINING, TUNING, refuse_held_out
 from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.tasks.comparison import grid_of
+from flockesc_env.tasks.definition import VERSION
 from flockesc_env.tasks.fitting import fitted
 from flockesc_env.tasks.results import read_result
 from flockesc_env.tasks.scoring import play
-from flockesc_env.tasks.task import VERSION, read_tasks, tasks
+from flockesc_env.tasks.task import read_tasks, tasks
 
 TASKS = tasks
 ROOT = Path(flockesc_env.__file__).parents[1]

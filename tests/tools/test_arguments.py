@@ -45,8 +45,9 @@ from flockesc_env.render import draw, video
 MADE_HERE = {
     *("Trajectory", "LineTrajectory", "SweepResult", "FlockSweepResult", "LineSweepResult", "ScanResult"),
     *("Episodes", "LineEpisodes", "RecordedRun", "PolicySpec", "policies.Plan", "policies.PlannedEpisode"),
+    *("sb3.RangePolicy", "sb3.ScorerPolicy"),
 }
-"""Classes that only this package constructs."""
+"""Classes that only this package, or stable-baselines3, constructs."""
 ELSEWHERE = {"policies.Planner", "policies.RowMemory", "policies.find_policy", "policies.torch_network"}
 """In the tests of policies."""
 MODULES: dict[str, ModuleType] = {"policies": policies, "sb3": sb3, "watch": watch}

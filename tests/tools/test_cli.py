@@ -16,7 +16,7 @@ import flockesc_env as fe
 from flockesc_env.cli.exits import Exit
 from flockesc_env.models.records import load_run, save_run
 from flockesc_env.policies.registry import built_in
-from studies.findings.results import load_study
+from flockesc_env.tasks import tasks
 
 
 def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -39,9 +39,9 @@ def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tm
 
 
 def test_a_simulation_without_a_range_takes_the_best_fixed_one(capsys: pytest.CaptureFixture[str]) -> None:
-    study = load_study(Path("results/findings/per-agent-visible"))
+    (scale,) = tasks["per-agent-visible"].scales.values()
     document = Ran(capsys, "simulate", "--seed", 7, *SMALL_FLAGS, "--json").json()
-    assert document["interaction_range"] == study.best_fixed_range
+    assert document["interaction_range"] == scale.best_fixed_range
     assert document["min_mean_distance"] == fe.simulate(SMALL, 12.0, seed=7).mean_distance.min()
 
 

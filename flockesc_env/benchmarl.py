@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from flockesc_env.common.extras import require
 
@@ -15,9 +15,8 @@ from tensordict import TensorDictBase  # noqa: E402
 from torchrl.data import Composite  # noqa: E402
 from torchrl.envs import EnvBase  # noqa: E402
 
+from flockesc_env.tasks.task import tasks  # noqa: E402
 from flockesc_env.torchrl import GROUP, INFO, FlockTorchRLEnv  # noqa: E402
-
-CONFIGS: Final = Path(__file__).parent
 
 
 class FlockTaskClass(TaskClass):
@@ -85,29 +84,25 @@ class FlockTaskClass(TaskClass):
         return {name: values.mean().item() for name, values in infos.items() if len(values)}
 
 
-class FlockTask(Task):
-    """All settings of ``docs/findings.md`` with one range per agent, as tasks of the same options.
-
-    The reward of all tasks is ``"individual_running_minimum"``. Learners of the page can have other options
-    (``max_range``, ``steps_per_action``) than their setting.
-
-    ``FlockTask.PER_AGENT_VISIBLE.get_task()`` returns the task of the file ``per_agent_visible.yaml``;
-    ``get_task(config)`` one with another scenario and other options.
-    """
-
-    PER_AGENT_VISIBLE = None
-    PER_AGENT_VISIBLE_MINIMUM = None
-    PER_AGENT_LOCAL = None
-    PER_AGENT_LOCAL_MINIMUM = None
-    PER_AGENT_VISIBLE_DERIVED = None
-    PER_AGENT_VISIBLE_PROFILE = None
-    STEERING_PREDATOR = None
+class _FlockTask(Task):
+    """Base class of ``FlockTask``; BenchMARL calls members of an enumeration tasks."""
 
     @staticmethod
     def associated_class() -> type[TaskClass]:
         return FlockTaskClass
 
     def get_from_yaml(self, path: str | None = None) -> TaskClass:
-        """Return the task of a yaml file; ``None``: the task's own file."""
-        file = CONFIGS / f"{self.name.lower()}.yaml" if path is None else Path(path)
-        return self.get_task(yaml.safe_load(file.read_text("utf-8")))
+        """Return the task of a yaml file; ``None``: the task itself."""
+        if path is not None:
+            return self.get_task(yaml.safe_load(Path(path).read_text("utf-8")))
+        task = tasks[self.name.lower().replace("_", "-")]
+        return self.get_task({"scenario": task.scenario, "reward": task.reward, **task.options})
+
+
+_NAMES = [name.upper().replace("-", "_") for name, task in tasks.items() if task.per_agent]
+FlockTask: Any = _FlockTask("FlockTask", dict.fromkeys(_NAMES), module=__name__)
+"""The tasks with one range per agent, with their options and reward.
+
+``FlockTask.PER_AGENT_VISIBLE.get_task()`` returns a task; ``get_task(config)`` one with another scenario and
+other options, the keyword arguments of ``FlockTorchRLEnv``.
+"""
