@@ -8,24 +8,17 @@ python examples/sb3_ppo.py --iterations 45
 
 import time
 from pathlib import Path
-from typing import Any
 
 import torch
 import tyro
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
-from flockesc_env import FixedRange, FlockScenario, NamedPolicy, SB3Policy, rollout, save_policy
-from flockesc_env.sb3 import AgentVecEnv
+from flockesc_env import FixedRange, NamedPolicy, SB3Policy, rollout, save_policy
+from flockesc_env.tasks import tasks
 
-OPTIONS: dict[str, Any] = {
-    "reward": "individual_running_minimum",
-    "predator_sensing_range": None,
-    "max_range": 20.0,
-    "steps_per_action": 4,
-}
-STEPS = 60  # actions of an episode: 240 model steps, 4 per action
-BEST_FIXED_RANGE = 12.0  # in m, chosen on other flocks than the held-out ones
+TASK = tasks["per-agent-visible"]
+HYPERPARAMETERS = TASK.hyperparameters("ppo")  # of flockesc_env/tasks/learners/per-agent-visible.toml
 
 
 def main(
@@ -41,33 +34,30 @@ def main(
         output: file for the trained policy.
     """
     torch.set_num_threads(1)  # the network is small
-    agents = AgentVecEnv(flocks, **OPTIONS)
+    agents = TASK.vec_env(flocks)
     monitored = VecMonitor(agents, info_keywords=("min_mean_distance",))  # logs the mean return of agents
     model = PPO(
         "MlpPolicy",
-        VecNormalize(monitored, norm_obs=False, gamma=0.98),  # scales the rewards
-        learning_rate=lambda left: 1e-3 * left,  # falls to 0
-        n_steps=STEPS,
-        batch_size=6000,
-        n_epochs=5,
-        gamma=0.98,
-        policy_kwargs={"net_arch": [32, 32]},
+        VecNormalize(monitored, norm_obs=False, gamma=HYPERPARAMETERS["gamma"]),  # scales the rewards
+        **HYPERPARAMETERS,
         stats_window_size=agents.num_envs,  # the logged return is the mean over all agents
         seed=seed,
         device="cpu",
         verbose=1,
     )
     start = time.process_time()
-    model.learn(iterations * STEPS * agents.num_envs, log_interval=10)
+    model.learn(iterations * model.n_steps * agents.num_envs, log_interval=10)
     seconds, count = time.process_time() - start, model.num_timesteps
     print(f"{count} samples in {seconds:.1f} s of CPU time, {count / seconds:.0f} samples/s")
 
     policy = SB3Policy(model).network()
     if output:
-        save_policy(NamedPolicy("stable-baselines3 PPO", policy, True, OPTIONS, FlockScenario()), output)
-    flock_seeds = range(2_000_000, 2_000_000 + held_out)
-    learned = rollout("paper-flock", policy, flock_seeds, per_agent=True, **OPTIONS)
-    fixed = rollout("paper-flock", FixedRange(BEST_FIXED_RANGE), flock_seeds)
+        entry = NamedPolicy("stable-baselines3 PPO", policy, True, dict(TASK.options), TASK.scenario)
+        save_policy(entry, output)
+    flock_seeds = TASK.seeds[:held_out]
+    learned = rollout(TASK.scenario, policy, flock_seeds, per_agent=True, **TASK.options)
+    best = TASK.scales["paper-flock"].best_fixed_range  # chosen on other flocks
+    fixed = rollout(TASK.scenario, FixedRange(best), flock_seeds)
     gains = learned.min_mean_distance - fixed.min_mean_distance
     error = 1.96 * gains.std(ddof=1) / held_out**0.5
     low, high = gains.mean() - error, gains.mean() + error

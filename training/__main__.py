@@ -30,7 +30,7 @@ def _train(
     """Train a policy on a task.
 
     The folder gets policy.npz, run.json with the learning curve and, from stable-baselines3, checkpoints,
-    best_model.zip, progress.csv and files for TensorBoard.
+    model.zip, best_model.zip, progress.csv and files for TensorBoard.
 
     Example: python -m training train per-agent-visible --learner ppo --seed 3
     """

@@ -1,7 +1,7 @@
 """``Run``: a training run, the files of its folder, and the record that repeats or continues it.
 
 - config.json: task, learner, seed and versions.
-- policy.npz: the policy; of stable-baselines3 also best_model.zip.
+- policy.npz: the policy; of stable-baselines3 also model.zip and best_model.zip.
 - run.json: samples, episodes, processor time and the learning curve. It is written last.
 """
 
@@ -33,6 +33,7 @@ from flockesc_env.tasks.task import Task, tasks
 
 CONFIG_FILE = "config.json"
 RUN_FILE = "run.json"
+MODEL_FILE = "model.zip"
 CHECKPOINT_FILE = "checkpoint.pickle"
 CURVE_FLOCKS = 200
 """Tuning flocks on which the learning curves of search and imitation are measured."""
@@ -185,7 +186,7 @@ class Run:
             save_policy(NamedPolicy(name, policy, task.per_agent, stored_options(self), task.scenario), path)
         write_text(self.folder / RUN_FILE, json.dumps(vars(measured), indent=1) + "\n")
         (self.folder / CHECKPOINT_FILE).unlink(missing_ok=True)
-        return path if policy is not None else self.folder / "best_model.zip"
+        return path if policy is not None else self.folder / MODEL_FILE
 
 
 @dataclass
@@ -193,7 +194,7 @@ class Measured:
     """Measurements of a run.
 
     Attributes:
-        episodes: number of episodes, those of evaluations included.
+        episodes: number of episodes, those of evaluations by stable-baselines3 included.
         samples: number of chosen actions in training, one per agent or one per flock.
         cpu_seconds: processor time.
         curve: samples, or episodes of a search, and mean objective on tuning flocks, of every evaluation.

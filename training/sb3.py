@@ -23,7 +23,7 @@ from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies.files import Stored
 from flockesc_env.sb3 import FlockEvalCallback
 from flockesc_env.tasks.learners import arguments
-from training.run import Measured, Run
+from training.run import MODEL_FILE, Measured, Run
 
 _FREE = ("policy", "env", "seed", "device", "tensorboard_log", "verbose", "_init_setup_model", "self")
 """Arguments of an algorithm that a table does not set."""
@@ -32,9 +32,10 @@ _FREE = ("policy", "env", "seed", "device", "tensorboard_log", "verbose", "_init
 def train(run: Run, *, resume: bool = False) -> Path:
     """Train, or continue an unfinished run, and return the path of the policy.
 
-    The policy is the best of the evaluations on tuning flocks, the untrained one included. A network is
-    stored as policy.npz, any other model as best_model.zip. Rewards are scaled to unit variance of returns.
-    A continued run starts at its last checkpoint, with other flocks than an uninterrupted one.
+    The policy is the last one: model.zip, and policy.npz if it is a network. best_model.zip is the best of
+    the evaluations on tuning flocks, the untrained one included; that choice takes more flocks than the samples
+    say. Rewards are scaled to unit variance of returns. A continued run starts at its last checkpoint, with
+    other flocks than an uninterrupted one.
 
     Raises:
         ArgumentError: if the algorithm or a hyperparameter is unknown, or see ``Run.begin``.
@@ -79,7 +80,8 @@ def train(run: Run, *, resume: bool = False) -> Path:
         cpu_seconds=time.process_time() - begun,
         curve=evaluation.history,
     )
-    return run.finish(_network(cls, folder, model.get_env()), measured)
+    model.save(folder / MODEL_FILE)
+    return run.finish(_network(model), measured)
 
 
 def algorithm_of(run: Run) -> type[BaseAlgorithm]:
@@ -135,9 +137,9 @@ def _checkpoints(cls: type[BaseAlgorithm], folder: Path, env: VecEnv) -> Iterato
         yield model
 
 
-def _network(cls: type[BaseAlgorithm], folder: Path, env: Any) -> Stored | None:
-    """Return the best model as a network that a file can hold; None if it is none."""
+def _network(model: BaseAlgorithm) -> Stored | None:
+    """Return a model as a network that a file can hold; None if it is none."""
     try:
-        return SB3Policy(cls.load(folder / "best_model.zip", env=env, device="cpu")).network()
+        return SB3Policy(model).network()
     except ArgumentError:
         return None

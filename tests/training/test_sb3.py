@@ -32,7 +32,7 @@ TABLES = [(task, name) for task in tasks for name in learners(tasks[task])]
 
 
 @pytest.mark.parametrize("algorithm", SB3)
-def test_every_algorithm_trains_and_keeps_the_best_of_its_evaluations(algorithm: str, tmp_path: Path) -> None:
+def test_every_algorithm_trains_and_keeps_its_last_and_its_best_model(algorithm: str, tmp_path: Path) -> None:
     run = small_run(tmp_path / "run", algorithm)
     path = train(run)
     measured = json.loads((run.folder / "run.json").read_text())
@@ -46,13 +46,16 @@ def test_every_algorithm_trains_and_keeps_the_best_of_its_evaluations(algorithm:
     found = spec.values(_rollout(run, SB3Policy(model), TUNING[:20], options))
     assert found.mean() == pytest.approx(max(value for _, value in curve), rel=1e-6)
     assert found.mean() >= first * (1 - 1e-6)
+    last = sb3.algorithm_of(run).load(run.folder / "model.zip", device="cpu")
+    values = spec.values(_rollout(run, SB3Policy(last), TUNING[:20], options))
+    assert values.mean() == pytest.approx(curve[-1][1], rel=1e-6)
     if algorithm == "RecurrentPPO":
-        assert path.name == "best_model.zip"
+        assert path.name == "model.zip"
         return
     entry = load_policy(path)
     assert (entry.scenario, entry.per_agent) == (SMALL, run.task.per_agent)
     own = spec.values(_rollout(run, entry, TUNING[:20], {}))
-    np.testing.assert_allclose(own, found, rtol=1e-3)
+    np.testing.assert_allclose(own, values, rtol=1e-3)
 
 
 def _rollout(run: Run, policy: Any, seeds: range, options: Any) -> Any:
@@ -67,7 +70,7 @@ def test_the_file_holds_the_actor(grid: tuple[float, ...] | None, tmp_path: Path
     discrete = {"action_mode": "discrete", "range_grid": grid} if grid else {}
     run = small_run(tmp_path / "run", "PPO", options=discrete, learning_rate=0.02)
     policy: Any = load_policy(train(run)).policy
-    model = sb3.algorithm_of(run).load(run.folder / "best_model.zip", device="cpu")
+    model = sb3.algorithm_of(run).load(run.folder / "model.zip", device="cpu")
     spec = run.policy_spec
     for scale in (1, 30):  # outputs inside and outside their bounds
         observations = np.random.default_rng(0).normal(size=(500, len(spec.layout.names))) * scale
@@ -102,7 +105,7 @@ def test_a_scorer_of_candidates_is_stored_as_it_chooses(tmp_path: Path) -> None:
     scorer = {"policy": "flockesc_env.sb3:ScorerPolicy", "policy_kwargs": {"net_arch": [8], **seen}}
     run = small_run(tmp_path / "run", options=options, learning_rate=0.05, **scorer)
     policy: Any = load_policy(train(run)).policy
-    model: Any = sb3.algorithm_of(run).load(run.folder / "best_model.zip", device="cpu")
+    model: Any = sb3.algorithm_of(run).load(run.folder / "model.zip", device="cpu")
     spec, scores = run.policy_spec, model.policy.mlp_extractor
     observations = np.random.default_rng(0).normal(size=(500, len(spec.layout.names))).astype(np.float32)
     expected, _ = model.predict(observations, deterministic=True)
