@@ -76,26 +76,6 @@ def test_the_flock_view_as_state_is_the_observation_of_the_flock(dimension: int)
     assert environment.state()[at] == pytest.approx(ranges.mean() / environment.options.max_range)
 
 
-def test_aec_plays_the_same_episode() -> None:
-    scenario = small_flock()
-    parallel, aec = parallel_env(scenario), env(scenario)
-    observations, _ = parallel.reset(seed=9)
-    aec.reset(seed=9)
-    totals, paid = dict.fromkeys(parallel.agents, 0.0), dict.fromkeys(parallel.agents, 0.0)
-    while parallel.agents:
-        actions = sample(parallel)
-        for agent in parallel.agents:
-            assert aec.agent_selection == agent
-            np.testing.assert_array_equal(aec.observe(agent), observations[agent])
-            aec.step(actions[agent])
-        observations, rewards, _, truncations, _ = parallel.step(actions)
-        for agent, reward in rewards.items():
-            totals[agent] += reward
-            paid[agent] += aec.rewards[agent]
-        assert aec.truncations == truncations
-    assert paid == totals
-
-
 def test_conversions_play_the_same_episode() -> None:
     """From the AEC interface back to the parallel one, and with clipped actions."""
     scenario = small_flock()

@@ -53,7 +53,7 @@ def sensing_range(scenario: FlockScenario, options: EnvOptions) -> float:
 
 
 class Reference:
-    """A flock of the NumPy model with the memory that its observations need. Rows have all optional entries."""
+    """A flock of the NumPy model with the memory that its observations need; rows have all entries."""
 
     def __init__(self, scenario: FlockScenario, options: EnvOptions, state: FlockState) -> None:
         self.scenario, self.options, self.state = scenario, options, state
