@@ -79,15 +79,3 @@ def test_flock(flock: Case, run: Case) -> None:
     assert trajectory.num_components[10] == run["components_10"]
     np.testing.assert_allclose(trajectory.mean_distance, run["mean_distance"], rtol=0, atol=1e-6)
     np.testing.assert_allclose(trajectory.min_distance, run["min_distance"], rtol=0, atol=1e-6)
-
-
-def test_golden_files_cover_both_graphs_and_dimensions() -> None:
-    assert {flock["dimension"] for flock in FLOCKS} == {2, 3}
-    for flock in FLOCKS:
-        assert {type(run["rho"]) for run in flock["runs"]} == {float, list}
-    assert {case["predator"] and case["predator"]["force"] for case in LINE["cases"]} == {
-        None,
-        "constant",
-        "linear",
-        "linear_as_printed",
-    }

@@ -10,7 +10,6 @@ import pytest
 import reference
 from option_table import DIMENSIONS, every_pair, small_flock
 from predator_reference import path_position
-from scipy.optimize import linear_sum_assignment
 
 import flockesc_env as fe
 
@@ -87,27 +86,6 @@ def test_packs_follow_the_numpy_model(pack: str, dimension: int, agents: int) ->
     starts, start = drawn(dimension, agents + dimension, agents)
     run = hunt(PACKS[pack](starts), start)
     reference.assert_follows(run, np.full((STEPS, agents), 7.3), rtol=0, atol=1e-6)
-
-
-@pytest.mark.parametrize("agents", [2, 3, 40])
-@pytest.mark.parametrize("hunters", [2, 5])
-@dimensions
-def test_assigned_targets_are_distinct_and_near(hunters: int, agents: int, dimension: int) -> None:
-    """Each predator heads exactly for its agent, and the sum of distances is minimal."""
-    starts, start = drawn(dimension, 11, agents)
-    pack = [fe.PurePursuit(*begin, max_turn_rate=1e9, target="assigned") for begin in starts[:hunters]]
-    run = hunt(pack, start)
-    flown = np.diff(run.predator_positions, axis=0)[1:]
-    sights = run.positions[1:-1, None] - run.predator_positions[1:-1, :, None]
-    distances = np.linalg.norm(sights, axis=-1)
-    cosines = np.einsum("tpd,tpnd->tpn", flown, sights) / distances
-    targets = cosines.argmax(axis=2)
-    for chosen, apart in zip(targets, distances, strict=True):
-        rows, columns = linear_sum_assignment(apart)
-        assert len(set(chosen.tolist())) == min(hunters, agents)
-        assert apart[rows, chosen[rows]].sum() == pytest.approx(apart[rows, columns].sum(), rel=1e-12)
-        idle = np.setdiff1d(np.arange(hunters), rows)
-        np.testing.assert_array_equal(chosen[idle], apart[idle].argmin(axis=1))
 
 
 def still_flock(dimension: int = 2, **changes: Any) -> fe.FlockScenario:

@@ -7,6 +7,7 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 import reference
+from captured_flocks import hunted
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -98,6 +99,7 @@ def flock_scenarios(draw: st.DrawFn) -> fe.FlockScenario:
         alignment_strength=draw(per_agent(agents, (0.0, 0.7, 1.0))),
         motion=motion,
         sensing_delay=draw(st.sampled_from([0, 1, 3, STEPS])),
+        capture_radius=draw(st.sampled_from([None, None, 0.5, 4.0, 10.0])),
         constant_speed=isinstance(motion, fe.Vicsek | fe.Zones) or draw(st.booleans()),
         predators=draw(predators(dimension)),
     )
@@ -129,7 +131,7 @@ def random_start(scenario: fe.FlockScenario, rng: np.random.Generator) -> tuple[
     return positions, velocities
 
 
-@settings(max_examples=150)
+@settings(max_examples=200)
 @given(st.data(), flock_scenarios(), seeds)
 def test_flock(data: st.DataObject, scenario: fe.FlockScenario, seed: int) -> None:
     rho = data.draw(ranges(scenario.num_agents, (0.0, SIDE * 10, HUGE), SIDE))
@@ -207,6 +209,29 @@ def test_boundaries_of_the_flock_are_inclusive() -> None:
     assert apart.velocities[1, 0, 1] > 0  # pushed by the predator at exactly rho_p
     blind = fe.simulate(scenario.replace(predator_range=np.nextafter(5.0, 0)), 0.0, **start)
     np.testing.assert_allclose(blind.velocities[1], start["initial_velocities"], atol=1e-12)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("per_agent", [False, True])
+def test_a_radius_without_captures_changes_no_bit(dimension: int, per_agent: bool) -> None:
+    free = hunted(dimension, num_agents=200, capture_radius=None)
+    rho = np.linspace(0, 15, 200) if per_agent else 7.0
+    runs = (fe.simulate(each, rho, seed=2) for each in (free, free.replace(capture_radius=0.0)))
+    assert fe.run_differences(*runs) == []
+
+
+def test_a_capture_can_raise_the_mean_distance_but_not_its_running_minimum() -> None:
+    scenario = fe.FlockScenario(
+        num_agents=2, num_steps=1, capture_radius=1.0, predators=(fe.ConstantVelocity((0, 0), (0, 0)),)
+    )
+    start = {"initial_positions": [[0.5, 0.0], [50.0, 0.0]], "initial_velocities": np.zeros((2, 2))}
+    env = fe.FlockEscapeEnv(scenario)
+    _, before = env.reset(options=start)
+    _, reward, terminated, truncated, after = env.step(env.action_space.sample())
+    assert before["mean_distance"] == 25.25
+    assert after["mean_distance"] > 49
+    assert after["min_mean_distance"] == 25.25
+    assert (reward, terminated, truncated, after["fraction_surviving"]) == (0.0, False, True, 0.5)
 
 
 @st.composite

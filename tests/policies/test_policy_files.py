@@ -151,13 +151,7 @@ def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
         rollout(other, loaded.policy, range(3), steps_per_action=3)
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"policy": FixedRange(3)},
-        {"scenario": None},
-    ],
-)
+@pytest.mark.parametrize("changes", [{"policy": FixedRange(3)}, {"scenario": None}])
 def test_policies_that_cannot_be_saved_are_refused(changes: dict[str, Any], tmp_path: Path) -> None:
     entry = dataclasses.replace(flock_policy(), **changes)
     with pytest.raises(RecordError, match="policy: expected a NetworkPolicy, StubbornWitnesses, "):
@@ -191,11 +185,8 @@ def test_a_network_that_cannot_act_is_refused(
     make: Any, changes: dict[str, Any], message: str, tmp_path: Path
 ) -> None:
     save_policy(make(), tmp_path / "policy.npz")
-    network = changes.get("architecture")
-    if network:
-        size = Architecture(
-            **{name: tuple(v) if isinstance(v, list) else v for name, v in network.items()}
-        ).size
+    if network := changes.get("architecture"):
+        size = Architecture(**{name: tuple(entries) for name, entries in network.items()}).size
         changes = {**changes, "parameters": np.zeros(size)}
     with pytest.raises(RecordError) as caught:
         load_policy(rewritten(tmp_path / "policy.npz", **changes))

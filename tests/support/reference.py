@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import chacha
 import numpy as np
@@ -56,15 +57,15 @@ def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats, 
     )
 
 
-def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> FlockState:
-    """Advance one step; ``ranges`` has one entry per surviving agent."""
+def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats, graph: Any = None) -> FlockState:
+    """Advance one step; ``ranges`` has one entry per surviving agent; ``graph`` says who hears whom."""
     r, v = state.positions, state.velocities
     names = np.arange(len(r)) if state.names is None else state.names
     mass, speed, alignment, repulsion = (
         per_agent(scenario, name)[names]
         for name in ("mass", "speed", "alignment_strength", "repulsion_strength")
     )
-    neighbors = directed_graph(r, ranges)
+    neighbors = directed_graph(r, ranges) if graph is None else graph
     heard = np.zeros_like(v)
     for i in range(len(r)):
         mean = v[neighbors[i]].mean(axis=0)
