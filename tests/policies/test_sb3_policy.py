@@ -215,7 +215,7 @@ def alone() -> Any:
         (lambda: model_of(PPO, "Pendulum-v1"), "model.env: expected an environment of this package"),
         (
             lambda: model_of(PPO, FlockVecEnv(1, SCENARIO, action_mode="range")),
-            "model.env.options.action_mode: expected 'normalized', got 'range'",
+            "model.env.options.action_mode: expected 'normalized' or 'discrete', got 'range'",
         ),
         (
             lambda: model_of(PPO, normalized(FlockVecEnv(1, SCENARIO), clip_obs=1.0)),
