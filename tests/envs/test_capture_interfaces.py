@@ -7,13 +7,21 @@ from typing import Any
 import numpy as np
 import pytest
 import reference
-from captured_flocks import SEEDS, doomed, hunted
 from envs import draw
 from gymnasium.utils.env_checker import data_equivalence
-from option_table import DIMENSIONS, FLOCK_REWARDS, INDIVIDUAL_REWARDS, OBJECTIVES, small_flock
+from option_table import (
+    DIMENSIONS,
+    FLOCK_REWARDS,
+    INDIVIDUAL_REWARDS,
+    OBJECTIVES,
+    doomed,
+    hunted,
+    small_flock,
+)
 
 import flockesc_env as fe
 
+SEEDS = range(12)
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 

@@ -10,7 +10,6 @@ from typing import Any
 
 import gymnasium
 import pytest
-from captured_flocks import hunted
 from gymnasium.utils.env_checker import check_env as check_gymnasium
 from option_table import (
     AGENTS,
@@ -20,6 +19,7 @@ from option_table import (
     OBJECTIVES,
     every_option,
     every_pair,
+    hunted,
     label,
     small_flock,
 )

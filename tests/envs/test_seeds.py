@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from captured_flocks import hunted
 from envs import FLOCKS, RANDOM, adapters, info_of, same_action, start, step
-from option_table import small_flock
+from option_table import hunted, small_flock
 from same import plain
 
 import flockesc_env as fe

@@ -8,11 +8,10 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from captured_flocks import doomed
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
-from option_table import ACTION_MODES, FLOCK_REWARDS, small_flock
+from option_table import ACTION_MODES, FLOCK_REWARDS, doomed, small_flock
 
 from flockesc_env import AgentVectorEnv, FlockEscapeEnv, FlockVectorEnv
 from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError

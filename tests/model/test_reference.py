@@ -7,9 +7,9 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 import reference
-from captured_flocks import hunted
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from option_table import hunted
 
 import flockesc_env as fe
 from flockesc_env.scenario.predators import Predator, Target

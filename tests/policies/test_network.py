@@ -10,11 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from option_table import small_flock
 
-from flockesc_env import (
-    FlockEscapeEnv,
-    FlockScenario,
-    parallel_env,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.network import Architecture, NetworkPolicy
@@ -34,8 +30,8 @@ architectures = st.builds(
 )
 
 
-def policy_spec(scenario: FlockScenario = SCENARIO, **options: Any) -> PolicySpec:
-    return parallel_env(scenario, **options).policy_spec
+def policy_spec(scenario: fe.FlockScenario = SCENARIO, **options: Any) -> PolicySpec:
+    return fe.parallel_env(scenario, **options).policy_spec
 
 
 def parameters(architecture: Architecture, seed: int = 0, networks: tuple[int, ...] = ()) -> np.ndarray:
@@ -160,7 +156,7 @@ def test_memory_starts_at_zero_and_is_kept() -> None:
     ],
 )
 def test_networks_that_cannot_act_are_refused(fields: dict[str, Any], parameters: Any, message: str) -> None:
-    shared = FlockEscapeEnv(SCENARIO).policy_spec
+    shared = fe.FlockEscapeEnv(SCENARIO).policy_spec
     with pytest.raises(ArgumentError, match=message):
         NetworkPolicy(Architecture(**{"inputs": ("time",), "hidden": (), **fields}), parameters).act(
             np.zeros((2, len(shared.layout.names)), np.float32), shared

@@ -1,4 +1,4 @@
-"""Covering arrays of options: every combination of two or three values occurs in a row."""
+"""Small flocks, and covering arrays of options: every combination of two or three values is in a row."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from covertable import make
 
-from flockesc_env import FlockScenario
+import flockesc_env as fe
 from flockesc_env.episodes.objectives import Objective
 from flockesc_env.episodes.options import ActionMode, IndividualReward, LineReward, TeamReward
 from flockesc_env.scenario.predators import PrescribedPath, Start
@@ -87,12 +87,12 @@ def every_option(
     return pytest.mark.parametrize((name, "options"), cases)
 
 
-def small_flock(dimension: int = 2, **changes: Any) -> FlockScenario:
+def small_flock(dimension: int = 2, **changes: Any) -> fe.FlockScenario:
     """Return a flock that is small enough for thousands of steps, with the predator in range."""
     fields = {"num_agents": 5, "num_steps": 10, "initial_side": 30.0, "dimension": dimension}
     if "predators" in changes:
         changes["predators"] = tuple(embedded(predator, dimension) for predator in changes["predators"])
-    return FlockScenario(**{**fields, **changes})
+    return fe.FlockScenario(**{**fields, **changes})
 
 
 def embedded(predator: Any, dimension: int) -> Any:
@@ -105,3 +105,19 @@ def embedded(predator: Any, dimension: int) -> Any:
     vectors = {"position": predator.position, "velocity": predator.velocity}
     padded = {name: (*vector, 0.0)[:dimension] for name, vector in vectors.items() if np.size(vector) == 2}
     return dataclasses.replace(predator, **padded)
+
+
+def hunted(dimension: int = 2, **changes: Any) -> fe.FlockScenario:
+    """Return a flock in which three predators catch most agents at different times."""
+    predators = (
+        fe.PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0),
+        fe.Intercept((25.0, 0.0), (0.0, 15.0), max_turn_rate=3.0),
+        fe.ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
+    )
+    fields = {"num_agents": 9, "num_steps": 25, "initial_side": 20.0, "capture_radius": 4.0}
+    return small_flock(dimension, **{**fields, "predators": predators, **changes})
+
+
+def doomed(**changes: Any) -> fe.FlockScenario:
+    """Return a flock that may lose all agents before the horizon, at a time that depends on the seed."""
+    return hunted(**{"num_agents": 3, "num_steps": 40, **changes})
