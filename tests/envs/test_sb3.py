@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from envs import draw
 from gymnasium import Wrapper
 from option_table import doomed, small_flock
 from stable_baselines3 import A2C, DQN, PPO, SAC
@@ -23,13 +24,6 @@ from flockesc_env.sb3 import AgentVecEnv, FlockEvalCallback, FlockVecEnv
 
 FLOCKS = 3
 ENVS = pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
-
-
-def sample(env: VecEnv, rng: np.random.Generator) -> np.ndarray:
-    if env.action_space.shape == ():
-        return rng.integers(0, env.action_space.n, env.num_envs)
-    low, high = env.action_space.low[0], env.action_space.high[0]
-    return rng.uniform(low, high, (env.num_envs, 1)).astype(np.float32)
 
 
 @pytest.mark.parametrize(
@@ -59,7 +53,7 @@ def test_slots_equal_those_of_gymnasium_with_autoreset_in_the_same_step(
     np.testing.assert_array_equal(env.reset(), twin.reset(seed=11)[0])
     rng, seen = np.random.default_rng(0), set()
     for _ in range(120):
-        actions = sample(env, rng)
+        actions = draw(env, rng)
         rows, rewards, dones, infos = env.step(actions)
         expected, paid, terminations, truncations, columns = twin.step(actions)
         np.testing.assert_array_equal(rows, expected)
@@ -88,7 +82,7 @@ def test_infos_at_the_end_only(make: type[VecEnv]) -> None:
         env.seed(0)
         env.reset()
     for _ in range(6):
-        actions = sample(full, rng)
+        actions = draw(full, rng)
         (*expected, all_infos), (*given, infos) = full.step(actions), sparse.step(actions)
         for one, other in zip(expected, given, strict=True):
             np.testing.assert_array_equal(one, other)
@@ -163,7 +157,7 @@ def test_a_refused_reset_leaves_no_trace(make: type[VecEnv], options: dict[str, 
         env.reset()
     assert caught.value.field == field
     env.set_options()
-    actions = sample(env, np.random.default_rng(0))
+    actions = draw(env, np.random.default_rng(0))
     np.testing.assert_equal(env.step(actions), twin.step(actions))
     np.testing.assert_array_equal(env.reset(), twin.reset())
 

@@ -11,8 +11,7 @@ from typing import Any
 import chromium
 import numpy as np
 import pytest
-from chromium import wait
-from pages import BEST, ROOT, SEED, drop, fly, lowest, text, world
+from chromium import BEST, ROOT, SEED, drop, fly, lowest, text, wait, world
 from playwright.sync_api import Page
 
 import flockesc_env as fe
