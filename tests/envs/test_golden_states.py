@@ -75,8 +75,9 @@ def test_a_stored_state_continues(name: str) -> None:
 
 
 if __name__ == "__main__":
-    states = {
-        name: (base64.b64encode(written(name)).decode(), followed(name, written(name))) for name in MAKERS
+    states = {name: written(name) for name in MAKERS}
+    documents = {
+        name: {"state": base64.b64encode(state).decode(), "followed": followed(name, state)}
+        for name, state in states.items()
     }
-    documents = {name: {"state": state, "followed": hashed} for name, (state, hashed) in states.items()}
     FILE.write_text(json.dumps(documents, indent=4) + "\n")

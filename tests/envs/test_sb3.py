@@ -258,7 +258,7 @@ def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float
 
 def test_the_callback_refuses_other_environments() -> None:
     model = A2C("MlpPolicy", DummyVecEnv([lambda: fe.FlockEscapeEnv(small_flock())]), device="cpu")
-    with pytest.raises(ArgumentError, match="model.env: expected an environment of Task.vec_env"):
+    with pytest.raises(ArgumentError, match=r"model.env: expected an environment of Task.vec_env"):
         model.learn(5, callback=FlockEvalCallback(5))
 
 

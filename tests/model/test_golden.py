@@ -69,10 +69,7 @@ def test_flock(flock: Case, run: Case) -> None:
         num_agents=flock["n"], dimension=dimension, num_steps=flock["steps"], predators=(predator,)
     )
     trajectory = simulate(
-        scenario,
-        run["rho"],
-        initial_positions=flock["positions"],
-        initial_velocities=flock["velocities"],
+        scenario, run["rho"], initial_positions=flock["positions"], initial_velocities=flock["velocities"]
     )
     np.testing.assert_allclose(trajectory.positions[10], run["positions_10"], rtol=0, atol=1e-9)
     np.testing.assert_allclose(trajectory.velocities[10], run["velocities_10"], rtol=0, atol=1e-9)

@@ -9,49 +9,14 @@ import numpy as np
 import pytest
 import reference
 from option_table import DIMENSIONS, every_pair, small_flock
-from predator_reference import path_position
+from predator_reference import PACKS, path_position
 
 import flockesc_env as fe
 
 STEPS = 60
-FAST = {"max_speed": 30.0, "acceleration": 8.0}
 
 Starts = list[tuple[np.ndarray, np.ndarray]]
 
-PACKS: dict[str, Any] = {
-    "straight": lambda s: [fe.ConstantVelocity(*s[0])],
-    "nearest": lambda s: [fe.PurePursuit(*s[0]), fe.PurePursuit(*s[1], max_turn_rate=0.4, **FAST)],
-    "centroid": lambda s: [fe.PurePursuit(*s[0], target="centroid", **FAST)],
-    "most isolated": lambda s: [fe.PurePursuit(*s[0], target="most_isolated", **FAST)],
-    "assigned": lambda s: [
-        fe.PurePursuit(*start, max_turn_rate=2.0, target="assigned", **FAST) for start in s
-    ],
-    "intercept": lambda s: [
-        fe.Intercept(*s[0]),
-        fe.Intercept(*s[1], max_turn_rate=2.0, navigation_constant=4.0, **FAST),
-    ],
-    "confused": lambda s: [fe.PurePursuit(*start, confusion_rate=0.5) for start in s],
-    "wandering": lambda s: [fe.Wandering(*start, angular_diffusion=1.0) for start in s],
-    "encircle": lambda s: [fe.Encircle(*start, radius=25.0, **FAST) for start in s],
-    "closing in": lambda s: [fe.Encircle(*start, radius=25.0, closing_speed=12.0) for start in s],
-    "herd": lambda s: [
-        fe.PurePursuit(*s[0]),
-        fe.Herd(*s[1], distance=20.0, **FAST),
-        fe.Herd(*s[2], partner=1),
-    ],
-    "attracted": lambda s: [fe.Attracted(*s[0]), fe.Attracted(*s[1], strength=50.0, exponent=1.0)],
-    "path": lambda s: [fe.PrescribedPath([place for place, _ in s], interval=0.5)],
-    "all at once": lambda s: [
-        fe.Wandering(*s[0], angular_diffusion=1.0),
-        fe.PurePursuit(*s[1], target="assigned"),
-        fe.Herd(*s[2], partner=1, **FAST),
-        fe.PurePursuit(*s[3], confusion_rate=0.5),
-        fe.PurePursuit(*s[4], target="assigned", **FAST),
-        fe.Encircle(*s[5], radius=10.0),
-        fe.Encircle(*s[6], radius=20.0),
-        fe.PrescribedPath([place for place, _ in s[::2]], interval=0.7),
-    ],
-}
 every_pack = pytest.mark.parametrize("pack", PACKS)
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 

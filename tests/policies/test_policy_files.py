@@ -14,12 +14,7 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError, RecordError
-from flockesc_env.policies import (
-    FixedRange,
-    ListenWhileThreatened,
-    StubbornWitnesses,
-    WinStayLoseShift,
-)
+from flockesc_env.policies import FixedRange, ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
 from flockesc_env.policies.files import find_policy
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy, built_in

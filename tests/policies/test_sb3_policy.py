@@ -20,11 +20,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecFrameStack, VecMoni
 
 import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.policies import (
-    SB3Policy,
-    ScheduledRange,
-    bind,
-)
+from flockesc_env.policies import SB3Policy, ScheduledRange, bind
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)

@@ -92,10 +92,7 @@ def test_a_full_disk() -> None:
     assert (ran.returncode, ran.stderr) == (Exit.REFUSED, message)
 
 
-@pytest.mark.parametrize(
-    ("argv", "closed"),
-    [(SWEEP, ">&-"), (SWEEP, "2>&-"), (["--help"], "<&- >&- 2>&-")],
-)
+@pytest.mark.parametrize(("argv", "closed"), [(SWEEP, ">&-"), (SWEEP, "2>&-"), (["--help"], "<&- >&- 2>&-")])
 def test_closed_streams(argv: list[str], closed: str) -> None:
     command = ["sh", "-c", f'"$@" {closed}', "sh", *FLOCKESC, *argv]
     ran = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)  # noqa: S603

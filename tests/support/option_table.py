@@ -1,4 +1,4 @@
-"""Small flocks, and covering arrays of options: every combination of two or three values is in a row."""
+"""Small flocks, and covering arrays of options: every combination of two values is in a row."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -36,18 +36,15 @@ UNLIKE: dict[str, Any] = {
 }
 
 
-def covering(strength: int = 3, **values: Iterable[Any]) -> list[dict[str, Any]]:
-    """Return rows of named values that contain each combination of ``strength`` values of different names.
-
-    No interaction in the code is deeper than three.
-    """
+def covering(**values: Iterable[Any]) -> list[dict[str, Any]]:
+    """Return rows of named values that contain each combination of two values of different names."""
     choices = {name: tuple(each) for name, each in values.items()}
-    return [{name: row[name] for name in choices} for row in make(choices, strength=strength)]
+    return [{name: row[name] for name in choices} for row in make(choices, strength=2)]
 
 
 def every_pair(**values: Iterable[Any]) -> pytest.MarkDecorator:
     """Return a mark that runs a test over rows that contain every pair of values of two arguments."""
-    rows = [tuple(row.values()) for row in covering(2, **values)]
+    rows = [tuple(row.values()) for row in covering(**values)]
     return pytest.mark.parametrize(tuple(values), rows)
 
 
@@ -62,12 +59,7 @@ def _values(rewards: tuple[str, ...]) -> dict[str, tuple[Any, ...]]:
 
 
 FLOCK, AGENTS = _values(FLOCK_REWARDS), _values(AGENT_REWARDS)
-LINE = {
-    "action_mode": ACTION_MODES,
-    "reward": get_args(LineReward),
-    "steps_per_action": STEPS_PER_ACTION,
-}
-FLOCK_OPTIONS, AGENT_OPTIONS, LINE_OPTIONS = (covering(**values) for values in (FLOCK, AGENTS, LINE))
+LINE = {"action_mode": ACTION_MODES, "reward": get_args(LineReward), "steps_per_action": STEPS_PER_ACTION}
 
 
 def label(options: dict[str, Any]) -> str:
@@ -75,16 +67,11 @@ def label(options: dict[str, Any]) -> str:
     return "-".join(str(value) for value in options.values())
 
 
-def every_option(
-    values: dict[str, tuple[Any, ...]], strength: int = 3, **other: tuple[Any, ...]
-) -> pytest.MarkDecorator:
-    """Return a mark that runs a test over ``options`` and one more argument."""
-    (name,) = other
-    cases = []
-    for row in covering(strength, **values, **other):
-        test_id = label(row)
-        cases.append(pytest.param(row.pop(name), row, id=test_id))
-    return pytest.mark.parametrize((name, "options"), cases)
+def every_option(values: dict[str, tuple[Any, ...]]) -> pytest.MarkDecorator:
+    """Return a mark that runs a test over ``options`` and ``dimension``."""
+    rows = covering(**values, dimension=DIMENSIONS)
+    cases = [pytest.param(row.pop("dimension"), row, id=label(row)) for row in rows]
+    return pytest.mark.parametrize(("dimension", "options"), cases)
 
 
 def small_flock(dimension: int = 2, **changes: Any) -> fe.FlockScenario:
