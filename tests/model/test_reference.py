@@ -93,7 +93,7 @@ def random_start(scenario: fe.FlockScenario, rng: np.random.Generator) -> tuple[
     return positions, velocities
 
 
-@settings(max_examples=200)
+@settings(max_examples=150)
 @given(st.data(), flock_scenarios(), seeds)
 def test_flock(data: st.DataObject, scenario: fe.FlockScenario, seed: int) -> None:
     rho = data.draw(ranges(scenario.num_agents, (0.0, SIDE * 10, HUGE), SIDE))

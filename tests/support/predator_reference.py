@@ -14,6 +14,7 @@ import flockesc_env as fe
 from flockesc_env.scenario.predators import Predator
 
 Floats = NDArray[np.float64]
+Names = NDArray[np.int64]
 FAST = {"max_speed": 30.0, "acceleration": 8.0}
 PACKS: dict[str, Any] = {
     "straight": lambda s: [fe.ConstantVelocity(*s[0])],
@@ -69,9 +70,17 @@ class Minds:
 
 
 def steered(
-    scenario: fe.FlockScenario, r: Floats, v: Floats, places: Floats, velocities: Floats, minds: Minds
+    scenario: fe.FlockScenario,
+    flock: tuple[Floats, Floats, Names],
+    places: Floats,
+    velocities: Floats,
+    minds: Minds,
 ) -> Floats:
-    """Return the next velocities of the predators at ``places``; agents are at ``r`` with velocity ``v``."""
+    """Return the next velocities of the predators at ``places``.
+
+    ``flock`` has the positions, velocities and initial indices of the surviving agents.
+    """
+    r, v, names = flock
     dt, pack = scenario.time_step, scenario.predators
     minds.steps += 1
     centroid = r.mean(axis=0)
@@ -101,7 +110,9 @@ def steered(
             case fe.PurePursuit():
                 aims = {"nearest": nearest, "most_isolated": most_isolated(r), "assigned": assigned.get(k)}
                 if predator.confusion_rate:
-                    aims["nearest"] = minds.kept[k] = confused(predator, r, places[k], dt, k, minds)
+                    kept = np.flatnonzero(names == minds.kept.get(k))
+                    aims["nearest"] = confused(predator, r, places[k], dt, kept, minds.draws)
+                    minds.kept[k] = names[aims["nearest"]]
                 aim = centroid if predator.target == "centroid" else r[aims[predator.target]]
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
             case fe.Encircle():
@@ -156,14 +167,16 @@ def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, flo
     return {k: first + angle for k, angle in zip(order, spaced, strict=True)}
 
 
-def confused(predator: fe.PurePursuit, r: Floats, place: Floats, dt: float, k: int, minds: Minds) -> int:
-    """Return the target of a predator that can be confused by other agents in sight."""
+def confused(
+    predator: fe.PurePursuit, r: Floats, place: Floats, dt: float, kept: Names, draws: chacha.Stream
+) -> int:
+    """Return the target of a predator that others in sight can confuse; ``kept`` is its last one, if alive."""
     distances = np.linalg.norm(r - place, axis=1)
     seen = np.flatnonzero(distances <= predator.sight)
     others = max(len(seen) - 1, 0)
-    if minds.draws.uniform() < 1 - np.exp(-predator.confusion_rate * others * dt):
-        return int(seen[int(minds.draws.uniform(len(seen)))])
-    return minds.kept[k] if minds.kept.get(k) in seen else int(distances.argmin())
+    if draws.uniform() < 1 - np.exp(-predator.confusion_rate * others * dt):
+        return int(seen[int(draws.uniform(len(seen)))])
+    return int(kept[0]) if np.isin(kept, seen).any() else int(distances.argmin())
 
 
 def wandered(velocity: Floats, diffused: float, draws: chacha.Stream) -> Floats:

@@ -112,8 +112,9 @@ def flock_step(
         forces = [force[escapes] for force in forces]
     steered = state.predator_velocities
     if len(new_r):
+        flock = new_r, new_v, names
         steered = predator_reference.steered(
-            scenario, new_r, new_v, new_predators, state.predator_velocities, state.minds
+            scenario, flock, new_predators, state.predator_velocities, state.minds
         )
     return FlockState(new_r, new_v, new_predators, steered, state.minds, names, forces)
 
