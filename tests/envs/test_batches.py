@@ -12,7 +12,6 @@ import flockesc_env as fe
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View
 from flockesc_env.policies import FixedRange, StubbornLeaders
-from flockesc_env.scenario.motion import Motion
 
 SEEDS = range(13)
 THREADS = [None, 1, 2, 3, 7]
@@ -28,15 +27,13 @@ def test_flock_sweep(dimension: int) -> None:
     scenario = small_flock(dimension, num_agents=40)
     names = ("min_mean_distance", "min_min_distance", "num_components")
     ranges = [0.0, 4.0, 9.0]
-    results = [columns(fe.sweep(scenario, ranges, SEEDS, num_threads=count), *names) for count in THREADS]
-    for result in results[1:]:
-        np.testing.assert_equal(result, results[0])
+    first, *others = (columns(fe.sweep(scenario, ranges, SEEDS, num_threads=n), *names) for n in THREADS)
+    for result in others:
+        np.testing.assert_equal(result, first)
     for row, rho in enumerate(ranges):
         for column in (0, 12):
             alone = columns(fe.sweep(scenario, [rho], [SEEDS[column]]), *names)
-            np.testing.assert_equal(
-                alone, {name: values[row, column].reshape(1, 1) for name, values in results[0].items()}
-            )
+            np.testing.assert_equal(alone, {name: values[row, [[column]]] for name, values in first.items()})
 
 
 @dimensions
@@ -45,23 +42,13 @@ def test_rollout(dimension: int, per_agent: bool) -> None:
     scenario = small_flock(dimension, num_agents=40)
     policy = StubbornLeaders() if per_agent else FixedRange(9.0)
     names = ("seeds", "min_mean_distance", "min_min_distance", "num_components", "mean_return")
-    results = [
-        columns(
-            fe.rollout(
-                scenario,
-                policy,
-                SEEDS,
-                per_agent=per_agent,
-                batch_size=size,
-                num_threads=count,
-                predator_sensing_range=None,
-            ),
-            *names,
-        )
+    options: dict[str, Any] = {"per_agent": per_agent, "predator_sensing_range": None}
+    first, *others = (
+        columns(fe.rollout(scenario, policy, SEEDS, batch_size=size, num_threads=count, **options), *names)
         for size, count in [(64, None), (1, 1), (1, 2), (5, 1), (5, 3), (13, 2)]
-    ]
-    for result in results[1:]:
-        np.testing.assert_equal(result, results[0])
+    )
+    for result in others:
+        np.testing.assert_equal(result, first)
 
 
 def observed(batch: FlockBatch, slot: int, steps: list[tuple[np.ndarray, np.ndarray]]) -> list[np.ndarray]:
@@ -91,10 +78,10 @@ def test_place_in_the_batch(dimension: int, per_agent: bool, threads: int) -> No
         assert crowd.num_components()[slot] == alone.num_components()[0]
 
 
-def large_flock(dimension: int, **changes: Any) -> fe.FlockScenario:
+def large_flock(dimension: int) -> fe.FlockScenario:
     """Return a flock large enough to be split over threads, with 0.03 agents per m^D."""
     side = (5000 / 0.03) ** (1 / dimension)
-    return fe.FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side, **changes)
+    return fe.FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side)
 
 
 def simulated(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
@@ -103,6 +90,14 @@ def simulated(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
     return [
         columns(fe.simulate(scenario, rho, seed=2, num_threads=num_threads), *names) for rho in (6.0, own)
     ]
+
+
+def unlike_simulated(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
+    """Simulate different, noisy agents under two laws of motion."""
+    names, rng = ("mass", "speed", "repulsion_strength", "alignment_strength"), np.random.default_rng(0)
+    traits: dict[str, Any] = {name: rng.uniform(0.5, 2, 5000) * getattr(scenario, name) for name in names}
+    noisy = scenario.replace(angular_noise=0.5, sensing_noise=0.5, sensing_delay=2, **traits)
+    return [simulated(noisy.replace(motion=law), num_threads) for law in (fe.Inertial(), fe.Reynolds())]
 
 
 def flock_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
@@ -126,22 +121,9 @@ def flocks_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[A
 
 
 @dimensions
-@pytest.mark.parametrize("played", [simulated, flock_played, agents_played, flocks_played])
+@pytest.mark.parametrize("played", [simulated, unlike_simulated, flock_played, agents_played, flocks_played])
 def test_threads_of_one_large_flock(played: Any, dimension: int) -> None:
     scenario = large_flock(dimension)
     serial = played(scenario, 1)
     for threads in (2, 7):
         np.testing.assert_equal(played(scenario, threads), serial)
-
-
-@dimensions
-@pytest.mark.parametrize("motion", [fe.Inertial(), fe.Reynolds()])
-def test_threads_of_one_large_flock_of_different_agents(motion: Motion, dimension: int) -> None:
-    names = ("mass", "speed", "repulsion_strength", "alignment_strength")
-    rng = np.random.default_rng(0)
-    traits = {name: rng.uniform(0.5, 2, 5000) * getattr(fe.FlockScenario(), name) for name in names}
-    noisy = {"angular_noise": 0.5, "sensing_noise": 0.5, "sensing_delay": 2}
-    scenario = large_flock(dimension, motion=motion, **noisy, **traits)
-    serial = simulated(scenario, 1)
-    for threads in (2, 7):
-        np.testing.assert_equal(simulated(scenario, threads), serial)

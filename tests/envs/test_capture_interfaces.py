@@ -7,12 +7,21 @@ from typing import Any
 import numpy as np
 import pytest
 import reference
-from captured_flocks import SEEDS, doomed, hunted
+from envs import draw
 from gymnasium.utils.env_checker import data_equivalence
-from option_table import DIMENSIONS, FLOCK_REWARDS, INDIVIDUAL_REWARDS, OBJECTIVES
+from option_table import (
+    DIMENSIONS,
+    FLOCK_REWARDS,
+    INDIVIDUAL_REWARDS,
+    OBJECTIVES,
+    doomed,
+    hunted,
+    small_flock,
+)
 
 import flockesc_env as fe
 
+SEEDS = range(12)
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
@@ -107,12 +116,8 @@ def test_individual_running_minimum_is_0_for_caught_agents() -> None:
         run = fe.simulate(scenario, 3.0, seed=seed)
         steps = range(1, scenario.num_steps + 1)
         falls = [t for t in steps if run.mean_distance[t] < run.mean_distance[:t].min()]
-        own = np.stack(
-            [
-                reference.predator_distances(*at)
-                for at in zip(run.positions, run.predator_positions, strict=True)
-            ]
-        )
+        places = zip(run.positions, run.predator_positions, strict=True)
+        own = np.stack([reference.predator_distances(*at) for at in places])
         is_caught = (run.caught_at >= 0) & (run.caught_at <= np.arange(len(own))[:, None])
         own[is_caught] = 0.0
         for t, step in zip(
@@ -152,3 +157,41 @@ def test_survival_rewards_the_fraction_surviving(reward: str, steps_per_action: 
         assert total == pytest.approx(expected, abs=1e-12)
         seen.add(terminated)
     assert seen == {True, False}
+
+
+@dimensions
+@pytest.mark.parametrize("radius", [4.0, 12.0, 500.0])
+def test_predators_stay_while_agents_are_caught(dimension: int, radius: float) -> None:
+    """With dicts and arrays. The predators start in the middle of the flock."""
+    hunters = (fe.Learned((10.0, 10.0), (5.0, 0.0)), fe.Learned((20.0, 20.0), (0.0, -5.0)))
+    scenario = small_flock(dimension, num_agents=12, predators=hunters, capture_radius=radius)
+    rng = np.random.default_rng(0)
+    for reward in ("running_minimum", "distance", "individual_distance"):
+        environment, arrays = (fe.parallel_env(scenario, reward=reward) for _ in range(2))
+        environment.reset(seed=1)
+        arrays.reset_array(seed=1)
+        while environment.agents:
+            before = environment.agents
+            assert before[-2:] == ["predator_0", "predator_1"]
+            actions = draw(environment, rng)
+            flock = np.zeros((12, 1), np.float32)
+            for agent in before[:-2]:
+                flock[int(agent.removeprefix("agent_"))] = actions[agent]
+            pushes = np.stack([actions[agent] for agent in before[-2:]])
+            rows, together, *_, info = arrays.step_array(flock, pushes)
+            observations, rewards, terminations, truncations, _ = environment.step(actions)
+            alive = [int(agent.removeprefix("agent_")) for agent in before[:-2]]
+            np.testing.assert_array_equal(rows[alive], [observations[agent] for agent in before[:-2]])
+            np.testing.assert_array_equal(together[alive], [rewards[agent] for agent in before[:-2]])
+            seen = [observations[agent] for agent in before[-2:]]
+            np.testing.assert_array_equal(info["predator_observations"], seen)
+            mean = np.mean(together) if reward.startswith("individual_") else together[alive[0]]
+            assert rewards["predator_0"] == rewards["predator_1"] == pytest.approx(-mean, abs=1e-12)
+            for name in before[-2:]:
+                assert environment.observation_space(name).contains(observations[name])
+            survivors = [agent for agent in before[:-2] if not terminations[agent]]
+            assert terminations["predator_0"] is (not survivors)
+            assert truncations["predator_0"] is (not environment.agents and bool(survivors))
+            assert environment.agents in ([], [*survivors, "predator_0", "predator_1"])
+    if radius == 500.0:
+        assert terminations["predator_1"]

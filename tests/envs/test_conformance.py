@@ -10,16 +10,17 @@ from typing import Any
 
 import gymnasium
 import pytest
-from captured_flocks import hunted
 from gymnasium.utils.env_checker import check_env as check_gymnasium
 from option_table import (
     AGENTS,
     DIMENSIONS,
     FLOCK,
-    LINE_OPTIONS,
+    LINE,
     OBJECTIVES,
+    covering,
     every_option,
     every_pair,
+    hunted,
     label,
     small_flock,
 )
@@ -44,9 +45,9 @@ Options = dict[str, Any]
 # PettingZoo's suites pass options={"options": 1}.
 pytestmark = pytest.mark.filterwarnings("ignore:reset\\(\\) ignores unknown options:UserWarning")
 
-flock_options = every_option(FLOCK, 2, dimension=DIMENSIONS)
-agent_options = every_option(AGENTS, 2, dimension=DIMENSIONS)
-line_options = pytest.mark.parametrize("options", LINE_OPTIONS, ids=label)
+flock_options = every_option(FLOCK)
+agent_options = every_option(AGENTS)
+line_options = pytest.mark.parametrize("options", covering(**LINE), ids=label)
 
 
 @contextlib.contextmanager
@@ -130,7 +131,7 @@ def test_state(options: Options, dimension: int) -> None:
     state_test(env, flockesc_env.parallel_env(scenario, **options))
 
 
-@every_option(AGENTS | {"steps_per_action": (1,)}, 2, dimension=DIMENSIONS)
+@every_option(AGENTS | {"steps_per_action": (1,)})
 def test_max_cycles(options: Options, dimension: int) -> None:
     """A cycle is one action of every agent, which here holds for one model step."""
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import reference
-from flock_states import state
+from envs import state
 from objective_values import SERIES
 from option_table import DIMENSIONS, OBJECTIVES, small_flock
 
@@ -34,6 +34,7 @@ FLOCKS: dict[str, dict[str, Any]] = {
     "blind angle": {"blind_angle": 2.0},
     "frozen graph": {"frozen_graph": True},
     "nearest": {"neighbor_rule": Topological()},
+    "learned": {"predators": (fe.Learned((0.0, 0.0), (8.0, 8.0)), HUNTERS[0]), "capture_radius": 7.0},
 }
 DENSE: dict[str, Any] = {"num_agents": 12, "num_steps": 30, "initial_side": 18.0}
 flocks = pytest.mark.parametrize("flock", FLOCKS)
@@ -51,9 +52,6 @@ def some_ranges(scenario: fe.FlockScenario, rng: np.random.Generator) -> np.ndar
     return np.where(rng.random(ranges.shape) < 0.2, 0.0, ranges)
 
 
-# Difference.
-
-
 @dimensions
 @objectives
 @flocks
@@ -65,40 +63,20 @@ def test_difference_against_copies_of_the_flock(flock: str, objective: str, dime
     alive, paid = np.ones(scenario.num_agents, bool), []
     while env.agents:
         ranges = some_ranges(scenario, rng)
+        steering = rng.uniform(-1, 1, (env.predator_policy_spec.count, dimension))
+        pushes = steering if len(steering) else None
         copies = [copy.deepcopy(env) for _ in range(scenario.num_agents)]
-        _, rewards, terminations, _, info = env.step_array(ranges)
+        _, rewards, terminations, _, info = env.step_array(ranges, pushes)
         for agent, alone in enumerate(copies):
-            without = alone.step_array(np.where(np.arange(scenario.num_agents) == agent, 0, ranges.T).T)[-1]
+            ranges_without = np.where(np.arange(scenario.num_agents) == agent, 0, ranges.T).T
+            without = alone.step_array(ranges_without, pushes)[-1]
             gain = info[SERIES[objective]] - without[SERIES[objective]] if alive[agent] else 0.0
             assert rewards[agent] == gain
             assert gain == 0.0 or ranges[agent] > 0
         alive = ~terminations
         paid.append(rewards)
     assert np.any(paid) or objective != "mean"
-    assert alive.all() == ("capture" not in flock)
-
-
-@objectives
-def test_learned_predators_take_the_same_actions_in_copies(objective: str) -> None:
-    scenario = small_flock(
-        num_agents=9, num_steps=24, capture_radius=3.0, predators=(fe.Learned((0.0, 0.0), (8.0, 8.0)),)
-    )
-    env = played(scenario, "difference", objective=objective, steps_per_action=6)
-    rng = np.random.default_rng(2)
-    alive = np.ones(9, bool)
-    while env.agents:
-        ranges, steering = rng.uniform(0, MAX_RANGE, (9, 1)), rng.uniform(-1, 1, (1, 2))
-        copies = [copy.deepcopy(env) for _ in range(9)]
-        _, rewards, terminations, _, info = env.step_array(ranges, steering)
-        for agent in np.flatnonzero(alive):
-            without = ranges * (np.arange(9) != agent)[:, None]
-            alone = copies[agent].step_array(without, steering)[-1]
-            assert rewards[agent] == info[SERIES[objective]] - alone[SERIES[objective]]
-        assert not rewards[~alive].any()
-        alive = ~terminations
-
-
-# Neighborhood.
+    assert alive.all() == ("capture_radius" not in FLOCKS[flock])
 
 
 def near(scenario: fe.FlockScenario, state: dict[str, Any]) -> np.ndarray:
@@ -152,7 +130,7 @@ def test_agents_on_the_edge_of_a_neighborhood() -> None:
 
 
 @dimensions
-@pytest.mark.parametrize("flock", [name for name in FLOCKS if name != "frozen graph"])
+@pytest.mark.parametrize("flock", [name for name in FLOCKS if name not in {"frozen graph", "learned"}])
 def test_neighborhood_follows_the_neighbor_rule(flock: str, dimension: int) -> None:
     scenario = small_flock(dimension, **(DENSE | {"num_agents": 30}), **FLOCKS[flock])
     counts = assert_neighborhoods(scenario, lambda state: near(scenario, state))
@@ -166,6 +144,3 @@ def test_a_frozen_graph_is_the_neighborhood() -> None:
     first = some_ranges(scenario, np.random.default_rng(3)).ravel()
     graph = reference.directed_graph(start["positions"], first)
     assert len(assert_neighborhoods(scenario, lambda _: graph)) > 3
-
-
-# Both.

@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from flock_states import state
+from envs import state
 from gymnasium import wrappers
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from envs import draw
 from objective_values import INFO_KEYS
 from option_table import ACTION_MODES, AGENT_REWARDS, DIMENSIONS, every_pair, small_flock
 from pettingzoo.utils import aec_to_parallel
@@ -15,28 +16,12 @@ from flockesc_env import FlockEscapeEnv, FlockParallelEnv, env, parallel_env
 from flockesc_env.common.errors import EpisodeError
 
 
-def sample(environment: FlockParallelEnv) -> dict[str, Any]:
-    return {agent: environment.action_space(agent).sample() for agent in environment.agents}
-
-
-def seed_actions(environment: FlockParallelEnv, seed: int) -> None:
-    for offset, agent in enumerate(environment.possible_agents):
-        environment.action_space(agent).seed(seed + offset)
-
-
-def play(environment: FlockParallelEnv, seed: int) -> list[tuple[Any, ...]]:
-    """Return all results of an episode under random actions."""
-    seed_actions(environment, seed)
-    steps: list[tuple[Any, ...]] = [environment.reset(seed=seed)]
-    while environment.agents:
-        steps.append(environment.step(sample(environment)))
-    return steps
-
-
 def test_types_of_an_episode() -> None:
     environment = parallel_env(small_flock(), reward="individual_distance", steps_per_action=4)
-    steps = play(environment, 3)
-    agents = environment.possible_agents
+    agents, rng = environment.possible_agents, np.random.default_rng(3)
+    steps: list[tuple[Any, ...]] = [environment.reset(seed=3)]
+    while environment.agents:
+        steps.append(environment.step(draw(environment, rng)))
     assert len(steps) - 1 == 3
     assert environment.agents == []
     for number, (observations, rewards, terminations, truncations, infos) in enumerate(steps[1:], 1):
@@ -74,26 +59,6 @@ def test_the_flock_view_as_state_is_the_observation_of_the_flock(dimension: int)
     environment.step_array(ranges)
     at = whole.policy_spec.layout.index("last_range")
     assert environment.state()[at] == pytest.approx(ranges.mean() / environment.options.max_range)
-
-
-def test_aec_plays_the_same_episode() -> None:
-    scenario = small_flock()
-    parallel, aec = parallel_env(scenario), env(scenario)
-    observations, _ = parallel.reset(seed=9)
-    aec.reset(seed=9)
-    totals, paid = dict.fromkeys(parallel.agents, 0.0), dict.fromkeys(parallel.agents, 0.0)
-    while parallel.agents:
-        actions = sample(parallel)
-        for agent in parallel.agents:
-            assert aec.agent_selection == agent
-            np.testing.assert_array_equal(aec.observe(agent), observations[agent])
-            aec.step(actions[agent])
-        observations, rewards, _, truncations, _ = parallel.step(actions)
-        for agent, reward in rewards.items():
-            totals[agent] += reward
-            paid[agent] += aec.rewards[agent]
-        assert aec.truncations == truncations
-    assert paid == totals
 
 
 def test_conversions_play_the_same_episode() -> None:
@@ -135,10 +100,9 @@ def test_arrays_equal_the_dicts(mode: str, reward: str, steps_per_action: int) -
         np.testing.assert_equal(mixed.reset(seed=seed, options=given), started)
         np.testing.assert_equal(list(arrays.reset_array(seed=seed, options=given)), as_arrays(dicts, started))
         assert arrays.agents == dicts.agents
-        seed_actions(dicts, 1)
-        is_array_turn = True
+        rng, is_array_turn = np.random.default_rng(1), True
         while dicts.agents:
-            actions = sample(dicts)
+            actions = draw(dicts, rng)
             expected = as_arrays(dicts, stepped := dicts.step(actions))
             result = arrays.step_array(np.stack(list(actions.values())))
             np.testing.assert_equal(list(result), expected)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import pytest
 from envs import FLOCKS, has_ended, same_action, start, step
 from objective_values import SERIES
 from option_table import OBJECTIVES, STEPS_PER_ACTION, every_pair, small_flock
@@ -74,30 +73,22 @@ def distances(objective: str, scenario: fe.FlockScenario = SCENARIO) -> np.ndarr
 @every_pair(
     interface=INTERFACES,
     objective=DISTANCES,
-    reward=("running_minimum", "terminal"),
+    reward=("running_minimum", "terminal", "distance"),
     steps_per_action=STEPS_PER_ACTION,
     speed=SPEEDS,
 )
-def test_return_is_the_change_of_the_objective(
+def test_return_is_the_change_of_the_objective_or_its_time_mean(
     interface: str, objective: str, reward: str, steps_per_action: int, speed: float
 ) -> None:
     scenario = SCENARIO.replace(speed=speed)
-    rewards = INTERFACES[interface](
-        scenario, objective=objective, reward=reward, steps_per_action=steps_per_action
-    )
+    options = {"objective": objective, "reward": reward, "steps_per_action": steps_per_action}
+    rewards = INTERFACES[interface](scenario, **options)
     curve = distances(objective, scenario)
     assert curve.min() < curve[0] - 1  # the objective does change
-    np.testing.assert_allclose(rewards.sum(axis=0), curve.min() - curve[0], **tolerance(interface))
+    expected = curve[1:].mean() if reward == "distance" else curve.min() - curve[0]
+    np.testing.assert_allclose(rewards.sum(axis=0), expected, **tolerance(interface))
     if reward == "terminal" and "rollout" not in interface:
         assert (rewards[:-1] == 0).all()
-
-
-@every_pair(interface=INTERFACES, objective=DISTANCES, steps_per_action=STEPS_PER_ACTION)
-def test_distance_return_is_the_time_mean(interface: str, objective: str, steps_per_action: int) -> None:
-    rewards = INTERFACES[interface](
-        SCENARIO, objective=objective, reward="distance", steps_per_action=steps_per_action
-    )
-    np.testing.assert_allclose(rewards.sum(axis=0), distances(objective)[1:].mean(), **tolerance(interface))
 
 
 def agent_distances(scenario: fe.FlockScenario = SCENARIO) -> np.ndarray:
@@ -106,27 +97,18 @@ def agent_distances(scenario: fe.FlockScenario = SCENARIO) -> np.ndarray:
     return np.linalg.norm(offsets, axis=3).min(axis=2)
 
 
-@every_pair(interface=PER_AGENT, objective=DISTANCES, steps_per_action=STEPS_PER_ACTION)
-def test_individual_distance_is_the_time_mean_of_each_agent(
-    interface: str, objective: str, steps_per_action: int
-) -> None:
+@every_pair(
+    interface=PER_AGENT,
+    objective=DISTANCES,
+    reward=("individual_distance", "individual_distance_change"),
+    steps_per_action=STEPS_PER_ACTION,
+)
+def test_individual_returns(interface: str, objective: str, reward: str, steps_per_action: int) -> None:
+    """Each agent gets the time mean of its distance, or what it gained."""
     options = {"objective": objective, "steps_per_action": steps_per_action}
-    own = PER_AGENT[interface](SCENARIO, reward="individual_distance", **options)
-    expected = agent_distances()[1:].mean(axis=0)
-    if interface == "agent rollout":
-        expected = expected.mean()
-    np.testing.assert_allclose(own.sum(axis=0), expected, **tolerance(interface))
-
-
-@every_pair(interface=PER_AGENT, steps_per_action=STEPS_PER_ACTION)
-def test_individual_distance_change_sums_to_what_each_agent_gained(
-    interface: str, steps_per_action: int
-) -> None:
-    rewards = PER_AGENT[interface](
-        SCENARIO, reward="individual_distance_change", steps_per_action=steps_per_action
-    )
+    rewards = PER_AGENT[interface](SCENARIO, reward=reward, **options)
     own = agent_distances()
-    expected = own[-1] - own[0]
+    expected = own[1:].mean(axis=0) if reward == "individual_distance" else own[-1] - own[0]
     if interface == "agent rollout":
         expected = expected.mean()
     np.testing.assert_allclose(rewards.sum(axis=0), expected, **tolerance(interface))
@@ -163,13 +145,6 @@ def test_individual_running_minimum_pays_what_agents_lost_since_it_fell_last(
         assert at_rest.any()
         assert (rewards[at_rest] == 0).all()
     np.testing.assert_allclose(rewards, expected, **tolerance(interface))
-
-
-@pytest.mark.parametrize("reward", ["running_minimum", "distance", "terminal"])
-def test_team_rewards_pay_every_agent_the_same(reward: str) -> None:
-    rewards = INTERFACES["parallel"](SCENARIO, reward=reward)
-    assert (rewards == rewards[:, :1]).all()
-    np.testing.assert_array_equal(rewards[:, :1], INTERFACES["gymnasium"](SCENARIO, reward=reward))
 
 
 @every_pair(

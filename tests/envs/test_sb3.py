@@ -7,24 +7,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from captured_flocks import doomed
+from envs import draw
 from gymnasium import Wrapper
-from option_table import small_flock
+from option_table import doomed, small_flock
 from stable_baselines3 import A2C, DQN, PPO, SAC
 from stable_baselines3.common.callbacks import CheckpointCallback, EvalCallback
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecMonitor, VecNormalize
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from flockesc_env import (
-    AgentVectorEnv,
-    FlockEscapeEnv,
-    FlockVectorEnv,
-    Learned,
-    SB3Policy,
-    parallel_env,
-    rollout,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import Pursue
@@ -32,13 +24,6 @@ from flockesc_env.sb3 import AgentVecEnv, FlockEvalCallback, FlockVecEnv
 
 FLOCKS = 3
 ENVS = pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
-
-
-def sample(env: VecEnv, rng: np.random.Generator) -> np.ndarray:
-    if env.action_space.shape == ():
-        return rng.integers(0, env.action_space.n, env.num_envs)
-    low, high = env.action_space.low[0], env.action_space.high[0]
-    return rng.uniform(low, high, (env.num_envs, 1)).astype(np.float32)
 
 
 @pytest.mark.parametrize(
@@ -53,9 +38,9 @@ def sample(env: VecEnv, rng: np.random.Generator) -> np.ndarray:
 @pytest.mark.parametrize(
     ("make", "like", "reward"),
     [
-        (FlockVecEnv, FlockVectorEnv, "running_minimum"),
-        (AgentVecEnv, AgentVectorEnv, "running_minimum"),
-        (AgentVecEnv, AgentVectorEnv, "individual_distance"),
+        (FlockVecEnv, fe.FlockVectorEnv, "running_minimum"),
+        (AgentVecEnv, fe.AgentVectorEnv, "running_minimum"),
+        (AgentVecEnv, fe.AgentVectorEnv, "individual_distance"),
     ],
 )
 def test_slots_equal_those_of_gymnasium_with_autoreset_in_the_same_step(
@@ -68,7 +53,7 @@ def test_slots_equal_those_of_gymnasium_with_autoreset_in_the_same_step(
     np.testing.assert_array_equal(env.reset(), twin.reset(seed=11)[0])
     rng, seen = np.random.default_rng(0), set()
     for _ in range(120):
-        actions = sample(env, rng)
+        actions = draw(env, rng)
         rows, rewards, dones, infos = env.step(actions)
         expected, paid, terminations, truncations, columns = twin.step(actions)
         np.testing.assert_array_equal(rows, expected)
@@ -97,7 +82,7 @@ def test_infos_at_the_end_only(make: type[VecEnv]) -> None:
         env.seed(0)
         env.reset()
     for _ in range(6):
-        actions = sample(full, rng)
+        actions = draw(full, rng)
         (*expected, all_infos), (*given, infos) = full.step(actions), sparse.step(actions)
         for one, other in zip(expected, given, strict=True):
             np.testing.assert_array_equal(one, other)
@@ -134,7 +119,7 @@ def test_options_are_used_once(make: type[VecEnv]) -> None:
     scenario = small_flock()
     start = np.arange(10.0).reshape(5, 2)
     env, twin = make(FLOCKS, scenario), make(FLOCKS, scenario)
-    single = parallel_env(scenario) if make is AgentVecEnv else FlockEscapeEnv(scenario)
+    single = fe.parallel_env(scenario) if make is AgentVecEnv else fe.FlockEscapeEnv(scenario)
     env.seed(1)
     env.set_options({"initial_positions": start})
     given = env.reset()
@@ -172,7 +157,7 @@ def test_a_refused_reset_leaves_no_trace(make: type[VecEnv], options: dict[str, 
         env.reset()
     assert caught.value.field == field
     env.set_options()
-    actions = sample(env, np.random.default_rng(0))
+    actions = draw(env, np.random.default_rng(0))
     np.testing.assert_equal(env.step(actions), twin.step(actions))
     np.testing.assert_array_equal(env.reset(), twin.reset())
 
@@ -240,7 +225,7 @@ def test_the_loop_of_stable_baselines3(algorithm: Any, settings: Any, tmp_path: 
 @pytest.mark.parametrize("learning_rate", [0.0, 0.1])
 def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float, tmp_path: Path) -> None:
     settings = {"n_steps": 10, "batch_size": 50, "seed": 0, "device": "cpu", "learning_rate": learning_rate}
-    hunted = small_flock(predators=(Learned(),))
+    hunted = small_flock(predators=(fe.Learned(),))
     scenarios, options = [hunted, hunted.replace(num_steps=9)], {"objective": "minimum", "max_range": 40.0}
     callback = FlockEvalCallback(10, 3, best_model_save_path=tmp_path / "best")
     models = []
@@ -252,16 +237,16 @@ def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float
     logged = EventAccumulator(str(tmp_path / "PPO_2")).Reload()
     values = [event.value for event in logged.Scalars("eval/min_min_distance")]
     steps = [event.step for event in logged.Scalars("eval/min_min_distance")]
-    assert steps == [0, 100, 200, 200]  # before the training, twice in it, and after it
-    assert callback.num_episodes == logged.Scalars("eval/episodes")[-1].value == 4 * 3 * 2
+    assert steps == [0, 100, 200]  # before the training, and every 100 actions
+    assert callback.num_episodes == logged.Scalars("eval/episodes")[-1].value == 3 * 3 * 2
     assert callback.best_objective == pytest.approx(max(values))
     statistics = VecNormalize.load(str(tmp_path / "best" / "vecnormalize.pkl"), env)
     best = PPO.load(tmp_path / "best" / "best_model.zip", device="cpu")
     assert best.num_timesteps == steps[int(np.argmax(values))]
     played = [
-        rollout(
+        fe.rollout(
             scenario,
-            SB3Policy(best, vec_normalize=statistics),
+            fe.SB3Policy(best, vec_normalize=statistics),
             TUNING[:3],
             predator_policy=Pursue(),
             **options,
@@ -272,7 +257,7 @@ def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float
 
 
 def test_the_callback_refuses_other_environments() -> None:
-    model = A2C("MlpPolicy", DummyVecEnv([lambda: FlockEscapeEnv(small_flock())]), device="cpu")
+    model = A2C("MlpPolicy", DummyVecEnv([lambda: fe.FlockEscapeEnv(small_flock())]), device="cpu")
     with pytest.raises(ArgumentError, match=r"model.env: expected an environment of Task.vec_env"):
         model.learn(5, callback=FlockEvalCallback(5))
 
@@ -291,5 +276,5 @@ def test_one_episode_per_agent_judges_whole_flocks() -> None:
         callback=lambda seen, _: values.append(seen["info"]["min_mean_distance"]) if seen["done"] else None,
     )
     assert len(values) == 2 * scenario.num_agents
-    expected = rollout(scenario, SB3Policy(model), [7, 8]).min_mean_distance
+    expected = fe.rollout(scenario, fe.SB3Policy(model), [7, 8]).min_mean_distance
     np.testing.assert_array_equal(np.unique(values), np.sort(expected))

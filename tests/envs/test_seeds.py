@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from captured_flocks import hunted
 from envs import FLOCKS, RANDOM, adapters, info_of, same_action, start, step
-from option_table import small_flock
+from option_table import hunted, small_flock
 from same import plain
 
 import flockesc_env as fe
@@ -88,20 +87,44 @@ def test_unseeded_resets_differ(make: Callable[[], Any]) -> None:
     assert len(set(seen)) == len(seen)
 
 
-@pytest.mark.parametrize("interface", [*INTERFACES, "vector", "line"])
-@pytest.mark.parametrize("seed", [0, 2**64 - 1])
-def test_every_episode_can_be_played_alone(interface: str, seed: int) -> None:
-    """The k-th reset without a seed plays ``episode_seed(seed, k)``, in every interface."""
+@pytest.mark.parametrize("interface", [*FLOCKS, "line"])
+@pytest.mark.parametrize(("seed", "first"), [(0, 0), (2**64 - 1, 3)])
+def test_every_episode_can_be_played_alone(interface: str, seed: int, first: int) -> None:
+    """The k-th reset without a seed plays ``episode_seed(seed, k)``; a reset can start at any k."""
     scenario, line = small_flock(), fe.LineScenario(num_agents=5)
     environment = fe.LineEscapeEnv(line) if interface == "line" else FLOCKS[interface](scenario)
-    for episode in range(4):
-        info = info_of(environment, start(environment, seed if episode == 0 else None))
+    for episode in range(first, first + 4):
+        options = {"seed": seed, "options": {"episode": first}} if episode == first else {}
+        info = info_of(environment, start(environment, **options))
         drawn = fe.episode_seed(seed, episode)
         if interface == "line":
             expected = fe.simulate_line(line, 0.1, seed=drawn).escape_distance[0]
             assert info["escape_distance"] == expected
         else:
-            assert info["mean_distance"] == fe.simulate(scenario, RHO, seed=drawn).mean_distance[0]
+            assert np.all(info["mean_distance"] == fe.simulate(scenario, RHO, seed=drawn).mean_distance[0])
+
+
+@pytest.mark.parametrize("interface", ["vector", "agent vector", "flock slots", "agent slots"])
+def test_a_schedule_goes_on_after_the_episode_that_a_reset_chose(interface: str) -> None:
+    """Every flock has its own number: flocks get apart if some of them lose all agents."""
+    scenario = small_flock(num_steps=4, predators=RANDOM, angular_noise=0.5)
+    single = interface.endswith("vector")  # one number for all slots
+    flocks = {} if interface == "agent vector" else {"num_flocks": 3}
+    environment = FLOCKS[interface](scenario, **flocks)
+    numbers = [4] if interface == "agent vector" else [4] * 3 if single else [4, 0, 2]
+    rows = environment.num_envs // len(numbers)
+    each = [{"episode": number} for number in numbers for _ in range(rows)]
+    start(environment, 11, each[0] if single else each)
+    for later in range(3):
+        # SB3 resets in the last step of an episode, a vector environment in a separate step.
+        steps = [
+            step(environment, same_action(environment, ACTION)) for _ in range(4 + (single and later > 0))
+        ]
+        for flock, number in enumerate(numbers):
+            run = fe.simulate(scenario, RHO, seed=fe.episode_seed(11 + flock, number + later))
+            at = flock * rows
+            infos = [info["mean_distance"][at] if single else info[at]["mean_distance"] for *_, info in steps]
+            assert infos[-4:] == run.mean_distance[1:].tolist()
 
 
 def test_schedule_of_seeds() -> None:

@@ -87,7 +87,7 @@ OPTIONS: dict[str, tuple[Any, ...]] = {
 
 
 @pytest.mark.parametrize("mode", AutoresetMode)
-@pytest.mark.parametrize("options", covering(2, **OPTIONS), ids=label)
+@pytest.mark.parametrize("options", covering(**OPTIONS), ids=label)
 def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dict[str, Any]) -> None:
     options = dict(options)
     per_agent, reward = options.pop("per_agent"), options.pop("reward")

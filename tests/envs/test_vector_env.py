@@ -8,11 +8,10 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from captured_flocks import doomed
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
-from option_table import ACTION_MODES, FLOCK_REWARDS, small_flock
+from option_table import ACTION_MODES, FLOCK_REWARDS, doomed, small_flock
 
 from flockesc_env import AgentVectorEnv, FlockEscapeEnv, FlockVectorEnv
 from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError
@@ -155,6 +154,15 @@ def play(env: VectorEnv[Any, Any, Any], keep: Any = copy.deepcopy) -> list[Any]:
 
 @pytest.mark.parametrize("autoreset_mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 def test_copy_false_reuses_two_arrays(autoreset_mode: AutoresetMode) -> None:
+    """Unless the user locked them."""
+
+    def lock(result: Any) -> Any:
+        kept = copy.deepcopy(result)
+        for array in result[:2]:
+            if isinstance(array, np.ndarray):
+                array.flags.writeable = False
+        return kept
+
     fresh, reusing = (
         FlockVectorEnv(SLOTS, small_flock(), autoreset_mode=autoreset_mode, copy=keep)
         for keep in (True, False)
@@ -171,23 +179,6 @@ def test_copy_false_reuses_two_arrays(autoreset_mode: AutoresetMode) -> None:
     assert all(np.shares_memory(result[1], returned[1][1]) for result in returned[1:-1])
     for index in (2, 3):
         assert len({id(result[index]) for result in returned[1:-1]}) == 25
-
-
-@pytest.mark.parametrize("autoreset_mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
-def test_locked_results_are_overwritten(autoreset_mode: AutoresetMode) -> None:
-    fresh, reusing = (
-        FlockVectorEnv(SLOTS, small_flock(), autoreset_mode=autoreset_mode, copy=keep)
-        for keep in (True, False)
-    )
-
-    def lock(result: Any) -> Any:
-        kept = copy.deepcopy(result)
-        for array in result[:2]:
-            if isinstance(array, np.ndarray):
-                array.flags.writeable = False
-        return kept
-
-    expected = play(fresh, keep=lambda result: result)
     assert data_equivalence(play(reusing, keep=lock), expected, exact=True)
 
 

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from backends import SQUARE, calls, contents, note_calls, square, sweep_jobs
+from backends import SQUARE, calls, contents, jobs_of, note_calls, square, sweep_jobs
 from cli_runs import SMALL_FLAGS, small_files
 
 from flockesc_env.common.errors import ArgumentError
@@ -36,10 +36,6 @@ BACKENDS = ["serial", "processes:2", pytest.param("slurm:cluster=local", marks=n
 @pytest.fixture(autouse=True)
 def noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return note_calls(tmp_path, monkeypatch)
-
-
-def jobs_of(name: str, count: int = 12) -> list[Job]:
-    return [Job(f"backends:{name}", (number,)) for number in range(count)]
 
 
 def squares(results: list[dict[str, Any]]) -> list[int]:

@@ -1,14 +1,12 @@
-"""Components of a flock; Perron matrix and Laplacian of the line's neighbor graph (paper, Section II)."""
+"""Perron matrix and Laplacian of the line's neighbor graph (paper, Section II)."""
 
 import numpy as np
-import pytest
 import reference
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.sparse.csgraph import connected_components
 
 from flockesc_env import LineScenario, simulate_line
-from flockesc_env.models.graph import component_labels, laplacian, perron_matrix
+from flockesc_env.models.graph import laplacian, perron_matrix
 
 lines = st.tuples(st.integers(1, 40), st.integers(0, 2**32 - 1)).map(
     lambda drawn: np.random.default_rng(drawn[1]).random(drawn[0])
@@ -47,17 +45,3 @@ def test_laplacian_counts_components(states: np.ndarray, rho: float) -> None:
     zeros = int((np.linalg.eigvalsh(matrix) < 1e-9).sum())
     assert zeros == reference.line_components(states, rho)
     assert zeros == reference.num_components(matrix < 0)
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("num_agents", [1, 7, 300])
-def test_component_labels_equal_scipys_components(dimension: int, num_agents: int) -> None:
-    rng = np.random.default_rng(0)
-    positions = rng.uniform(0, 100, (num_agents, dimension))
-    distances = np.linalg.norm(positions[:, None] - positions, axis=-1)
-    for rho in (0.0, 6.0, 9.0, 20.0, rng.uniform(0, 15, num_agents)):
-        graph = distances <= np.broadcast_to(rho, num_agents)[:, None]
-        count, numbers = connected_components(graph, directed=True, connection="weak")
-        labels = component_labels(None, positions, rho)
-        lowest = np.array([np.flatnonzero(numbers == number)[0] for number in range(count)])
-        np.testing.assert_array_equal(labels, lowest[numbers])

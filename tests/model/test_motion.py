@@ -9,16 +9,11 @@ import pytest
 from option_table import DIMENSIONS, small_flock
 from scipy import stats
 
-from flockesc_env import FlockScenario, Trajectory, Vicsek, preset, simulate
+from flockesc_env import FlockScenario, Vicsek, preset, run_differences, simulate
 
 EVERYWHERE = 1e9  # m; every agent hears every other one
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 ALONE: dict[str, Any] = {"num_agents": 4000, "num_steps": 1, "predators": ()}
-
-
-def assert_same_run(first: Trajectory, second: Trajectory) -> None:
-    for name in ("positions", "velocities", "mean_distance", "min_distance", "num_components"):
-        np.testing.assert_array_equal(getattr(first, name), getattr(second, name), err_msg=name)
 
 
 def headings(velocities: np.ndarray) -> np.ndarray:
@@ -113,10 +108,10 @@ def test_noise_depends_on_the_seed_and_moves_no_other_draw(dimension: int, noise
     quiet = small_flock(dimension, num_agents=100)
     noisy = quiet.replace(**{noise: 0.5})
     run, again, other = (simulate(noisy, 8.0, seed=seed) for seed in (1, 1, 2))
-    assert_same_run(run, again)
+    assert run_differences(run, again) == []
     np.testing.assert_array_equal(run.positions[0], simulate(quiet, 8.0, seed=1).positions[0])
     given = {"initial_positions": run.positions[0], "initial_velocities": run.velocities[0]}
-    assert_same_run(simulate(noisy, 8.0, seed=1, **given), run)
+    np.testing.assert_array_equal(simulate(noisy, 8.0, seed=1, **given).velocities, run.velocities)
     assert (simulate(noisy, 8.0, seed=2, **given).velocities[1] != run.velocities[1]).any(axis=1).all()
     assert (other.positions[0] != run.positions[0]).all()
 
@@ -169,16 +164,6 @@ def test_order_parameter(eta: float) -> None:
         mean, error = mean_and_error(here[:, times])
         expected, its_error = mean_and_error(there[:, times])
         assert abs(mean - expected) <= 3 * np.hypot(error, its_error)
-
-
-def test_from_order_to_disorder() -> None:
-    """Without noise all headings agree; under the largest noise they are independent and <v_a^2> is 1 / n."""
-    curve = [mean_and_error(order_here(eta)[:, TRANSIENT:])[0] for eta in (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)]
-    assert (np.diff(curve) < 0).all()
-    assert curve[0] > 0.999
-    squares = order_here(2 * np.pi)[:, 1:] ** 2
-    mean, error = mean_and_error(squares)
-    assert abs(mean - 1 / N) <= 3 * error
 
 
 def test_mean_square_radius_of_a_ring_of_prey() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import reference
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay
@@ -113,27 +114,18 @@ def test_runs_follow_the_graph(scenario: fe.FlockScenario, is_frozen: bool) -> N
     top = 9.0 if isinstance(scenario.neighbor_rule, fe.Topological) else 15.0
     schedule = rng.uniform(0, top, (15, 40))
     run = fe.simulate(scenario, schedule=schedule, seed=5)
-    r, v = run.positions[0], run.velocities[0]
-    first = reference_graph(scenario, r, v, schedule[0])
+    state = reference.flock_start(scenario, run.positions[0], run.velocities[0])
+    first = reference_graph(scenario, state.positions, state.velocities, schedule[0])
     for t in range(15):
-        graph = first if is_frozen else reference_graph(scenario, r, v, schedule[t])
-        count, _ = connected_components(graph, directed=True, connection="weak")
-        assert run.num_components[t] == count
-        mean = np.array([v[row].mean(axis=0) for row in graph])
-        force = scenario.speed * mean / np.linalg.norm(mean, axis=1, keepdims=True)
-        for predator in run.predator_positions[t]:
-            away = r - predator
-            distance = np.linalg.norm(away, axis=1, keepdims=True)
-            is_felt = distance <= scenario.predator_range
-            force += np.where(is_felt, scenario.repulsion_strength * away / distance, 0)
-        r = r + scenario.time_step * v
+        if not is_frozen:
+            first = reference_graph(scenario, state.positions, state.velocities, schedule[t])
+        assert run.num_components[t] == connected_components(first, connection="weak")[0]
+        state = reference.flock_step(scenario, state, schedule[t], first)
         if scenario.periodic_side is not None:
-            r %= scenario.periodic_side
-        v = v + scenario.time_step / scenario.mass * force
-        v *= scenario.speed / np.linalg.norm(v, axis=1, keepdims=True)
-        np.testing.assert_allclose(run.positions[t + 1], r, atol=1e-9)
-        np.testing.assert_allclose(run.velocities[t + 1], v, atol=1e-9)
-        r, v = run.positions[t + 1], run.velocities[t + 1]
+            state.positions %= scenario.periodic_side
+        np.testing.assert_allclose(run.positions[t + 1], state.positions, atol=1e-9)
+        np.testing.assert_allclose(run.velocities[t + 1], state.velocities, atol=1e-9)
+        state.positions, state.velocities = run.positions[t + 1], run.velocities[t + 1]
 
 
 @pytest.mark.parametrize("rule", [fe.Metric(), fe.Topological(), fe.Voronoi()])

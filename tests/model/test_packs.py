@@ -9,50 +9,14 @@ import numpy as np
 import pytest
 import reference
 from option_table import DIMENSIONS, every_pair, small_flock
-from predator_reference import path_position
-from scipy.optimize import linear_sum_assignment
+from predator_reference import PACKS, path_position
 
 import flockesc_env as fe
 
 STEPS = 60
-FAST = {"max_speed": 30.0, "acceleration": 8.0}
 
 Starts = list[tuple[np.ndarray, np.ndarray]]
 
-PACKS: dict[str, Any] = {
-    "straight": lambda s: [fe.ConstantVelocity(*s[0])],
-    "nearest": lambda s: [fe.PurePursuit(*s[0]), fe.PurePursuit(*s[1], max_turn_rate=0.4, **FAST)],
-    "centroid": lambda s: [fe.PurePursuit(*s[0], target="centroid", **FAST)],
-    "most isolated": lambda s: [fe.PurePursuit(*s[0], target="most_isolated", **FAST)],
-    "assigned": lambda s: [
-        fe.PurePursuit(*start, max_turn_rate=2.0, target="assigned", **FAST) for start in s
-    ],
-    "intercept": lambda s: [
-        fe.Intercept(*s[0]),
-        fe.Intercept(*s[1], max_turn_rate=2.0, navigation_constant=4.0, **FAST),
-    ],
-    "confused": lambda s: [fe.PurePursuit(*start, confusion_rate=0.5) for start in s],
-    "wandering": lambda s: [fe.Wandering(*start, angular_diffusion=1.0) for start in s],
-    "encircle": lambda s: [fe.Encircle(*start, radius=25.0, **FAST) for start in s],
-    "closing in": lambda s: [fe.Encircle(*start, radius=25.0, closing_speed=12.0) for start in s],
-    "herd": lambda s: [
-        fe.PurePursuit(*s[0]),
-        fe.Herd(*s[1], distance=20.0, **FAST),
-        fe.Herd(*s[2], partner=1),
-    ],
-    "attracted": lambda s: [fe.Attracted(*s[0]), fe.Attracted(*s[1], strength=50.0, exponent=1.0)],
-    "path": lambda s: [fe.PrescribedPath([place for place, _ in s], interval=0.5)],
-    "all at once": lambda s: [
-        fe.Wandering(*s[0], angular_diffusion=1.0),
-        fe.PurePursuit(*s[1], target="assigned"),
-        fe.Herd(*s[2], partner=1, **FAST),
-        fe.PurePursuit(*s[3], confusion_rate=0.5),
-        fe.PurePursuit(*s[4], target="assigned", **FAST),
-        fe.Encircle(*s[5], radius=10.0),
-        fe.Encircle(*s[6], radius=20.0),
-        fe.PrescribedPath([place for place, _ in s[::2]], interval=0.7),
-    ],
-}
 every_pack = pytest.mark.parametrize("pack", PACKS)
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
@@ -75,7 +39,7 @@ def hunt(predators: Any, start: dict[str, np.ndarray], **changes: Any) -> fe.Tra
 
 
 def test_every_strategy_is_in_a_pack() -> None:
-    """Except a learned predator, which tests/envs/test_pursuit.py controls."""
+    """Except a learned predator, which tests/envs/test_learned_predators.py controls."""
     starts, _ = drawn(2, 0)
     kinds = {predator.kind for pack in PACKS.values() for predator in pack(starts)}
     assert kinds == set(fe._core.kinds()["predators"]) - {"learned"}
@@ -87,27 +51,6 @@ def test_packs_follow_the_numpy_model(pack: str, dimension: int, agents: int) ->
     starts, start = drawn(dimension, agents + dimension, agents)
     run = hunt(PACKS[pack](starts), start)
     reference.assert_follows(run, np.full((STEPS, agents), 7.3), rtol=0, atol=1e-6)
-
-
-@pytest.mark.parametrize("agents", [2, 3, 40])
-@pytest.mark.parametrize("hunters", [2, 5])
-@dimensions
-def test_assigned_targets_are_distinct_and_near(hunters: int, agents: int, dimension: int) -> None:
-    """Each predator heads exactly for its agent, and the sum of distances is minimal."""
-    starts, start = drawn(dimension, 11, agents)
-    pack = [fe.PurePursuit(*begin, max_turn_rate=1e9, target="assigned") for begin in starts[:hunters]]
-    run = hunt(pack, start)
-    flown = np.diff(run.predator_positions, axis=0)[1:]
-    sights = run.positions[1:-1, None] - run.predator_positions[1:-1, :, None]
-    distances = np.linalg.norm(sights, axis=-1)
-    cosines = np.einsum("tpd,tpnd->tpn", flown, sights) / distances
-    targets = cosines.argmax(axis=2)
-    for chosen, apart in zip(targets, distances, strict=True):
-        rows, columns = linear_sum_assignment(apart)
-        assert len(set(chosen.tolist())) == min(hunters, agents)
-        assert apart[rows, chosen[rows]].sum() == pytest.approx(apart[rows, columns].sum(), rel=1e-12)
-        idle = np.setdiff1d(np.arange(hunters), rows)
-        np.testing.assert_array_equal(chosen[idle], apart[idle].argmin(axis=1))
 
 
 def still_flock(dimension: int = 2, **changes: Any) -> fe.FlockScenario:

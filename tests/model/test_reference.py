@@ -2,61 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
-
 import numpy as np
 import pytest
 import reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from option_table import hunted
+from predator_reference import PACKS
 
 import flockesc_env as fe
-from flockesc_env.scenario.predators import Predator, Target
 
 SIDE = 40.0
 HUGE = 1e200  # its square is not a finite number
 STEPS = 5
-KINDS = ("straight", "wandering", "pursuit", "confused", "intercept", "encircle", "herd", "path", "attracted")
 LINE_STEPS = 8
 
 seeds = st.integers(0, 2**32 - 1)
-
-
-@st.composite
-def predators(draw: st.DrawFn, dimension: int) -> tuple[Any, ...]:
-    rng = np.random.default_rng([draw(seeds), 1])
-
-    def predator(index: int, kind: str) -> Predator:
-        position, velocity = rng.uniform(0, SIDE, dimension), rng.normal(0, 12, dimension)
-        if kind == "straight":
-            return fe.ConstantVelocity(position, velocity)
-        if kind == "wandering":
-            return fe.Wandering(position, velocity, angular_diffusion=draw(st.sampled_from([0.0, 2.0])))
-        if kind == "attracted":
-            exponent = draw(st.sampled_from([0.0, 1.0, 3.0]))
-            return fe.Attracted(
-                position, velocity, strength=draw(st.sampled_from([5.0, 1e4])), exponent=exponent
-            )
-        if kind == "path":
-            positions = np.cumsum(rng.normal(0, 6, (draw(st.integers(2, 8)), dimension)), axis=0)
-            return fe.PrescribedPath(positions, interval=draw(st.sampled_from([None, 0.02, 0.11, 0.3])))
-        turn_rate = draw(st.sampled_from([0.0, 1.0, 1e3]))
-        limits = draw(st.sampled_from([{}, {"max_speed": 1e3}, {"max_speed": 60.0, "acceleration": 30.0}]))
-        steering = {"position": position, "velocity": velocity, "max_turn_rate": turn_rate, **limits}
-        match kind:
-            case "intercept":
-                return fe.Intercept(**steering, navigation_constant=draw(st.sampled_from([0.0, 1.0, 3.0])))
-            case "encircle":
-                return fe.Encircle(**steering, radius=30.0, closing_speed=draw(st.sampled_from([0.0, 200.0])))
-            case "herd":
-                others = [other for other in range(len(kinds)) if other != index]
-                return fe.Herd(**steering, partner=draw(st.sampled_from(others)))
-            case "confused":
-                return fe.PurePursuit(**steering, confusion_rate=draw(st.sampled_from([0.2, 5.0])))
-        return fe.PurePursuit(**steering, target=draw(st.sampled_from(get_args(Target))))
-
-    kinds = draw(st.lists(st.sampled_from(KINDS), max_size=4).filter(lambda kinds: kinds != ["herd"]))
-    return tuple(predator(index, kind) for index, kind in enumerate(kinds))
 
 
 @st.composite
@@ -70,6 +31,8 @@ def per_agent(draw: st.DrawFn, agents: int, values: tuple[float, ...]) -> float 
 def flock_scenarios(draw: st.DrawFn) -> fe.FlockScenario:
     dimension = draw(st.sampled_from([2, 3]))
     agents = draw(st.integers(1, 70))
+    rng = np.random.default_rng([draw(seeds), 1])
+    starts = [(rng.uniform(0, SIDE, dimension), rng.uniform(-16, 16, dimension)) for _ in range(7)]
     motion = draw(
         st.sampled_from(
             # Unequal weights, so that forces do not cancel up to rounding errors, which would be the heading.
@@ -98,8 +61,9 @@ def flock_scenarios(draw: st.DrawFn) -> fe.FlockScenario:
         alignment_strength=draw(per_agent(agents, (0.0, 0.7, 1.0))),
         motion=motion,
         sensing_delay=draw(st.sampled_from([0, 1, 3, STEPS])),
+        capture_radius=draw(st.sampled_from([None, None, 0.5, 4.0, 10.0])),
         constant_speed=isinstance(motion, fe.Vicsek | fe.Zones) or draw(st.booleans()),
-        predators=draw(predators(dimension)),
+        predators=draw(st.sampled_from([lambda _: (), *PACKS.values()]))(starts),
     )
 
 
@@ -207,6 +171,29 @@ def test_boundaries_of_the_flock_are_inclusive() -> None:
     assert apart.velocities[1, 0, 1] > 0  # pushed by the predator at exactly rho_p
     blind = fe.simulate(scenario.replace(predator_range=np.nextafter(5.0, 0)), 0.0, **start)
     np.testing.assert_allclose(blind.velocities[1], start["initial_velocities"], atol=1e-12)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("per_agent", [False, True])
+def test_a_radius_without_captures_changes_no_bit(dimension: int, per_agent: bool) -> None:
+    free = hunted(dimension, num_agents=200, capture_radius=None)
+    rho = np.linspace(0, 15, 200) if per_agent else 7.0
+    runs = (fe.simulate(each, rho, seed=2) for each in (free, free.replace(capture_radius=0.0)))
+    assert fe.run_differences(*runs) == []
+
+
+def test_a_capture_can_raise_the_mean_distance_but_not_its_running_minimum() -> None:
+    scenario = fe.FlockScenario(
+        num_agents=2, num_steps=1, capture_radius=1.0, predators=(fe.ConstantVelocity((0, 0), (0, 0)),)
+    )
+    start = {"initial_positions": [[0.5, 0.0], [50.0, 0.0]], "initial_velocities": np.zeros((2, 2))}
+    env = fe.FlockEscapeEnv(scenario)
+    _, before = env.reset(options=start)
+    _, reward, terminated, truncated, after = env.step(env.action_space.sample())
+    assert before["mean_distance"] == 25.25
+    assert after["mean_distance"] > 49
+    assert after["min_mean_distance"] == 25.25
+    assert (reward, terminated, truncated, after["fraction_surviving"]) == (0.0, False, True, 0.5)
 
 
 @st.composite

@@ -10,15 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from option_table import small_flock
 
-from flockesc_env import (
-    FlockEscapeEnv,
-    FlockScenario,
-    FlockVectorEnv,
-    parallel_env,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies import bind
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 
 EPS = float(np.finfo(np.float32).eps)
@@ -36,8 +30,8 @@ architectures = st.builds(
 )
 
 
-def policy_spec(scenario: FlockScenario = SCENARIO, **options: Any) -> PolicySpec:
-    return parallel_env(scenario, **options).policy_spec
+def policy_spec(scenario: fe.FlockScenario = SCENARIO, **options: Any) -> PolicySpec:
+    return fe.parallel_env(scenario, **options).policy_spec
 
 
 def parameters(architecture: Architecture, seed: int = 0, networks: tuple[int, ...] = ()) -> np.ndarray:
@@ -149,31 +143,6 @@ def test_memory_starts_at_zero_and_is_kept() -> None:
         policy.reset(np.array([False, True]))
 
 
-def test_each_flock_has_its_own_memory_if_episodes_start_at_different_times() -> None:
-    """One slot of a vector environment is reset during the episodes of the others."""
-    architecture = Architecture(("time", "mean_distance"), memory=2)
-    numbers, options = parameters(architecture), {"max_range": 30.0}
-    env = FlockVectorEnv(2, SCENARIO, **options)
-    act = bind(NetworkPolicy(architecture, numbers), env)
-    observations, _ = env.reset(seed=[1, 2])
-    actions = []
-    for step in range(8):
-        if step == 4:
-            mask = np.array([False, True])
-            observations, _ = env.reset(seed=[None, 3], options={"reset_mask": mask})
-        actions.append(act(observations))
-        observations, *_ = env.step(actions[-1])
-
-    single = FlockEscapeEnv(SCENARIO, **options)
-    for slot, seed, steps in ((0, 1, range(8)), (1, 2, range(4)), (1, 3, range(4, 8))):
-        act = bind(NetworkPolicy(architecture, numbers), single)
-        observation, _ = single.reset(seed=seed)
-        for step in steps:
-            action = act(observation)
-            np.testing.assert_array_equal(actions[step][slot], action)
-            observation, *_ = single.step(action)
-
-
 @pytest.mark.parametrize(
     ("fields", "parameters", "message"),
     [
@@ -187,7 +156,7 @@ def test_each_flock_has_its_own_memory_if_episodes_start_at_different_times() ->
     ],
 )
 def test_networks_that_cannot_act_are_refused(fields: dict[str, Any], parameters: Any, message: str) -> None:
-    shared = FlockEscapeEnv(SCENARIO).policy_spec
+    shared = fe.FlockEscapeEnv(SCENARIO).policy_spec
     with pytest.raises(ArgumentError, match=message):
         NetworkPolicy(Architecture(**{"inputs": ("time",), "hidden": (), **fields}), parameters).act(
             np.zeros((2, len(shared.layout.names)), np.float32), shared

@@ -114,6 +114,3 @@ def test_an_outcome_depends_only_on_the_seed_and_the_network() -> None:
             assert outcomes(numbers[k : k + 1], [7 + k], 1)[name] == column[k]
     assert len(set(together["min_mean_distance"])) == 4
     assert (together["num_actions"] == -(-scenario.num_steps // options["steps_per_action"])).all()
-
-
-SMALL = fe.FlockScenario(num_agents=4, num_steps=2)

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from captured_flocks import doomed, hunted
-from option_table import ACTION_MODES, small_flock
+from option_table import ACTION_MODES, doomed, hunted, small_flock
 
 import flockesc_env as fe
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES

@@ -7,6 +7,8 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.vector import SyncVectorEnv
+from gymnasium.wrappers import NormalizeObservation
 from masked_cpu import run_with_baseline_numpy
 from option_table import ACTION_MODES, DIMENSIONS, STEPS_PER_ACTION, every_pair, small_flock
 from rule_ranges import ranges
@@ -98,6 +100,19 @@ def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_act
     make = AGENT_POLICIES[name]
     options = {**options_for(name, mode), "steps_per_action": steps_per_action}
     expected = outcome(fe.rollout(SCENARIO, make(), SEEDS, per_agent=True, **options))
+    for per_agent in [True, False] if name in SHARED_POLICIES else [True]:
+        run = fe.record(SCENARIO, make(), SEEDS[0], per_agent=per_agent, **options)
+        curves = [run.mean_distance.min(), run.min_distance.min(), run.num_components[-1]]
+        assert (curves, run.seed) == (expected[:, 0].tolist(), SEEDS[0])
+        ranges = run.interaction_ranges
+        assert ranges.shape == (T, N if per_agent else 1)
+        held = np.arange(T) // steps_per_action * steps_per_action
+        np.testing.assert_array_equal(ranges, ranges[held])
+        if "scheduled" in name:  # the entry of the first step of an action counts
+            schedule = OWN_SCHEDULE if "agent" in name else SCHEDULE[:, np.newaxis]
+            np.testing.assert_array_equal(ranges, np.broadcast_to(schedule[held], ranges.shape))
+        again = fe.simulate(SCENARIO, schedule=ranges, seed=SEEDS[0])
+        np.testing.assert_array_equal(again.positions, run.positions)
     singles: list[Any] = [fe.parallel_env(SCENARIO, **options)]
     slots: list[Any] = [AgentVecEnv(2, SCENARIO, **options)]
     if name in SHARED_POLICIES:
@@ -152,30 +167,6 @@ def test_random_range_covers_all_ranges_of_the_action_space(mode: str) -> None:
     np.testing.assert_array_equal(RandomRange(seed=0).act(rows, env.policy_spec), actions)
 
 
-@pytest.mark.parametrize("steps_per_action", STEPS_PER_ACTION)
-@pytest.mark.parametrize("name", AGENT_POLICIES)
-def test_record_equals_the_episode_of_the_rollout(name: str, steps_per_action: int) -> None:
-    options = {**options_for(name, "normalized"), "steps_per_action": steps_per_action}
-    views = [True, False] if name in SHARED_POLICIES else [True]
-    for per_agent in views:
-        make = AGENT_POLICIES[name]
-        run = fe.record(SCENARIO, make(), SEEDS[0], per_agent=per_agent, **options)
-        episodes = fe.rollout(SCENARIO, make(), SEEDS[:1], per_agent=per_agent, **options)
-        expected = [run.mean_distance.min(), run.min_distance.min(), run.num_components[-1]]
-        assert outcome(episodes)[:, 0].tolist() == expected
-        assert run.seed == SEEDS[0]
-        ranges = run.interaction_ranges
-        assert ranges.shape == (T, N if per_agent else 1)
-        held = np.arange(T) // steps_per_action * steps_per_action
-        np.testing.assert_array_equal(ranges, ranges[held])
-        if "scheduled" in name:  # the entry of the first step of an action counts
-            schedule = OWN_SCHEDULE if "agent" in name else SCHEDULE[:, np.newaxis]
-            np.testing.assert_array_equal(ranges, np.broadcast_to(schedule[held], ranges.shape))
-        np.testing.assert_array_equal(
-            fe.simulate(SCENARIO, schedule=ranges, seed=SEEDS[0]).positions, run.positions
-        )
-
-
 PRINT_RANGES = """
 import json
 from rule_ranges import ranges
@@ -207,12 +198,7 @@ def test_policies_by_name_set_their_options() -> None:
     [
         (lambda env: gymnasium.wrappers.RescaleAction(env, 0, 1), "env.action_space"),
         (lambda env: gymnasium.wrappers.FrameStackObservation(env, 2), "env.observation_space"),
-        (
-            lambda env: gymnasium.vector.SyncVectorEnv(
-                [lambda: gymnasium.wrappers.NormalizeObservation(env)]
-            ),
-            "env.observation_space",
-        ),
+        (lambda env: SyncVectorEnv([lambda: NormalizeObservation(env)]), "env.observation_space"),
         (lambda _: VecFrameStack(FlockVecEnv(1, SCENARIO), 2), "env.observation_space"),
         (lambda _: VecMonitor(VecNormalize(FlockVecEnv(1, SCENARIO))), "env"),
     ],

@@ -12,27 +12,9 @@ import numpy as np
 import pytest
 from option_table import small_flock
 
-from flockesc_env import (
-    FlockEscapeEnv,
-    FlockPursuitEnv,
-    LineScenario,
-    bind,
-    load_policy,
-    load_run,
-    parallel_env,
-    record,
-    rollout,
-    save_policy,
-    save_run,
-    simulate,
-)
+import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError, RecordError
-from flockesc_env.policies import (
-    FixedRange,
-    ListenWhileThreatened,
-    StubbornWitnesses,
-    WinStayLoseShift,
-)
+from flockesc_env.policies import FixedRange, ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
 from flockesc_env.policies.files import find_policy
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy, built_in
@@ -50,7 +32,7 @@ def flock_policy() -> NamedPolicy:
 
 
 def line_policy() -> NamedPolicy:
-    return NamedPolicy("line", NetworkPolicy(LINE, [1, -2, 0.5]), scenario=LineScenario(num_agents=9))
+    return NamedPolicy("line", NetworkPolicy(LINE, [1, -2, 0.5]), scenario=fe.LineScenario(num_agents=9))
 
 
 def rule_policy(rule: Any) -> NamedPolicy:
@@ -72,18 +54,18 @@ def rule_policy(rule: Any) -> NamedPolicy:
 )
 def test_a_policy_loads_unchanged_and_plays_as_before(entry: Any, tmp_path: Path) -> None:
     path = tmp_path / "policy.npz"
-    save_policy(entry, str(path))
-    found: Any = load_policy(path)
+    fe.save_policy(entry, str(path))
+    found: Any = fe.load_policy(path)
     assert type(found.policy) is type(entry.policy)
     options = json.loads(json.dumps(entry.options))
     assert dataclasses.replace(found, policy=entry.policy) == dataclasses.replace(entry, options=options)
     assert vars(found.policy).get("architecture") == vars(entry.policy).get("architecture")
     assert found.policy.parameters.tobytes() == entry.policy.parameters.tobytes()
     assert [file.name for file in tmp_path.iterdir()] == ["policy.npz"]
-    before, after = (rollout(None, each, range(5)) for each in (entry, found))
+    before, after = (fe.rollout(None, each, range(5)) for each in (entry, found))
     np.testing.assert_equal(vars(after), vars(before))
     with pytest.raises(FileNotFoundError):
-        load_policy(tmp_path / "lost.npz")
+        fe.load_policy(tmp_path / "lost.npz")
 
 
 OTHER_OPTIONS: dict[str, Any] = {
@@ -105,22 +87,22 @@ OTHER_OPTIONS: dict[str, Any] = {
 def test_a_loaded_policy_refuses_environments_with_other_options(
     make: Callable[[], NamedPolicy], name: str, tmp_path: Path
 ) -> None:
-    save_policy(make(), tmp_path / "policy.npz")
-    stored = load_policy(tmp_path / "policy.npz")
+    fe.save_policy(make(), tmp_path / "policy.npz")
+    stored = fe.load_policy(tmp_path / "policy.npz")
     own = {**stored.options, "max_range": 30.0, "extra_entries": ("escape_direction",)}
     loaded = dataclasses.replace(stored, options=own)
-    makers: dict[bool, Callable[..., Any]] = {True: parallel_env, False: FlockEscapeEnv}
+    makers: dict[bool, Callable[..., Any]] = {True: fe.parallel_env, False: fe.FlockEscapeEnv}
     per_agent = name != "per_agent"
     changed = {name: OTHER_OPTIONS[name]} if per_agent else {}
     env = makers[per_agent](SCENARIO, **{**own, **changed})
     rows = np.zeros((6, len(env.policy_spec.layout.names)), np.float32)
     view: dict[str, Any] = {"per_agent": per_agent, **changed}
     calls: list[Callable[[], Any]] = [
-        lambda: bind(loaded.policy, env),
+        lambda: fe.bind(loaded.policy, env),
         lambda: loaded.policy.act(rows, env.policy_spec),
-        lambda: rollout(SCENARIO, loaded.policy, [0], **view),
-        lambda: record(SCENARIO, loaded.policy, 0, **view),
-        lambda: FlockPursuitEnv(SCENARIO, flock_policy=loaded.policy, **{**own, **view}),
+        lambda: fe.rollout(SCENARIO, loaded.policy, [0], **view),
+        lambda: fe.record(SCENARIO, loaded.policy, 0, **view),
+        lambda: fe.FlockPursuitEnv(SCENARIO, flock_policy=loaded.policy, **{**own, **view}),
     ]
     for call in calls:
         with pytest.raises(ArgumentError) as caught:
@@ -131,37 +113,31 @@ def test_a_loaded_policy_refuses_environments_with_other_options(
 
 def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
     """In any scenario; with others only if a ``NamedPolicy`` or the options of its rollout say so."""
-    save_policy(flock_policy(), tmp_path / "policy.npz")
-    loaded = load_policy(tmp_path / "policy.npz")
+    fe.save_policy(flock_policy(), tmp_path / "policy.npz")
+    loaded = fe.load_policy(tmp_path / "policy.npz")
     other = SCENARIO.replace(num_agents=9, num_steps=7)
-    expected = rollout(other, loaded, range(3))
-    np.testing.assert_equal(vars(rollout(other, loaded.policy, range(3))), vars(expected))
-    env = parallel_env(other, **loaded.options, reward="distance")
-    act = bind(loaded.policy, env)
+    expected = fe.rollout(other, loaded, range(3))
+    np.testing.assert_equal(vars(fe.rollout(other, loaded.policy, range(3))), vars(expected))
+    env = fe.parallel_env(other, **loaded.options, reward="distance")
+    act = fe.bind(loaded.policy, env)
     observations, infos = env.reset(seed=2)
     while env.agents:
         observations, *_, infos = env.step(act(observations))
     assert infos["agent_0"]["min_mean_distance"] == expected.min_mean_distance[2]
     options = {**loaded.options, "steps_per_action": 3}
     slower = dataclasses.replace(loaded, options=options)
-    given = rollout(other, loaded, range(3), steps_per_action=3)
-    np.testing.assert_equal(vars(rollout(other, slower, range(3))), vars(given))
-    bind(slower.policy, parallel_env(other, **options))
+    given = fe.rollout(other, loaded, range(3), steps_per_action=3)
+    np.testing.assert_equal(vars(fe.rollout(other, slower, range(3))), vars(given))
+    fe.bind(slower.policy, fe.parallel_env(other, **options))
     with pytest.raises(ArgumentError, match="steps_per_action: expected 2"):
-        rollout(other, loaded.policy, range(3), steps_per_action=3)
+        fe.rollout(other, loaded.policy, range(3), steps_per_action=3)
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"policy": FixedRange(3)},
-        {"scenario": None},
-    ],
-)
+@pytest.mark.parametrize("changes", [{"policy": FixedRange(3)}, {"scenario": None}])
 def test_policies_that_cannot_be_saved_are_refused(changes: dict[str, Any], tmp_path: Path) -> None:
     entry = dataclasses.replace(flock_policy(), **changes)
     with pytest.raises(RecordError, match="policy: expected a NetworkPolicy, StubbornWitnesses, "):
-        save_policy(entry, tmp_path / "policy.npz")
+        fe.save_policy(entry, tmp_path / "policy.npz")
     assert not list(tmp_path.iterdir())
 
 
@@ -190,28 +166,25 @@ def rewritten(path: Path, parameters: Any = None, **header: Any) -> Path:
 def test_a_network_that_cannot_act_is_refused(
     make: Any, changes: dict[str, Any], message: str, tmp_path: Path
 ) -> None:
-    save_policy(make(), tmp_path / "policy.npz")
-    network = changes.get("architecture")
-    if network:
-        size = Architecture(
-            **{name: tuple(v) if isinstance(v, list) else v for name, v in network.items()}
-        ).size
+    fe.save_policy(make(), tmp_path / "policy.npz")
+    if network := changes.get("architecture"):
+        size = Architecture(**{name: tuple(entries) for name, entries in network.items()}).size
         changes = {**changes, "parameters": np.zeros(size)}
     with pytest.raises(RecordError) as caught:
-        load_policy(rewritten(tmp_path / "policy.npz", **changes))
+        fe.load_policy(rewritten(tmp_path / "policy.npz", **changes))
     assert message in str(caught.value)
 
 
 def test_another_file_is_named(tmp_path: Path) -> None:
-    save_policy(flock_policy(), tmp_path / "policy.npz")
-    save_run(simulate(SCENARIO, 5.0, seed=0), tmp_path / "run.npz")
+    fe.save_policy(flock_policy(), tmp_path / "policy.npz")
+    fe.save_run(fe.simulate(SCENARIO, 5.0, seed=0), tmp_path / "run.npz")
     np.savez(tmp_path / "start.npz", positions=np.zeros((3, 2)))
     np.savez(tmp_path / "arrays.npz", first=[1], second=[2])
     for call, name, message in (
-        (load_policy, "run", "expected a policy, got a recorded run"),
-        (load_policy, "start", "expected a policy, got an initial state"),
-        (load_policy, "arrays", "expected a policy, got the arrays first, second"),
-        (load_run, "policy", r"expected a recorded run \(npz\), got a policy"),
+        (fe.load_policy, "run", "expected a policy, got a recorded run"),
+        (fe.load_policy, "start", "expected a policy, got an initial state"),
+        (fe.load_policy, "arrays", "expected a policy, got the arrays first, second"),
+        (fe.load_run, "policy", r"expected a recorded run \(npz\), got a policy"),
     ):
         with pytest.raises(RecordError, match=f"{name}.npz: {message}$"):
             call(tmp_path / f"{name}.npz")
@@ -220,14 +193,14 @@ def test_another_file_is_named(tmp_path: Path) -> None:
         ({"architecture": "Rule"}, "architecture: expected one of StubbornWitnesses, .*, got 'Rule'"),
         ({"options": {"max_rang": 3.0}}, "max_rang: .* did you mean max_range"),
     ):
-        save_policy(flock_policy(), tmp_path / "policy.npz")
+        fe.save_policy(flock_policy(), tmp_path / "policy.npz")
         with pytest.raises(RecordError, match=message):
-            load_policy(rewritten(tmp_path / "policy.npz", **changes))
+            fe.load_policy(rewritten(tmp_path / "policy.npz", **changes))
 
 
 def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
     path = tmp_path / "policy.npz"
-    save_policy(flock_policy(), path)
+    fe.save_policy(flock_policy(), path)
     assert find_policy(str(path)).name == "mine"
     for name in ("random", "stubborn-leaders", "fixed:3.5"):
         found, expected = find_policy(name), built_in(name)

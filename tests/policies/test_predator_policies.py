@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from envs import FLOCKS, info_of, same_action, start, step
-from flock_states import state
+from envs import FLOCKS, info_of, same_action, start, state, step
 from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import ActionError
-from flockesc_env.policies import FixedRange
+from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.policies.predators import Pursue
 
 TWO = (fe.ConstantVelocity(), fe.PurePursuit((40.0, 20.0), (-3.0, 1.0)))
@@ -23,6 +22,28 @@ dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> fe.FlockScenario:
     return small_flock(dimension, predators=TWO[:count], **changes)
+
+
+@dimensions
+@pytest.mark.parametrize("per_agent", [False, True])
+def test_pursuit_is_the_parallel_environment_with_a_fixed_flock(dimension: int, per_agent: bool) -> None:
+    scenario = hunted(dimension)
+    policy = StubbornLeaders() if per_agent else FixedRange(10.0)
+    pursuit = fe.FlockPursuitEnv(scenario, flock_policy=policy, per_agent=per_agent)
+    parallel = fe.parallel_env(scenario.with_learned_predators())
+    observation, _ = pursuit.reset(seed=5)
+    observations, _ = parallel.reset(seed=5)
+    while parallel.agents:
+        np.testing.assert_array_equal(observation, observations["predator_0"])
+        flock = np.stack([observations[f"agent_{i}"] for i in range(5)])
+        ranges = policy.act(flock, parallel.policy_spec)
+        action = pursuit.action_space.sample()
+        observation, reward, terminated, truncated, info = pursuit.step(action)
+        actions = {f"agent_{i}": rho for i, rho in enumerate(ranges)} | {"predator_0": action}
+        observations, rewards, terminations, truncations, infos = parallel.step(actions)
+        assert (reward, terminated, truncated, info) == tuple(
+            part["predator_0"] for part in (rewards, terminations, truncations, infos)
+        )
 
 
 class Spin:

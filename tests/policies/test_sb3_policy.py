@@ -12,6 +12,7 @@ import pytest
 import torch
 from gymnasium.wrappers import NormalizeObservation, TimeAwareObservation, TimeLimit
 from option_table import small_flock
+from rounding import actor_layers, float32_error
 from same import outcome
 from sb3_contrib import ARS, TQC, RecurrentPPO
 from stable_baselines3 import A2C, DDPG, PPO, SAC, TD3
@@ -19,12 +20,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecFrameStack, VecMoni
 
 import flockesc_env as fe
 from flockesc_env.common.errors import ArgumentError
-from flockesc_env.policies import (
-    NetworkPolicy,
-    SB3Policy,
-    ScheduledRange,
-    bind,
-)
+from flockesc_env.policies import SB3Policy, ScheduledRange, bind
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
@@ -186,19 +182,10 @@ def test_networks_of_all_algorithms_act_as_their_models(algorithm: Any, settings
     if isinstance(env, VecNormalize):
         again = SB3Policy(model, vec_normalize=env).network()
         assert again.parameters.tolist() == network.parameters.tolist()
-    error = rounding_error(network)
+    seen = env.normalize_obs(rows) if isinstance(env, VecNormalize) else rows
+    error = float32_error(actor_layers(model), seen).max()
     assert np.ptp(actions) > 100 * error
     np.testing.assert_allclose(network.act(rows, spec), actions, rtol=0, atol=error)
-
-
-def rounding_error(network: NetworkPolicy) -> float:
-    """Bound the difference of two float32 evaluations of a network by the sizes of its terms."""
-    error, at, eps = 0.0, 0, float(np.finfo(np.float32).eps)
-    for rows, columns in network.architecture.shapes:
-        weights = np.abs(network.parameters[at : at + (rows + 1) * columns]).reshape(rows + 1, columns)
-        error = float((weights.sum(axis=0) * (error + 2 * (rows + 2) * eps)).max())
-        at += weights.size
-    return error
 
 
 def model_of(algorithm: Any, env: Any = None, **settings: Any) -> Any:

@@ -51,8 +51,7 @@ def test_the_range_with_the_highest_output_is_set() -> None:
 
 
 @pytest.mark.parametrize(
-    "layers",
-    [[], [nn.Linear(4, 2), nn.ReLU(), nn.Linear(2, 1)], [nn.Linear(4, 2), nn.Tanh()], [nn.Tanh()]],
+    "layers", [[], [nn.Linear(4, 2), nn.ReLU(), nn.Linear(2, 1)], [nn.Linear(4, 2), nn.Tanh()], [nn.Tanh()]]
 )
 def test_other_layers_are_refused(layers: list[nn.Module]) -> None:
     with pytest.raises(

@@ -11,6 +11,7 @@ TIMEOUT = 60  # seconds; reached only by a call that does not stop
 
 PRELUDE = """
 import os, signal, sys
+import flockesc_env as fe
 from flockesc_env import FixedRange, FlockScenario, LineScenario, rollout, simulate, simulate_line, sweep
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits none
@@ -72,10 +73,17 @@ def test_ctrl_c_stops_a_sweep() -> None:
         "simulate_line(line, 10.0, initial_state=cycle)",
         "simulate(crowd, 1e3, seed=0)",
         "rollout(flock, FixedRange(10.0), range(100))",
+        "network.act(np.zeros((1_000_000, len(names)), np.float32), spec)",
     ],
 )
 def test_ctrl_c_without_progress(call: str) -> None:
+    """The outputs of the network take minutes for all rows on any processor."""
     process = start(f"""
+        import numpy as np
+        spec = fe.FlockEscapeEnv(flock).policy_spec
+        names = spec.layout.names
+        architecture = fe.Architecture(names, (2_000, 2_000))
+        network = fe.NetworkPolicy(architecture, np.zeros(architecture.size))
         try:
             interrupt_next_call()
             {call}
@@ -136,24 +144,6 @@ def test_a_signal_before_the_first_array_is_a_keyboard_interrupt() -> None:
         except KeyboardInterrupt:
             print("interrupted", flush=True)
         env.reset(seed=0)
-        check()
-    """)
-    assert finish(process).splitlines() == ["interrupted", "works"]
-
-
-def test_ctrl_c_during_the_outputs_of_a_network() -> None:
-    """They take minutes for all rows on any processor."""
-    process = start("""
-        import numpy as np
-        import flockesc_env as fe
-        spec = fe.FlockEscapeEnv(flock).policy_spec
-        architecture = fe.Architecture(spec.layout.names, (2_000, 2_000))
-        policy = fe.NetworkPolicy(architecture, np.zeros(architecture.size))
-        try:
-            interrupt_next_call()
-            policy.act(np.zeros((1_000_000, len(spec.layout.names)), np.float32), spec)
-        except KeyboardInterrupt:
-            print("interrupted", flush=True)
         check()
     """)
     assert finish(process).splitlines() == ["interrupted", "works"]

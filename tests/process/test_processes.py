@@ -28,20 +28,24 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:De
 
 
 @METHODS
-def test_a_child_can_sweep_after_its_parent(method: str) -> None:
+def test_a_child_can_sweep_and_step_after_its_parent(method: str) -> None:
     flocks, lines, seeds = small_flock(num_agents=30), LineScenario(), range(8)
     here = sweep(flocks, [0.0, 9.0], seeds, num_threads=2)
     here_line = sweep(lines, [0.1], seeds)
     here_rollout = rollout(flocks, FixedRange(25.0), seeds, num_threads=2)
+    here_steps = played(2)  # of a large flock and a batch
     with multiprocessing.get_context(method).Pool(2) as pool:
         there = [pool.apply_async(sweep, (flocks, [0.0, 9.0], seeds), {"num_threads": 2}) for _ in range(3)]
         there_line = pool.apply_async(sweep, (lines, [0.1], seeds))
         there_rollout = pool.apply_async(rollout, (flocks, FixedRange(25.0), seeds))
+        there_steps = [pool.apply_async(played, (num_threads,)) for num_threads in (1, 2, None, 2)]
         for result in there:
             np.testing.assert_array_equal(result.get(TIMEOUT).min_mean_distance, here.min_mean_distance)
         np.testing.assert_array_equal(there_line.get(TIMEOUT).escape_distance, here_line.escape_distance)
         np.testing.assert_array_equal(there_rollout.get(TIMEOUT).mean_return, here_rollout.mean_return)
+        assert all(result.get(TIMEOUT) == here_steps for result in there_steps)
     # The parent's threads still work.
+    assert played(2) == here_steps
     again = sweep(flocks, [0.0, 9.0], seeds, num_threads=2)
     np.testing.assert_array_equal(again.min_mean_distance, here.min_mean_distance)
 
@@ -64,15 +68,6 @@ def test_async_vector_env_equals_sync_vector_env(method: str, name: str) -> None
     finally:
         parallel.close(terminate=True)
         sync.close()
-
-
-@METHODS
-def test_a_child_can_step_a_large_flock_and_a_batch_after_its_parent(method: str) -> None:
-    here = played(2)
-    with multiprocessing.get_context(method).Pool(2) as pool:
-        there = [pool.apply_async(played, (num_threads,)) for num_threads in (1, 2, None, 2)]
-        assert all(result.get(TIMEOUT) == here for result in there)
-    assert played(2) == here
 
 
 def step_on(env: FlockEscapeEnv, results: SimpleQueue) -> None:

@@ -28,25 +28,18 @@ def test_aimed_predators_equal_those_of_the_studies(offset: float) -> None:
 
 
 @pytest.mark.parametrize("direction", DIRECTIONS)
-@pytest.mark.parametrize("aim", [0.0, 17.0, -5.0])
-def test_the_path_misses_the_center_by_its_offset(aim: float, direction: tuple[float, float]) -> None:
+@pytest.mark.parametrize("aim", [0.0, 17.0, -5.0, "edge"])
+def test_the_path_misses_the_center_by_its_offset(aim: Any, direction: tuple[float, float]) -> None:
     given = approach(aim, distance=60.0, speed=7.0, direction=direction, initial_side=30.0)
     position, velocity = map(np.array, given)
     heading = velocity / np.linalg.norm(velocity)
     assert np.linalg.norm(velocity) == pytest.approx(7.0)
     assert heading == pytest.approx(np.array(direction) / np.linalg.norm(direction))
-    from_center = position - 15.0
+    left, from_center = np.array([-heading[1], heading[0]]), position - 15.0
     assert from_center @ heading == pytest.approx(-60.0)
-    assert from_center @ np.array([-heading[1], heading[0]]) == pytest.approx(aim)
-
-
-@pytest.mark.parametrize("direction", DIRECTIONS)
-def test_the_edge_is_touched(direction: tuple[float, float]) -> None:
-    """The whole region lies to the right of the path, and one corner lies on it."""
-    position, velocity = map(np.array, approach("edge", direction=direction))
-    corners = np.array([[x, y] for x in (0.0, 100.0) for y in (0.0, 100.0)]) - position
-    left = (velocity[0] * corners[:, 1] - velocity[1] * corners[:, 0]) / np.linalg.norm(velocity)
-    assert left.max() == pytest.approx(0.0, abs=1e-12)
+    # The whole region lies to the right of a path along the edge, and one corner lies on it.
+    corners = np.array([[x, y] for x in (0.0, 30.0) for y in (0.0, 30.0)]) - 15.0
+    assert from_center @ left == pytest.approx((corners @ left).max() if aim == "edge" else aim)
 
 
 def test_only_the_direction_of_a_vector_counts() -> None:

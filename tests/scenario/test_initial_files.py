@@ -18,9 +18,7 @@ def state(dimension: int) -> tuple[Any, Any]:
 
 
 def write(path: Path, positions: Any, velocities: Any = None) -> Path:
-    arrays = (
-        {"positions": positions} if velocities is None else {"positions": positions, "velocities": velocities}
-    )
+    arrays = {"positions": positions} | ({} if velocities is None else {"velocities": velocities})
     table = np.hstack(list(arrays.values()))
     if path.suffix.lower() == ".npz":
         with path.open("wb") as file:  # NumPy appends .npz to other suffixes

@@ -40,15 +40,8 @@ HEADINGS: dict[str, InitialHeadings] = {
 
 def start(dimension: int, plane: bool, **parts: Any) -> tuple[Floats, Floats]:
     """Return positions relative to the center and unit headings, without the third axis for a plane flock."""
-    scenario = fe.FlockScenario(
-        num_agents=NUM_AGENTS,
-        dimension=dimension,
-        num_steps=1,
-        initial_side=SIDE,
-        speed=SPEED,
-        initial_plane=plane,
-        **parts,
-    )
+    fields = {"num_agents": NUM_AGENTS, "num_steps": 1, "initial_side": SIDE, "speed": SPEED, **parts}
+    scenario = fe.FlockScenario(dimension=dimension, initial_plane=plane, **fields)
     run = fe.simulate(scenario, 0.0, seed=3)
     axes = 2 if plane else dimension
     assert not run.positions[0, :, axes:].any()
@@ -75,10 +68,14 @@ def assert_all_directions(vectors: Floats) -> None:
 
 
 @AXES
-def test_square(dimension: int, plane: bool) -> None:
-    offsets, _ = start(dimension, plane)
+@pytest.mark.parametrize("shape", [fe.Square(), fe.Gaussian(7.0)], ids=repr)
+def test_square_and_gaussian(dimension: int, plane: bool, shape: fe.Square | fe.Gaussian) -> None:
+    offsets, _ = start(dimension, plane, initial_positions=shape)
     for coordinates in offsets.T:
-        assert_uniform(coordinates, -SIDE / 2, SIDE / 2)
+        if isinstance(shape, fe.Square):
+            assert_uniform(coordinates, -SIDE / 2, SIDE / 2)
+        else:
+            assert_normal(coordinates, 7.0)
     assert np.abs(np.corrcoef(offsets.T) - np.eye(offsets.shape[1])).max() < 3 / math.sqrt(NUM_AGENTS)
 
 
@@ -116,14 +113,6 @@ def test_segment(dimension: int, begin: tuple[float, ...], end: tuple[float, ...
     part = along @ (b - a) / ((b - a) @ (b - a))
     np.testing.assert_allclose(along, part[:, None] * (b - a), rtol=0, atol=1e-12)
     assert_uniform(part.clip(0, 1), 0.0, 1.0)
-
-
-@AXES
-def test_gaussian(dimension: int, plane: bool) -> None:
-    offsets, _ = start(dimension, plane, initial_positions=fe.Gaussian(7.0))
-    for coordinates in offsets.T:
-        assert_normal(coordinates, 7.0)
-    assert np.abs(np.corrcoef(offsets.T) - np.eye(offsets.shape[1])).max() < 3 / math.sqrt(NUM_AGENTS)
 
 
 @AXES

@@ -13,10 +13,7 @@ import polars as pl
 import pytest
 from cli_runs import FLOCKESC, SMALL_FLAGS, TIMEOUT, run_process
 
-from flockesc_env import (
-    FlockScenario,
-    sweep,
-)
+from flockesc_env import FlockScenario, sweep
 from flockesc_env.cli.exits import Exit
 
 SWEEP = ["sweep", "--seeds", "0:2", *SMALL_FLAGS]
@@ -48,11 +45,8 @@ sys.exit(main(sys.argv[1:]))
     path = tmp_path / "sweep.parquet"
     grid = ["--interaction-ranges", "0", "10"]
     flags = [*grid, "--seeds", "0:10000000", "--json", "--progress", "--output", str(path)]
-    process = subprocess.Popen(  # noqa: S603
-        [sys.executable, "-c", script, "sweep", *flags],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-    )
+    command = [sys.executable, "-c", script, "sweep", *flags]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)  # noqa: S603
     try:
         assert process.stderr is not None
         # The bar counts runs; the first chunks are small and surely done by a few hundred.
@@ -94,16 +88,11 @@ def test_a_reader_that_goes_away(argv: list[str]) -> None:
 def test_a_full_disk() -> None:
     with Path("/dev/full").open("w") as full:
         ran = run_process(*SWEEP, stdout=full, stderr=subprocess.PIPE)
-    assert (ran.returncode, ran.stderr) == (
-        Exit.REFUSED,
-        "flockesc: error: output: No space left on device\n",
-    )
+    message = "flockesc: error: output: No space left on device\n"
+    assert (ran.returncode, ran.stderr) == (Exit.REFUSED, message)
 
 
-@pytest.mark.parametrize(
-    ("argv", "closed"),
-    [(SWEEP, ">&-"), (SWEEP, "2>&-"), (["--help"], "<&- >&- 2>&-")],
-)
+@pytest.mark.parametrize(("argv", "closed"), [(SWEEP, ">&-"), (SWEEP, "2>&-"), (["--help"], "<&- >&- 2>&-")])
 def test_closed_streams(argv: list[str], closed: str) -> None:
     command = ["sh", "-c", f'"$@" {closed}', "sh", *FLOCKESC, *argv]
     ran = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)  # noqa: S603

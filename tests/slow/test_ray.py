@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from backends import CALLS, calls, contents, sweep_jobs
+from backends import CALLS, calls, contents, jobs_of, sweep_jobs
 
 import flockesc_env
 from flockesc_env.jobs import Backend, Cache, Job, JobError, find_backend, run
@@ -65,10 +65,6 @@ def connected(cluster: Any, noted: Path) -> Iterator[None]:
     ray.init(cluster.address, log_to_driver=False)
     yield
     ray.shutdown()
-
-
-def jobs_of(name: str, count: int) -> list[Job]:
-    return [Job(f"backends:{name}", (number,)) for number in range(count)]
 
 
 def disturbed(after: int, event: Any) -> Backend:
@@ -127,7 +123,6 @@ def test_workers_take_one_thread(cluster: Any, tmp_path: Path) -> None:
 
 SCRIPT = """
 import sys
-from functools import partial
 from pathlib import Path
 from flockesc_env.jobs import Cache, Job, find_backend, run
 jobs = [Job("backends:square", (n,)) for n in range(60)]

@@ -108,6 +108,10 @@ def large(number: int) -> Arrays:
     return {"noise": np.random.default_rng(number).random(250_000)}
 
 
+def jobs_of(name: str, count: int = 12) -> list[Job]:
+    return [Job(f"backends:{name}", (number,)) for number in range(count)]
+
+
 def sweep_jobs() -> list[Job]:
     ranges = (0.0, 10.0, 100.0)
     return [job for first in range(6) for job in seed_jobs(OUTCOMES, SMALL, ranges, range(first, first + 5))]

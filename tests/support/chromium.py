@@ -1,14 +1,18 @@
-"""The system's Chromium for tests, driven by Playwright."""
+"""The system's Chromium, driven by Playwright: ways to fly a flock of a page and to read the page."""
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from playwright.sync_api import Browser, Page, sync_playwright
+
+import flockesc_env as fe
 
 _NAMES = ("chromium", "chromium-browser", "google-chrome")
 EXECUTABLE = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, _NAMES)), None)
@@ -17,13 +21,8 @@ MISSING = "needs Chromium: `apt-get install chromium`, or set CHROMIUM to the pa
 TIMEOUT = 60  # seconds; reached only by a page that does not do what it should
 
 _ARGUMENTS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
+    *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
+    *("--disable-background-networking", "--disable-component-update"),
 ]
 
 
@@ -51,3 +50,46 @@ def wait(tab: Page, condition: str) -> None:
     while not tab.evaluate(condition):
         assert time.monotonic() < end, condition
         tab.wait_for_timeout(20)
+
+
+ROOT = Path(__file__).parents[2]
+BOARD = ROOT / "scoreboard"
+BEST = BOARD / "search/policies/per-agent-visible-0.npz"
+SEED = 7
+COLORED = """[...document.querySelectorAll(".panel canvas")].map((canvas) => {
+    // Pixels that are neither see-through nor grey: agents and the predator.
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    let colored = 0;
+    for (let at = 0; at < data.length; at += 4) {
+        const color = data.subarray(at, at + 3);
+        if (data[at + 3] > 200 && Math.max(...color) - Math.min(...color) > 60) colored++;
+    }
+    return colored;
+})"""
+
+
+def lowest(run: fe.Trajectory) -> float:
+    return float(run.mean_distance.min())
+
+
+def fly(tab: Page, changes: str, spec: str) -> float:
+    """Fly a policy on another flock to its end, and return the number that the page shows."""
+    script = f"""(async () => {{
+        page.fly({changes});
+        await page.choose(page.panels[0], {json.dumps(spec)});
+        page.seek(page.player.duration);
+        return page.panels[0].run.objective;
+    }})()"""
+    return float(tab.evaluate(script))
+
+
+def world(name: str, seed: int = SEED) -> str:
+    return f"{{ world: page.worlds.find(({{ name }}) => name === '{name}'), seed: '{seed}' }}"
+
+
+def text(tab: Page, selector: str) -> str:
+    return str(tab.evaluate(f"document.querySelector('{selector}').textContent"))
+
+
+def drop(tab: Page, name: str, content: bytes) -> None:
+    tab.set_input_files("#file", {"name": name, "mimeType": "application/octet-stream", "buffer": content})

@@ -22,6 +22,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
 import flockesc_env.policies
+from flockesc_env.episodes.current_state import FlockView
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
@@ -141,13 +142,21 @@ def adapters(is_wanted: Callable[[Adapter], bool] = lambda _: True) -> pytest.Ma
     return pytest.mark.parametrize("make", made.values(), ids=made)
 
 
-def start(env: Any, seed: int | None = None) -> Any:
+def start(env: Any, seed: int | None = None, options: Any = None) -> Any:
     """Reset with a seed, or without one."""
     if isinstance(env, VecEnv):
         if seed is not None:
             env.seed(seed)
+        env.set_options(options)
         return env.reset()
-    return env.reset(seed=seed)
+    return env.reset(seed=seed, options=options)
+
+
+def state(flock: FlockView) -> dict[str, Any]:
+    """Return every property of a view of a flock by name; arrays are read-only and do not change."""
+    now = {name: getattr(flock, name) for name, part in vars(FlockView).items() if isinstance(part, property)}
+    assert not any(value.flags.writeable for value in now.values() if isinstance(value, np.ndarray))
+    return now
 
 
 def _drawn(space: Any, rng: np.random.Generator) -> Any:

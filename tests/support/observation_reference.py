@@ -18,29 +18,27 @@ from flockesc_env.episodes.options import View
 
 STEPS = 4
 HALF_COUNT = 8
-FLOCK_ENTRIES = [
-    "speed",
-    "polarization",
-    "spread",
-    "neighbor_count",
-    "heard_alignment",
-    "predator_sensed",
-]
+FLOCK_ENTRIES = ["speed", "polarization", "spread", "neighbor_count", "heard_alignment", "predator_sensed"]
 PREDATOR_ENTRIES = [
-    "mean_distance",
-    "min_distance",
-    "centroid_distance",
-    "fraction_in_range",
-    "heading_away",
-    "heading_away_in_range",
-    "velocity_away",
-    "predator_speed",
-    "predator_aim",
+    *("mean_distance", "min_distance", "centroid_distance", "fraction_in_range", "heading_away"),
+    *("heading_away_in_range", "velocity_away", "predator_speed", "predator_aim", "heading_escape"),
+    *("closest_mean_distance", "closest_min_distance", "closest_approach_time"),
 ]
 
 
 def squash(value: float, scale: float) -> float:
     return float(value / (value + scale))
+
+
+def cosine(vector: Floats, direction: Floats) -> float:
+    return float(unit(vector) @ direction)
+
+
+def closest_approach(offset: Floats, relative: Floats) -> tuple[float, float]:
+    """Return the smallest length of offset + relative t for t >= 0, and t."""
+    speed = relative @ relative
+    time = max(0.0, -(offset @ relative) / speed) if speed > 0 else 0.0
+    return reference.length(offset + relative * time), time
 
 
 def nearest_predator(state: FlockState, position: Floats) -> int:
@@ -55,7 +53,7 @@ def sensing_range(scenario: FlockScenario, options: EnvOptions) -> float:
 
 
 class Reference:
-    """A flock of the NumPy model, with the memory that its observations need."""
+    """A flock of the NumPy model with the memory that its observations need; rows have all entries."""
 
     def __init__(self, scenario: FlockScenario, options: EnvOptions, state: FlockState) -> None:
         self.scenario, self.options, self.state = scenario, options, state
@@ -93,47 +91,74 @@ class Reference:
             "last_range": self.ranges[agent] / self.options.max_range,
         }
 
+    def time_of_approach(self, predator: int) -> float:
+        """Return when the root mean square distance from a predator would be smallest."""
+        offsets = self.state.positions - self.state.predator_positions[predator]
+        relative = self.state.velocities - self.state.predator_velocities[predator]
+        return closest_approach(offsets.ravel(), relative.ravel())[1]
+
+    def place_of_approach(self, predator: int) -> Floats:
+        chase = self.state.predator_velocities[predator] * self.time_of_approach(predator)
+        return self.state.predator_positions[predator] + chase
+
+    def share(self, velocity: Floats) -> Floats:
+        return velocity / (np.linalg.norm(velocity) + self.scenario.speed)
+
     def flock_view(self) -> list[dict[str, float]]:
         scenario, state, distances = self.scenario, self.state, self.distances()
         if not len(distances):
             return [dict.fromkeys((*FLOCK_ENTRIES, *PREDATOR_ENTRIES), 0.0) | self.common(0)]
-        centroid, velocity = state.positions.mean(axis=0), state.velocities.mean(axis=0)
-        spread = np.sqrt(((state.positions - centroid) ** 2).sum(axis=1).mean())
+        side, positions, velocities = scenario.initial_side, state.positions, state.velocities
+        centroid, velocity = positions.mean(axis=0), velocities.mean(axis=0)
+        spread = np.sqrt(((positions - centroid) ** 2).sum(axis=1).mean())
         counts = np.array([len(agents) - 1 for agents in self.heard])
         alignment = [squash(np.linalg.norm(mean), scenario.speed) for mean in self.heard_velocities]
         row = self.common(0) | {
-            "speed": squash(np.linalg.norm(state.velocities, axis=1).mean(), scenario.speed),
-            "polarization": reference.polarization(state.velocities),
-            "spread": squash(spread, scenario.initial_side),
+            "speed": squash(np.linalg.norm(velocities, axis=1).mean(), scenario.speed),
+            "polarization": reference.polarization(velocities),
+            "spread": squash(spread, side),
             "neighbor_count": (counts / (counts + HALF_COUNT)).mean(),
             "heard_alignment": np.mean(alignment),
             "predator_sensed": float(distances.min() <= sensing_range(scenario, self.options)),
         }
         if not row["predator_sensed"]:
             return [row | dict.fromkeys(PREDATOR_ENTRIES, 0.0)]
-        cosines = np.array(
-            [
-                unit(v) @ unit(r - state.predator_positions[nearest_predator(state, r)])
-                for r, v in zip(state.positions, state.velocities, strict=True)
-            ]
-        )
+        places = np.array([self.place_of_approach(k) for k in range(len(state.predator_positions))])
+        cosines, escapes = [], []
+        for r, v in zip(positions, velocities, strict=True):
+            cosines.append(cosine(v, unit(r - state.predator_positions[nearest_predator(state, r)])))
+            escapes.append(cosine(v, unit(r - places[np.linalg.norm(places - r, axis=1).argmin()])))
+        smallest, means = [], []
+        for k, predator in enumerate(state.predator_positions):
+            offsets, relative = positions - predator, velocities - state.predator_velocities[k]
+            time = self.time_of_approach(k)
+            means.append((np.linalg.norm(offsets + relative * time, axis=1).mean(), time))
+            smallest += [closest_approach(*each)[0] for each in zip(offsets, relative, strict=True)]
+        closest, time = min(means)
         in_range = distances <= scenario.predator_range
         predator = nearest_predator(state, centroid)
         chase = state.predator_velocities[predator]
         away = unit(centroid - state.predator_positions[predator])
-        side = scenario.initial_side
-        seen = {
-            "mean_distance": squash(distances.mean(), side),
-            "min_distance": squash(distances.min(), side),
-            "centroid_distance": squash(np.linalg.norm(centroid - state.predator_positions[predator]), side),
-            "fraction_in_range": in_range.mean(),
-            "heading_away": cosines.mean(),
-            "heading_away_in_range": cosines[in_range].mean() if in_range.any() else 0.0,
-            "velocity_away": velocity @ away / (np.linalg.norm(velocity) + scenario.speed),
-            "predator_speed": squash(np.linalg.norm(chase), scenario.speed),
-            "predator_aim": unit(chase) @ away,
-        }
-        return [row | seen]
+        return [
+            row
+            | {
+                "mean_distance": squash(distances.mean(), side),
+                "min_distance": squash(distances.min(), side),
+                "centroid_distance": squash(
+                    np.linalg.norm(centroid - state.predator_positions[predator]), side
+                ),
+                "fraction_in_range": in_range.mean(),
+                "heading_away": np.mean(cosines),
+                "heading_away_in_range": np.array(cosines)[in_range].mean() if in_range.any() else 0.0,
+                "velocity_away": self.share(velocity) @ away,
+                "predator_speed": squash(np.linalg.norm(chase), scenario.speed),
+                "predator_aim": unit(chase) @ away,
+                "heading_escape": np.mean(escapes),
+                "closest_mean_distance": squash(closest, side),
+                "closest_min_distance": squash(min(smallest), side),
+                "closest_approach_time": squash(time, side / scenario.speed),
+            }
+        ]
 
     def agent_view(self) -> list[dict[str, float]]:
         rows = {name: self.agent_row(place) for place, name in enumerate(self.names)}
@@ -141,28 +166,54 @@ class Reference:
 
     def agent_row(self, agent: int) -> dict[str, float]:
         """Return the row of one surviving agent."""
-        scenario, state = self.scenario, self.state
-        position, velocity = state.positions[agent], state.velocities[agent]
+        scenario, state, side = self.scenario, self.state, self.scenario.initial_side
+        position, velocity, heard = (
+            state.positions[agent],
+            state.velocities[agent],
+            self.heard_velocities[agent],
+        )
+        offsets = position - state.predator_positions
+        distances = np.linalg.norm(offsets, axis=1)
+        sensed = np.flatnonzero(distances <= sensing_range(scenario, self.options))
         predator = nearest_predator(state, position)
-        distance = self.distances()[agent]
-        heard = self.heard_velocities[agent]
-        sight, approach = np.zeros_like(heard), np.zeros_like(heard)
-        is_sensed = distance <= sensing_range(scenario, self.options)
-        if is_sensed:
-            sight = unit(state.predator_positions[predator] - position)
-            approach = state.predator_velocities[predator] - velocity
-        axes = frame(velocity, [sight, heard, approach])
+        sight = chase = escape = np.zeros_like(heard)
+        if predator in sensed:
+            sight = unit(-offsets[predator])
+            chase = state.predator_velocities[predator] - velocity
+            escape = unit(position - self.place_of_approach(predator))
+        apart = np.linalg.norm(state.positions - position, axis=1)
+        near = [apart <= rho for rho in self.options.profile_ranges or ()]
+        means = [state.velocities[each].mean(axis=0) for each in near]
+        axes = frame(velocity, [sight, heard, chase, *means])
+
+        def approach(velocity: Floats) -> tuple[float, float]:
+            pairs = [closest_approach(offsets[k], velocity - state.predator_velocities[k]) for k in sensed]
+            distance, time = min(pairs, default=(0.0, 0.0))
+            return squash(distance, side), squash(time, side / scenario.speed)
+
+        def turned(aim: Floats) -> Floats:
+            return unit(aim) * np.linalg.norm(velocity) if aim.any() else velocity
+
         row = self.common(self.names[agent]) | {
             "speed": squash(np.linalg.norm(velocity), scenario.speed),
             "neighbor_count": squash(len(self.heard[agent]) - 1, HALF_COUNT),
-            "predator_sensed": float(is_sensed),
-            "predator_distance": squash(distance, scenario.initial_side) if is_sensed else 0.0,
+            "predator_sensed": float(predator in sensed),
+            "predator_distance": squash(distances[predator], side) if predator in sensed else 0.0,
+            "heard_escape_gain": (cosine(heard, escape) - cosine(velocity, escape)) / 2,
+            "heard_closest_approach": approach(turned(heard))[0],
         }
+        row["closest_approach"], row["closest_approach_time"] = approach(velocity)
         vectors = {
-            "heard_velocity": heard / (np.linalg.norm(heard) + scenario.speed),
+            "heard_velocity": self.share(heard),
             "predator_direction": sight,
-            "predator_velocity": approach / (np.linalg.norm(approach) + scenario.speed),
+            "predator_velocity": self.share(chase),
+            "escape_direction": escape,
         }
+        for k, (mean, neighbors) in enumerate(zip(means, near, strict=True)):
+            vectors[f"profile_{k}_velocity"] = self.share(mean)
+            row[f"profile_{k}_neighbor_count"] = squash(neighbors.sum() - 1, HALF_COUNT)
+            row[f"profile_{k}_escape_cosine"] = cosine(mean, escape)
+            row[f"profile_{k}_closest_approach"], _ = approach(turned(mean))
         for name, vector in vectors.items():
             for axis, direction in zip(("ahead", "left", "up"), axes, strict=False):
                 row[f"{name}_{axis}"] = direction @ vector
@@ -219,9 +270,8 @@ def random_start(scenario: FlockScenario, rng: np.random.Generator) -> FlockStat
 
 def assert_observed(rows: np.ndarray, layout: Any, expected: list[dict[str, float]]) -> None:
     """Compare observations; the rows of caught agents are zero."""
-    assert all(set(row) in (set(), set(layout.names)) for row in expected)
     for index, name in enumerate(layout.names):
-        column = [row.get(name, 0.0) for row in expected]
+        column = [row[name] if row else 0.0 for row in expected]
         np.testing.assert_allclose(rows[:, index], column, rtol=0, atol=1e-6, err_msg=name)
 
 

@@ -1,4 +1,4 @@
-"""Covering arrays of options: every combination of two or three values occurs in a row."""
+"""Small flocks, and covering arrays of options: every combination of two values is in a row."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from covertable import make
 
-from flockesc_env import FlockScenario
+import flockesc_env as fe
 from flockesc_env.episodes.objectives import Objective
 from flockesc_env.episodes.options import ActionMode, IndividualReward, LineReward, TeamReward
 from flockesc_env.scenario.predators import PrescribedPath, Start
@@ -36,18 +36,15 @@ UNLIKE: dict[str, Any] = {
 }
 
 
-def covering(strength: int = 3, **values: Iterable[Any]) -> list[dict[str, Any]]:
-    """Return rows of named values that contain each combination of ``strength`` values of different names.
-
-    No interaction in the code is deeper than three.
-    """
+def covering(**values: Iterable[Any]) -> list[dict[str, Any]]:
+    """Return rows of named values that contain each combination of two values of different names."""
     choices = {name: tuple(each) for name, each in values.items()}
-    return [{name: row[name] for name in choices} for row in make(choices, strength=strength)]
+    return [{name: row[name] for name in choices} for row in make(choices, strength=2)]
 
 
 def every_pair(**values: Iterable[Any]) -> pytest.MarkDecorator:
     """Return a mark that runs a test over rows that contain every pair of values of two arguments."""
-    rows = [tuple(row.values()) for row in covering(2, **values)]
+    rows = [tuple(row.values()) for row in covering(**values)]
     return pytest.mark.parametrize(tuple(values), rows)
 
 
@@ -62,12 +59,7 @@ def _values(rewards: tuple[str, ...]) -> dict[str, tuple[Any, ...]]:
 
 
 FLOCK, AGENTS = _values(FLOCK_REWARDS), _values(AGENT_REWARDS)
-LINE = {
-    "action_mode": ACTION_MODES,
-    "reward": get_args(LineReward),
-    "steps_per_action": STEPS_PER_ACTION,
-}
-FLOCK_OPTIONS, AGENT_OPTIONS, LINE_OPTIONS = (covering(**values) for values in (FLOCK, AGENTS, LINE))
+LINE = {"action_mode": ACTION_MODES, "reward": get_args(LineReward), "steps_per_action": STEPS_PER_ACTION}
 
 
 def label(options: dict[str, Any]) -> str:
@@ -75,24 +67,19 @@ def label(options: dict[str, Any]) -> str:
     return "-".join(str(value) for value in options.values())
 
 
-def every_option(
-    values: dict[str, tuple[Any, ...]], strength: int = 3, **other: tuple[Any, ...]
-) -> pytest.MarkDecorator:
-    """Return a mark that runs a test over ``options`` and one more argument."""
-    (name,) = other
-    cases = []
-    for row in covering(strength, **values, **other):
-        test_id = label(row)
-        cases.append(pytest.param(row.pop(name), row, id=test_id))
-    return pytest.mark.parametrize((name, "options"), cases)
+def every_option(values: dict[str, tuple[Any, ...]]) -> pytest.MarkDecorator:
+    """Return a mark that runs a test over ``options`` and ``dimension``."""
+    rows = covering(**values, dimension=DIMENSIONS)
+    cases = [pytest.param(row.pop("dimension"), row, id=label(row)) for row in rows]
+    return pytest.mark.parametrize(("dimension", "options"), cases)
 
 
-def small_flock(dimension: int = 2, **changes: Any) -> FlockScenario:
+def small_flock(dimension: int = 2, **changes: Any) -> fe.FlockScenario:
     """Return a flock that is small enough for thousands of steps, with the predator in range."""
     fields = {"num_agents": 5, "num_steps": 10, "initial_side": 30.0, "dimension": dimension}
     if "predators" in changes:
         changes["predators"] = tuple(embedded(predator, dimension) for predator in changes["predators"])
-    return FlockScenario(**{**fields, **changes})
+    return fe.FlockScenario(**{**fields, **changes})
 
 
 def embedded(predator: Any, dimension: int) -> Any:
@@ -105,3 +92,19 @@ def embedded(predator: Any, dimension: int) -> Any:
     vectors = {"position": predator.position, "velocity": predator.velocity}
     padded = {name: (*vector, 0.0)[:dimension] for name, vector in vectors.items() if np.size(vector) == 2}
     return dataclasses.replace(predator, **padded)
+
+
+def hunted(dimension: int = 2, **changes: Any) -> fe.FlockScenario:
+    """Return a flock in which three predators catch most agents at different times."""
+    predators = (
+        fe.PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0),
+        fe.Intercept((25.0, 0.0), (0.0, 15.0), max_turn_rate=3.0),
+        fe.ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
+    )
+    fields = {"num_agents": 9, "num_steps": 25, "initial_side": 20.0, "capture_radius": 4.0}
+    return small_flock(dimension, **{**fields, "predators": predators, **changes})
+
+
+def doomed(**changes: Any) -> fe.FlockScenario:
+    """Return a flock that may lose all agents before the horizon, at a time that depends on the seed."""
+    return hunted(**{"num_agents": 3, "num_steps": 40, **changes})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import chacha
 import numpy as np
@@ -13,6 +14,50 @@ import flockesc_env as fe
 from flockesc_env.scenario.predators import Predator
 
 Floats = NDArray[np.float64]
+Names = NDArray[np.int64]
+FAST = {"max_speed": 30.0, "acceleration": 8.0}
+PACKS: dict[str, Any] = {
+    "straight": lambda s: [fe.ConstantVelocity(*s[0])],
+    "nearest": lambda s: [fe.PurePursuit(*s[0]), fe.PurePursuit(*s[1], max_turn_rate=0.4, **FAST)],
+    "centroid": lambda s: [fe.PurePursuit(*s[0], target="centroid", **FAST)],
+    "most isolated": lambda s: [fe.PurePursuit(*s[0], target="most_isolated", **FAST)],
+    "assigned": lambda s: [
+        fe.PurePursuit(*start, max_turn_rate=2.0, target="assigned", **FAST) for start in s
+    ],
+    "intercept": lambda s: [
+        fe.Intercept(*s[0]),
+        fe.Intercept(*s[1], max_turn_rate=2.0, navigation_constant=4.0, **FAST),
+    ],
+    "confused": lambda s: [fe.PurePursuit(*start, confusion_rate=0.5) for start in s],
+    "wandering": lambda s: [fe.Wandering(*start, angular_diffusion=1.0) for start in s],
+    "encircle": lambda s: [fe.Encircle(*start, radius=25.0, **FAST) for start in s],
+    "closing in": lambda s: [fe.Encircle(*start, radius=25.0, closing_speed=12.0) for start in s],
+    "herd": lambda s: [
+        fe.PurePursuit(*s[0]),
+        fe.Herd(*s[1], distance=20.0, **FAST),
+        fe.Herd(*s[2], partner=1),
+    ],
+    "attracted": lambda s: [fe.Attracted(*s[0]), fe.Attracted(*s[1], strength=50.0, exponent=1.0)],
+    "path": lambda s: [fe.PrescribedPath([place for place, _ in s], interval=0.5)],
+    "limits": lambda s: [
+        fe.PurePursuit(*s[0], max_turn_rate=0.0),
+        fe.PurePursuit(*s[1], max_turn_rate=1e3, max_speed=1e3),
+        fe.Intercept(*s[2], navigation_constant=0.0),
+        fe.Attracted(*s[3], exponent=0.0),
+        fe.Wandering(*s[4], angular_diffusion=0.0),
+    ],
+    "all at once": lambda s: [
+        fe.Wandering(*s[0], angular_diffusion=1.0),
+        fe.PurePursuit(*s[1], target="assigned"),
+        fe.Herd(*s[2], partner=1, **FAST),
+        fe.PurePursuit(*s[3], confusion_rate=0.5),
+        fe.PurePursuit(*s[4], target="assigned", **FAST),
+        fe.Encircle(*s[5], radius=10.0),
+        fe.Encircle(*s[6], radius=20.0),
+        fe.PrescribedPath([place for place, _ in s[::2]], interval=0.7),
+    ],
+}
+"""All strategies but learned ones, by positions and velocities of up to seven predators."""
 
 
 @dataclass
@@ -25,9 +70,17 @@ class Minds:
 
 
 def steered(
-    scenario: fe.FlockScenario, r: Floats, v: Floats, places: Floats, velocities: Floats, minds: Minds
+    scenario: fe.FlockScenario,
+    flock: tuple[Floats, Floats, Names],
+    places: Floats,
+    velocities: Floats,
+    minds: Minds,
 ) -> Floats:
-    """Return the next velocities of the predators at ``places``; agents are at ``r`` with velocity ``v``."""
+    """Return the next velocities of the predators at ``places``.
+
+    ``flock`` has the positions, velocities and initial indices of the surviving agents.
+    """
+    r, v, names = flock
     dt, pack = scenario.time_step, scenario.predators
     minds.steps += 1
     centroid = r.mean(axis=0)
@@ -57,7 +110,9 @@ def steered(
             case fe.PurePursuit():
                 aims = {"nearest": nearest, "most_isolated": most_isolated(r), "assigned": assigned.get(k)}
                 if predator.confusion_rate:
-                    aims["nearest"] = minds.kept[k] = confused(predator, r, places[k], dt, k, minds)
+                    kept = np.flatnonzero(names == minds.kept.get(k))
+                    aims["nearest"] = confused(predator, r, places[k], dt, kept, minds.draws)
+                    minds.kept[k] = names[aims["nearest"]]
                 aim = centroid if predator.target == "centroid" else r[aims[predator.target]]
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
             case fe.Encircle():
@@ -112,14 +167,16 @@ def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, flo
     return {k: first + angle for k, angle in zip(order, spaced, strict=True)}
 
 
-def confused(predator: fe.PurePursuit, r: Floats, place: Floats, dt: float, k: int, minds: Minds) -> int:
-    """Return the target of a predator that can be confused by other agents in sight."""
+def confused(
+    predator: fe.PurePursuit, r: Floats, place: Floats, dt: float, kept: Names, draws: chacha.Stream
+) -> int:
+    """Return the target of a predator that others in sight can confuse; ``kept`` is its last one, if alive."""
     distances = np.linalg.norm(r - place, axis=1)
     seen = np.flatnonzero(distances <= predator.sight)
     others = max(len(seen) - 1, 0)
-    if minds.draws.uniform() < 1 - np.exp(-predator.confusion_rate * others * dt):
-        return int(seen[int(minds.draws.uniform(len(seen)))])
-    return minds.kept[k] if minds.kept.get(k) in seen else int(distances.argmin())
+    if draws.uniform() < 1 - np.exp(-predator.confusion_rate * others * dt):
+        return int(seen[int(draws.uniform(len(seen)))])
+    return int(kept[0]) if np.isin(kept, seen).any() else int(distances.argmin())
 
 
 def wandered(velocity: Floats, diffused: float, draws: chacha.Stream) -> Floats:

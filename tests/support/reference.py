@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import chacha
 import numpy as np
@@ -11,16 +12,7 @@ import predator_reference
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from flockesc_env import (
-    FirstOrder,
-    FlockScenario,
-    LineScenario,
-    PreferredDistance,
-    Reynolds,
-    Trajectory,
-    Vicsek,
-    Zones,
-)
+import flockesc_env as fe
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +32,9 @@ class FlockState:
     """Neighbors' forces of all steps so far."""
 
 
-def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats, seed: int = 0) -> FlockState:
+def flock_start(
+    scenario: fe.FlockScenario, positions: Floats, velocities: Floats, seed: int = 0
+) -> FlockState:
     """Return the state at t = 0; predators with two coordinates get z = 0; ``seed`` seeds their draws."""
 
     def rows(vectors: list[tuple[float, ...]]) -> Floats:
@@ -56,15 +50,17 @@ def flock_start(scenario: FlockScenario, positions: Floats, velocities: Floats, 
     )
 
 
-def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> FlockState:
-    """Advance one step; ``ranges`` has one entry per surviving agent."""
+def flock_step(
+    scenario: fe.FlockScenario, state: FlockState, ranges: Floats, graph: Any = None
+) -> FlockState:
+    """Advance one step; ``ranges`` has one entry per surviving agent; ``graph`` says who hears whom."""
     r, v = state.positions, state.velocities
     names = np.arange(len(r)) if state.names is None else state.names
     mass, speed, alignment, repulsion = (
         per_agent(scenario, name)[names]
         for name in ("mass", "speed", "alignment_strength", "repulsion_strength")
     )
-    neighbors = directed_graph(r, ranges)
+    neighbors = directed_graph(r, ranges) if graph is None else graph
     heard = np.zeros_like(v)
     for i in range(len(r)):
         mean = v[neighbors[i]].mean(axis=0)
@@ -72,13 +68,13 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
             heard[i] = alignment[i] * speed[i] * mean / length(mean)
         near = neighbors[i] & (np.arange(len(r)) != i)
         match scenario.motion:
-            case Reynolds() as law:
+            case fe.Reynolds() as law:
                 heard[i] += speed[i] * flocking_force(law, r[i], r[neighbors[i]])
-            case PreferredDistance() as law:
+            case fe.PreferredDistance() as law:
                 heard[i] += speed[i] * spacing_force(law, r[near] - r[i])
-            case Zones() as law:
+            case fe.Zones() as law:
                 heard[i] = alignment[i] * speed[i] * unit(zones_direction(law, r[near] - r[i], v[near]))
-            case FirstOrder() as law:
+            case fe.FirstOrder() as law:
                 heard[i] += swarming_velocity(law, r[near] - r[i]) / len(r)
     forces = [*state.heard, heard]
     force = forces[max(0, len(forces) - 1 - scenario.sensing_delay)].copy()
@@ -86,18 +82,18 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
         for predator in state.predator_positions:
             distance = length(r[i] - predator)
             if 0 < distance <= scenario.predator_range:
-                power = 2 if isinstance(scenario.motion, FirstOrder) else 1
+                power = 2 if isinstance(scenario.motion, fe.FirstOrder) else 1
                 force[i] += repulsion[i] * (r[i] - predator) / distance**power
     new_r = r + scenario.time_step * v
     match scenario.motion:
-        case Vicsek():
+        case fe.Vicsek():
             new_v = force
-        case Zones() as law:
+        case fe.Zones() as law:
             limit = law.max_turn_rate * scenario.time_step
             start = np.where(v.any(axis=1, keepdims=True), v, force)
             turned = [predator_reference.turned(*each, limit) for each in zip(start, force, strict=True)]
             new_v = np.where(force.any(axis=1, keepdims=True), turned, 0.0)
-        case FirstOrder():
+        case fe.FirstOrder():
             new_v = force.copy()
             if not scenario.constant_speed:
                 norms = np.maximum(np.linalg.norm(force, axis=1), speed)
@@ -107,7 +103,7 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
     if scenario.constant_speed:
         for i in range(len(r)):
             new_v[i] = speed[i] * new_v[i] / length(new_v[i]) if new_v[i].any() else v[i]
-    if isinstance(scenario.motion, FirstOrder):
+    if isinstance(scenario.motion, fe.FirstOrder):
         new_r = r + scenario.time_step * new_v
     new_predators = state.predator_positions + scenario.time_step * state.predator_velocities
     if scenario.capture_radius is not None:
@@ -116,13 +112,14 @@ def flock_step(scenario: FlockScenario, state: FlockState, ranges: Floats) -> Fl
         forces = [force[escapes] for force in forces]
     steered = state.predator_velocities
     if len(new_r):
+        flock = new_r, new_v, names
         steered = predator_reference.steered(
-            scenario, new_r, new_v, new_predators, state.predator_velocities, state.minds
+            scenario, flock, new_predators, state.predator_velocities, state.minds
         )
     return FlockState(new_r, new_v, new_predators, steered, state.minds, names, forces)
 
 
-def assert_follows(run: Trajectory, schedule: Floats, *, rtol: float = 1e-12, atol: float = 1e-9) -> None:
+def assert_follows(run: fe.Trajectory, schedule: Floats, *, rtol: float = 1e-12, atol: float = 1e-9) -> None:
     """Compare a whole run with this model under a schedule of shape (T, n); captures must agree exactly."""
     scenario = run.scenario
     state = flock_start(scenario, run.positions[0].copy(), run.velocities[0].copy(), run.seed or 0)
@@ -150,7 +147,7 @@ def assert_follows(run: Trajectory, schedule: Floats, *, rtol: float = 1e-12, at
             state = flock_step(scenario, state, now)
 
 
-def flocking_force(law: Reynolds, own: Floats, neighbors: Floats) -> Floats:
+def flocking_force(law: fe.Reynolds, own: Floats, neighbors: Floats) -> Floats:
     """Return cohesion and separation over v0 of an agent at ``own``; ``neighbors`` may include it."""
     distances = np.linalg.norm(own - neighbors, axis=1)
     close = (distances > 0) & (distances <= law.separation_range)
@@ -159,13 +156,13 @@ def flocking_force(law: Reynolds, own: Floats, neighbors: Floats) -> Floats:
     return law.cohesion_strength * unit(center) + law.separation_strength * unit(apart)
 
 
-def spacing_force(law: PreferredDistance, offsets: Floats) -> Floats:
+def spacing_force(law: fe.PreferredDistance, offsets: Floats) -> Floats:
     """Return the force over v0 of an agent with other neighbors at ``offsets``."""
     pulls = [np.tanh((length(offset) - law.distance) / law.width) * unit(offset) for offset in offsets]
     return law.strength * np.sum(pulls, axis=0) / max(1, len(pulls))
 
 
-def zones_direction(law: Zones, offsets: Floats, velocities: Floats) -> Floats:
+def zones_direction(law: fe.Zones, offsets: Floats, velocities: Floats) -> Floats:
     """Return the direction that an agent with other neighbors at ``offsets`` wants to fly."""
     away = along = np.zeros(offsets.shape[1])
     for offset, velocity in zip(offsets, velocities, strict=True):
@@ -176,7 +173,7 @@ def zones_direction(law: Zones, offsets: Floats, velocities: Floats) -> Floats:
     return away if away.any() else along
 
 
-def swarming_velocity(law: FirstOrder, offsets: Floats) -> Floats:
+def swarming_velocity(law: fe.FirstOrder, offsets: Floats) -> Floats:
     """Return n times the velocity of an agent with other neighbors at ``offsets``."""
     apart = offsets[offsets.any(axis=1)]
     return (law.attraction * apart - law.repulsion * apart / (apart**2).sum(axis=1, keepdims=True)).sum(
@@ -194,7 +191,7 @@ def unit(vector: Floats) -> Floats:
     return vector / length(vector) if vector.any() else vector
 
 
-def per_agent(scenario: FlockScenario, name: str) -> Floats:
+def per_agent(scenario: fe.FlockScenario, name: str) -> Floats:
     """Return a parameter as one entry per agent, shape (n,)."""
     return np.broadcast_to(np.array(getattr(scenario, name), dtype=float), scenario.num_agents)
 
@@ -225,7 +222,7 @@ def polarization(velocities: Floats) -> float:
     return float(np.linalg.norm(headings.mean(axis=0)))
 
 
-def line_step(scenario: LineScenario, states: Floats, rho: float) -> Floats:
+def line_step(scenario: fe.LineScenario, states: Floats, rho: float) -> Floats:
     """Advance the line by one step."""
     neighbors = np.abs(states[:, None] - states[None, :]) <= rho
     moved = (neighbors @ states) / neighbors.sum(axis=1)
@@ -235,7 +232,7 @@ def line_step(scenario: LineScenario, states: Floats, rho: float) -> Floats:
     return moved + np.where(np.abs(offset) < scenario.predator_range, escape_force(scenario, offset), 0.0)
 
 
-def escape_force(scenario: LineScenario, offset: Floats) -> Floats:
+def escape_force(scenario: fe.LineScenario, offset: Floats) -> Floats:
     """Return the escape force on agents at ``offset`` = x_i - x_p within the predator's range."""
     s, away = scenario.repulsion_strength, np.sign(offset)
     if scenario.escape_force == "constant":

@@ -21,7 +21,8 @@ def actor_layers(model: Any) -> list[nn.Module]:
     """Return the layers between the features and the mode of the actions of a model of stable-baselines3."""
     actor = getattr(model.policy, "actor", None)
     if actor is not None:
-        return [*actor.latent_pi, actor.mu]
+        last = actor.mu if isinstance(actor.mu, nn.Sequential) else [actor.mu]
+        return [*getattr(actor, "latent_pi", []), *last]
     return [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
 
 

@@ -11,21 +11,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from golden_episodes import CHASED, GOLDEN, RANDOM, hashed, ranges
-from golden_episodes import cases as golden_episodes
+from golden_episodes import CHASED, RANDOM, ZIGZAG, ranges
 from network_outcomes import cases as networks
 from network_outcomes import policy_of
 from option_table import small_flock
 from watch_documents import needs_engine
 
 import flockesc_env as fe
-from flockesc_env import _core
 from flockesc_env.common.array_files import read_document
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.spaces import flock_policy_spec
-from flockesc_env.episodes.starts import NO_START, Start
 from flockesc_env.models.graph import component_labels, neighbor_pairs
 from flockesc_env.policies.network import choices
 
@@ -51,145 +48,86 @@ def played_in_node(cases: list[Case]) -> list[Any]:
     return found
 
 
-NATIVE = _core.FlockBatch
+def play(batch: FlockBatch, start: dict[str, Any] | None = None) -> tuple[Case, str]:
+    """Play an episode with ranges, and actions of the learned predators, that differ in every step.
 
+    Returns the episode as a case, and the hash of its states, observations and rewards in the native core.
+    """
+    begin = batch.start(start)
+    batch.reset([0], [SEED], [begin])
+    arrays = [begin["initial_positions"], begin["initial_velocities"]]
+    case: Case = {
+        "kind": "episode",
+        "scenario": batch.scenario.to_json(),
+        "options": batch.options.to_core(batch.policy_spec.view),
+        "seed": str(SEED),
+        "start": None if arrays[0] is None else [array.ravel().tolist() for array in arrays],
+        "actions": [],
+    }
+    digest = hashlib.sha256()
 
-class RecordedBatch:
-    """A batch of the native core that records its episodes: as cases, with the hashes of their results."""
-
-    episodes: list[tuple[Case, Any]]
-
-    def __init__(self, scenarios: list[str], scenario_of_slot: list[int], options: str, *rest: Any) -> None:
-        self._core = NATIVE(scenarios, scenario_of_slot, options, *rest)
-        self._documents = [{"scenario": scenarios[index], "options": options} for index in scenario_of_slot]
-        self._episode_of_slot: dict[int, tuple[Case, Any]] = {}
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._core, name)
-
-    def reset(self, slots: Any, seeds: Any, starts: Any) -> Any:
-        began = self._core.reset(slots, seeds, starts)
-        for slot in slots:
-            self._begin(slot, starts[0])
-        return began
-
-    def step(self, actions: Any, label: Any, at_end: str, out: Any, predator_actions: Any) -> Any:
-        return self._step(self._core.step, [actions, label, at_end, out], predator_actions, at_end)
-
-    def step_flock(self, actions: Any, label: Any, predator_actions: Any) -> Any:
-        return self._step(self._core.step_flock, [actions, label], predator_actions)
-
-    def step_one(self, action: Any, predator_actions: Any) -> Any:
-        return self._step(self._core.step_one, [action], predator_actions)
-
-    def _step(self, step: Any, arguments: list[Any], predator_actions: Any, at_end: str = "refuse") -> Any:
-        slots = range(len(self._documents))
-        had_ended = [self._core.has_ended(slot) for slot in slots]
-        pushes = predator_actions() if callable(predator_actions) else predator_actions
-        stepped = step(*arguments, pushes)
-        pushes_of_slot, rewards = (
-            np.reshape([] if array is None else array, (len(slots), -1)) for array in (pushes, stepped[1])
-        )
-        for slot in slots:
-            if not had_ended[slot]:
-                case, _ = self._episode_of_slot[slot]
-                radii = self._core.state(slot)["interaction_range"]
-                case["actions"].append([radii.tolist(), pushes_of_slot[slot].tolist()])
-                self._note(slot, rewards[slot])
-            elif at_end == "restart":
-                self._begin(slot, NO_START)
-        return stepped
-
-    def _begin(self, slot: int, start: Start) -> None:
-        arrays = [start["initial_positions"], start["initial_velocities"]]
-        case = {
-            **self._documents[slot],
-            "kind": "episode",
-            "seed": str(self._core.episode_seed(slot)),
-            "start": None if arrays[0] is None else [array.ravel().tolist() for array in arrays],
-            "actions": [],
-        }
-        self._episode_of_slot[slot] = case, hashlib.sha256()
-        self.episodes.append(self._episode_of_slot[slot])
-        self._note(slot, np.zeros_like(self._core.state(slot)["interaction_range"]))
-
-    def _note(self, slot: int, rewards: FloatArray) -> None:
-        _, digest = self._episode_of_slot[slot]
-        state = self._core.state(slot)
+    def note(rewards: FloatArray) -> None:
+        state = batch.state(0)
         for name in ("positions", "velocities", "predator_positions", "predator_velocities"):
             digest.update(state[name].tobytes())
-        digest.update(self._core.observe([slot]).tobytes() + rewards.tobytes())
+        digest.update(batch.observe([0]).tobytes() + rewards.tobytes())
+
+    note(np.zeros(batch.rows))
+    while not batch.has_ended(0) and len(case["actions"]) < ACTIONS:
+        t, count, dimension = len(case["actions"]), batch.predator_policy_spec.count, batch.scenario.dimension
+        pushes = ranges(t, count * dimension).astype(np.float64).reshape(-1, dimension) / 64
+        rewards = batch.step(ranges(t, batch.rows), predator_actions=pushes if count else None)[1]
+        case["actions"].append([batch.state(0)["interaction_range"].tolist(), pushes.ravel().tolist()])
+        note(rewards)
+    return case, digest.hexdigest()
 
 
-@pytest.fixture
-def episodes(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Case, Any]]:
-    """Return the list of the episodes that a test plays in the native core."""
-    monkeypatch.setattr(RecordedBatch, "episodes", [], raising=False)
-    monkeypatch.setattr(_core, "FlockBatch", RecordedBatch)
-    return RecordedBatch.episodes
-
-
-def assert_equal_in_node(episodes: list[tuple[Case, Any]]) -> None:
-    cases = [case for case, _ in episodes]
-    assert played_in_node(cases) == [digest.hexdigest() for _, digest in episodes]
-
-
-def play(batch: FlockBatch, start: dict[str, Any] | None = None) -> None:
-    """Play an episode with ranges, and actions of the learned predators, that differ in every step."""
-    batch.reset([0], [SEED], [batch.start(start)])
-    for t in range(ACTIONS):
-        if not batch.has_ended(0):
-            count, dimension = batch.predator_policy_spec.count, batch.scenario.dimension
-            pushes = ranges(t, count * dimension).astype(np.float64).reshape(-1, dimension) / 64
-            batch.step(ranges(t, batch.rows), predator_actions=pushes if count else None)
+def assert_equal_in_node(played: list[tuple[Case, Any]]) -> None:
+    assert played_in_node([case for case, _ in played]) == [outcome for _, outcome in played]
 
 
 def flocks() -> dict[str, fe.FlockScenario]:
     """Return all presets that environments take, and flocks with every option."""
     presets = {name: flock for name, (_, flock) in fe.PRESETS.items() if isinstance(flock, fe.FlockScenario)}
     found = {name: flock for name, flock in presets.items() if flock.predators}
+    path = fe.PrescribedPath(ZIGZAG, interval=0.3)
     for dimension in (2, 3):
         small = small_flock(dimension, num_steps=ACTIONS, **RANDOM)
         found |= {
             f"everything, {dimension}D": small,
             f"learned, {dimension}D": small.with_learned_predators(),
             f"capture, {dimension}D": small_flock(dimension, num_steps=ACTIONS, **CHASED),
+            f"a path, {dimension}D": small_flock(dimension, predators=(path,)),
+            f"a large flock, {dimension}D": small_flock(dimension, num_agents=6000, initial_side=500.0),
         }
     return found
 
 
-VIEWS: dict[View, dict[str, Any]] = {
-    View.FLOCK: {},
-    View.AGENT: {"reward": "individual_distance_change"},
-}
+VIEWS: list[tuple[View, dict[str, Any]]] = [
+    (View.FLOCK, {}),
+    (View.AGENT, {"reward": "individual_distance_change"}),
+    (View.AGENT, {"reward": "difference", "steps_per_action": 3}),  # plays a copy for every agent
+]
 
 
-def test_flocks_of_both_views_have_the_same_bits(episodes: list[tuple[Case, Any]]) -> None:
-    for scenario in flocks().values():
-        for view, extra in VIEWS.items():
-            play(FlockBatch(scenario, EnvOptions(action_mode="range", max_range=100.0, **extra), view=view))
-    assert len(episodes) == len(flocks()) * len(VIEWS)
-    assert_equal_in_node(episodes)
-
-
-def test_golden_episodes_have_the_same_bits(episodes: list[tuple[Case, Any]]) -> None:
-    cases, golden = golden_episodes(), json.loads(GOLDEN.read_text())
-    assert {name: hashed(case, 1) for name, case in cases.items()} == golden
-    assert_equal_in_node(episodes)
+def test_flocks_of_both_views_have_the_same_bits() -> None:
+    played = [
+        play(FlockBatch(scenario, EnvOptions(action_mode="range", max_range=100.0, **extra), view=view))
+        for scenario in flocks().values()
+        for view, extra in VIEWS
+        if "steps_per_action" not in extra or scenario.num_agents < 100
+    ]
+    assert_equal_in_node(played)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_episodes_from_a_recorded_start_have_the_same_bits(
-    dimension: int, episodes: list[tuple[Case, Any]]
-) -> None:
+def test_episodes_from_a_recorded_start_have_the_same_bits(dimension: int) -> None:
     scenario = small_flock(dimension, num_steps=ACTIONS, **RANDOM)
-    run = fe.simulate(scenario, 9.0, seed=1)
+    run, options = fe.simulate(scenario, 9.0, seed=1), EnvOptions(action_mode="range", max_range=100.0)
     start = {"initial_positions": run.positions[9], "initial_velocities": run.velocities[9]}
-    play(FlockBatch(scenario, EnvOptions(action_mode="range", max_range=100.0)), start)
-    play(FlockBatch(scenario, EnvOptions(action_mode="range", max_range=100.0)))
-    assert_equal_in_node(episodes)
-    (given, _), (drawn, _) = episodes
-    assert played_in_node([given]) != played_in_node([drawn])
+    given, drawn = (play(FlockBatch(scenario, options), each) for each in (start, None))
+    assert_equal_in_node([given, drawn])
+    assert given[1] != drawn[1]
 
 
 def network_case(
@@ -221,7 +159,7 @@ def test_networks_set_the_same_ranges() -> None:
         for scenario, architecture, options in networks().values()
         if isinstance(scenario, fe.FlockScenario)
     ]
-    assert played_in_node([case for case, _ in played]) == [outcome for _, outcome in played]
+    assert_equal_in_node(played)
 
 
 def test_stored_networks_set_the_same_ranges_on_a_flock_with_other_options() -> None:
@@ -243,7 +181,7 @@ def test_stored_networks_set_the_same_ranges_on_a_flock_with_other_options() -> 
                 "stepsPerAction": chosen.steps_per_action,
             }
             played.append((case, outcome))
-    assert played_in_node([case for case, _ in played]) == [outcome for _, outcome in played]
+    assert_equal_in_node(played)
 
 
 GRAPHS = (component_labels, neighbor_pairs)
@@ -265,7 +203,7 @@ def test_neighbor_graphs_are_the_same(scenario: fe.FlockScenario | str) -> None:
         played.append(
             ({**case, "arrays": [a.ravel().tolist() for a in arrays]}, [g.ravel().tolist() for g in native])
         )
-    assert played_in_node([case for case, _ in played]) == [graphs for _, graphs in played]
+    assert_equal_in_node(played)
 
 
 EPISODE = {"kind": "episode", "scenario": "{}", "options": "{}", "seed": "0", "actions": [[[1.0], []]]}
@@ -282,10 +220,7 @@ ZEROS = [0.0] * 600
         ({**EPISODE, "actions": [[[1.0], [0.5]]]}, "predator_actions: expected 0 entries, got 1 entries"),
         ({**EPISODE, "start": [[0.0], ZEROS]}, "initial_positions: expected 300 x 2 numbers, got 1 numbers"),
         ({**EPISODE, "start": [ZEROS, [1e21, *ZEROS[1:]]]}, "initial_velocities[0, 0]: expected a number"),
-        (
-            {**GRAPH, "arrays": [[0.0] * 3, [0.0] * 3, [1.0]]},
-            "positions: expected 2 numbers per agent, got 3",
-        ),
+        ({**GRAPH, "arrays": [[0.0] * 3, [0.0] * 3, [1.0]]}, "positions: expected 2 numbers per agent"),
         ({**GRAPH, "arrays": [[0.0] * 4, [0.0] * 2, [1.0]]}, "velocities: expected 4 numbers, got 2 numbers"),
         ({**GRAPH, "arrays": [ZEROS, ZEROS, [1.0] * 3]}, "interaction_range: expected 300 ranges, got 3"),
         ({**GRAPH, "arrays": [ZEROS, ZEROS, [-1.0]]}, "interaction_range[0]: expected a finite number"),

@@ -90,12 +90,7 @@ def never(*_: object, **__: object) -> None:
 
 
 @pytest.mark.parametrize(
-    ("argv", "suffix"),
-    [
-        (sweep_flags("--backend", "serial"), ".csv"),
-        (SIMULATE, ".npz"),
-        (WATCH, ".html"),
-    ],
+    ("argv", "suffix"), [(sweep_flags("--backend", "serial"), ".csv"), (SIMULATE, ".npz"), (WATCH, ".html")]
 )
 def test_an_output_that_cannot_be_written_is_refused_before_the_work(
     argv: list[object],

@@ -14,9 +14,8 @@ import chromium
 import imageio_ffmpeg
 import numpy as np
 import pytest
-from chromium import open_page, wait
+from chromium import BEST, BOARD, COLORED, SEED, drop, fly, lowest, open_page, text, wait
 from cli_runs import SMALL, Ran, policy_file
-from pages import BEST, BOARD, COLORED, SEED, drop, fly, lowest, text
 from playwright.sync_api import Page
 from watch_documents import needs_engine
 
@@ -194,21 +193,22 @@ def test_a_link_restores_flock_policies_numbers_and_steering(tab: Page, open_at:
 
 
 @pytest.mark.parametrize(
-    ("address", "message"),
+    ("address", "message", "policies"),
     [
-        ("world=nowhere&seed=18446744073709551616&agents=1&noise=x&steer=maybe", ""),
-        ("policies=fixed:-3", "fixed:-3: expected a range >= 0"),
-        ("policies=toString", "toString: unknown policy"),
-        ("policies=,recording:0,", "recording:0: unknown policy"),
-        ("path=%%%&seed=-1", ""),
+        ("world=nowhere&seed=18446744073709551616&agents=1&noise=x&steer=maybe", "", [12]),
+        ("policies=fixed:-3", "fixed:-3: expected a range >= 0", [12]),
+        ("policies=toString", "toString: unknown policy", [12]),
+        ("policies=,recording:0,", "recording:0: unknown policy", [12]),
+        ("path=%%%&seed=-1", "", [12]),
+        ("policies=fixed:1,fixed:2,fixed:3,fixed:4,fixed:5", "", [1, 2, 3, 4]),  # four side by side
     ],
 )
 def test_invalid_entries_of_a_link_fall_back(
-    address: str, message: str, tab: Page, open_at: Callable[..., None]
+    address: str, message: str, policies: list[int], tab: Page, open_at: Callable[..., None]
 ) -> None:
     open_at(address)
     assert text(tab, "#message") == message
-    assert tab.evaluate(STATE) == ["paper-flock", "242", {}, False, ["fixed:12"]]
+    assert tab.evaluate(STATE) == ["paper-flock", "242", {}, False, [f"fixed:{rho}" for rho in policies]]
 
 
 def test_a_link_to_numbers_that_a_world_cannot_have_flies_the_world(
@@ -237,11 +237,6 @@ def test_predators_of_a_duel_follow_one_pointer(tab: Page, open_at: Callable[...
     assert text(tab, "#score").startswith(f"{title} is ahead by {ahead - behind:.1f} m")
     tab.click(".panel:last-child .close")
     assert tab.evaluate("[page.panels.length, document.getElementById('score').hidden]") == [1, True]
-
-
-def test_four_flocks_at_most_fly_side_by_side(tab: Page, open_at: Callable[..., None]) -> None:
-    open_at("policies=fixed:1,fixed:2,fixed:3,fixed:4,fixed:5")
-    assert tab.evaluate(STATE)[4] == ["fixed:1", "fixed:2", "fixed:3", "fixed:4"]
 
 
 @pytest.fixture

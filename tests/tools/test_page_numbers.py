@@ -11,8 +11,7 @@ from typing import Any
 import chromium
 import numpy as np
 import pytest
-from chromium import wait
-from pages import BEST, ROOT, SEED, drop, fly, lowest, text, world
+from chromium import BEST, ROOT, SEED, drop, fly, lowest, text, wait, world
 from playwright.sync_api import Page
 
 import flockesc_env as fe
@@ -52,11 +51,7 @@ def test_ranges_rules_and_files_keep_the_distance_that_they_keep_in_python(
 
 
 @pytest.mark.parametrize(
-    "address",
-    [
-        "agents=50&noise=0.25&policies=stubborn-leaders",
-        f"world=capture&policies={HEADLINE}",
-    ],
+    "address", ["agents=50&noise=0.25&policies=stubborn-leaders", f"world=capture&policies={HEADLINE}"]
 )
 def test_the_code_plays_the_same_flock_in_python(
     address: str, tab: Page, open_at: Callable[..., None], monkeypatch: pytest.MonkeyPatch

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import chromium
 import pytest
-from chromium import open_page, wait
+from chromium import COLORED, open_page, text, wait
 from cli_runs import SMALL
-from pages import COLORED, text
 from playwright.sync_api import Page
 
 import flockesc_env as fe

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from argument_table import FLOCK as PLAIN
 from argument_table import PARTS, SLOTS
-from captured_flocks import hunted
 from cli_runs import Ran
+from option_table import hunted
 from same import same
 
 import flockesc_env as fe

@@ -9,31 +9,22 @@ from typing import Any
 
 import numpy as np
 import pytest
+from watch_documents import FLOCK
+from watch_documents import RUNS as SHOWN
 
 import flockesc_env as fe
 from flockesc_env.models.records import load_run, replay_run, run_differences, save_run, versions
-from flockesc_env.policies import StubbornLeaders
 
-FLOCK = fe.FlockScenario(num_agents=12, num_steps=9)
 RANDOM = (fe.Wandering(angular_diffusion=2.0),)
-TWO = (fe.ConstantVelocity(), fe.PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
-
 RUNS = {
-    "fixed range": lambda: fe.simulate(FLOCK, 10.0, seed=3),
+    **{name: make for name, make in SHOWN.items() if name != "more agents than 16 bits"},
     "unseeded": lambda: fe.simulate(FLOCK, 10.0),
-    "schedule": lambda: fe.simulate(FLOCK, schedule=np.linspace(0, 30, 9)[:, None], seed=3),
     "per agent": lambda: fe.simulate(FLOCK, np.linspace(0, 30, 12), seed=3),
-    "policy": lambda: fe.record(FLOCK, StubbornLeaders(), 5, per_agent=True),
-    "in space, two predators": lambda: fe.simulate(FLOCK.replace(dimension=3, predators=TWO), 20.0, seed=1),
     "random predator": lambda: fe.simulate(FLOCK.replace(predators=RANDOM), 20.0, seed=1),
     "random predator, given start": lambda: fe.simulate(
         FLOCK.replace(predators=RANDOM), 20.0, initial_velocities=np.ones((12, 2))
     ),
     "learned predator": lambda: fe.simulate(FLOCK.replace(predators=(fe.Learned(),)), 10.0, seed=3),
-    "no predator": lambda: fe.simulate(FLOCK.replace(predators=()), 20.0, seed=1),
-    "given start": lambda: fe.simulate(
-        FLOCK, 10.0, initial_positions=np.eye(12)[:, :2], initial_velocities=np.ones((12, 2))
-    ),
     "line": lambda: fe.simulate_line(fe.LineScenario(), 0.1, seed=3),
     "line, given": lambda: fe.simulate_line(
         fe.LineScenario(num_agents=3), 0.1, initial_state=[0.1, 0.5, 0.9]
@@ -129,12 +120,3 @@ def test_impossible_numbers_are_named(name: str, column: str, bad: float, tmp_pa
     with pytest.raises(fe.RecordError) as caught:
         load_run(path)
     assert caught.value.field.partition("[")[0] == column
-
-
-def test_pickles_are_not_loaded(tmp_path: Path) -> None:
-    path = tmp_path / "run.npz"
-    np.savez(path, header=np.array([{"a": 1}], object))
-    with pytest.raises(fe.RecordError, match="expected a recorded run"):
-        load_run(path)
-    with pytest.raises(FileNotFoundError):
-        load_run(tmp_path / "nothing.npz")

@@ -10,9 +10,10 @@ from itertools import pairwise
 from typing import Any
 from unittest import mock
 
+import envs
 import numpy as np
 import pytest
-from gymnasium.error import DependencyNotInstalled
+from envs import start
 from hypothesis import given
 from hypothesis import strategies as st
 from option_table import DIMENSIONS, small_flock
@@ -46,26 +47,14 @@ def make(interface: str, **options: Any) -> Any:
     return (SINGLE | BATCHED)[interface](**options)
 
 
-def reset(env: Any, seed: int = 0) -> None:
-    if hasattr(env, "env_is_wrapped"):  # SB3
-        env.seed(seed)
-        env.reset()
-    else:
-        env.reset(seed=seed)
-
-
-def step(env: Any, value: float = -0.8) -> None:
-    if isinstance(env, fe.FlockParallelEnv):
-        env.step({agent: np.array([value], np.float32) for agent in env.agents})
-    else:
-        slots = (env.num_envs, 1) if hasattr(env, "num_envs") else (1,)
-        env.step(np.full(slots, value, np.float32))
+def step(env: Any) -> None:
+    envs.step(env, envs.same_action(env, np.array([-0.8], np.float32)))
 
 
 @single
 def test_pictures_follow_the_episode(interface: str) -> None:
     env = make(interface, render_mode="rgb_array")
-    reset(env)
+    start(env, 0)
     pictures = [env.render()]
     for _ in range(3):
         step(env)
@@ -74,7 +63,7 @@ def test_pictures_follow_the_episode(interface: str) -> None:
     for before, after in pairwise(pictures):
         assert not np.array_equal(before, after)
     np.testing.assert_array_equal(env.render(), pictures[-1])
-    reset(env)
+    start(env, 0)
     np.testing.assert_array_equal(env.render(), pictures[0])
     env.close()
     env.close()
@@ -84,12 +73,12 @@ def test_pictures_follow_the_episode(interface: str) -> None:
 def test_a_batch_shows_every_flock(interface: str) -> None:
     env = make(interface, render_mode="rgb_array")
     twin = make("parallel" if interface == "sb3 agents" else "flock", render_mode="rgb_array")
-    reset(env, 4)
+    start(env, 4)
     step(env)
     pictures = env.render() if interface == "vector" else env.get_images()
     assert len(pictures) == 3
     for flock, picture in enumerate(pictures):
-        reset(twin, 4 + flock)
+        start(twin, 4 + flock)
         step(twin)
         np.testing.assert_array_equal(picture, twin.render())
     if interface != "vector":
@@ -119,7 +108,7 @@ def test_the_window_shows_the_same_pixels_as_arrays(interface: str) -> None:
     env, twin = make(interface, render_mode="human"), make(interface, render_mode="rgb_array")
     try:
         for each in (env, twin):
-            reset(each)
+            start(each, 0)
         shown = [pygame.surfarray.array3d(pygame.display.get_surface()).transpose(1, 0, 2)]
         pictures = [twin.render()]
         for each in (env, twin):
@@ -149,14 +138,6 @@ def test_bad_modes_options_and_calls_are_refused(interface: str) -> None:
             make(interface, render_options=RenderOptions(agents=(0, 5)))
     with pytest.raises(fe.EpisodeError, match="render"):
         make(interface, render_mode="rgb_array").render()
-
-
-@every
-def test_without_pygame_the_extra_is_named(interface: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pygame", None)
-    with pytest.raises(DependencyNotInstalled, match=r'pip install "flockesc-env\[video\]"'):
-        make(interface, render_mode="rgb_array")
-    make(interface)
 
 
 def test_a_window_leaves_signals_alone() -> None:

@@ -1,4 +1,4 @@
-"""Rules with a memory follow their definitions."""
+"""Rules that remember or choose among candidates follow their definitions."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View
 from flockesc_env.policies import (
+    BestNextHeading,
     ListenWhileThreatened,
     StubbornWitnesses,
     WinStayLoseShift,
@@ -140,3 +141,42 @@ def test_win_stay_lose_shift_pauses_after_a_range_that_did_not_help() -> None:
     assert ranges([0.95, -0.5, 0.75], [0.0, 0.2, 0.1]) == [0.0, 0.0, 10.0]  # 0 is no gain
     assert ranges([0.7, -0.5, 0.9], [0.0, 0.0, 0.0]) == [0.0, 40.0, 0.0]  # two actions have passed
     assert ranges([0.7, -0.4, 0.7], [0.0, 0.1, 0.0]) == [40.0, 40.0, 0.0]
+
+
+CANDIDATES = np.array([0.0, 8.0, 16.0, 32.0])
+PREDATOR = np.array([10.0, 12.0])  # v0 is 10 m/s
+OPTIONS: Any = {
+    "profile_ranges": tuple(CANDIDATES),
+    "predator_sensing_range": None,
+    "extra_entries": ("escape_direction", "closest_approach"),
+}
+
+
+def test_the_best_next_heading_is_the_best_of_all_simulated_ones() -> None:
+    predators = (fe.ConstantVelocity((-20.0, -10.0), tuple(PREDATOR)),)
+    flock = small_flock(
+        num_agents=20, num_steps=8, initial_side=60.0, predator_range=0.0, predators=predators
+    )
+    env = fe.parallel_env(flock, action_mode="range", **OPTIONS)
+    act = bind(BestNextHeading(turn=0.5), env)
+    observations, _ = env.reset(seed=3)
+    schedule = np.zeros((flock.num_steps, 20))
+    chosen: set[float] = set()
+    for t in range(flock.num_steps):
+        run = fe.simulate(flock, schedule=schedule, seed=3)
+        observations, _, _, _, infos = env.step(act(observations))
+        ranges = np.array([info["interaction_range"] for info in infos.values()])
+        positions = run.positions[t] - run.predator_positions[t]
+        velocities = run.velocities[t] - PREDATOR
+        time = max(0.0, -(positions * velocities).sum() / (velocities**2).sum())
+        escape = positions - PREDATOR * time
+        escape /= np.linalg.norm(escape, axis=1, keepdims=True)
+        cosines = []
+        for candidate in CANDIDATES:
+            schedule[t] = candidate
+            following = fe.simulate(flock, schedule=schedule, seed=3).velocities[t + 1]
+            cosines.append((following * escape).sum(axis=1))
+        np.testing.assert_allclose(ranges, CANDIDATES[np.argmax(cosines, axis=0)], atol=1e-5)
+        chosen.update(ranges.round())
+        schedule[t] = ranges
+    assert chosen == set(CANDIDATES)
