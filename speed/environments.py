@@ -17,7 +17,7 @@ from flockesc_env import AgentVectorEnv, Architecture, FlockScenario, NetworkPol
 from flockesc_env.sb3 import FlockVecEnv
 from speed import PROJECT
 from speed.measure import Candidate, Comparison
-from speed.peers.model import Peer
+from speed.peers import Peer
 
 AGENTS, FLOCKS = 300, 64
 RANGE = 10.0
@@ -33,7 +33,9 @@ _INPUTS = (
 
 def environments(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa: ARG001
     """Compare a step of every environment whose package is installed."""
-    candidates = [*_own(), _no_dynamics()]
+    candidates = [*_own()]
+    nothing = _NoDynamics()
+    candidates.append(_steps("PettingZoo, no dynamics", nothing.reset, partial(nothing.step, {})))
     for make in (_vmas, _mpe2):
         try:
             candidates.append(make())
@@ -43,43 +45,35 @@ def environments(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa
 
 
 def _own() -> Iterator[Candidate]:
-    one, many = np.array([RANGE], np.float32), np.full((FLOCKS, 1), RANGE, np.float32)
-    env = gymnasium.make(_ID, action_mode="range")
-    yield _episode(f"{PROJECT}, Gymnasium", lambda: env.reset(seed=0), lambda: env.step(one))
-
-    vector = gymnasium.make_vec(
-        _ID,
-        num_envs=FLOCKS,
-        vectorization_mode="vector_entry_point",
-        num_threads=1,
-        copy=False,
-        action_mode="range",
+    one, many, agents, slots = (
+        np.full(shape, RANGE, np.float32) for shape in (1, (FLOCKS, 1), (AGENTS, 1), (FLOCKS * AGENTS, 1))
     )
-    name = f"{PROJECT}, Gymnasium vector"
-    yield _episode(name, lambda: vector.reset(seed=0), lambda: vector.step(many), flocks=FLOCKS)
-
-    vec = FlockVecEnv(FLOCKS, num_threads=1, action_mode="range")
-    name = f"{PROJECT}, stable-baselines3"
-    yield _episode(name, lambda: (vec.seed(0), vec.reset()), lambda: vec.step(many), flocks=FLOCKS)
-
-    slots = AgentVectorEnv(FLOCKS * AGENTS, num_threads=1, copy=False, action_mode="range")
-    columns = np.full((FLOCKS * AGENTS, 1), RANGE, np.float32)
-    name = f"{PROJECT}, a slot per agent"
-    yield _episode(name, lambda: slots.reset(seed=0), lambda: slots.step(columns), flocks=FLOCKS)
-
-    dicts = parallel_env(action_mode="range")
-    actions = dict.fromkeys(dicts.possible_agents, one)
-    yield _episode(f"{PROJECT}, PettingZoo", lambda: dicts.reset(seed=0), lambda: dicts.step(actions))
-
-    arrays = parallel_env(action_mode="range")
-    rows = np.full((AGENTS, 1), RANGE, np.float32)
-    name = f"{PROJECT}, PettingZoo, arrays"
-    yield _episode(name, lambda: arrays.reset_array(seed=0), lambda: arrays.step_array(rows))
-
-    few = parallel_env(action_mode="range", infos="end")
-    name = f"{PROJECT}, PettingZoo, infos at the end"
-    yield _episode(name, lambda: few.reset(seed=0), lambda: few.step(actions))
-
+    options: dict[str, Any] = {"action_mode": "range"}
+    threads: dict[str, Any] = {"num_threads": 1, **options}
+    vector = gymnasium.make_vec(_ID, FLOCKS, "vector_entry_point", copy=False, **threads)
+    of_agents = AgentVectorEnv(FLOCKS * AGENTS, copy=False, **threads)
+    few = parallel_env(infos="end", **options)
+    dicts = dict.fromkeys(few.possible_agents, one)
+    rows: tuple[tuple[str, Any, Any, int], ...] = (
+        ("Gymnasium", gymnasium.make(_ID, **options), one, 1),
+        ("Gymnasium vector", vector, many, FLOCKS),
+        ("a slot per agent", of_agents, slots, FLOCKS),
+        ("PettingZoo", parallel_env(**options), dicts, 1),
+        ("PettingZoo, infos at the end", few, dicts, 1),
+    )
+    for name, env, action, flocks in rows:
+        reset, step = partial(env.reset, seed=0), partial(env.step, action)
+        yield _steps(f"{PROJECT}, {name}", reset, step, flocks=flocks)
+    vec = FlockVecEnv(FLOCKS, **threads)
+    yield _steps(
+        f"{PROJECT}, stable-baselines3",
+        lambda: (vec.seed(0), vec.reset()),
+        lambda: vec.step(many),
+        flocks=FLOCKS,
+    )
+    arrays = parallel_env(**options)
+    reset, step = partial(arrays.reset_array, seed=0), partial(arrays.step_array, agents)
+    yield _steps(f"{PROJECT}, PettingZoo, arrays", reset, step)
     architecture = Architecture(_INPUTS, hidden=(8,), mirror=True)
     network = NetworkPolicy(architecture, np.linspace(-1, 1, architecture.size))
     played = partial(rollout, FlockScenario(), network, range(FLOCKS), per_agent=True, num_threads=1)
@@ -100,18 +94,9 @@ class _NoDynamics(ParallelEnv[str, Any, Any]):
         return dict(zip(self.agents, self._rows, strict=True)), {agent: {} for agent in self.agents}
 
     def step(self, actions: dict[str, Any]) -> Any:  # noqa: ARG002
-        return (
-            dict(zip(self.agents, self._rows, strict=True)),
-            dict.fromkeys(self.agents, 0.0),
-            dict.fromkeys(self.agents, False),
-            dict.fromkeys(self.agents, False),
-            {agent: {} for agent in self.agents},
-        )
-
-
-def _no_dynamics() -> Candidate:
-    env = _NoDynamics()
-    return _episode("PettingZoo, no dynamics", env.reset, lambda: env.step({}))
+        observations, infos = self.reset()
+        rewards, terminated, truncated = (dict.fromkeys(self.agents, value) for value in (0.0, False, False))
+        return observations, rewards, terminated, truncated, infos
 
 
 def _vmas() -> Candidate:
@@ -124,7 +109,7 @@ def _vmas() -> Candidate:
         "flocking", num_envs=flocks, device="cpu", seed=0, n_agents=agents, min_dist_between_entities=0.05
     )
     actions = [torch.zeros(flocks, 2) for _ in range(agents)]
-    return _steps("VMAS flocking", lambda: env.step(actions), steps=2, agents=agents, flocks=flocks)
+    return _steps("VMAS flocking", None, partial(env.step, actions), steps=2, agents=agents, flocks=flocks)
 
 
 def _mpe2() -> Candidate:
@@ -133,26 +118,21 @@ def _mpe2() -> Candidate:
     env = simple_tag_v3.parallel_env(num_good=99, num_adversaries=1, max_cycles=10**9)
     env.reset(seed=0)
     actions = {agent: i % 5 for i, agent in enumerate(env.agents)}  # all five moves
-    return _steps("mpe2 simple_tag", lambda: env.step(actions), steps=5, agents=100)
-
-
-def _episode(
-    name: str, reset: Callable[[], object], step: Callable[[], object], *, flocks: int = 1
-) -> Candidate:
-    return _steps(name, step, reset, steps=STEPS, agents=AGENTS, flocks=flocks)
+    return _steps("mpe2 simple_tag", None, partial(env.step, actions), steps=5, agents=100)
 
 
 def _steps(
     name: str,
+    reset: Callable[[], object] | None,
     step: Callable[[], object],
-    reset: Callable[[], object] = lambda: None,
     *,
-    steps: int,
-    agents: int,
+    steps: int = STEPS,
+    agents: int = AGENTS,
     flocks: int = 1,
 ) -> Candidate:
     def run() -> None:
-        reset()
+        if reset:
+            reset()
         for _ in range(steps):
             step()
 

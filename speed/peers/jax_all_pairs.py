@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from speed.measure import cores
-from speed.peers.model import Flocks, Model, Outcome, Peer
+from speed.peers import Flocks, Model, Outcome, Peer
 
 jax.config.update("jax_platforms", "cpu")
 jax.config.update("jax_enable_x64", True)
@@ -71,7 +71,7 @@ def _peer(name: str, dtype: type) -> Peer:
         positions, minimum = _run(flocks.model, start, interaction_range, steps, dtype)
         return Outcome(np.asarray(positions), np.asarray(minimum))
 
-    return Peer(name, run, flocks_at_once=64, is_single=dtype is np.float32)
+    return Peer(name, run, flocks_at_once=64, is_single=dtype is np.float32, largest=10_000)
 
 
 PEERS = (_peer("JAX, all pairs", np.float64), _peer("JAX, all pairs, float32", np.float32))

@@ -9,7 +9,7 @@ from importlib.util import module_from_spec
 from pathlib import Path
 from types import ModuleType
 
-from speed.peers.model import Floats, Model, Peer, one_by_one
+from speed.peers import Floats, Peer, one_by_one
 
 _ROOT = Path(__file__).parents[2]
 
@@ -29,19 +29,15 @@ def module() -> ModuleType:
     return built
 
 
-def _peer(name: str, function: str) -> Peer:
-    def run(
-        model: Model, positions: Floats, velocities: Floats, interaction_range: float, steps: int
-    ) -> tuple[Floats, float]:
-        outcome: tuple[Floats, float] = getattr(module(), function)(
-            model, positions, velocities, interaction_range, steps
-        )
-        return outcome
+def _all_pairs(*arguments: object) -> tuple[Floats, float]:
+    return module().flock_all_pairs(*arguments)  # type: ignore[no-any-return]
 
-    return Peer(name, one_by_one(run))
+
+def _cells(*arguments: object) -> tuple[Floats, float]:
+    return module().flock_cells(*arguments)  # type: ignore[no-any-return]
 
 
 PEERS = (
-    _peer("plain Rust, all pairs", "flock_all_pairs"),
-    _peer("plain Rust, cell list", "flock_cells"),
+    Peer("plain Rust, all pairs", one_by_one(_all_pairs), largest=30_000),
+    Peer("plain Rust, cell list", one_by_one(_cells)),
 )
