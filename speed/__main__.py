@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
-from typing import Literal, Protocol, get_args
+from typing import Literal, get_args
 
 import tyro
 
@@ -18,20 +18,14 @@ from speed.environments import environments
 from speed.frameworks import frameworks
 from speed.line import line
 from speed.measure import Comparison, Measurements, Record, machine, measure
-from speed.peers import Peer
 
 Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "floor"]
 _RESULTS = Path("speed/results")
 _FILE = "benchmarks.json"
 
 
-class Benchmark(Protocol):
-    """Yields what to measure; ``quick``: few and small cases, to test the benchmark."""
-
-    def __call__(self, others: list[Peer], /, *, quick: bool) -> Iterator[Comparison]: ...  # noqa: D102
-
-
-BENCHMARKS: dict[Section, Benchmark] = {
+# A benchmark takes the peers, and ``quick`` for few and small cases, and yields what to measure.
+BENCHMARKS: dict[Section, Callable[..., Iterator[Comparison]]] = {
     "kernel": flocks.kernel,
     "size": flocks.size,
     "environments": environments,

@@ -45,35 +45,27 @@ def environments(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa
 
 
 def _own() -> Iterator[Candidate]:
-    one, many, agents, slots = (
-        np.full(shape, RANGE, np.float32) for shape in (1, (FLOCKS, 1), (AGENTS, 1), (FLOCKS * AGENTS, 1))
-    )
+    one, many = np.full(1, RANGE, np.float32), np.full((FLOCKS, 1), RANGE, np.float32)
+    agents, slots = (np.full((n * AGENTS, 1), RANGE, np.float32) for n in (1, FLOCKS))
     options: dict[str, Any] = {"action_mode": "range"}
     threads: dict[str, Any] = {"num_threads": 1, **options}
+    env = gymnasium.make(_ID, **options)
     vector = gymnasium.make_vec(_ID, FLOCKS, "vector_entry_point", copy=False, **threads)
-    of_agents = AgentVectorEnv(FLOCKS * AGENTS, copy=False, **threads)
-    few = parallel_env(infos="end", **options)
-    dicts = dict.fromkeys(few.possible_agents, one)
-    rows: tuple[tuple[str, Any, Any, int], ...] = (
-        ("Gymnasium", gymnasium.make(_ID, **options), one, 1),
-        ("Gymnasium vector", vector, many, FLOCKS),
-        ("a slot per agent", of_agents, slots, FLOCKS),
-        ("PettingZoo", parallel_env(**options), dicts, 1),
-        ("PettingZoo, infos at the end", few, dicts, 1),
-    )
-    for name, env, action, flocks in rows:
-        reset, step = partial(env.reset, seed=0), partial(env.step, action)
-        yield _steps(f"{PROJECT}, {name}", reset, step, flocks=flocks)
     vec = FlockVecEnv(FLOCKS, **threads)
-    yield _steps(
-        f"{PROJECT}, stable-baselines3",
-        lambda: (vec.seed(0), vec.reset()),
-        lambda: vec.step(many),
-        flocks=FLOCKS,
-    )
-    arrays = parallel_env(**options)
-    reset, step = partial(arrays.reset_array, seed=0), partial(arrays.step_array, agents)
-    yield _steps(f"{PROJECT}, PettingZoo, arrays", reset, step)
+    per_agent = AgentVectorEnv(FLOCKS * AGENTS, copy=False, **threads)
+    parallel, few = parallel_env(**options), parallel_env(infos="end", **options)
+    dicts = dict.fromkeys(parallel.possible_agents, one)
+    rows: dict[str, tuple[int, Callable[[], object], Callable[[], object]]] = {
+        "Gymnasium": (1, partial(env.reset, seed=0), lambda: env.step(one)),
+        "Gymnasium vector": (FLOCKS, partial(vector.reset, seed=0), lambda: vector.step(many)),
+        "stable-baselines3": (FLOCKS, lambda: (vec.seed(0), vec.reset()), lambda: vec.step(many)),
+        "a slot per agent": (FLOCKS, partial(per_agent.reset, seed=0), lambda: per_agent.step(slots)),
+        "PettingZoo": (1, partial(parallel.reset, seed=0), lambda: parallel.step(dicts)),
+        "PettingZoo, arrays": (1, partial(parallel.reset_array, seed=0), lambda: parallel.step_array(agents)),
+        "PettingZoo, infos at the end": (1, partial(few.reset, seed=0), lambda: few.step(dicts)),
+    }
+    for name, (flocks, reset, step) in rows.items():
+        yield _steps(f"{PROJECT}, {name}", reset, step, flocks=flocks)
     architecture = Architecture(_INPUTS, hidden=(8,), mirror=True)
     network = NetworkPolicy(architecture, np.linspace(-1, 1, architecture.size))
     played = partial(rollout, FlockScenario(), network, range(FLOCKS), per_agent=True, num_threads=1)

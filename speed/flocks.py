@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -44,18 +43,11 @@ _PER_AGENT = 35
 """Operations per agent: two norms, three divisions, two forces, the motion, the distance."""
 
 
-class Rule(NamedTuple):
-    """A neighbor rule, the ranges to measure (in its unit), and the peer that implements it."""
-
-    rule: NeighborRule
-    ranges: tuple[float, ...]
-    peer: Peer
-
-
-RULES = {
-    "topological": Rule(Topological(), (1.0, 7.0, 20.0), NEAREST),
-    "voronoi": Rule(Voronoi(), (10.0, 1000.0), ADJACENT),
+RULES: dict[str, tuple[NeighborRule, tuple[float, ...], Peer]] = {
+    "topological": (Topological(), (1.0, 7.0, 20.0), NEAREST),
+    "voronoi": (Voronoi(), (10.0, 1000.0), ADJACENT),
 }
+"""Neighbor rules, the ranges to measure (in the rule's unit), and the peer that implements the rule."""
 
 
 def kernel(others: list[Peer], *, quick: bool) -> Iterator[Comparison]:

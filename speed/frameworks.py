@@ -24,11 +24,8 @@ from speed.page import table, with_table
 RESULTS = Path("speed/results/frameworks")
 PAGE = Path("docs/trainers.md")
 _GAINS = ["gain over the best fixed range (m)", "seeds", "lowest to highest (m)"]
-HEAD = ["learner", "versions", "samples/s", "over PettingZoo dicts", "lines", *_GAINS]
-CHANGES_HEAD = ["learner", "change", *_GAINS]
 
 Document = dict[str, Any]
-"""Entries of a JSON document."""
 
 _SAMPLES = re.compile(r"^(\d+) samples in", re.MULTILINE)
 _SPEED = re.compile(r"(\d+) samples/s$", re.MULTILINE)
@@ -66,13 +63,11 @@ def rendered(page: str) -> str:
         [json.loads(path.read_text()) for path in sorted(RESULTS.glob(files))]
         for files in ("*.json", "changes/*.json")
     )
-    rows = [
-        [document["learner"], row["change"], *_gains(row["runs"])]
-        for document in changes
-        for row in document["changes"]
-    ]
-    page = with_table(page, table(HEAD, [_row(document) for document in learners]))
-    return with_table(page, table(CHANGES_HEAD, rows))
+    head = ["learner", "versions", "samples/s", "over PettingZoo dicts", "lines", *_GAINS]
+    page = with_table(page, table(head, [_row(document) for document in learners]))
+    pairs = ((document["learner"], row) for document in changes for row in document["changes"])
+    rows = [[learner, row["change"], *_gains(row["runs"])] for learner, row in pairs]
+    return with_table(page, table(["learner", "change", *_GAINS], rows))
 
 
 def _row(document: Document) -> list[str]:
@@ -98,10 +93,10 @@ def _measured(document: Document, python: str) -> Document:
     words = document["command"].split()  # may set environment variables first
     example = next(word for word in words if word.endswith(".py"))
     text = Path(example).read_text("utf-8")
-    versions = "import sys, importlib.metadata as m; print(*map(m.version, sys.argv[1:]))"
-    document["versions"] = dict(
-        zip(document["versions"], _output(python, "-c", versions, *document["versions"]).split(), strict=True)
-    )
+    packages = list(document["versions"])
+    script = "import sys, importlib.metadata as m; print(*map(m.version, sys.argv[1:]))"
+    versions = _output(python, "-c", script, *packages).split()
+    document["versions"] = dict(zip(packages, versions, strict=True))
     document["processor"] = machine()["cpu"]
     for entry in document.get("changes", [document]):
         with TemporaryDirectory() as folder:

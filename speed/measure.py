@@ -6,6 +6,7 @@ import gc
 import math
 import os
 import platform
+import re
 import statistics
 import subprocess
 import sys
@@ -39,12 +40,10 @@ _FLAGS = ("sse2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl", "avx5
 
 @dataclass(frozen=True)
 class Candidate:
-    """An implementation to time.
+    """An implementation to time, with its name in tables and figures.
 
     Attributes:
-        name: name in tables and figures.
-        run: the function to time.
-        units: number of units of work per call, for example flock steps.
+        units: number of units of work per call of ``run``, for example flock steps.
         before: its time is subtracted, to exclude setup that ``run`` also does; ``None``: nothing.
         case: parameters that distinguish this candidate from others of the same name.
     """
@@ -61,7 +60,6 @@ class Comparison:
     """Candidates that are measured in turns.
 
     Attributes:
-        candidates: the candidates.
         unit: the unit of work.
         case: parameters of the case, added to those of the candidates.
         clock: ``"cpu"``: processor time of the process, pinned to one core; ``"wall"``: wall-clock time.
@@ -77,15 +75,9 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Record:
-    """Measurements of one candidate in one case.
+    """Measurements of one candidate: s per unit of work, one entry per repetition.
 
-    Attributes:
-        section: name of the benchmark.
-        contender: name of the candidate.
-        case: parameters of the case, for example ``{"n": 300, "rho": 10.0}``.
-        unit: the unit of work that ``seconds`` refers to.
-        clock: the clock of the comparison.
-        seconds: time per unit in s, one entry per repetition.
+    The case is, for example, ``{"n": 300, "rho": 10.0}``.
     """
 
     section: str
@@ -153,7 +145,7 @@ def cores(count: int) -> Iterator[None]:
 
 def machine() -> dict[str, Any]:
     """Return the processor, system, versions and commit."""
-    cpu = _cpu()
+    cpu = dict(re.findall(r"(.+?)\s*: (.*)", Path("/proc/cpuinfo").read_text()))
     flags = set(cpu.get("flags", "").split())
     versions = ((found.name.replace("_", "-"), found.version) for found in distributions())
     return {
@@ -170,16 +162,5 @@ def machine() -> dict[str, Any]:
     }
 
 
-def _cpu() -> dict[str, str]:
-    """Return the entries of the first processor in /proc/cpuinfo; empty if the file does not exist."""
-    path = Path("/proc/cpuinfo")
-    lines = path.read_text().partition("\n\n")[0].splitlines() if path.exists() else []
-    return {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in lines)}
-
-
-def _output(*command: str) -> str | None:
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=Path(__file__).parent)
-    except (OSError, subprocess.CalledProcessError):
-        return None
-    return done.stdout.strip()
+def _output(*command: str) -> str:
+    return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout.strip()

@@ -12,11 +12,12 @@ from numba import njit
 
 from speed.peers import Floats, Model, Peer, one_by_one
 
+Vector = tuple[float, float]
 SumNeighbors = Callable[[Floats, Floats, float, Floats], None]
 
 
 @njit
-def _scaled(x: float, y: float, length: float) -> tuple[float, float]:
+def _scaled(x: float, y: float, length: float) -> Vector:
     norm = np.sqrt(x * x + y * y)
     if norm > 0.0:
         return length * x / norm, length * y / norm
@@ -24,12 +25,10 @@ def _scaled(x: float, y: float, length: float) -> tuple[float, float]:
 
 
 @njit(fastmath=True, inline="always")
-def _sum_in_range(
-    columns: tuple[Floats, ...], k: int, first: int, last: int, rho: float
-) -> tuple[float, float]:
+def _sum_in_range(columns: tuple[Floats, ...], k: int, low: int, high: int, rho: float) -> Vector:
     x, y, vx, vy = columns
     sum_x, sum_y = 0.0, 0.0
-    for j in range(first, last):
+    for j in range(low, high):
         dx, dy = x[j] - x[k], y[j] - y[k]
         is_near = dx * dx + dy * dy <= rho * rho
         sum_x += vx[j] if is_near else 0.0
@@ -84,12 +83,7 @@ def _mean_distance(r: Floats, predator_x: float, predator_y: float) -> float:
 
 @njit
 def _run(
-    sum_neighbors: SumNeighbors,
-    model: Model,
-    positions: Floats,
-    velocities: Floats,
-    interaction_range: float,
-    steps: int,
+    sum_neighbors: SumNeighbors, model: Model, positions: Floats, velocities: Floats, rho: float, steps: int
 ) -> tuple[Floats, float]:
     r, v = positions.copy(), velocities.copy()
     sums = np.empty_like(v)
@@ -97,7 +91,7 @@ def _run(
     gain = model.time_step / model.mass
     minimum = _mean_distance(r, predator_x, predator_y)
     for _ in range(steps):
-        sum_neighbors(r, v, interaction_range, sums)
+        sum_neighbors(r, v, rho, sums)
         for i in range(len(r)):
             # The sum has the same direction as the mean.
             force_x, force_y = _scaled(sums[i, 0], sums[i, 1], model.speed)
