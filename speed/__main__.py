@@ -22,6 +22,8 @@ from speed.measure import Comparison, Measurements, Record, machine, measure
 Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "floor"]
 _RESULTS = Path("speed/results")
 _FILE = "benchmarks.json"
+_REPEATED = ("kernel", "environments")
+"""Sections that are measured again at the end of a run."""
 
 
 # A benchmark takes the peers, and ``quick`` for few and small cases, and yields what to measure.
@@ -60,7 +62,7 @@ def run(only: tuple[Section, ...] = get_args(Section), quick: bool = False, outp
     with threadpool_limits(1):  # of BLAS: all candidates use one thread
         others = peers.installed()
         peers.check(others)
-        repeated = tuple(name for name in only if name in page.REPEATED)
+        repeated = tuple(name for name in only if name in _REPEATED)
         measurements = Measurements(machine(), measured(only), measured(repeated))
     output.mkdir(parents=True, exist_ok=True)
     write_text(output / _FILE, json.dumps(asdict(measurements), indent=1) + "\n")
@@ -74,33 +76,26 @@ def run(only: tuple[Section, ...] = get_args(Section), quick: bool = False, outp
 
 
 @app.command(name="page")
-def write_pages(output: Path = _RESULTS) -> None:
-    """Draw the figures and write the tables of docs/performance.md and README.md from an earlier run.
-
-    Args:
-        output: folder with the measurements; the figures are written there.
-    """
-    measurements = Measurements.read(output / _FILE)
-    plots.draw(measurements.records, output)
+def write_pages() -> None:
+    """Draw the figures and write the tables of docs/performance.md and README.md from speed/results."""
+    measurements = Measurements.read(_RESULTS / _FILE)
+    plots.draw(measurements.records, _RESULTS)
     for path in page.PAGES:
         write_text(path, page.rendered(path.read_text("utf-8"), measurements))
 
 
 @app.command(name="instructions")
-def count_instructions(output: Path = instructions.RESULTS) -> None:
-    """Count the instructions of steps and observations, beside earlier counts; write docs/performance.md.
-
-    Args:
-        output: file of the counts; the earlier counts in it are shown beside the new ones.
-    """
-    earlier: dict[str, int] = json.loads(output.read_text()) if output.exists() else {}
+def count_instructions() -> None:
+    """Count the instructions of steps and observations, beside earlier counts; write docs/performance.md."""
+    file = instructions.RESULTS
+    earlier: dict[str, int] = json.loads(file.read_text())
     counts = instructions.count()
     rows = [
         [name, f"{count:,}", f"{count / earlier[name]:.3f}" if name in earlier else "-"]
         for name, count in counts.items()
     ]
     show(*table(["benchmark", "instructions", "ratio to before"], rows))
-    write_text(output, json.dumps(counts, indent=1) + "\n")
+    write_text(file, json.dumps(counts, indent=1) + "\n")
     write_text(page.PERFORMANCE, page.with_counts(page.PERFORMANCE.read_text("utf-8"), counts))
 
 

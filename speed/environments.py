@@ -7,16 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
-from pettingzoo import ParallelEnv
 
 from flockesc_env import AgentVectorEnv, Architecture, FlockScenario, NetworkPolicy, parallel_env, rollout
 from flockesc_env.sb3 import FlockVecEnv
-from speed import PROJECT
-from speed.measure import Candidate, Comparison
+from speed.measure import PROJECT, Candidate, Comparison
 from speed.peers import Peer
 
 AGENTS, FLOCKS = 300, 64
@@ -33,9 +31,7 @@ _INPUTS = (
 
 def environments(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa: ARG001
     """Compare a step of every environment whose package is installed."""
-    candidates = [*_own()]
-    nothing = _NoDynamics()
-    candidates.append(_steps("PettingZoo, no dynamics", nothing.reset, partial(nothing.step, {})))
+    candidates = [*_own(), _no_dynamics()]
     for make in (_vmas, _mpe2):
         try:
             candidates.append(make())
@@ -73,22 +69,16 @@ def _own() -> Iterator[Candidate]:
     yield Candidate(f"{PROJECT}, `rollout` of a network per agent", played, STEPS, case=case)
 
 
-class _NoDynamics(ParallelEnv[str, Any, Any]):
-    """A PettingZoo environment that does nothing: the cost of the five dicts of a step."""
+def _no_dynamics() -> Candidate:
+    """The five dicts of a step of a PettingZoo environment."""
+    names = [f"agent_{i:03d}" for i in range(AGENTS)]
+    rows = np.zeros((AGENTS, 12), np.float32)
 
-    metadata: ClassVar[dict[str, Any]] = {"name": "no_dynamics_v0"}
+    def step() -> object:
+        numbers = [dict.fromkeys(names, value) for value in (0.0, False, False)]
+        return dict(zip(names, rows, strict=True)), *numbers, {name: {} for name in names}
 
-    def __init__(self) -> None:
-        self.possible_agents = self.agents = [f"agent_{i:03d}" for i in range(AGENTS)]
-        self._rows = np.zeros((AGENTS, 12), np.float32)
-
-    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:  # noqa: ARG002
-        return dict(zip(self.agents, self._rows, strict=True)), {agent: {} for agent in self.agents}
-
-    def step(self, actions: dict[str, Any]) -> Any:  # noqa: ARG002
-        observations, infos = self.reset()
-        rewards, terminated, truncated = (dict.fromkeys(self.agents, value) for value in (0.0, False, False))
-        return observations, rewards, terminated, truncated, infos
+    return _steps("PettingZoo, no dynamics", None, step)
 
 
 def _vmas() -> Candidate:

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from flockesc_env import FlockScenario, NeighborRule, Topological, Voronoi, simulate, sweep
-from speed import PROJECT, peers
-from speed.measure import Candidate, Case, Comparison, cores, spent
+from speed import peers
+from speed.measure import PROJECT, Candidate, Case, Comparison, cores, spent
 from speed.peers import Floats, Flocks, Peer
 from speed.peers.numpy_flocks import ADJACENT, NEAREST
 
@@ -41,7 +41,6 @@ _PER_NEIGHBOR = 8
 """Operations per neighbor: 2 differences, 2 squares, a sum, a comparison, 2 sums of velocities."""
 _PER_AGENT = 35
 """Operations per agent: two norms, three divisions, two forces, the motion, the distance."""
-
 
 RULES: dict[str, tuple[NeighborRule, tuple[float, ...], Peer]] = {
     "topological": (Topological(), (1.0, 7.0, 20.0), NEAREST),
@@ -88,7 +87,7 @@ def grid(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
         for n in (1, 2)
     ]
     case = {"ranges": len(ranges), "seeds": len(GRID_SEEDS)}
-    yield Comparison(candidates, "grid search", case, clock="wall", repetitions=3)
+    yield Comparison(candidates, "grid search", case, clock="wall")
 
 
 def size(others: list[Peer], *, quick: bool) -> Iterator[Comparison]:

@@ -27,19 +27,19 @@ _GAINS = ["gain over the best fixed range (m)", "seeds", "lowest to highest (m)"
 
 Document = dict[str, Any]
 
-_SAMPLES = re.compile(r"^(\d+) samples in", re.MULTILINE)
-_SPEED = re.compile(r"(\d+) samples/s$", re.MULTILINE)
+# What an example prints at its end.
+_SPEED = re.compile(r"^(\d+) samples in .* (\d+) samples/s$", re.MULTILINE)
 _GAIN = re.compile(r"^([+-][\d.]+) m \[([+-][\d.]+), ([+-][\d.]+)\]", re.MULTILINE)
 
 
-def frameworks(*documents: Path, python: str = sys.executable) -> None:
+def frameworks(measure: tuple[Path, ...] = (), python: str = sys.executable) -> None:
     """Write the tables of docs/trainers.md, after measuring the learners of some documents again.
 
     Args:
-        documents: files in speed/results/frameworks.
+        measure: documents in speed/results/frameworks, which get the new measurements.
         python: interpreter of an environment with the packages of the documents.
     """
-    for path in documents:
+    for path in measure:
         write_text(path, json.dumps(_measured(json.loads(path.read_text()), python), indent=1) + "\n")
     write_text(PAGE, rendered(PAGE.read_text("utf-8")))
 
@@ -107,23 +107,19 @@ def _measured(document: Document, python: str) -> Document:
     if "lines" in document:
         document["lines"] = sum(bool(line.strip()) for line in text.splitlines())
         if arguments := document["pettingzoo"].split():
-            printed = _output(python, example, *arguments)
-            document["pettingzoo_samples_per_second"] = int(_SPEED.findall(printed)[0])
+            _, speed = _SPEED.findall(_output(python, example, *arguments))[0]
+            document["pettingzoo_samples_per_second"] = int(speed)
     return document
 
 
 def _run(command: list[str], seed: int) -> Document:
     printed = _output("env", *command, "--seed", str(seed))
+    samples, speed = map(int, _SPEED.findall(printed)[0])
     gain, low, high = map(float, _GAIN.findall(printed)[0])
-    return {
-        "seed": seed,
-        "samples": int(_SAMPLES.findall(printed)[0]),
-        "samples_per_second": int(_SPEED.findall(printed)[0]),
-        "gain": gain,
-        "interval": [low, high],
-    }
+    interval = [low, high]
+    return {"seed": seed, "samples": samples, "samples_per_second": speed, "gain": gain, "interval": interval}
 
 
 def _output(*command: str) -> str:
     environment = {**os.environ, "PYTHONPATH": str(Path.cwd())}
-    return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, env=environment).stdout
+    return subprocess.check_output(command, text=True, env=environment)

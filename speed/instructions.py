@@ -116,11 +116,9 @@ def count() -> dict[str, int]:
         tool = ("valgrind", "--tool=callgrind", f"--dump-before={_MARKER}", "--callgrind-out-file=counts")
         command = [*tool, sys.executable, "-m", "speed.instructions"]
         environment = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONPATH": str(Path.cwd())}
-        done = subprocess.run(
-            command, stdout=subprocess.PIPE, text=True, check=True, cwd=folder, env=environment
-        )
+        printed = subprocess.check_output(command, text=True, cwd=folder, env=environment)
         counts = {}
-        for index, line in enumerate(done.stdout.splitlines()):
+        for index, line in enumerate(printed.splitlines()):
             num_steps, name = line.split("\t")
             dump = Path(folder, f"counts.{2 * index + 2}").read_text()
             counts[name] = int(re.findall(r"^totals: (\d+)", dump, re.MULTILINE)[0]) // int(num_steps)

@@ -8,8 +8,7 @@ from functools import partial
 import numpy as np
 
 from flockesc_env import LineScenario, simulate_line, sweep
-from speed import PROJECT
-from speed.measure import Candidate, Comparison
+from speed.measure import PROJECT, Candidate, Comparison
 from speed.peers import TOLERANCE, DisagreementError, Floats, Peer, plain_rust
 
 RANGES = (0.05, 0.1, 0.2, 0.5)
@@ -67,9 +66,7 @@ def _numpy(states: Floats, scenario: LineScenario, interaction_range: float, ste
     return states
 
 
-def _plain_rust(states: Floats, scenario: LineScenario, interaction_range: float, steps: int) -> Floats:
-    end: Floats = plain_rust.module().line_all_pairs(states, scenario, interaction_range, steps)
-    return end
-
-
-PEERS: dict[str, Run] = {"NumPy, all pairs": _numpy, "plain Rust, all pairs": _plain_rust}
+PEERS: dict[str, Run] = {
+    "NumPy, all pairs": _numpy,
+    "plain Rust, all pairs": lambda *args: plain_rust.module().line_all_pairs(*args),
+}

@@ -21,6 +21,9 @@ from typing import Any, Literal, Self
 
 import msgspec
 
+PROJECT = "flockesc_env"
+"""Name of this project in tables and figures."""
+
 Clock = Literal["cpu", "wall"]
 Case = dict[str, Any]
 _CLOCKS: dict[Clock, Callable[[], float]] = {"cpu": time.process_time, "wall": time.perf_counter}
@@ -28,8 +31,8 @@ _CLOCKS: dict[Clock, Callable[[], float]] = {"cpu": time.process_time, "wall": t
 _SHORTEST = 0.05
 """Minimum duration of a repetition in s; short candidates are called several times."""
 _LONG = 1.0
-"""Candidates that take longer than this, in s, are repeated ``_LONG_REPETITIONS`` times."""
-_QUICK_REPETITIONS = _LONG_REPETITIONS = 3
+"""Candidates that take longer than this, in s, are repeated ``_FEW_REPETITIONS`` times."""
+_REPETITIONS, _FEW_REPETITIONS = 5, 3
 
 _PACKAGES = {
     *("flockesc-env", "gymnasium", "jax", "mpe2", "numba", "numpy", "pettingzoo", "scipy"),
@@ -63,14 +66,12 @@ class Comparison:
         unit: the unit of work.
         case: parameters of the case, added to those of the candidates.
         clock: ``"cpu"``: processor time of the process, pinned to one core; ``"wall"``: wall-clock time.
-        repetitions: their number; candidates that take over a second have at most three.
     """
 
     candidates: list[Candidate]
     unit: str
     case: Case = field(default_factory=dict)
     clock: Clock = "cpu"
-    repetitions: int = 5
 
 
 @dataclass(frozen=True)
@@ -114,10 +115,10 @@ def measure(section: str, comparison: Comparison, *, quick: bool = False) -> lis
     seconds: list[list[float]] = [[] for _ in candidates]
     with cores(1) if clock == "cpu" else nullcontext():
         calls = [max(1, math.ceil(_SHORTEST / spent(entry.run, 1, clock))) for entry in candidates]
-        for repetition in range(_QUICK_REPETITIONS if quick else comparison.repetitions):
+        for repetition in range(_FEW_REPETITIONS if quick else _REPETITIONS):
             for entry, count, taken in zip(candidates, calls, seconds, strict=True):
                 is_long = taken and taken[0] * entry.units > _LONG
-                if not (is_long and repetition >= _LONG_REPETITIONS):
+                if not (is_long and repetition >= _FEW_REPETITIONS):
                     time_spent = spent(entry.run, count, clock)
                     time_spent -= spent(entry.before, count, clock) if entry.before else 0.0
                     taken.append(time_spent / (count * entry.units))
@@ -163,4 +164,4 @@ def machine() -> dict[str, Any]:
 
 
 def _output(*command: str) -> str:
-    return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout.strip()
+    return subprocess.check_output(command, text=True).strip()

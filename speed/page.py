@@ -10,16 +10,13 @@ from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
 
-from speed import PROJECT
 from speed.flocks import ARITHMETIC, BANDWIDTH, BYTES
-from speed.measure import Measurements, Record
+from speed.measure import PROJECT, Measurements, Record
 
 PERFORMANCE = Path("docs/performance.md")
 PAGES = (PERFORMANCE, Path("README.md"))
 WIDTH = 110
 """Of lines of text."""
-REPEATED = ("kernel", "environments")
-"""Sections that are measured again at the end of a run."""
 VECTOR = f"{PROJECT}, Gymnasium vector"
 IN_README = (VECTOR, "VMAS flocking", "JAX, all pairs", "JAX, all pairs, float32")
 AVX2 = Path("speed/results/avx2.json")

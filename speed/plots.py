@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 
 from flockesc_env.render.palette import LIGHT
-from speed import PROJECT
-from speed.measure import Record
+from speed.measure import PROJECT, Record
 from training.figure_style import WIDTH, label_ends, label_points, save_figure
 
 _NUMPY, _NUMBA, _JAX, _RUST, _SCIPY = LIGHT.others

@@ -83,9 +83,9 @@ def _mean_distance(r: Floats, predator_x: float, predator_y: float) -> float:
 
 @njit
 def _run(
-    sum_neighbors: SumNeighbors, model: Model, positions: Floats, velocities: Floats, rho: float, steps: int
+    sum_neighbors: SumNeighbors, model: Model, r: Floats, v: Floats, rho: float, steps: int
 ) -> tuple[Floats, float]:
-    r, v = positions.copy(), velocities.copy()
+    r, v = r.copy(), v.copy()
     sums = np.empty_like(v)
     predator_x, predator_y = model.predator_position
     gain = model.time_step / model.mass

@@ -16,18 +16,16 @@ SumNeighbors = Callable[[Floats, Floats, float], Floats]
 def _run(make_sum: Callable[[int], SumNeighbors]) -> Run:
     """Return a run with the neighbor search ``make_sum(num_agents)``."""
 
-    def run(
-        model: Model, positions: Floats, velocities: Floats, interaction_range: float, steps: int
-    ) -> tuple[Floats, float]:
-        sum_neighbors = make_sum(len(positions))
-        r, v = positions.copy(), velocities.copy()
+    def run(model: Model, r: Floats, v: Floats, rho: float, steps: int) -> tuple[Floats, float]:
+        sum_neighbors = make_sum(len(r))
+        r, v = r.copy(), v.copy()
         predator, predator_velocity = np.array(model.predator_position), np.array(model.predator_velocity)
         offsets = r - predator
         distances = np.sqrt(np.einsum("ij,ij->i", offsets, offsets))
         minimum = distances.mean()
         for _ in range(steps):
             # The sum has the same direction as the mean.
-            force = _scaled(sum_neighbors(r, v, interaction_range), model.speed)
+            force = _scaled(sum_neighbors(r, v, rho), model.speed)
             (near,) = np.nonzero(distances <= model.predator_range)
             force[near] += _scaled(offsets[near], model.repulsion_strength)
             r += model.time_step * v

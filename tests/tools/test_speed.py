@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from speed import PROJECT, flocks, frameworks, instructions, line, page, peers, plots
-from speed.measure import Measurements, Record
+from speed import flocks, frameworks, instructions, line, page, peers, plots
+from speed.measure import PROJECT, Measurements, Record
 from speed.peers import Flocks, Outcome, Peer, numpy_flocks
 
 ROOT = Path(__file__).parents[2]
