@@ -22,8 +22,7 @@ from speed.measure import Comparison, Measurements, Record, machine, measure
 Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "floor"]
 _RESULTS = Path("speed/results")
 _FILE = "benchmarks.json"
-_REPEATED = ("kernel", "environments")
-"""Sections that are measured again at the end of a run."""
+_REPEATED = ("kernel", "environments")  # measured again at the end of a run
 
 
 # A benchmark takes the peers, and ``quick`` for few and small cases, and yields what to measure.
@@ -103,8 +102,4 @@ app.command(frameworks)
 
 if __name__ == "__main__":
     prepare_terminal()
-    app.cli(
-        prog="python -m speed",
-        description="Measure the speed of this project and its peers.",
-        registry=NUMBERS,
-    )
+    app.cli(prog="python -m speed", description="Measure the speed beside peers.", registry=NUMBERS)

@@ -5,7 +5,7 @@ One call is an episode of 240 steps with its reset, at a range of 10 m. For slow
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from flockesc_env import AgentVectorEnv, Architecture, FlockScenario, NetworkPolicy, parallel_env, rollout
 from flockesc_env.sb3 import FlockVecEnv
-from speed.measure import PROJECT, Candidate, Comparison
+from speed.measure import PROJECT, Call, Candidate, Comparison
 from speed.peers import Peer
 
 AGENTS, FLOCKS = 300, 64
@@ -51,7 +51,7 @@ def _own() -> Iterator[Candidate]:
     per_agent = AgentVectorEnv(FLOCKS * AGENTS, copy=False, **threads)
     parallel, few = parallel_env(**options), parallel_env(infos="end", **options)
     dicts = dict.fromkeys(parallel.possible_agents, one)
-    rows: dict[str, tuple[int, Callable[[], object], Callable[[], object]]] = {
+    rows: dict[str, tuple[int, Call, Call]] = {
         "Gymnasium": (1, partial(env.reset, seed=0), lambda: env.step(one)),
         "Gymnasium vector": (FLOCKS, partial(vector.reset, seed=0), lambda: vector.step(many)),
         "stable-baselines3": (FLOCKS, lambda: (vec.seed(0), vec.reset()), lambda: vec.step(many)),
@@ -104,13 +104,7 @@ def _mpe2() -> Candidate:
 
 
 def _steps(
-    name: str,
-    reset: Callable[[], object] | None,
-    step: Callable[[], object],
-    *,
-    steps: int = STEPS,
-    agents: int = AGENTS,
-    flocks: int = 1,
+    name: str, reset: Call | None, step: Call, *, steps: int = STEPS, agents: int = AGENTS, flocks: int = 1
 ) -> Candidate:
     def run() -> None:
         if reset:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from flockesc_env import FlockScenario, NeighborRule, Topological, Voronoi, simulate, sweep
 from speed import peers
-from speed.measure import PROJECT, Candidate, Case, Comparison, cores, spent
+from speed.measure import PROJECT, Call, Candidate, Case, Comparison, cores, spent
 from speed.peers import Floats, Flocks, Peer
 from speed.peers.numpy_flocks import ADJACENT, NEAREST
 
@@ -23,13 +23,11 @@ FLOCKS = 4
 GRID = np.linspace(1.0, 100.0, 100)
 GRID_SEEDS = range(40)
 
-DENSITY = 0.03
-"""Agents per m^2, the paper's."""
+DENSITY = 0.03  # agents per m^2, the paper's
 SIZES = (100, 300, 1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
 SIZE_RANGE = 10.0
 _NUM_QUICK_SIZES = 3
-_FILL = 0.2
-"""Intended duration of a call in s."""
+_FILL = 0.2  # intended duration of a call in s
 _MOST_STEPS = 240
 _FEWEST_OWN_STEPS = 24
 """With fewer steps, this project would re-sort its agents less often per step than in a whole run."""
@@ -107,10 +105,7 @@ def size(others: list[Peer], *, quick: bool) -> Iterator[Comparison]:
 
 
 def _own(flocks: Flocks, threads: int) -> Candidate:
-    """Return the difference of two sweeps: without drawing the initial state and computing the results.
-
-    Peers receive the initial state.
-    """
+    """Return the difference of two sweeps, as peers receive the initial state and return no results."""
 
     def run(steps: int) -> None:
         _sweep(flocks.scenario.replace(num_steps=steps), [SIZE_RANGE], flocks.seeds, threads)
@@ -119,7 +114,7 @@ def _own(flocks: Flocks, threads: int) -> Candidate:
     return Candidate(PROJECT, partial(run, count + 1), count, before=partial(run, 1))
 
 
-def _num_steps(run: Callable[[], object]) -> int:
+def _num_steps(run: Call) -> int:
     """Return the number of steps of a call from the time of one, after a call in which peers compile."""
     with cores(1):
         run()
@@ -132,10 +127,7 @@ def _sweep(scenario: FlockScenario, ranges: Floats | list[float], seeds: Iterabl
 
 
 def floor(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
-    """Measure the least time of a step: the memory traffic of large flocks, the arithmetic of small ones.
-
-    Neighbors are counted in the paper's flock.
-    """
+    """Measure the least time of a step: the memory traffic of large flocks, the arithmetic of the paper's."""
     numbers = np.ones(2**20 if quick else 2**24)
     copied = partial(np.copyto, np.empty_like(numbers), numbers)
     yield Comparison([Candidate(BANDWIDTH, copied, 2 * numbers.nbytes)], "byte")

@@ -25,6 +25,7 @@ PROJECT = "flockesc_env"
 """Name of this project in tables and figures."""
 
 Clock = Literal["cpu", "wall"]
+Call = Callable[[], object]
 Case = dict[str, Any]
 _CLOCKS: dict[Clock, Callable[[], float]] = {"cpu": time.process_time, "wall": time.perf_counter}
 
@@ -52,9 +53,9 @@ class Candidate:
     """
 
     name: str
-    run: Callable[[], object]
+    run: Call
     units: float
-    before: Callable[[], object] | None = None
+    before: Call | None = None
     case: Case = field(default_factory=dict)
 
 
@@ -128,7 +129,7 @@ def measure(section: str, comparison: Comparison, *, quick: bool = False) -> lis
     ]
 
 
-def spent(run: Callable[[], object], calls: int, clock: Clock) -> float:
+def spent(run: Call, calls: int, clock: Clock) -> float:
     """Return the time of some calls in s, without garbage collections."""
     return Timer(run, gc.collect, _CLOCKS[clock]).timeit(calls)
 

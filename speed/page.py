@@ -15,8 +15,7 @@ from speed.measure import PROJECT, Measurements, Record
 
 PERFORMANCE = Path("docs/performance.md")
 PAGES = (PERFORMANCE, Path("README.md"))
-WIDTH = 110
-"""Of lines of text."""
+WIDTH = 110  # of lines of text
 VECTOR = f"{PROJECT}, Gymnasium vector"
 IN_README = (VECTOR, "VMAS flocking", "JAX, all pairs", "JAX, all pairs, float32")
 AVX2 = Path("speed/results/avx2.json")

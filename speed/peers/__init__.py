@@ -16,12 +16,10 @@ _MODULES = ("numpy_flocks", "numba_cells", "jax_all_pairs", "plain_rust")
 
 TOLERANCE = 1e-9
 """Largest allowed difference in m. Sums in another order differ by rounding errors."""
+# Positions up to 128 m have rounding errors of 4e-6 m, and ten steps have a few each. The median is compared
+# because rounding can move a pair across the range, which turns a few agents.
 SINGLE_TOLERANCE = 1e-4
-"""Largest allowed median difference in m of peers in float32.
-
-Positions up to 128 m have rounding errors of 4e-6 m, and ten steps have a few each. The median is compared
-because rounding can move a pair across the range, which turns a few agents.
-"""
+"""Largest allowed median difference in m of peers in float32."""
 
 Floats = NDArray[np.float64]
 
@@ -102,8 +100,8 @@ def one_by_one(run: RunOne) -> Run:
 
     def run_all(flocks: Flocks, interaction_range: float, steps: int) -> Outcome:
         outcomes = [
-            run(flocks.model, positions, velocities, interaction_range, steps)
-            for positions, velocities in zip(flocks.positions, flocks.velocities, strict=True)
+            run(flocks.model, r, v, interaction_range, steps)
+            for r, v in zip(flocks.positions, flocks.velocities, strict=True)
         ]
         return Outcome(np.stack([end for end, _ in outcomes]), np.array([j for _, j in outcomes]))
 
@@ -134,16 +132,14 @@ def check(
     predator = ConstantVelocity(position=(20.0, 20.0))
     scenario = FlockScenario(num_steps=10, predators=(predator,), neighbor_rule=rule)
     flocks = Flocks.seeded(scenario, range(2))
-    for interaction_range in ranges:
-        runs = [simulate(scenario, interaction_range, seed=seed) for seed in flocks.seeds]
+    for rho in ranges:
+        runs = [simulate(scenario, rho, seed=seed) for seed in flocks.seeds]
         positions = np.stack([run.positions[-1] for run in runs])
         objective = np.array([run.mean_distance.min() for run in runs])
         for peer in peers:
-            end, minimum = peer.run(flocks, interaction_range, scenario.num_steps)
+            end, minimum = peer.run(flocks, rho, scenario.num_steps)
             differences = np.abs(np.append(end - positions, minimum - objective))
             largest, tolerance = (np.median, SINGLE_TOLERANCE) if peer.is_single else (np.max, TOLERANCE)
             difference = largest(differences)
             if not difference <= tolerance:
-                raise DisagreementError(
-                    f"{peer.name} differs by {difference:.3g} m at {interaction_range} {rule.unit}"
-                )
+                raise DisagreementError(f"{peer.name} differs by {difference:.3g} m at {rho} {rule.unit}")
