@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import fields
 from io import BytesIO
 from typing import TYPE_CHECKING
@@ -25,8 +26,6 @@ from flockesc_env.watch.page import render, replay
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-_DECIMALS = 3
 
 
 class Replay:
@@ -68,20 +67,17 @@ def _(run: Trajectory) -> str:
 
 @to_html.register
 def _(run: LineTrajectory) -> str | None:
-    try:
+    with suppress(MissingExtraError):
         return _picture(_paths(run))
-    except MissingExtraError:
-        return None
+    return None
 
 
 @to_html.register
 def _(result: SweepResult) -> str:
     mean = result.values().mean(axis=1)
     if np.isfinite(mean).all():
-        try:
+        with suppress(MissingExtraError):
             return _picture(result.plot())
-        except MissingExtraError:
-            pass
     objective = next(iter(result.objectives.values()))
     return _table(
         ["interaction_range", f"mean {objective.with_unit(objective.symbol)}"],
@@ -101,10 +97,9 @@ def _(episodes: Episodes | LineEpisodes) -> str:
 
 def _moment(runs: Sequence[tuple[str, Trajectory]]) -> str:
     """Return a picture of flocks in the plane at their smallest mean predator distance, or nothing."""
-    try:
+    with suppress(MissingExtraError):
         return _flocks(runs)
-    except MissingExtraError:
-        return ""
+    return ""
 
 
 @figure_style()
@@ -146,8 +141,7 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
         return f"<tr>{''.join(f'<{tag}>{cell}</{tag}>' for cell in cells)}</tr>"
 
     body = "".join(
-        line("td", (cell if isinstance(cell, str) else f"{cell:.{_DECIMALS}f}" for cell in row))
-        for row in rows
+        line("td", (cell if isinstance(cell, str) else f"{cell:.3f}" for cell in row)) for row in rows
     )
     return f"<table><thead>{line('th', heads)}</thead><tbody>{body}</tbody></table>"
 

@@ -5,19 +5,17 @@ One call is an episode of 240 steps with its reset, at a range of 10 m. For slow
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
-from pettingzoo import ParallelEnv
 
 from flockesc_env import AgentVectorEnv, Architecture, FlockScenario, NetworkPolicy, parallel_env, rollout
 from flockesc_env.sb3 import FlockVecEnv
-from speed import PROJECT
-from speed.measure import Candidate, Comparison
-from speed.peers.model import Peer
+from speed.measure import PROJECT, Call, Candidate, Comparison
+from speed.peers import Peer
 
 AGENTS, FLOCKS = 300, 64
 RANGE = 10.0
@@ -43,43 +41,27 @@ def environments(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa
 
 
 def _own() -> Iterator[Candidate]:
-    one, many = np.array([RANGE], np.float32), np.full((FLOCKS, 1), RANGE, np.float32)
-    env = gymnasium.make(_ID, action_mode="range")
-    yield _episode(f"{PROJECT}, Gymnasium", lambda: env.reset(seed=0), lambda: env.step(one))
-
-    vector = gymnasium.make_vec(
-        _ID,
-        num_envs=FLOCKS,
-        vectorization_mode="vector_entry_point",
-        num_threads=1,
-        copy=False,
-        action_mode="range",
-    )
-    name = f"{PROJECT}, Gymnasium vector"
-    yield _episode(name, lambda: vector.reset(seed=0), lambda: vector.step(many), flocks=FLOCKS)
-
-    vec = FlockVecEnv(FLOCKS, num_threads=1, action_mode="range")
-    name = f"{PROJECT}, stable-baselines3"
-    yield _episode(name, lambda: (vec.seed(0), vec.reset()), lambda: vec.step(many), flocks=FLOCKS)
-
-    slots = AgentVectorEnv(FLOCKS * AGENTS, num_threads=1, copy=False, action_mode="range")
-    columns = np.full((FLOCKS * AGENTS, 1), RANGE, np.float32)
-    name = f"{PROJECT}, a slot per agent"
-    yield _episode(name, lambda: slots.reset(seed=0), lambda: slots.step(columns), flocks=FLOCKS)
-
-    dicts = parallel_env(action_mode="range")
-    actions = dict.fromkeys(dicts.possible_agents, one)
-    yield _episode(f"{PROJECT}, PettingZoo", lambda: dicts.reset(seed=0), lambda: dicts.step(actions))
-
-    arrays = parallel_env(action_mode="range")
-    rows = np.full((AGENTS, 1), RANGE, np.float32)
-    name = f"{PROJECT}, PettingZoo, arrays"
-    yield _episode(name, lambda: arrays.reset_array(seed=0), lambda: arrays.step_array(rows))
-
-    few = parallel_env(action_mode="range", infos="end")
-    name = f"{PROJECT}, PettingZoo, infos at the end"
-    yield _episode(name, lambda: few.reset(seed=0), lambda: few.step(actions))
-
+    one, many = np.full(1, RANGE, np.float32), np.full((FLOCKS, 1), RANGE, np.float32)
+    agents, slots = (np.full((n * AGENTS, 1), RANGE, np.float32) for n in (1, FLOCKS))
+    options: dict[str, Any] = {"action_mode": "range"}
+    threads: dict[str, Any] = {"num_threads": 1, **options}
+    env = gymnasium.make(_ID, **options)
+    vector = gymnasium.make_vec(_ID, FLOCKS, "vector_entry_point", copy=False, **threads)
+    vec = FlockVecEnv(FLOCKS, **threads)
+    per_agent = AgentVectorEnv(FLOCKS * AGENTS, copy=False, **threads)
+    parallel, few = parallel_env(**options), parallel_env(infos="end", **options)
+    dicts = dict.fromkeys(parallel.possible_agents, one)
+    rows: dict[str, tuple[int, Call, Call]] = {
+        "Gymnasium": (1, partial(env.reset, seed=0), lambda: env.step(one)),
+        "Gymnasium vector": (FLOCKS, partial(vector.reset, seed=0), lambda: vector.step(many)),
+        "stable-baselines3": (FLOCKS, lambda: (vec.seed(0), vec.reset()), lambda: vec.step(many)),
+        "a slot per agent": (FLOCKS, partial(per_agent.reset, seed=0), lambda: per_agent.step(slots)),
+        "PettingZoo": (1, partial(parallel.reset, seed=0), lambda: parallel.step(dicts)),
+        "PettingZoo, arrays": (1, partial(parallel.reset_array, seed=0), lambda: parallel.step_array(agents)),
+        "PettingZoo, infos at the end": (1, partial(few.reset, seed=0), lambda: few.step(dicts)),
+    }
+    for name, (flocks, reset, step) in rows.items():
+        yield _steps(f"{PROJECT}, {name}", reset, step, flocks=flocks)
     architecture = Architecture(_INPUTS, hidden=(8,), mirror=True)
     network = NetworkPolicy(architecture, np.linspace(-1, 1, architecture.size))
     played = partial(rollout, FlockScenario(), network, range(FLOCKS), per_agent=True, num_threads=1)
@@ -87,31 +69,16 @@ def _own() -> Iterator[Candidate]:
     yield Candidate(f"{PROJECT}, `rollout` of a network per agent", played, STEPS, case=case)
 
 
-class _NoDynamics(ParallelEnv[str, Any, Any]):
-    """A PettingZoo environment that does nothing: the cost of the five dicts of a step."""
-
-    metadata: ClassVar[dict[str, Any]] = {"name": "no_dynamics_v0"}
-
-    def __init__(self) -> None:
-        self.possible_agents = self.agents = [f"agent_{i:03d}" for i in range(AGENTS)]
-        self._rows = np.zeros((AGENTS, 12), np.float32)
-
-    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:  # noqa: ARG002
-        return dict(zip(self.agents, self._rows, strict=True)), {agent: {} for agent in self.agents}
-
-    def step(self, actions: dict[str, Any]) -> Any:  # noqa: ARG002
-        return (
-            dict(zip(self.agents, self._rows, strict=True)),
-            dict.fromkeys(self.agents, 0.0),
-            dict.fromkeys(self.agents, False),
-            dict.fromkeys(self.agents, False),
-            {agent: {} for agent in self.agents},
-        )
-
-
 def _no_dynamics() -> Candidate:
-    env = _NoDynamics()
-    return _episode("PettingZoo, no dynamics", env.reset, lambda: env.step({}))
+    """The five dicts of a step of a PettingZoo environment."""
+    names = [f"agent_{i:03d}" for i in range(AGENTS)]
+    rows = np.zeros((AGENTS, 12), np.float32)
+
+    def step() -> object:
+        numbers = [dict.fromkeys(names, value) for value in (0.0, False, False)]
+        return dict(zip(names, rows, strict=True)), *numbers, {name: {} for name in names}
+
+    return _steps("PettingZoo, no dynamics", None, step)
 
 
 def _vmas() -> Candidate:
@@ -124,7 +91,7 @@ def _vmas() -> Candidate:
         "flocking", num_envs=flocks, device="cpu", seed=0, n_agents=agents, min_dist_between_entities=0.05
     )
     actions = [torch.zeros(flocks, 2) for _ in range(agents)]
-    return _steps("VMAS flocking", lambda: env.step(actions), steps=2, agents=agents, flocks=flocks)
+    return _steps("VMAS flocking", None, partial(env.step, actions), steps=2, agents=agents, flocks=flocks)
 
 
 def _mpe2() -> Candidate:
@@ -133,26 +100,15 @@ def _mpe2() -> Candidate:
     env = simple_tag_v3.parallel_env(num_good=99, num_adversaries=1, max_cycles=10**9)
     env.reset(seed=0)
     actions = {agent: i % 5 for i, agent in enumerate(env.agents)}  # all five moves
-    return _steps("mpe2 simple_tag", lambda: env.step(actions), steps=5, agents=100)
-
-
-def _episode(
-    name: str, reset: Callable[[], object], step: Callable[[], object], *, flocks: int = 1
-) -> Candidate:
-    return _steps(name, step, reset, steps=STEPS, agents=AGENTS, flocks=flocks)
+    return _steps("mpe2 simple_tag", None, partial(env.step, actions), steps=5, agents=100)
 
 
 def _steps(
-    name: str,
-    step: Callable[[], object],
-    reset: Callable[[], object] = lambda: None,
-    *,
-    steps: int,
-    agents: int,
-    flocks: int = 1,
+    name: str, reset: Call | None, step: Call, *, steps: int = STEPS, agents: int = AGENTS, flocks: int = 1
 ) -> Candidate:
     def run() -> None:
-        reset()
+        if reset:
+            reset()
         for _ in range(steps):
             step()
 

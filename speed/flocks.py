@@ -1,17 +1,19 @@
-"""Benchmarks of flock steps and of the paper's grid search. This project runs ``sweep``."""
+"""Benchmarks of flock steps, of the paper's grid search, and of the machine. This project runs ``sweep``."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from flockesc_env import FlockScenario, NeighborRule, Topological, Voronoi, sweep
-from speed import PROJECT, peers
-from speed.measure import Candidate, Comparison, cores
-from speed.peers.model import Floats, Flocks, Peer
+from flockesc_env import FlockScenario, NeighborRule, Topological, Voronoi, simulate, sweep
+from speed import peers
+from speed.measure import PROJECT, Call, Candidate, Case, Comparison, cores, spent
+from speed.peers import Floats, Flocks, Peer
 from speed.peers.numpy_flocks import ADJACENT, NEAREST
 
 RANGES = (0.0, 5.0, 10.0, 20.0, 30.0, 100.0)
@@ -21,24 +23,33 @@ FLOCKS = 4
 GRID = np.linspace(1.0, 100.0, 100)
 GRID_SEEDS = range(40)
 
+DENSITY = 0.03  # agents per m^2, the paper's
+SIZES = (100, 300, 1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
+SIZE_RANGE = 10.0
+_NUM_QUICK_SIZES = 3
+_FILL = 0.2  # intended duration of a call in s
+_MOST_STEPS = 240
+_FEWEST_OWN_STEPS = 24
+"""With fewer steps, this project would re-sort its agents less often per step than in a whole run."""
 
-class Rule(NamedTuple):
-    """A neighbor rule, the ranges to measure (in its unit), and the peer that implements it."""
+BANDWIDTH, ARITHMETIC = "bandwidth", "arithmetic"
+BYTES = 64
+"""Bytes that a step must move per agent: position and velocity in f64, read and written, D = 2."""
+_PER_NEIGHBOR = 8
+"""Operations per neighbor: 2 differences, 2 squares, a sum, a comparison, 2 sums of velocities."""
+_PER_AGENT = 35
+"""Operations per agent: two norms, three divisions, two forces, the motion, the distance."""
 
-    rule: NeighborRule
-    ranges: tuple[float, ...]
-    peer: Peer
-
-
-RULES = {
-    "topological": Rule(Topological(), (1.0, 7.0, 20.0), NEAREST),
-    "voronoi": Rule(Voronoi(), (10.0, 1000.0), ADJACENT),
+RULES: dict[str, tuple[NeighborRule, tuple[float, ...], Peer]] = {
+    "topological": (Topological(), (1.0, 7.0, 20.0), NEAREST),
+    "voronoi": (Voronoi(), (10.0, 1000.0), ADJACENT),
 }
+"""Neighbor rules, the ranges to measure (in the rule's unit), and the peer that implements the rule."""
 
 
 def kernel(others: list[Peer], *, quick: bool) -> Iterator[Comparison]:
     """Compare steps of the paper's flock (300 agents, 240 steps) at six ranges."""
-    yield from _steps(_paper(quick=quick), RANGES, others)
+    yield from _steps(_paper(quick=quick), RANGES, others, {})
 
 
 def rules(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
@@ -48,23 +59,12 @@ def rules(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
         yield from _steps(_paper(quick=quick).replace(neighbor_rule=rule), ranges, [peer], {"rule": name})
 
 
-def grid(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
-    """Compare the whole grid search on one core and on two."""
-    ranges = GRID[::20] if quick else GRID
-    candidates = [
-        Candidate(PROJECT, partial(_search, ranges, threads), 1, case={"threads": threads})
-        for threads in (1, 2)
-    ]
-    case = {"ranges": len(ranges), "seeds": len(GRID_SEEDS)}
-    yield Comparison(candidates, "grid search", case, clock="wall", repetitions=3)
-
-
 def _paper(*, quick: bool) -> FlockScenario:
     return FlockScenario(num_steps=24 if quick else 240)
 
 
 def _steps(
-    scenario: FlockScenario, ranges: tuple[float, ...], others: list[Peer], case: dict[str, Any] | None = None
+    scenario: FlockScenario, ranges: Iterable[float], others: list[Peer], case: Case
 ) -> Iterator[Comparison]:
     steps = scenario.num_steps
     starts = [Flocks.seeded(scenario, range(peer.flocks_at_once or FLOCKS)) for peer in others]
@@ -74,9 +74,71 @@ def _steps(
         for peer, flocks in zip(others, starts, strict=True):
             run = partial(peer.run, flocks, rho, steps)
             candidates.append(Candidate(peer.name, run, len(flocks.seeds) * steps))
-        yield Comparison(candidates, "flock step", {**(case or {}), "rho": rho})
+        yield Comparison(candidates, "flock step", {**case, "rho": rho})
 
 
-def _search(ranges: Floats, threads: int) -> None:
+def grid(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
+    """Compare the whole grid search on one core and on two."""
+    ranges = GRID[::20] if quick else GRID
+    candidates = [
+        Candidate(PROJECT, partial(_sweep, FlockScenario(), ranges, GRID_SEEDS, n), 1, case={"threads": n})
+        for n in (1, 2)
+    ]
+    case = {"ranges": len(ranges), "seeds": len(GRID_SEEDS)}
+    yield Comparison(candidates, "grid search", case, clock="wall")
+
+
+def size(others: list[Peer], *, quick: bool) -> Iterator[Comparison]:
+    """Compare steps at every size up to the peer's largest, and of the largest flock on one and two cores."""
+    for n in SIZES[:_NUM_QUICK_SIZES] if quick else SIZES:
+        flocks = Flocks.seeded(FlockScenario(num_agents=n, initial_side=math.sqrt(n / DENSITY)), range(1))
+        candidates = [_own(flocks, 1)]
+        for peer in others:
+            if n <= peer.largest:
+                count = _num_steps(partial(peer.run, flocks, SIZE_RANGE, 1))
+                run = partial(peer.run, flocks, SIZE_RANGE, count)
+                candidates.append(Candidate(peer.name, run, count))
+        yield Comparison(candidates, "flock step", {"n": n, "rho": SIZE_RANGE})
+    if not quick:
+        candidates = [replace(_own(flocks, threads), case={"threads": threads}) for threads in (1, 2)]
+        yield Comparison(candidates, "flock step", {"n": n, "rho": SIZE_RANGE}, clock="wall")
+
+
+def _own(flocks: Flocks, threads: int) -> Candidate:
+    """Return the difference of two sweeps, as peers receive the initial state and return no results."""
+
+    def run(steps: int) -> None:
+        _sweep(flocks.scenario.replace(num_steps=steps), [SIZE_RANGE], flocks.seeds, threads)
+
+    count = max(_num_steps(partial(run, 1)), _FEWEST_OWN_STEPS)
+    return Candidate(PROJECT, partial(run, count + 1), count, before=partial(run, 1))
+
+
+def _num_steps(run: Call) -> int:
+    """Return the number of steps of a call from the time of one, after a call in which peers compile."""
+    with cores(1):
+        run()
+        return min(max(round(_FILL / spent(run, 1, "wall")), 1), _MOST_STEPS)
+
+
+def _sweep(scenario: FlockScenario, ranges: Floats | list[float], seeds: Iterable[int], threads: int) -> None:
     with cores(threads):
-        sweep(FlockScenario(), ranges, GRID_SEEDS, num_threads=threads)
+        sweep(scenario, ranges, seeds, num_threads=threads)
+
+
+def floor(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
+    """Measure the least time of a step: the memory traffic of large flocks, the arithmetic of the paper's."""
+    numbers = np.ones(2**20 if quick else 2**24)
+    copied = partial(np.copyto, np.empty_like(numbers), numbers)
+    yield Comparison([Candidate(BANDWIDTH, copied, 2 * numbers.nbytes)], "byte")
+    matrix = np.ones((256, 256) if quick else (1024, 1024))
+    multiplied = Candidate(ARITHMETIC, partial(np.matmul, matrix, matrix), 2 * len(matrix) ** 3)
+    scenario = _paper(quick=quick)
+    for rho in RANGES:
+        pairs = [
+            cKDTree(positions).count_neighbors(cKDTree(positions), rho)
+            for seed in range(FLOCKS)
+            for positions in simulate(scenario, rho, seed=seed).positions[:: scenario.num_steps // 12]
+        ]
+        operations = float(_PER_NEIGHBOR * np.mean(pairs) + _PER_AGENT * scenario.num_agents)
+        yield Comparison([multiplied], "operation", {"rho": rho, "operations": operations})

@@ -17,8 +17,6 @@ from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 from flockesc_env import (
     AgentVectorEnv,
@@ -39,8 +37,6 @@ from flockesc_env import (
 from flockesc_env.episodes.options import PROFILE_RANGES
 
 RESULTS: Final = Path("speed/results/instructions.json")
-PAGE: Final = Path("docs/performance.md")
-HEAD: Final = "| one step of the paper's flock | instructions |"
 MARGIN: Final = 1.03
 """Largest ratio of a count to the committed one."""
 
@@ -61,20 +57,16 @@ def _cases() -> Iterator[Case]:
     yield _swept("model step with a blind angle, 10 m", _FLOCK.replace(blind_angle=np.pi / 2), 10)
     yield _swept("model step of boids, 10 m", _FLOCK.replace(motion=Reynolds()), 10)
     yield _swept("model step, 7 nearest neighbors", _FLOCK.replace(neighbor_rule=Topological()), 7)
-    yield _swept(
-        "model step, Voronoi neighbors", _FLOCK.replace(neighbor_rule=Voronoi(), num_steps=_STEPS), 10
-    )
+    voronoi = _FLOCK.replace(neighbor_rule=Voronoi(), num_steps=_STEPS)
+    yield _swept("model step, Voronoi neighbors", voronoi, 10)
     line = partial(sweep, LineScenario(), [0.05], seeds=range(_STEPS), num_threads=1)
     yield "run of the line, range 0.05", _STEPS, line
     positions = simulate(_FLOCK, 10.0, seed=7).positions[-1]
     yield "connected components, 10 m", 1, lambda: component_labels(_FLOCK, positions, 10.0)
-    profile: dict[str, Any] = {
-        "profile_ranges": PROFILE_RANGES,
-        "extra_entries": ["escape_direction", "closest_approach"],
-    }
     yield _stepped("`FlockVectorEnv`", FlockVectorEnv)
     yield _stepped("`AgentVectorEnv`", AgentVectorEnv)
-    yield _stepped("`AgentVectorEnv` with profile", AgentVectorEnv, **profile)
+    extra = {"profile_ranges": PROFILE_RANGES, "extra_entries": ["escape_direction", "closest_approach"]}
+    yield _stepped("`AgentVectorEnv` with profile", AgentVectorEnv, **extra)
     env = parallel_env(_FLOCK)
     env.reset(seed=7)
     ranges = np.full((_FLOCK.num_agents, 1), -0.8, np.float32)
@@ -122,37 +114,15 @@ def count() -> dict[str, int]:
     """
     with TemporaryDirectory() as folder:
         tool = ("valgrind", "--tool=callgrind", f"--dump-before={_MARKER}", "--callgrind-out-file=counts")
+        command = [*tool, sys.executable, "-m", "speed.instructions"]
         environment = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONPATH": str(Path.cwd())}
-        done = subprocess.run(
-            [*tool, sys.executable, "-m", "speed.instructions"],
-            stdout=subprocess.PIPE,
-            text=True,
-            check=True,
-            cwd=folder,
-            env=environment,
-        )
+        printed = subprocess.check_output(command, text=True, cwd=folder, env=environment)
         counts = {}
-        for index, line in enumerate(done.stdout.splitlines()):
+        for index, line in enumerate(printed.splitlines()):
             num_steps, name = line.split("\t")
             dump = Path(folder, f"counts.{2 * index + 2}").read_text()
             counts[name] = int(re.findall(r"^totals: (\d+)", dump, re.MULTILINE)[0]) // int(num_steps)
         return counts
-
-
-def show(counts: dict[str, int], earlier: dict[str, int]) -> None:
-    """Print the counts and their ratios to earlier ones."""
-    table = Table("benchmark", "instructions", "ratio to before", title="Instructions")
-    for name, instructions in counts.items():
-        ratio = f"{instructions / earlier[name]:.3f}" if name in earlier else "-"
-        table.add_row(name, f"{instructions:,}", ratio)
-    Console().print(table)
-
-
-def rendered(page: str, counts: dict[str, int]) -> str:
-    """Return the page with the table of the counts."""
-    rows = [f"| {name} | {instructions:,} |" for name, instructions in counts.items()]
-    before, _, after = page.partition(HEAD)
-    return before + "\n".join([HEAD, "|---|---|", *rows]) + after[after.index("\n\n") :]
 
 
 if __name__ == "__main__":

@@ -8,10 +8,8 @@ from functools import partial
 import numpy as np
 
 from flockesc_env import LineScenario, simulate_line, sweep
-from speed import PROJECT
-from speed.measure import Candidate, Comparison
-from speed.peers import TOLERANCE, DisagreementError, plain_rust
-from speed.peers.model import Floats, Peer
+from speed.measure import PROJECT, Candidate, Comparison
+from speed.peers import TOLERANCE, DisagreementError, Floats, Peer, plain_rust
 
 RANGES = (0.05, 0.1, 0.2, 0.5)
 LINES = 200
@@ -27,13 +25,11 @@ def line(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
     for rho in RANGES:
         lines = [simulate_line(scenario, rho, seed=seed) for seed in seeds]
         starts, steps = [line.states[0] for line in lines], [line.steps for line in lines]
-        own = Candidate(
-            PROJECT,
-            partial(sweep, scenario, [rho], seeds, num_threads=1),
-            sum(steps) - len(lines),
-            before=partial(sweep, scenario.replace(max_steps=1), [rho], seeds, num_threads=1),
+        whole, first = (
+            partial(sweep, world, [rho], seeds, num_threads=1)
+            for world in (scenario, scenario.replace(max_steps=1))
         )
-        candidates = [own]
+        candidates = [Candidate(PROJECT, whole, sum(steps) - len(lines), before=first)]
         for name, peer in PEERS.items():
             check(name, peer, rho)
             candidates.append(Candidate(name, partial(_all, peer, starts, scenario, rho, steps), sum(steps)))
@@ -51,9 +47,7 @@ def check(name: str, peer: Run, rho: float) -> None:
     reached = [peer(before, scenario, rho, 1) for before in states[:-1]]
     difference = np.abs(np.array(reached) - states[1:]).max()
     if not difference <= TOLERANCE:
-        raise DisagreementError(
-            f"{name} differs from {PROJECT} by {difference:.3g} on the line at rho = {rho}"
-        )
+        raise DisagreementError(f"{name} differs by {difference:.3g} on the line at rho = {rho}")
 
 
 def _all(peer: Run, starts: list[Floats], scenario: LineScenario, rho: float, steps: list[int]) -> None:
@@ -72,9 +66,7 @@ def _numpy(states: Floats, scenario: LineScenario, interaction_range: float, ste
     return states
 
 
-def _plain_rust(states: Floats, scenario: LineScenario, interaction_range: float, steps: int) -> Floats:
-    end: Floats = plain_rust.module().line_all_pairs(states, scenario, interaction_range, steps)
-    return end
-
-
-PEERS: dict[str, Run] = {"NumPy, all pairs": _numpy, "plain Rust, all pairs": _plain_rust}
+PEERS: dict[str, Run] = {
+    "NumPy, all pairs": _numpy,
+    "plain Rust, all pairs": lambda *args: plain_rust.module().line_all_pairs(*args),
+}

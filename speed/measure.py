@@ -1,59 +1,85 @@
-"""Timing of candidates. They take turns, so that changes of the machine's speed affect all equally."""
+"""Timing of candidates in turns, so that changes of the machine's speed affect all equally; a run's file."""
 
 from __future__ import annotations
 
 import gc
 import math
 import os
+import platform
+import re
 import statistics
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
+from importlib.metadata import distributions
+from pathlib import Path
+from timeit import Timer
 from typing import Any, Literal, Self
 
+import msgspec
+
+PROJECT = "flockesc_env"
+"""Name of this project in tables and figures."""
+
 Clock = Literal["cpu", "wall"]
+Call = Callable[[], object]
 Case = dict[str, Any]
 _CLOCKS: dict[Clock, Callable[[], float]] = {"cpu": time.process_time, "wall": time.perf_counter}
 
 _SHORTEST = 0.05
 """Minimum duration of a repetition in s; short candidates are called several times."""
 _LONG = 1.0
-"""Candidates that take longer than this, in s, are repeated ``_LONG_REPETITIONS`` times."""
-_QUICK_REPETITIONS = _LONG_REPETITIONS = 3
+"""Candidates that take longer than this, in s, are repeated ``_FEW_REPETITIONS`` times."""
+_REPETITIONS, _FEW_REPETITIONS = 5, 3
+
+_PACKAGES = {
+    *("flockesc-env", "gymnasium", "jax", "mpe2", "numba", "numpy", "pettingzoo", "scipy"),
+    *("stable-baselines3", "torch", "vmas"),
+}
+_FLAGS = ("sse2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl", "avx512bw")
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """An implementation to time.
+    """An implementation to time, with its name in tables and figures.
 
     Attributes:
-        name: name in tables and figures.
-        run: the function to time.
-        units: number of units of work per call, for example flock steps.
+        units: number of units of work per call of ``run``, for example flock steps.
         before: its time is subtracted, to exclude setup that ``run`` also does; ``None``: nothing.
         case: parameters that distinguish this candidate from others of the same name.
     """
 
     name: str
-    run: Callable[[], object]
+    run: Call
     units: float
-    before: Callable[[], object] | None = None
+    before: Call | None = None
     case: Case = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
-class Record:
-    """Measurements of one candidate in one case.
+class Comparison:
+    """Candidates that are measured in turns.
 
     Attributes:
-        section: name of the benchmark.
-        contender: name of the candidate.
-        case: parameters of the case, for example ``{"n": 300, "rho": 10.0}``.
-        unit: the unit of work that ``seconds`` refers to.
-        clock: ``"cpu"``: processor time of the process; ``"wall"``: wall-clock time.
-        seconds: time per unit in s, one entry per repetition.
-        note: reason why ``seconds`` is empty; otherwise empty.
+        unit: the unit of work.
+        case: parameters of the case, added to those of the candidates.
+        clock: ``"cpu"``: processor time of the process, pinned to one core; ``"wall"``: wall-clock time.
+    """
+
+    candidates: list[Candidate]
+    unit: str
+    case: Case = field(default_factory=dict)
+    clock: Clock = "cpu"
+
+
+@dataclass(frozen=True)
+class Record:
+    """Measurements of one candidate: s per unit of work, one entry per repetition.
+
+    The case is, for example, ``{"n": 300, "rho": 10.0}``.
     """
 
     section: str
@@ -62,42 +88,26 @@ class Record:
     unit: str
     clock: Clock
     seconds: list[float]
-    note: str = ""
 
     @property
     def median(self) -> float:
-        """Median over repetitions in s; NaN if there are none."""
-        return statistics.median(self.seconds) if self.seconds else math.nan
-
-    def document(self) -> dict[str, Any]:
-        """Return the record as JSON data."""
-        return {**asdict(self), "median": self.median if self.seconds else None}
-
-    @classmethod
-    def from_document(cls, document: dict[str, Any]) -> Self:
-        """Return the record of JSON data."""
-        return cls(**{name: value for name, value in document.items() if name != "median"})
+        """Median over repetitions in s."""
+        return statistics.median(self.seconds)
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """Candidates that are measured in turns.
+class Measurements:
+    """A run of the benchmarks: the machine, all records, and those of the sections that were repeated."""
 
-    Attributes:
-        candidates: the candidates.
-        unit: the unit of work.
-        case: parameters of the case, added to those of the candidates.
-        clock: the clock; candidates on the clock of the processor run on one core.
-        repetitions: their number; candidates that take over a second have at most three.
-        skipped: reasons to leave out further candidates, by name.
-    """
+    machine: dict[str, Any]
+    records: list[Record]
+    again: list[Record]
 
-    candidates: list[Candidate]
-    unit: str
-    case: Case = field(default_factory=dict)
-    clock: Clock = "cpu"
-    repetitions: int = 5
-    skipped: dict[str, str] = field(default_factory=dict)
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """Read the file of a run, without sizes that older versions skipped and recorded without seconds."""
+        read = msgspec.json.decode(path.read_bytes(), type=cls)
+        return cls(read.machine, [record for record in read.records if record.seconds], read.again)
 
 
 def measure(section: str, comparison: Comparison, *, quick: bool = False) -> list[Record]:
@@ -105,35 +115,23 @@ def measure(section: str, comparison: Comparison, *, quick: bool = False) -> lis
     candidates, clock = comparison.candidates, comparison.clock
     seconds: list[list[float]] = [[] for _ in candidates]
     with cores(1) if clock == "cpu" else nullcontext():
-        calls = [max(1, math.ceil(_SHORTEST / _time(entry.run, 1, clock))) for entry in candidates]
-        for repetition in range(_QUICK_REPETITIONS if quick else comparison.repetitions):
+        calls = [max(1, math.ceil(_SHORTEST / spent(entry.run, 1, clock))) for entry in candidates]
+        for repetition in range(_FEW_REPETITIONS if quick else _REPETITIONS):
             for entry, count, taken in zip(candidates, calls, seconds, strict=True):
                 is_long = taken and taken[0] * entry.units > _LONG
-                if not (is_long and repetition >= _LONG_REPETITIONS):
-                    spent = _time(entry.run, count, clock)
-                    spent -= _time(entry.before, count, clock) if entry.before else 0.0
-                    taken.append(spent / (count * entry.units))
-
-    def record(name: str, case: Case, taken: list[float], note: str = "") -> Record:
-        return Record(section, name, {**comparison.case, **case}, comparison.unit, clock, taken, note)
-
+                if not (is_long and repetition >= _FEW_REPETITIONS):
+                    time_spent = spent(entry.run, count, clock)
+                    time_spent -= spent(entry.before, count, clock) if entry.before else 0.0
+                    taken.append(time_spent / (count * entry.units))
     return [
-        *(record(name, {}, [], reason) for name, reason in comparison.skipped.items()),
-        *(record(entry.name, entry.case, taken) for entry, taken in zip(candidates, seconds, strict=True)),
+        Record(section, entry.name, {**comparison.case, **entry.case}, comparison.unit, clock, taken)
+        for entry, taken in zip(candidates, seconds, strict=True)
     ]
 
 
-def _time(run: Callable[[], object], calls: int, clock: Clock) -> float:
-    now = _CLOCKS[clock]
-    gc.collect()
-    gc.disable()
-    try:
-        start = now()
-        for _ in range(calls):
-            run()
-        return now() - start
-    finally:
-        gc.enable()
+def spent(run: Call, calls: int, clock: Clock) -> float:
+    """Return the time of some calls in s, without garbage collections."""
+    return Timer(run, gc.collect, _CLOCKS[clock]).timeit(calls)
 
 
 @contextmanager
@@ -145,3 +143,26 @@ def cores(count: int) -> Iterator[None]:
         yield
     finally:
         os.sched_setaffinity(0, before)
+
+
+def machine() -> dict[str, Any]:
+    """Return the processor, system, versions and commit."""
+    cpu = dict(re.findall(r"(.+?)\s*: (.*)", Path("/proc/cpuinfo").read_text()))
+    flags = set(cpu.get("flags", "").split())
+    versions = ((found.name.replace("_", "-"), found.version) for found in distributions())
+    return {
+        "cpu": cpu.get("model name", platform.processor()),
+        "cores": os.cpu_count(),
+        "load_average": os.getloadavg()[0],  # of the last minute
+        "instruction_sets": [flag for flag in _FLAGS if flag in flags],
+        "system": platform.platform(),
+        "python": platform.python_version(),
+        "rust": _output("rustc", "--version"),
+        "commit": _output("git", "describe", "--always", "--dirty", "--abbrev=40"),
+        "packages": dict(sorted(pair for pair in versions if pair[0] in _PACKAGES)),
+        "command": "python -m speed " + " ".join(sys.argv[1:]),
+    }
+
+
+def _output(*command: str) -> str:
+    return subprocess.check_output(command, text=True).strip()

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path
 
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 
 from flockesc_env.render.palette import LIGHT
-from speed import PROJECT
-from speed.measure import Record
+from speed.measure import PROJECT, Record
 from training.figure_style import WIDTH, label_ends, label_points, save_figure
 
 _NUMPY, _NUMBA, _JAX, _RUST, _SCIPY = LIGHT.others
@@ -34,71 +32,48 @@ def draw(records: list[Record], folder: Path) -> list[Path]:
     """Draw the figures that the records suffice for; return their files."""
     kernel = [record for record in records if record.section == "kernel"]
     size = [record for record in records if record.section == "size" and set(record.case) == {"n", "rho"}]
-    files = []
+    figures = {}
     if kernel:
-        files.append(cost_against_range(kernel, folder))
+        figures["cost_against_range"] = _costs(
+            [(record, record.case["rho"], 1e6 * record.median) for record in kernel],
+            ("interaction range (m)", "time per step of one flock (µs)"),
+            "A step of the paper's flock: 300 agents, one core",
+        )
     if size:
-        files.append(cost_against_size(size, folder))
-    return files
+        figures["cost_against_size"] = _costs(
+            [(record, record.case["n"], 1e9 * record.median / record.case["n"]) for record in size],
+            ("number of agents", "time per step and agent (ns)"),
+            "Larger flocks of the same density: range 10 m, one core",
+            xscale="log",
+        )
+    return [save_figure(figure, folder / name, ("png",)) for name, figure in figures.items()]
 
 
-def cost_against_range(records: list[Record], folder: Path) -> Path:
-    """Draw the cost of a step of the paper's flock against the range; return the file."""
-    figure, axes = _figure()
-    _lines(axes, records, "rho", lambda record: 1e6 * record.median)
-    axes.set_xlabel("interaction range (m)")
-    axes.set_ylabel("time per step of one flock (µs)")
-    axes.set_title("A step of the paper's flock: 300 agents, one core")
-    return _save(figure, folder / "cost_against_range.png")
-
-
-def cost_against_size(records: list[Record], folder: Path) -> Path:
-    """Draw the cost of a step per agent against the size of the flock; return the file."""
-    figure, axes = _figure()
-    axes.set_xscale("log")
-    _lines(axes, records, "n", lambda record: 1e9 * record.median / record.case["n"])
-    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
-    axes.set_xlabel("number of agents")
-    axes.set_ylabel("time per step and agent (ns)")
-    axes.set_title("Larger flocks of the same density: range 10 m, one core")
-    return _save(figure, folder / "cost_against_size.png")
-
-
-def _figure() -> tuple[Figure, Axes]:
+def _costs(
+    points: Sequence[tuple[Record, float, float]], labels: tuple[str, str], title: str, xscale: str = "linear"
+) -> Figure:
+    """Draw a line per contender, with its name right of the axes, or of its end if that is earlier."""
     figure = Figure(figsize=(WIDTH, 5.4), layout="constrained")
     axes = figure.subplots()
     axes.grid(which="major", color=LIGHT.grid)
-    axes.set_yscale("log")
+    axes.set(xlabel=labels[0], ylabel=labels[1], title=title, xscale=xscale, yscale="log")
     axes.margins(y=0.1)
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
     axes.yaxis.set_major_formatter(StrMethodFormatter("{x:,g}"))
-    axes.spines[["top", "right"]].set_visible(False)
-    return figure, axes
-
-
-def _lines(axes: Axes, records: list[Record], key: str, value: Callable[[Record], float]) -> None:
-    """Draw a line per contender, with its name right of the axes, or of its end if that is earlier."""
-    last = max(record.case[key] for record in records if record.seconds)
+    last = max(x for _, x, _ in points)
     ends, early = [], []
-    for name in dict.fromkeys(record.contender for record in records):
-        points = [(r.case[key], value(r)) for r in records if r.contender == name and r.seconds]
+    for name in dict.fromkeys(record.contender for record, _, _ in points):
+        line = [(x, y) for record, x, y in points if record.contender == name]
         color, marker = _STYLES[name]
-        is_own = name == PROJECT
+        width, size, zorder = (3.5, 7, 3) if name == PROJECT else (1.5, 5, 2)
         axes.plot(
-            *zip(*points, strict=True),
-            color=color,
-            marker=marker,
-            linewidth=3.5 if is_own else 1.5,
-            markersize=7 if is_own else 5,
-            zorder=3 if is_own else 2,
+            *zip(*line, strict=True), color=color, marker=marker, lw=width, markersize=size, zorder=zorder
         )
-        if points[-1][0] == last:
-            ends.append((points[-1][1], name, color))
+        x, y = line[-1]
+        if x == last:
+            ends.append((y, name, color))
         else:
-            early.append((points[-1], name, color))
+            early.append(((x, y), name, color))
     label_ends(axes, ends, gap=0.06)
     label_points(axes, early, gap=0.06)
-
-
-def _save(figure: Figure, path: Path) -> Path:
-    save_figure(figure, path.with_suffix(""), (path.suffix[1:],))
-    return path
+    return figure

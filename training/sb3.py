@@ -33,8 +33,8 @@ def train(run: Run, *, resume: bool = False) -> Path:
     """Train, or continue an unfinished run, and return the path of the policy.
 
     The policy is the last one: model.zip, and policy.npz if it is a network. best_model.zip is the best of
-    the evaluations on tuning flocks, the untrained one included; that choice takes more flocks than the samples
-    say. Rewards are scaled to unit variance of returns. A continued run starts at its last checkpoint, with
+    the evaluations on tuning flocks, the untrained one included; the samples do not count these flocks.
+    Rewards are scaled to unit variance of returns. A continued run starts at its last checkpoint, with
     other flocks than an uninterrupted one.
 
     Raises:

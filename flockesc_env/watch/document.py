@@ -18,8 +18,6 @@ from flockesc_env.models.graph import component_labels
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.policies.registry import NAMES
 from flockesc_env.render.titles import policy_title
-from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.neighbors import Metric
 
 Run = tuple[str, Trajectory]
 """A name and a run."""
@@ -83,7 +81,6 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "scenario": json.loads(trajectory.scenario.to_json()),
         "rangeUnit": trajectory.scenario.neighbor_rule.unit,
         "objective": _OBJECTIVE.symbol,
-        "isMetric": _is_metric(trajectory.scenario),
         "columns": columns,
     }
 
@@ -93,14 +90,6 @@ def _kind(name: str, ranges: NDArray[np.float64]) -> str:
     if np.ptp(ranges) == 0:
         return "fixed"
     return "rule" if name in NAMES else "learned"
-
-
-def _is_metric(scenario: FlockScenario) -> bool:
-    """Return whether positions and ranges alone determine the neighbors."""
-    is_plain = not (
-        scenario.blind_angle or scenario.mutual or scenario.frozen_graph or scenario.periodic_side
-    )
-    return is_plain and isinstance(scenario.neighbor_rule, Metric)
 
 
 def _labels(trajectory: Trajectory, step: int, ranges: NDArray[np.float64]) -> NDArray[np.int64]:

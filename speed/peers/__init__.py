@@ -2,27 +2,110 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from importlib import import_module
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flockesc_env import ConstantVelocity, FlockScenario, Metric, NeighborRule, simulate
-from speed.peers.model import Flocks, Peer
 
 _MODULES = ("numpy_flocks", "numba_cells", "jax_all_pairs", "plain_rust")
 
 TOLERANCE = 1e-9
 """Largest allowed difference in m. Sums in another order differ by rounding errors."""
+# Positions up to 128 m have rounding errors of 4e-6 m, and ten steps have a few each. The median is compared
+# because rounding can move a pair across the range, which turns a few agents.
 SINGLE_TOLERANCE = 1e-4
-"""Largest allowed median difference in m of peers in float32.
+"""Largest allowed median difference in m of peers in float32."""
 
-Positions up to 128 m have rounding errors of 4e-6 m, and ten steps have a few each. The median is compared
-because rounding can move a pair across the range, which turns a few agents.
-"""
+Floats = NDArray[np.float64]
 
 
 class DisagreementError(Exception):
     """The results of a peer differ from those of this project."""
+
+
+class Model(NamedTuple):
+    """Parameters of the flock model for D = 2 and one predator that flies straight on."""
+
+    time_step: float
+    mass: float
+    speed: float
+    predator_range: float
+    repulsion_strength: float
+    predator_position: tuple[float, float]
+    predator_velocity: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Flocks:
+    """Initial states of flocks: positions in m and velocities in m/s, both of shape (flocks, n, 2)."""
+
+    scenario: FlockScenario
+    seeds: tuple[int, ...]
+    model: Model
+    positions: Floats
+    velocities: Floats
+
+    @classmethod
+    def seeded(cls, scenario: FlockScenario, seeds: range) -> Flocks:
+        """Return the initial states of ``sweep`` for some seeds."""
+        runs = [simulate(scenario.replace(num_steps=1), 0.0, seed=seed) for seed in seeds]
+        (predator,) = (p for p in scenario.predators if isinstance(p, ConstantVelocity))
+        (x, y), (vx, vy) = np.array([predator.position, predator.velocity]).tolist()
+        numbers = {name: getattr(scenario, name) for name in Model._fields[:5]}
+        model = Model(**numbers, predator_position=(x, y), predator_velocity=(vx, vy))
+        positions = np.stack([run.positions[0] for run in runs])
+        velocities = np.stack([run.velocities[0] for run in runs])
+        return cls(scenario, tuple(seeds), model, positions, velocities)
+
+
+class Outcome(NamedTuple):
+    """Positions at the end, shape (flocks, n, 2), and J_mean in m, shape (flocks,)."""
+
+    positions: Floats
+    min_mean_distance: Floats
+
+
+Run = Callable[[Flocks, float, int], Outcome]
+"""``run(flocks, interaction_range, steps)``."""
+RunOne = Callable[[Model, Floats, Floats, float, int], tuple[Floats, float]]
+"""``run(model, positions, velocities, interaction_range, steps)`` for arrays of shape (n, 2)."""
+
+
+@dataclass(frozen=True)
+class Peer:
+    """An implementation of the flock model.
+
+    Attributes:
+        name: name in tables and figures.
+        run: the function to time.
+        flocks_at_once: number of flocks per call, for peers that are faster with many; ``None``: ``FLOCKS``.
+        is_single: whether it computes in float32.
+        largest: size of the largest flock to time in agents; a step of the next size takes seconds.
+    """
+
+    name: str
+    run: Run
+    flocks_at_once: int | None = None
+    is_single: bool = False
+    largest: int = 1_000_000
+
+
+def one_by_one(run: RunOne) -> Run:
+    """Return a ``Run`` that calls an implementation for one flock once per flock."""
+
+    def run_all(flocks: Flocks, interaction_range: float, steps: int) -> Outcome:
+        outcomes = [
+            run(flocks.model, r, v, interaction_range, steps)
+            for r, v in zip(flocks.positions, flocks.velocities, strict=True)
+        ]
+        return Outcome(np.stack([end for end, _ in outcomes]), np.array([j for _, j in outcomes]))
+
+    return run_all
 
 
 def installed() -> list[Peer]:
@@ -37,7 +120,7 @@ def installed() -> list[Peer]:
 
 
 def check(
-    peers: list[Peer],
+    peers: Iterable[Peer],
     ranges: tuple[float, ...] = (0.0, 5.0, 10.0, 30.0, 100.0),
     rule: NeighborRule = Metric(),  # noqa: B008, frozen
 ) -> None:
@@ -49,18 +132,14 @@ def check(
     predator = ConstantVelocity(position=(20.0, 20.0))
     scenario = FlockScenario(num_steps=10, predators=(predator,), neighbor_rule=rule)
     flocks = Flocks.seeded(scenario, range(2))
-    for interaction_range in ranges:
-        runs = [simulate(scenario, interaction_range, seed=seed) for seed in flocks.seeds]
+    for rho in ranges:
+        runs = [simulate(scenario, rho, seed=seed) for seed in flocks.seeds]
         positions = np.stack([run.positions[-1] for run in runs])
         objective = np.array([run.mean_distance.min() for run in runs])
         for peer in peers:
-            outcome = peer.run(flocks, interaction_range, scenario.num_steps)
-            differences = np.abs(
-                np.append(outcome.positions - positions, outcome.min_mean_distance - objective)
-            )
+            end, minimum = peer.run(flocks, rho, scenario.num_steps)
+            differences = np.abs(np.append(end - positions, minimum - objective))
             largest, tolerance = (np.median, SINGLE_TOLERANCE) if peer.is_single else (np.max, TOLERANCE)
             difference = largest(differences)
             if not difference <= tolerance:
-                raise DisagreementError(
-                    f"{peer.name} differs by {difference:.3g} m at {interaction_range} {rule.unit}"
-                )
+                raise DisagreementError(f"{peer.name} differs by {difference:.3g} m at {rho} {rule.unit}")

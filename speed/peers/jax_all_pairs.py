@@ -12,13 +12,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from speed.measure import cores
-from speed.peers.model import Flocks, Model, Outcome, Peer
+from speed.peers import Flocks, Model, Outcome, Peer
 
 jax.config.update("jax_platforms", "cpu")
 jax.config.update("jax_enable_x64", True)
 with cores(1):  # as many threads as cores: threads that share a core take three times as long
     jax.devices()
 
+Pair = tuple[jax.Array, jax.Array]
 State = tuple[jax.Array, jax.Array, jax.Array, jax.Array]
 """Positions and velocities, shape (2, n), position of the predator, (2, 1), smallest mean distance."""
 
@@ -47,17 +48,13 @@ def _step(model: Model, interaction_range: jax.Array, state: State) -> State:
 
 
 @partial(jax.jit, static_argnames="dtype")
-def _run(
-    model: Model, flocks: tuple[jax.Array, jax.Array], interaction_range: jax.Array, steps: int, dtype: type
-) -> tuple[jax.Array, jax.Array]:
-    model, flocks, interaction_range = jax.tree.map(
-        lambda entry: jnp.asarray(entry, dtype), (model, flocks, interaction_range)
-    )
+def _run(model: Model, flocks: Pair, rho: jax.Array, steps: int, dtype: type) -> Pair:
+    model, flocks, rho = jax.tree.map(lambda entry: jnp.asarray(entry, dtype), (model, flocks, rho))
 
-    def one(flock: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
+    def one(flock: Pair) -> Pair:
         r, v = (vectors.T for vectors in flock)
         predator = jnp.stack(model.predator_position)[:, None]
-        step = partial(_step, model, interaction_range)
+        step = partial(_step, model, rho)
         start = (r, v, predator, _mean_distance(r, predator))
         r, _, _, minimum = jax.lax.fori_loop(0, steps, lambda _, state: step(state), start)
         return r.T, minimum
@@ -71,7 +68,7 @@ def _peer(name: str, dtype: type) -> Peer:
         positions, minimum = _run(flocks.model, start, interaction_range, steps, dtype)
         return Outcome(np.asarray(positions), np.asarray(minimum))
 
-    return Peer(name, run, flocks_at_once=64, is_single=dtype is np.float32)
+    return Peer(name, run, flocks_at_once=64, is_single=dtype is np.float32, largest=10_000)
 
 
 PEERS = (_peer("JAX, all pairs", np.float64), _peer("JAX, all pairs, float32", np.float32))

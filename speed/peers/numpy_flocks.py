@@ -7,27 +7,25 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import Delaunay, cKDTree
 
-from speed.peers.model import Floats, Model, Peer, one_by_one
+from speed.peers import Floats, Model, Peer, Run, one_by_one
 
-SumNeighbors = Callable[[Floats, Floats], Floats]
-"""Function of positions and velocities that returns the sum of the neighbors' velocities, shape (n, 2)."""
+SumNeighbors = Callable[[Floats, Floats, float], Floats]
+"""``sum_neighbors(positions, velocities, range)`` returns sums of the neighbors' velocities, shape (n, 2)."""
 
 
-def _peer(name: str, make_sum: Callable[[int, float], SumNeighbors]) -> Peer:
-    """Return a peer with the neighbor search ``make_sum(num_agents, interaction_range)``."""
+def _run(make_sum: Callable[[int], SumNeighbors]) -> Run:
+    """Return a run with the neighbor search ``make_sum(num_agents)``."""
 
-    def run(
-        model: Model, positions: Floats, velocities: Floats, interaction_range: float, steps: int
-    ) -> tuple[Floats, float]:
-        sum_neighbors = make_sum(len(positions), interaction_range)
-        r, v = positions.copy(), velocities.copy()
+    def run(model: Model, r: Floats, v: Floats, rho: float, steps: int) -> tuple[Floats, float]:
+        sum_neighbors = make_sum(len(r))
+        r, v = r.copy(), v.copy()
         predator, predator_velocity = np.array(model.predator_position), np.array(model.predator_velocity)
         offsets = r - predator
         distances = np.sqrt(np.einsum("ij,ij->i", offsets, offsets))
         minimum = distances.mean()
         for _ in range(steps):
             # The sum has the same direction as the mean.
-            force = _scaled(sum_neighbors(r, v), model.speed)
+            force = _scaled(sum_neighbors(r, v, rho), model.speed)
             (near,) = np.nonzero(distances <= model.predator_range)
             force[near] += _scaled(offsets[near], model.repulsion_strength)
             r += model.time_step * v
@@ -39,7 +37,7 @@ def _peer(name: str, make_sum: Callable[[int, float], SumNeighbors]) -> Peer:
             minimum = min(minimum, distances.mean())
         return r, float(minimum)
 
-    return Peer(name, one_by_one(run))
+    return one_by_one(run)
 
 
 def _scaled(vectors: Floats, length: float) -> Floats:
@@ -50,24 +48,20 @@ def _scaled(vectors: Floats, length: float) -> Floats:
     return scaled
 
 
-def _all_pairs(_: int, interaction_range: float) -> SumNeighbors:
+def _all_pairs(positions: Floats, velocities: Floats, interaction_range: float) -> Floats:
     """All pairs, written like the equations."""
-
-    def sum_neighbors(positions: Floats, velocities: Floats) -> Floats:
-        distances = np.linalg.norm(positions[:, None] - positions[None, :], axis=-1)
-        sums: Floats = (distances <= interaction_range) @ velocities
-        return sums
-
-    return sum_neighbors
+    distances = np.linalg.norm(positions[:, None] - positions[None, :], axis=-1)
+    sums: Floats = (distances <= interaction_range) @ velocities
+    return sums
 
 
-def _blas(num_agents: int, interaction_range: float) -> SumNeighbors:
+def _blas(num_agents: int) -> SumNeighbors:
     """All pairs as matrix products (BLAS) with reused buffers."""
     # ||r_i - r_j||^2 = (x_i, y_i, q_i, 1) . (-2 x_j, -2 y_j, 1, q_j) with q = ||r||^2.
     left, right = np.ones((num_agents, 4)), np.ones((4, num_agents))
     squared, near = np.empty((num_agents, num_agents)), np.empty((num_agents, num_agents))
 
-    def sum_neighbors(positions: Floats, velocities: Floats) -> Floats:
+    def sum_neighbors(positions: Floats, velocities: Floats, interaction_range: float) -> Floats:
         centered = positions - positions.mean(axis=0)  # smaller numbers, smaller rounding errors in q
         left[:, :2] = centered
         np.einsum("ij,ij->i", centered, centered, out=left[:, 2])
@@ -85,45 +79,36 @@ def _tree(positions: Floats) -> cKDTree:
     return cKDTree(positions, balanced_tree=False, compact_nodes=False)  # faster to build
 
 
-def _within_range(num_agents: int, interaction_range: float) -> SumNeighbors:
-    def sum_neighbors(positions: Floats, velocities: Floats) -> Floats:
-        i, j = _tree(positions).query_pairs(interaction_range, output_type="ndarray").T
-        sums = velocities.copy()
-        for axis in range(2):
-            sums[:, axis] += np.bincount(i, velocities[j, axis], num_agents)
-            sums[:, axis] += np.bincount(j, velocities[i, axis], num_agents)
-        return sums
-
-    return sum_neighbors
+def _within_range(positions: Floats, velocities: Floats, interaction_range: float) -> Floats:
+    i, j = _tree(positions).query_pairs(interaction_range, output_type="ndarray").T
+    sums = velocities.copy()
+    for axis in range(2):
+        sums[:, axis] += np.bincount(i, velocities[j, axis], len(positions))
+        sums[:, axis] += np.bincount(j, velocities[i, axis], len(positions))
+    return sums
 
 
-def _nearest(_: int, count: float) -> SumNeighbors:
-    def sum_neighbors(positions: Floats, velocities: Floats) -> Floats:
-        _, neighbors = _tree(positions).query(positions, int(count) + 1)
-        sums: Floats = velocities[neighbors].sum(axis=1)
-        return sums
-
-    return sum_neighbors
+def _nearest(positions: Floats, velocities: Floats, count: float) -> Floats:
+    _, neighbors = _tree(positions).query(positions, int(count) + 1)
+    sums: Floats = velocities[neighbors].sum(axis=1)
+    return sums
 
 
-def _adjacent(num_agents: int, interaction_range: float) -> SumNeighbors:
-    def sum_neighbors(positions: Floats, velocities: Floats) -> Floats:
-        starts, others = Delaunay(positions).vertex_neighbor_vertices
-        listeners = np.repeat(np.arange(num_agents), np.diff(starts))
-        offsets = positions[listeners] - positions[others]
-        near = np.einsum("ij,ij->i", offsets, offsets) <= interaction_range**2
-        sums = velocities.copy()
-        for axis in range(2):
-            sums[:, axis] += np.bincount(listeners[near], velocities[others[near], axis], num_agents)
-        return sums
-
-    return sum_neighbors
+def _adjacent(positions: Floats, velocities: Floats, interaction_range: float) -> Floats:
+    starts, others = Delaunay(positions).vertex_neighbor_vertices
+    listeners = np.repeat(np.arange(len(positions)), np.diff(starts))
+    offsets = positions[listeners] - positions[others]
+    near = np.einsum("ij,ij->i", offsets, offsets) <= interaction_range**2
+    sums = velocities.copy()
+    for axis in range(2):
+        sums[:, axis] += np.bincount(listeners[near], velocities[others[near], axis], len(positions))
+    return sums
 
 
 PEERS = (
-    _peer("NumPy, all pairs", _all_pairs),
-    _peer("NumPy, BLAS", _blas),
-    _peer("SciPy cKDTree", _within_range),
+    Peer("NumPy, all pairs", _run(lambda _: _all_pairs), largest=3_000),
+    Peer("NumPy, BLAS", _run(_blas), largest=10_000),
+    Peer("SciPy cKDTree", _run(lambda _: _within_range)),
 )
-NEAREST = _peer("SciPy cKDTree, k nearest", _nearest)
-ADJACENT = _peer("SciPy Delaunay", _adjacent)
+NEAREST = Peer("SciPy cKDTree, k nearest", _run(lambda _: _nearest))
+ADJACENT = Peer("SciPy Delaunay", _run(lambda _: _adjacent))

@@ -9,7 +9,7 @@ from importlib.util import module_from_spec
 from pathlib import Path
 from types import ModuleType
 
-from speed.peers.model import Floats, Model, Peer, one_by_one
+from speed.peers import Peer, one_by_one
 
 _ROOT = Path(__file__).parents[2]
 
@@ -29,19 +29,7 @@ def module() -> ModuleType:
     return built
 
 
-def _peer(name: str, function: str) -> Peer:
-    def run(
-        model: Model, positions: Floats, velocities: Floats, interaction_range: float, steps: int
-    ) -> tuple[Floats, float]:
-        outcome: tuple[Floats, float] = getattr(module(), function)(
-            model, positions, velocities, interaction_range, steps
-        )
-        return outcome
-
-    return Peer(name, one_by_one(run))
-
-
 PEERS = (
-    _peer("plain Rust, all pairs", "flock_all_pairs"),
-    _peer("plain Rust, cell list", "flock_cells"),
+    Peer("plain Rust, all pairs", one_by_one(lambda *args: module().flock_all_pairs(*args)), largest=30_000),
+    Peer("plain Rust, cell list", one_by_one(lambda *args: module().flock_cells(*args))),
 )

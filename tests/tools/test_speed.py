@@ -7,31 +7,27 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
-from speed import (
-    PROJECT,
-    flocks,
-    frameworks,
-    instructions,
-    line,
-    page,
-    peers,
-    plots,
-    size,
-)
-from speed.measure import Record
-from speed.peers import numpy_flocks
-from speed.peers.model import Flocks, Outcome, Peer
+from speed import flocks, frameworks, instructions, line, page, peers, plots
+from speed.measure import PROJECT, Measurements, Record
+from speed.peers import Flocks, Outcome, Peer, numpy_flocks
+
+ROOT = Path(__file__).parents[2]
+RUN = Measurements.read(ROOT / "speed/results/benchmarks.json")
+CHANGES = sorted((ROOT / frameworks.RESULTS).glob("changes/*.json"))
 
 
 def test_peers_agree_with_this_project() -> None:
     peers.check(list(numpy_flocks.PEERS))
-    for rule in flocks.RULES.values():
-        peers.check([rule.peer], rule.ranges, rule.rule)
+    for rule, ranges, peer in flocks.RULES.values():
+        peers.check([peer], ranges, rule)
 
 
 def test_a_peer_that_computes_something_else_is_refused() -> None:
@@ -60,12 +56,12 @@ def test_a_peer_in_float32_agrees_up_to_its_rounding_errors() -> None:
 
 
 def test_the_limits_of_equal_numbers_are_one_number() -> None:
-    document = json.loads((Path(__file__).parents[2] / "speed/results/benchmarks.json").read_text())
-    for record in document["records"]:
-        if record["section"] == "line":
-            record["seconds"] = [2.7e-5 if record["contender"] == PROJECT else 2.66e-5]
+    def changed(record: Record) -> Record:
+        return replace(record, seconds=[2.7e-5 if record.contender == PROJECT else 2.66e-5])
+
+    records = [changed(record) if record.section == "line" else record for record in RUN.records]
     assert "takes 27 us; all pairs in NumPy take 27 us." in page.rendered(
-        "<!-- grid and line --><!-- end -->", document
+        "<!-- grid and line --><!-- end -->", replace(RUN, records=records)
     ).replace("\n", " ")
 
 
@@ -77,35 +73,32 @@ def test_the_line_in_numpy_agrees_and_a_wrong_one_is_refused(rho: float) -> None
         line.check("late", lambda x, scenario, rho, steps: right(x, scenario, rho, steps - 1), rho)
 
 
-def kernel_records(own: float, peer: float) -> list[Record]:
-    costs = {PROJECT: own, "NumPy, all pairs": peer}
-    return [
-        Record("kernel", name, {"rho": rho}, "flock step", "cpu", [9.0, seconds, 0.0])
-        for rho in flocks.RANGES
-        for name, seconds in costs.items()
-    ]
-
-
 def test_figures_are_drawn_from_the_file_alone(tmp_path: Path) -> None:
-    records = kernel_records(8e-6, 2e-3) + [
-        Record("size", PROJECT, {"n": n, "rho": 10.0}, "flock step", "cpu", [1e-8 * n]) for n in size.SIZES
-    ]
-    left_out = Record("size", PROJECT, {"n": 10**7, "rho": 10.0}, "flock step", "cpu", [], "left out")
-    text = json.dumps([record.document() for record in [*records, left_out]])
-    read = [Record.from_document(entry) for entry in json.loads(text)]
-    assert read == [*records, left_out]
-    assert [path.name for path in plots.draw(read, tmp_path)] == [
-        "cost_against_range.png",
-        "cost_against_size.png",
-    ]
-    assert all(path.stat().st_size > 10_000 for path in tmp_path.iterdir())
+    paths = plots.draw(RUN.records, tmp_path)
+    assert [path.name for path in paths] == ["cost_against_range.png", "cost_against_size.png"]
+    assert all(path.stat().st_size > 10_000 for path in paths)
+
+
+def test_labels_of_figures_hide_nothing(tmp_path: Path) -> None:
+    drawn: list[Figure] = []
+    with mock.patch.object(plots, "save_figure", side_effect=lambda figure, *_: drawn.append(figure)):
+        plots.draw(RUN.records, tmp_path)
+    assert len(drawn) == 2
+    for figure in drawn:
+        figure.draw_without_rendering()
+        (axes,) = figure.axes
+        boxes = [text.get_window_extent() for text in [*axes.texts, axes._left_title]]
+        assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
+        for curve in axes.lines:
+            path = curve.get_transform().transform_path(curve.get_path())
+            assert not any(path.intersects_bbox(box, filled=False) for box in boxes)
 
 
 @pytest.mark.parametrize("path", page.PAGES, ids=str)
 def test_the_tables_of_the_pages_show_the_committed_run(path: Path) -> None:
     text = path.read_text("utf-8")
     assert text.count("<!-- end -->") == {"README.md": 2, "performance.md": 7}[path.name]
-    assert page.rendered(text, json.loads(Path("speed/results/benchmarks.json").read_text())) == text
+    assert page.rendered(text, RUN) == text
 
 
 def test_the_table_of_frameworks_shows_the_committed_measurements() -> None:
@@ -115,7 +108,7 @@ def test_the_table_of_frameworks_shows_the_committed_measurements() -> None:
 
 
 def test_the_readme_has_the_gain_of_its_example(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(Path(__file__).parents[2])
+    monkeypatch.chdir(ROOT)
     files = [frameworks.RESULTS / "sb3_ppo.json", *frameworks.RESULTS.glob("processors/sb3_ppo*.json")]
     gains = [[run["gain"] for run in json.loads(path.read_text())["runs"]] for path in files]
     assert len(files) == 3
@@ -128,16 +121,16 @@ def test_the_readme_has_the_gain_of_its_example(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_the_page_shows_the_committed_counts_of_instructions() -> None:
-    text = instructions.PAGE.read_text("utf-8")
-    assert instructions.rendered(text, json.loads(instructions.RESULTS.read_text())) == text
+    text = page.PERFORMANCE.read_text("utf-8")
+    assert page.with_counts(text, json.loads(instructions.RESULTS.read_text())) == text
 
 
-@pytest.mark.parametrize("example", frameworks.CHANGES)
-def test_the_changes_of_examples_still_fit(example: str) -> None:
-    text = (Path(__file__).parents[2] / "examples" / f"{example}.py").read_text("utf-8")
-    for change in frameworks.CHANGES[example]:
-        changed = change.applied(text)
+@pytest.mark.parametrize("path", CHANGES, ids=lambda path: path.stem)
+def test_the_changes_of_examples_still_fit(path: Path) -> None:
+    text = (ROOT / "examples" / f"{path.stem}.py").read_text("utf-8")
+    for change in json.loads(path.read_text())["changes"]:
+        changed = frameworks.changed(text, change["replaced"])
         assert changed != text
-        compile(changed, example, "exec")
+        compile(changed, path.stem, "exec")
     with pytest.raises(ValueError, match="2 times"):
-        frameworks.Change("ambiguous", {"a": "b"}).applied("a a")
+        frameworks.changed("a a", {"a": "b"})

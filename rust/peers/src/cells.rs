@@ -1,5 +1,4 @@
-//! Neighbor search with a cell list: agents are sorted into square cells, and neighbors are searched in nine
-//! cells.
+//! Neighbor search with a cell list: agents are sorted into square cells, and nine cells are searched.
 
 use crate::all_pairs::sum_in_range;
 use crate::flock::Point;

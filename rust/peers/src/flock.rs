@@ -5,7 +5,7 @@ use pyo3::FromPyObject;
 /// Coordinates x and y.
 pub(crate) type Point = [f64; 2];
 
-/// The parameters, which are read from the attributes of `speed.peers.model.Model`.
+/// The parameters, which are read from the attributes of `speed.peers.Model`.
 #[derive(FromPyObject)]
 pub(crate) struct Model {
     time_step: f64,
