@@ -40,10 +40,7 @@ def run(
             f"for a flock {BEST_RANGE:g}, the best fixed range of the paper's flock",
         ),
     ] = None,
-    policy: Annotated[
-        str | None,
-        *optional(f"policy that sets the ranges: {EXPECTED}", "none"),
-    ] = None,
+    policy: Annotated[str | None, *optional(f"policy that sets the ranges: {EXPECTED}", "none")] = None,
     seed: Annotated[
         int | None,
         *optional("seed of the initial state, from 0 to 2^64 - 1", "a random seed, which is printed"),

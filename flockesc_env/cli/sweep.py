@@ -12,16 +12,7 @@ import numpy as np
 from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import (
-    BACKEND,
-    Json,
-    Progress,
-    ScenarioFlags,
-    Seeds,
-    Threads,
-    model_of,
-    optional,
-)
+from flockesc_env.cli.flags import BACKEND, Json, Progress, ScenarioFlags, Seeds, Threads, model_of, optional
 from flockesc_env.cli.output import check_output, note, show, show_json, table
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError

@@ -45,8 +45,7 @@ def run(
     scenario: ScenarioFlags,
     *,
     policies: Annotated[
-        tuple[str, ...],
-        arg(help=f"policies to run if no recorded runs are given: {EXPECTED}"),
+        tuple[str, ...], arg(help=f"policies to run if no recorded runs are given: {EXPECTED}")
     ] = (f"fixed:{BEST_RANGE:g}", "stubborn-leaders"),
     seed: Annotated[int, arg(help="seed of the flock")] = 242,
     output: Annotated[

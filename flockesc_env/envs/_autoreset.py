@@ -55,10 +55,7 @@ class VectorStep(NamedTuple):
 
 
 def step(
-    batch: FlockBatch,
-    actions: Any,
-    mode: AutoresetMode,
-    out: tuple[Observations, FloatArray] | None = None,
+    batch: FlockBatch, actions: Any, mode: AutoresetMode, out: tuple[Observations, FloatArray] | None = None
 ) -> VectorStep:
     """Step all flocks of a batch and start new episodes according to the autoreset mode."""
     at_end: AtEnd = "restart" if mode is AutoresetMode.NEXT_STEP else "refuse"

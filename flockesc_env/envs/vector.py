@@ -69,10 +69,7 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
 
     @needs_reset_if_interrupted
     def reset(
-        self,
-        *,
-        seed: int | Sequence[int | None] | None = None,
-        options: dict[str, Any] | None = None,
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
         """Start an episode in every flock, or in some.
 
@@ -159,12 +156,7 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
         for slot, observation in zip(np.flatnonzero(ended).tolist(), ending.observations, strict=True):
             last[slot] = observation
         final = self._infos({name: column[ended] for name, column in columns.items()}, ended)
-        infos |= {
-            "final_obs": last,
-            "_final_obs": ended,
-            "final_info": final,
-            "_final_info": ended.copy(),
-        }
+        infos |= {"final_obs": last, "_final_obs": ended, "final_info": final, "_final_info": ended.copy()}
         for name, column in self._started(ending.started).items():
             columns[name][ended] = column
 

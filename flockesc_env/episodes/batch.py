@@ -10,14 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import (
-    FloatArray,
-    as_bytes,
-    as_count,
-    as_policy,
-    as_seed,
-    as_threads,
-)
+from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_policy, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.policy_reset import reset_policy

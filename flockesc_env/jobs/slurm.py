@@ -111,8 +111,7 @@ def slurm(jobs: Sequence[Job], cache: Cache, cluster: str = "slurm", **options: 
     try:
         executor = submitit.AutoExecutor(cache.folder / "slurm", cluster)
         executor.update_parameters(
-            timeout_min=values["time"],
-            **{f"slurm_{name}": value for name, value in values.items()},
+            timeout_min=values["time"], **{f"slurm_{name}": value for name, value in values.items()}
         )
         if cluster == "slurm":
             queue.ask([])

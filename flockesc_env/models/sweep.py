@@ -12,14 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.array_files import write_table
-from flockesc_env.common.checks import (
-    FloatArray,
-    as_choice,
-    as_floats,
-    as_path,
-    as_seeds,
-    as_threads,
-)
+from flockesc_env.common.checks import FloatArray, as_choice, as_floats, as_path, as_seeds, as_threads
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import data_frame, figure_style, require
 from flockesc_env.common.notebook import Displayed

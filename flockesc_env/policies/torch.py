@@ -13,11 +13,7 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy, Squash
 
 
 def torch_network(
-    layers: Iterable[Any],
-    inputs: tuple[str, ...],
-    *,
-    squash: Squash = "clip",
-    ranges: tuple[float, ...] = (),
+    layers: Iterable[Any], inputs: tuple[str, ...], *, squash: Squash = "clip", ranges: tuple[float, ...] = ()
 ) -> NetworkPolicy:
     """Return a network of torch as a ``NetworkPolicy``, which ``save_policy`` can store.
 

@@ -64,16 +64,12 @@ _PREDATORS = {
     ),
     "pursuit": _flock("a predator that turns toward the nearest agent", predators=(PurePursuit(),)),
     "isolated-prey": _flock(
-        "a pursuer of the most isolated agent",
-        predators=(PurePursuit(target="most_isolated"),),
+        "a pursuer of the most isolated agent", predators=(PurePursuit(target="most_isolated"),)
     ),
     "confused-pursuit": _flock(
         "a pursuer that other agents distract from its target", predators=(PurePursuit(confusion_rate=0.1),)
     ),
-    "intercept": _flock(
-        "an interceptor with proportional navigation",
-        predators=(Intercept(),),
-    ),
+    "intercept": _flock("an interceptor with proportional navigation", predators=(Intercept(),)),
     "wandering": _flock("a predator whose heading performs a random walk", predators=(Wandering(),)),
     "two-predators": _flock(
         "a second predator comes from the opposite corner",
@@ -110,9 +106,7 @@ _PREDATORS = {
 _NEIGHBORS = {
     "topological": _flock("agents listen to the k nearest", neighbor_rule=Topological()),
     "mutual": _flock(
-        "only agents among each other's k nearest are neighbors",
-        neighbor_rule=Topological(),
-        mutual=True,
+        "only agents among each other's k nearest are neighbors", neighbor_rule=Topological(), mutual=True
     ),
     "voronoi": _flock("agents listen to those in adjacent Voronoi cells", neighbor_rule=Voronoi()),
     "field-of-view": _flock("agents are blind in the 120 degrees behind them", blind_angle=2 * math.pi / 3),
@@ -123,9 +117,7 @@ _NEIGHBORS = {
 
 _MOTION = {
     "vicsek": _flock(
-        "the Vicsek model: headings without inertia, with noise",
-        motion=Vicsek(),
-        angular_noise=1.0,
+        "the Vicsek model: headings without inertia, with noise", motion=Vicsek(), angular_noise=1.0
     ),
     "reynolds": _flock("the Reynolds model (boids), with cohesion and separation", motion=Reynolds()),
     "noisy-hearing": _flock("neighbors' velocities are sensed with noise of size v0", sensing_noise=1.0),
@@ -137,10 +129,7 @@ _MOTION = {
 }
 
 _STARTS = {
-    "space": _flock(
-        "a flock in a cube, attacked along its diagonal",
-        dimension=3,
-    ),
+    "space": _flock("a flock in a cube, attacked along its diagonal", dimension=3),
     "clusters": _flock("five clusters, each denser than the paper's flock", initial_positions=Clusters()),
     "head-on": _flock(
         "a disc of agents that fly toward the predator",
