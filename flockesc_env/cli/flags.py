@@ -13,10 +13,9 @@ from typing import Annotated, Any
 from tyro.conf import DisallowNone, UseAppendAction, arg
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
-from flockesc_env.common.checks import parse_number
+from flockesc_env.common.checks import parse_json, parse_number
 from flockesc_env.common.errors import ArgumentError, ScenarioError, shown, shown_name
 from flockesc_env.common.files import suffix_of
-from flockesc_env.common.json_text import parse_json
 from flockesc_env.scenario.document import check_not_drawn, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial_files import read_initial_state

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from flockesc_env.common.checks import parse_json
 from flockesc_env.common.errors import RecordError
 from flockesc_env.common.files import atomic_write
-from flockesc_env.common.json_text import parse_json
 
 if TYPE_CHECKING:  # of the extra analysis
     import polars as pl

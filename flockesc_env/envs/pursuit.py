@@ -13,7 +13,7 @@ from flockesc_env.envs._base import FlockArguments, needs_reset_if_interrupted
 from flockesc_env.envs.gymnasium import GymnasiumEnv
 from flockesc_env.episodes.batch import Observations, is_over
 from flockesc_env.episodes.options import View
-from flockesc_env.episodes.policy_reset import reset_policy
+from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.policies.base import Policy, StoredPolicy
 from flockesc_env.policies.ranges import FixedRange
 from flockesc_env.scenario.flock import FlockScenario

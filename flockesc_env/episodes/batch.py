@@ -13,8 +13,7 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_policy, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.options import EnvOptions, View
-from flockesc_env.episodes.policy_reset import reset_policy
-from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
+from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.scenarios import distinct_scenarios
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.episodes.spaces import Label, flock_policy_spec

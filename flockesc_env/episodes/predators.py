@@ -1,4 +1,4 @@
-"""Predator policies: their protocol, and the action and observation spaces of ``Learned`` predators."""
+"""Predator policies: their protocol, the spaces of ``Learned`` predators, and the reset of policies."""
 
 from __future__ import annotations
 
@@ -106,3 +106,10 @@ class PredatorPolicy(Protocol):
             Actions in [-1, 1], shape (k, D).
         """
         ...
+
+
+def reset_policy(policy: Any, rows: NDArray[np.bool]) -> None:
+    """Call ``policy.reset(rows)`` if the policy has this method."""
+    reset = getattr(policy, "reset", None)
+    if reset is not None:
+        reset(rows)

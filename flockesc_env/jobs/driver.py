@@ -20,7 +20,6 @@ from flockesc_env.jobs.cache import Cache
 from flockesc_env.jobs.job import Arrays, Job, Outcome, Outcomes
 from flockesc_env.jobs.keys import import_name
 from flockesc_env.jobs.processes import processes
-from flockesc_env.jobs.serial import serial
 
 Backend = Callable[[Sequence[Job], Cache], Outcomes]
 """Runs jobs; yields an outcome for each of them, in any order, once its results are in the cache."""
@@ -29,6 +28,12 @@ BACKENDS = "serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..]"
 _NUMBER = re.compile(r"[0-9]{1,18}")
 _SHOWN_FAILURES = 5
 _SHOWN_CHARACTERS = 1000  # of the arguments of a training run
+
+
+def serial(jobs: Sequence[Job], cache: Cache) -> Outcomes:
+    """Run jobs in this process."""
+    for job in jobs:
+        yield Outcome(job, cache.keep(job, job.attempt()), 1)
 
 
 def find_backend(spec: str) -> Backend:

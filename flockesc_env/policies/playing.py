@@ -16,8 +16,7 @@ from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.batch import Columns, FlockBatch, Step
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, FlockOutcomes
 from flockesc_env.episodes.options import EnvOptions, LineOptions, View
-from flockesc_env.episodes.policy_reset import reset_policy
-from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
+from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.spaces import RangeActions, candidates, line_policy_spec
 from flockesc_env.models.simulate import IntArray, Trajectory, simulate
 from flockesc_env.policies.base import Observations, Policy

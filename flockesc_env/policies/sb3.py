@@ -15,8 +15,7 @@ from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, flock_policy_spec
 from flockesc_env.policies.base import Observations, RowMemory, check_options, is_per_agent, normalizer_of
-from flockesc_env.policies.network import NetworkPolicy, Squash
-from flockesc_env.policies.torch import torch_network
+from flockesc_env.policies.network import NetworkPolicy, Squash, torch_network
 from flockesc_env.scenario.flock import FlockScenario
 
 

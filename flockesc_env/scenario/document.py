@@ -21,9 +21,8 @@ import numpy as np
 import tomli_w
 
 from flockesc_env import _core
-from flockesc_env.common.checks import as_text
+from flockesc_env.common.checks import as_text, parse_json
 from flockesc_env.common.errors import ScenarioError, shown, shown_name
-from flockesc_env.common.json_text import parse_json
 from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
 from flockesc_env.scenario.motion import Motion
 from flockesc_env.scenario.neighbors import NeighborRule

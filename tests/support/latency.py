@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import flockesc_env as fe
-from flockesc_env.common.in_job import in_job
+from flockesc_env.common.checks import in_job
 from flockesc_env.models import graph
 from flockesc_env.policies import FixedRange
 
