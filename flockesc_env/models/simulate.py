@@ -201,17 +201,7 @@ def simulate(
     scenario: LineScenario, interaction_range: float, *, seed: int | None = None
 ) -> LineTrajectory: ...
 @overload
-def simulate(
-    scenario: str,
-    interaction_range: ArrayLike | None = None,
-    *,
-    schedule: ArrayLike | None = None,
-    seed: int | None = None,
-    initial_positions: ArrayLike | None = None,
-    initial_velocities: ArrayLike | None = None,
-    predator_actions: ArrayLike | None = None,
-    num_threads: int | None = None,
-) -> Any: ...  # the type depends on the preset
+def simulate(scenario: str, *arguments: Any, **options: Any) -> Any: ...  # the type depends on the preset
 def simulate(
     scenario: FlockScenario | LineScenario | str,
     interaction_range: ArrayLike | None = None,

@@ -229,14 +229,7 @@ def sweep(
     progress: Progress | bool | None = None,
 ) -> LineSweepResult: ...
 @overload
-def sweep(
-    scenario: str,
-    interaction_ranges: ArrayLike,
-    seeds: Iterable[int],
-    *,
-    num_threads: int | None = None,
-    progress: Progress | bool | None = None,
-) -> Any: ...  # the type depends on the preset
+def sweep(scenario: str, *arguments: Any, **options: Any) -> Any: ...  # the type depends on the preset
 def sweep(
     scenario: FlockScenario | LineScenario | str,
     interaction_ranges: ArrayLike,

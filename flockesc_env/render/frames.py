@@ -1,4 +1,4 @@
-"""The data of a picture of a flock: its state at one time, live or from a recorded run."""
+"""The data of a picture of a flock: its state at one time, live or from a recorded run, and its title."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray
+from flockesc_env.common.errors import printable
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.models.simulate import Trajectory
+from flockesc_env.policies.registry import NAMES
 from flockesc_env.scenario.flock import FlockScenario
 
 
@@ -50,6 +52,13 @@ class FlockFrame:
 
 LineHistory = Sequence[tuple[int, FloatArray, float]]
 """Number of steps made, x of shape (n,) and rho of the step before, 0 at the start; one row per action."""
+
+
+def policy_title(name: str, unit: str = "m") -> str:
+    """Return the title of a policy, for example "fixed range 12 m" for "fixed:12"; ``unit``: of a range."""
+    if name.startswith("fixed:"):
+        return printable(f"fixed range {name.removeprefix('fixed:')} {unit}")
+    return f"rule: {name.replace('-', ' ')}" if name in NAMES else printable(name)
 
 
 def initial_region(scenario: FlockScenario) -> FloatArray:

@@ -17,7 +17,7 @@ from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.models.graph import component_labels
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.policies.registry import NAMES
-from flockesc_env.render.titles import policy_title
+from flockesc_env.render.frames import policy_title
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.neighbors import Metric
 

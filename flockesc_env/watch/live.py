@@ -18,7 +18,7 @@ from flockesc_env.policies.files import SUFFIX
 from flockesc_env.policies.network import NetworkPolicy
 from flockesc_env.policies.ranges import FixedRange
 from flockesc_env.policies.registry import NamedPolicy
-from flockesc_env.render.titles import policy_title
+from flockesc_env.render.frames import policy_title
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import PRESETS
 
@@ -113,7 +113,7 @@ def file_document(path: Path, spec: str, group: str, *, with_data: bool = True) 
     content = path.read_bytes()
     return {
         "spec": spec,
-        "title": policy_title(path.name),
+        "title": policy_title(path.stem),
         "label": path.stem,
         "group": group,
         "file": spec if suffix_of(spec) == SUFFIX else f"{spec}{SUFFIX}",
