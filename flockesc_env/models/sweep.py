@@ -38,7 +38,9 @@ LINE_RANGES: Final = tuple(np.linspace(0, 1, 51).tolist())
 class SweepResult(Displayed):
     """Results of ``sweep`` for either model; arrays have shape (ranges, seeds) unless stated otherwise.
 
-    Methods take the name of an objective, a key of ``objectives``; ``None``: the first one.
+    Methods take the name of an objective, a key of ``objectives``; ``None``: the first one. They raise
+    ``ArgumentError`` for another name. Tables, figures and intervals raise ``MissingExtraError`` without the
+    ``analysis`` extra.
 
     Attributes:
         scenario: the model's parameters.
@@ -62,11 +64,7 @@ class SweepResult(Displayed):
         return facts
 
     def values(self, objective: str | None = None) -> FloatArray:
-        """Return the objective of every run, shape (ranges, seeds).
-
-        Raises:
-            ArgumentError: if the model does not have this objective.
-        """
+        """Return the objective of every run, shape (ranges, seeds)."""
         return self._spec(objective).values(self)
 
     def _spec(self, objective: str | None) -> ObjectiveSpec:
@@ -108,7 +106,6 @@ class SweepResult(Displayed):
 
         Raises:
             ArgumentError: if there is only one seed, or ``confidence`` is not between 0 and 1.
-            MissingExtraError: if the ``analysis`` extra is not installed.
         """
         require("analysis", ["scipy"])
         from flockesc_env.common.stats import mean_with_interval  # optional and slow to import
@@ -125,8 +122,7 @@ class SweepResult(Displayed):
             A Matplotlib figure; ``figure.savefig("curve.png")`` writes it.
 
         Raises:
-            ArgumentError: as ``best_range`` and ``mean_with_interval``.
-            MissingExtraError: if the ``analysis`` extra is not installed.
+            ArgumentError: if the scenario has no predator.
         """
         require("analysis", ["matplotlib", "scipy"])
         from matplotlib.figure import Figure  # optional and slow to import
@@ -153,11 +149,7 @@ class SweepResult(Displayed):
         return figure
 
     def table(self) -> pl.DataFrame:
-        """Return a polars DataFrame with one row per run: range, seed and outcomes.
-
-        Raises:
-            MissingExtraError: if the ``analysis`` extra is not installed.
-        """
+        """Return a polars DataFrame with one row per run: range, seed and outcomes."""
         columns = [*(spec.column for spec in self.objectives.values()), "num_components"]
         if isinstance(self, LineSweepResult):
             columns.append("converged")
@@ -174,12 +166,8 @@ class SweepResult(Displayed):
 
         An existing file is replaced atomically.
 
-        Args:
-            path: path of the file.
-
         Raises:
             ArgumentError: if ``path`` is not a path.
-            MissingExtraError: if the ``analysis`` extra is not installed.
         """
         write_table(self.table(), as_path(path), {"scenario": self.scenario.to_json()})
 

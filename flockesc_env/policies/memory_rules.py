@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
@@ -16,7 +17,16 @@ from flockesc_env.policies.rules import RangeRule, not_negative
 Criterion = Literal["closest_approach", "escape_direction"]
 
 
-class StubbornWitnesses(RangeRule, RowMemory):
+class _Rule(RangeRule, RowMemory):
+    """Base class of rules whose arguments are all parameters: the fields of a dataclass."""
+
+    def __post_init__(self) -> None:
+        self.parameters = not_negative(**vars(self))
+        vars(self).update(zip(vars(self), self.parameters.tolist(), strict=False))
+
+
+@dataclass(eq=False, repr=False)
+class StubbornWitnesses(_Rule):
     """A rule for a predator that is visible only nearby: agents that have seen it stop listening.
 
     rho_i = 0 until the share ``patience`` of the episode has passed, and also from the moment at which agent
@@ -44,25 +54,13 @@ class StubbornWitnesses(RangeRule, RowMemory):
         ArgumentError: if an argument is not a finite number >= 0.
     """
 
-    def __init__(
-        self,
-        patience: float = 0.125,
-        first_range: float = 60.0,
-        interaction_range: float = 17.0,
-        growth: float = 0.0,
-        min_neighbors: float = 0.0,
-        crowding: float = 0.0,
-        agreement: float = 0.0,
-    ) -> None:
-        self.parameters = not_negative(
-            patience=patience,
-            first_range=first_range,
-            interaction_range=interaction_range,
-            growth=growth,
-            min_neighbors=min_neighbors,
-            crowding=crowding,
-            agreement=agreement,
-        )
+    patience: float = 0.125
+    first_range: float = 60.0
+    interaction_range: float = 17.0
+    growth: float = 0.0
+    min_neighbors: float = 0.0
+    crowding: float = 0.0
+    agreement: float = 0.0
 
     def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
         begins = self._begin(len(observations))
@@ -81,7 +79,8 @@ class StubbornWitnesses(RangeRule, RowMemory):
         return ranges
 
 
-class ListenWhileThreatened(RangeRule, RowMemory):
+@dataclass(eq=False, repr=False)
+class ListenWhileThreatened(_Rule):
     """A rule for the nearest agent and a predator that is visible only nearby.
 
     An agent that has not yet observed the predator listens to all: rho_i = ``unaware_range``. One that has
@@ -98,12 +97,9 @@ class ListenWhileThreatened(RangeRule, RowMemory):
         ArgumentError: if an argument is not a finite number >= 0.
     """
 
-    def __init__(
-        self, unaware_range: float = 150.0, aware_range: float = 20.0, safe_distance: float = 25.0
-    ) -> None:
-        self.parameters = not_negative(
-            unaware_range=unaware_range, aware_range=aware_range, safe_distance=safe_distance
-        )
+    unaware_range: float = 150.0
+    aware_range: float = 20.0
+    safe_distance: float = 25.0
 
     def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
         begins = self._begin(len(observations))

@@ -34,11 +34,7 @@ class _Rows(Displayed):
     """Results with one entry per seed in every field."""
 
     def table(self) -> pl.DataFrame:
-        """Return a polars DataFrame with one row per seed: the seed and the other attributes.
-
-        Raises:
-            MissingExtraError: if the ``analysis`` extra is not installed.
-        """
+        """Return a polars DataFrame (extra ``analysis``) with one row per seed and a column per attribute."""
         return data_frame(
             {"seed" if name == "seeds" else name: column for name, column in vars(self).items()}
         )

@@ -20,19 +20,16 @@ class BestCandidate(RangeRule):
 
     Args:
         entry: name of an entry of the candidates, without ``profile_k_``.
-        unaware_range: rho in m of agents that observe no predator.
 
     Raises:
-        ArgumentError: if an argument has the wrong type, or ``unaware_range`` is negative.
+        ArgumentError: if ``entry`` is not a string.
     """
 
-    def __init__(self, entry: str, *, unaware_range: float = 0.0) -> None:
+    def __init__(self, entry: str) -> None:
         self.entry = as_text(entry, "entry")
-        self.unaware_range = float(as_floats(unaware_range, "unaware_range", (), least=0.0))
 
     def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
-        scores = candidate_entries(self.entry, observations, spec)
-        return _best(scores, observations, spec, self.unaware_range)
+        return _best(candidate_entries(self.entry, observations, spec), observations, spec)
 
 
 class BestNextHeading(RangeRule):
@@ -111,10 +108,7 @@ def _norm(vectors: FloatArray) -> FloatArray:
     return np.sqrt(dot(vectors, vectors))[..., np.newaxis]
 
 
-def _best(
-    scores: FloatArray, observations: Observations, spec: PolicySpec, unaware_range: float = 0.0
-) -> FloatArray:
-    """Return the candidates with the best scores; ``unaware_range`` without a predator."""
+def _best(scores: FloatArray, observations: Observations, spec: PolicySpec) -> FloatArray:
+    """Return the candidates with the best scores; 0 without a predator."""
     chosen = np.array(spec.profile_ranges)[scores.argmax(axis=1)]
-    is_aware = observations[:, spec.layout.index("predator_sensed")] > 0
-    return np.where(is_aware, chosen, unaware_range)
+    return np.where(observations[:, spec.layout.index("predator_sensed")] > 0, chosen, 0.0)
