@@ -88,18 +88,6 @@ def needs_reset_if_interrupted(method: Method) -> Method:
     return cast("Method", call)
 
 
-def _complete_after(init: Method) -> Method:
-    """Make a constructor set ``_is_complete`` at its end, unless a subclass's constructor called it."""
-
-    @wraps(init)
-    def call(self: Viewed, *args: Any, **kwargs: Any) -> None:
-        init(self, *args, **kwargs)
-        if type(self).__init__ is call:
-            self._is_complete = True
-
-    return cast("Method", call)
-
-
 class Viewed:
     """Base class of all environments: render mode and viewer. A complete environment keeps its settings."""
 
@@ -110,9 +98,17 @@ class Viewed:
     _viewer: Viewer | None = None  # Gymnasium calls `close` even if the constructor failed
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Make the constructor set ``_is_complete`` at its end, unless a subclass's constructor called it."""
         super().__init_subclass__(**kwargs)
         if "__init__" in vars(cls):
-            cls.__init__ = _complete_after(cls.__init__)  # type: ignore[method-assign]
+            init: Any = cls.__init__
+
+            @wraps(init)
+            def call(self: Viewed, *args: Any, **kwargs: Any) -> None:
+                init(self, *args, **kwargs)
+                self._is_complete = type(self).__init__ is call
+
+            cls.__init__ = call  # type: ignore[assignment]
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Set an attribute.

@@ -247,7 +247,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         the finite numbers of float32.
         """
         if self._is_flock_view:
-            view: Observation = self._batch.observe_flock([0])[0]
+            view: Observation = self._batch.observe([0], "flock")[0]
             return view
         state = self._batch.state(0)
         metrics = self._batch.metrics()
@@ -300,7 +300,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
 
     def _predator_observations(self) -> Observation:
         """Return the observations of the predators that are agents, one row each."""
-        return self._batch.observe_predators([0]) if self._predators else np.zeros((0, 0), np.float32)
+        return self._batch.observe([0], "predators") if self._predators else np.zeros((0, 0), np.float32)
 
     def _by_name(self, agents: list[str], flock: Any, predators: Any) -> dict[str, Any]:
         named = dict(zip(agents, flock, strict=True))

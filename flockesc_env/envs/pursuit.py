@@ -84,10 +84,10 @@ class FlockPursuitEnv(GymnasiumEnv):
         reward = float(self._batch.predator_rewards()[0])
         terminated = bool(is_over(info))
         truncated = has_ended and not terminated
-        return self._batch.observe_predators([0])[0], reward, terminated, truncated, info
+        return self._batch.observe([0], "predators")[0], reward, terminated, truncated, info
 
     def _resume(self, rows: Observations) -> Observations:
         self._flock_observations = rows
         reset_policy(self.flock_policy, np.ones(len(rows), bool))
-        observation: Observations = self._batch.observe_predators([0])[0]
+        observation: Observations = self._batch.observe([0], "predators")[0]
         return observation

@@ -59,11 +59,8 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         entries = len(self.policy_spec.layout.names)
-        self._out = (
-            None
-            if as_flag(copy, "copy")
-            else (np.zeros((self.num_envs, entries), np.float32), np.zeros(self.num_envs))
-        )
+        reused = np.zeros((slots, entries), np.float32), np.zeros(slots)
+        self._out = None if as_flag(copy, "copy") else reused
         self._is_started = False
         self.metadata["autoreset_mode"] = self.autoreset_mode
 
@@ -250,15 +247,10 @@ class AgentVectorEnv(_BatchVectorEnv):
     Args:
         num_envs: number of slots, a multiple of ``scenario.num_agents``; ``None``: one flock, or one
             per scenario of a list.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
-            scenario per flock (docs/environments.md, "Several scenarios").
-        autoreset_mode: see ``FlockVectorEnv``.
-        copy: see ``FlockVectorEnv``.
-        max_episode_steps: see ``FlockVectorEnv``.
-        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.
+        scenario, autoreset_mode, copy, max_episode_steps, **arguments: see ``FlockVectorEnv``.
 
     Raises:
-        InputError: as ``FlockEscapeEnv``, and ``ScenarioError`` if scenarios of a list do not agree.
+        InputError: as ``FlockVectorEnv``.
     """
 
     _view = View.AGENT

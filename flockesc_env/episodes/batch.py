@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_policy, as_seed, as_threads
+from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_policy, as_threads
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
@@ -195,28 +195,18 @@ class FlockBatch:
         """
         return self._core.rollout(network, np.array(seeds, np.uint64), report)
 
-    def team_rewards(self) -> FloatArray:
-        """Return the reward of each flock in the last step, shape (num_flocks,).
-
-        With individual rewards this is their mean over agents.
-        """
-        return self._core.team_rewards()
-
     def predator_rewards(self) -> FloatArray:
         """Return the reward of each flock's predators in the last step, shape (num_flocks,)."""
         return self._core.predator_rewards()
 
-    def observe(self, slots: Sequence[int]) -> Observations:
-        """Return the observations of some slots, shape (len(slots) * rows, entries)."""
-        return self._core.observe(slots)
+    def observe(
+        self, slots: Sequence[int], view: Literal["own", "flock", "predators"] = "own"
+    ) -> Observations:
+        """Return the observations of some slots, shape (len(slots) * rows, entries).
 
-    def observe_flock(self, slots: Sequence[int]) -> Observations:
-        """Return the flock view of some slots without optional entries, shape (len(slots), entries)."""
-        return self._core.observe(slots, "flock")
-
-    def observe_predators(self, slots: Sequence[int]) -> Observations:
-        """Return the observations of the ``Learned`` predators, shape (len(slots) * predators, entries)."""
-        return self._core.observe(slots, "predators")
+        In other views, rows are those of flocks, without optional entries, or of ``Learned`` predators.
+        """
+        return self._core.observe(slots, view)
 
     def metrics(self) -> Columns:
         """Return the columns of ``info`` of all slots, without ``num_components``."""
@@ -272,11 +262,8 @@ class FlockBatch:
         given = [slots] if is_one else list(slots)
         if not given:
             raise ArgumentError("flocks", "an index or indices", "none")
-        chosen = [as_seed(slot, f"flocks[{place}]") for place, slot in enumerate(given)]
-        for place, slot in enumerate(chosen):
-            if slot >= self.num_flocks:
-                raise ArgumentError(f"flocks[{place}]", f"an integer below {self.num_flocks}", slot)
-        return chosen
+        most = self.num_flocks - 1
+        return [as_count(slot, f"flocks[{place}]", least=0, most=most) for place, slot in enumerate(given)]
 
     def _note_begun(self, slots: Sequence[int]) -> None:
         if self._predator_policy is not None:
@@ -290,7 +277,7 @@ class FlockBatch:
         return self._predator_actions if given is None and self._predator_policy is not None else given
 
     def _predator_actions(self) -> FloatArray:
-        observations = self._core.observe(range(self.num_flocks), "predators")
+        observations = self.observe(range(self.num_flocks), "predators")
         if self._begun:
             begins = np.isin(np.arange(self.num_flocks), self._begun)
             reset_policy(self._predator_policy, np.repeat(begins, self.predator_policy_spec.count))
