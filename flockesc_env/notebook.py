@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import fields
 from io import BytesIO
 from typing import TYPE_CHECKING
@@ -68,20 +69,17 @@ def _(run: Trajectory) -> str:
 
 @to_html.register
 def _(run: LineTrajectory) -> str | None:
-    try:
+    with suppress(MissingExtraError):
         return _picture(_paths(run))
-    except MissingExtraError:
-        return None
+    return None
 
 
 @to_html.register
 def _(result: SweepResult) -> str:
     mean = result.values().mean(axis=1)
     if np.isfinite(mean).all():
-        try:
+        with suppress(MissingExtraError):
             return _picture(result.plot())
-        except MissingExtraError:
-            pass
     objective = next(iter(result.objectives.values()))
     return _table(
         ["interaction_range", f"mean {objective.with_unit(objective.symbol)}"],
@@ -101,10 +99,9 @@ def _(episodes: Episodes | LineEpisodes) -> str:
 
 def _moment(runs: Sequence[tuple[str, Trajectory]]) -> str:
     """Return a picture of flocks in the plane at their smallest mean predator distance, or nothing."""
-    try:
+    with suppress(MissingExtraError):
         return _flocks(runs)
-    except MissingExtraError:
-        return ""
+    return ""
 
 
 @figure_style()

@@ -254,3 +254,11 @@ def as_floats(
             where = f"{field}[{', '.join(map(str, at))}]" if at else field
             raise error(where, expected, floats[at])
     return floats
+
+
+def as_vector(value: Any, field: str, error: _Error = ArgumentError, *, least: float = -np.inf) -> FloatArray:
+    """Return ``as_floats`` of shape (k,) with k >= 1."""
+    vector = as_floats(value, field, error=error, least=least)
+    if vector.ndim != 1 or not vector.size:
+        raise error(field, "shape (k,) with k >= 1", f"shape {vector.shape}")
+    return vector

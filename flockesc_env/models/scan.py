@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_count, as_floats, as_seeds, as_text, as_threads
+from flockesc_env.common.checks import (
+    FloatArray,
+    as_count,
+    as_floats,
+    as_seeds,
+    as_text,
+    as_threads,
+    as_vector,
+)
 from flockesc_env.common.errors import ArgumentError, shown_name
 from flockesc_env.common.extras import figure_style, require
 from flockesc_env.common.notebook import Displayed
@@ -140,9 +148,7 @@ def scan(
     path = as_text(field, "field")
     if path == "num_steps":
         raise ArgumentError("field", "a field other than num_steps, on which shapes depend", path)
-    given = as_floats(values, "values")
-    if given.ndim != 1 or not given.size:
-        raise ArgumentError("values", "shape (k,) with k >= 1", f"shape {given.shape}")
+    given = as_vector(values, "values")
     check_not_drawn(model, [path])
     scenarios = [_replaced(model, path, value, path) for value in given.tolist()]
     rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.array_files import write_table
-from flockesc_env.common.checks import FloatArray, as_choice, as_floats, as_path, as_seeds, as_threads
+from flockesc_env.common.checks import FloatArray, as_choice, as_path, as_seeds, as_threads, as_vector
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import data_frame, figure_style, require
 from flockesc_env.common.notebook import Displayed
@@ -253,9 +253,7 @@ def sweep(
         (3, 10)
     """
     model = as_model(scenario)
-    ranges = as_floats(interaction_ranges, "interaction_ranges", least=0.0)
-    if ranges.ndim != 1 or not ranges.size:
-        raise ArgumentError("interaction_ranges", "shape (k,) with k >= 1", f"shape {ranges.shape}")
+    ranges = as_vector(interaction_ranges, "interaction_ranges", least=0.0)
     checked = np.array(as_seeds(seeds), np.uint64)
     threads, total, document = as_threads(num_threads), ranges.size * checked.size, model.to_json()
     with reporting(progress, "Sweep", total) as callback:

@@ -8,7 +8,7 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env.common.checks import FloatArray, as_count, as_floats, as_seed
+from flockesc_env.common.checks import FloatArray, as_count, as_seed, as_vector
 from flockesc_env.common.errors import ArgumentError, ResetNeededError, shown
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
@@ -228,9 +228,7 @@ class Planner:
 
 
 def _ranges(values: ArrayLike, name: str, actions: RangeActions) -> FloatArray:
-    ranges = as_floats(values, name)
-    if ranges.ndim != 1 or not ranges.size:
-        raise ArgumentError(name, "shape (k,) with at least one range", f"shape {ranges.shape}")
+    ranges = as_vector(values, name)
     if ranges.min() < actions.min_range or ranges.max() > actions.max_range:
         expected = f"ranges from {actions.min_range} to {actions.max_range}"
         raise ArgumentError(name, expected, shown(ranges.tolist()))

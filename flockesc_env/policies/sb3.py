@@ -182,11 +182,7 @@ def _space_error(trained: Any, spaces: Mapping[Any, gymnasium.Space[Any]]) -> Ar
 
 
 def _layers(model: Any) -> list[Any]:
-    """Return the layers of torch from the observation to the mean of the action.
-
-    Raises:
-        ArgumentError: if the model has a memory or is of another algorithm.
-    """
+    """Return the layers of torch from the observation to the mean of the action."""
     policy: Any = getattr(model, "policy", None)
     actor: Any = getattr(policy, "actor", None)
     extractor: Any = getattr(policy, "mlp_extractor", None)
@@ -210,11 +206,7 @@ def _layers(model: Any) -> list[Any]:
 
 
 def _normalized(network: NetworkPolicy, layout: ObservationLayout, normalizer: Any) -> NetworkPolicy:
-    """Return a network for plain observations from one for normalized ones.
-
-    Raises:
-        ArgumentError: if an observation can be clipped.
-    """
+    """Return a network for plain observations from one for normalized ones that are never clipped."""
     mean, scale = normalizer.obs_rms.mean, np.sqrt(normalizer.obs_rms.var + normalizer.epsilon)
     farthest = np.maximum(layout.high - mean, mean - layout.low) / scale
     if farthest.max() > normalizer.clip_obs:

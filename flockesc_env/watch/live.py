@@ -44,13 +44,9 @@ def has_engine() -> bool:
 
 
 def page_spec(spec: str, policy: NamedPolicy) -> str | None:
-    """Return the text by which a page runs a policy, or ``None`` if it cannot.
+    """Return the text by which a page runs a policy that ``spec`` gave, or ``None`` if it cannot.
 
     A page runs fixed ranges, ``RULES`` and files of a flock's network.
-
-    Args:
-        spec: the text that gave the policy: a name, a file or a user's ``module:function``.
-        policy: the policy.
     """
     if isinstance(policy.policy, FixedRange):
         return f"fixed:{policy.policy.interaction_range!r}".removesuffix(".0")
@@ -59,13 +55,7 @@ def page_spec(spec: str, policy: NamedPolicy) -> str | None:
 
 
 def world_document(name: str, scenario: FlockScenario, best: float | None = None) -> dict[str, Any]:
-    """Return the document of a world.
-
-    Args:
-        name: the name of a preset, or ``GIVEN``.
-        scenario: the scenario.
-        best: the best fixed range, if it is known.
-    """
+    """Return the document of a world: a preset's or ``GIVEN``, with its best fixed range if that is known."""
     unit = scenario.neighbor_rule.unit
     return {
         "name": name,
