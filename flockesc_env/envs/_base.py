@@ -149,16 +149,13 @@ _DERIVED = {
 
 
 class Registered(Viewed):
-    """Base class of environments that ``gymnasium.make`` or ``make_vec`` creates.
-
-    ``spec`` contains the number of actions of an episode, which the scenario and the options determine.
-    """
+    """Base class of environments that ``gymnasium.make`` or ``make_vec`` creates."""
 
     _spec: EnvSpec | None = None
 
     @property
     def spec(self) -> EnvSpec | None:
-        """The specification with which Gymnasium created the environment; ``None``: it did not."""
+        """The specification with which Gymnasium created the environment, with its number of actions."""
         return self._spec
 
     @spec.setter
@@ -189,12 +186,7 @@ class Rendered(Viewed):
 
 
 class FlockEnvironment(Viewed):
-    """Base class of the flock environments; holds one ``FlockBatch``.
-
-    Attributes:
-        scenario: the scenario of the flock, or of the first flock.
-        options: options of actions, rewards and observations.
-    """
+    """Base class of the flock environments; holds one ``FlockBatch``."""
 
     _arguments: ClassVar[type] = FlockArguments
     _viewer: FlockViewer | None = None
@@ -217,7 +209,7 @@ class FlockEnvironment(Viewed):
             num_threads=arguments.get("num_threads"),
             predator_policy=arguments.get("predator_policy"),
         )
-        self.scenario: FlockScenario = batch.scenario
+        self.scenario: FlockScenario = batch.scenario  # of the first flock
         self.options: EnvOptions = batch.options
         fps = frames_per_second(first.time_step * self.options.steps_per_action)
         self.render_mode = arguments.get("render_mode")
@@ -256,9 +248,9 @@ class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
     def get_state(self) -> bytes:
         """Return a snapshot of the episode and of the seed schedule of later episodes.
 
-        Any environment with the same scenario, options and interface can restore it, in any process and with
-        any number of threads. It contains a format version and a checksum. It does not contain the memory of
-        policies, ``np_random`` or the random states of spaces; episodes do not draw from the last two.
+        Any environment with the same scenario, options and interface can restore it, in any process. It does
+        not contain the memory of policies, ``np_random`` or the random states of spaces; episodes do not draw
+        from the last two.
 
         Raises:
             ResetNeededError: if called before ``reset``.
@@ -268,9 +260,6 @@ class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
     @needs_reset_if_interrupted
     def set_state(self, state: bytes) -> ObsType:
         """Restore a snapshot, clear the memory of policies and return the observation at that moment.
-
-        Args:
-            state: a snapshot from ``get_state`` of this or another environment.
 
         Raises:
             ArgumentError: if the snapshot is damaged or belongs to another version, scenario, interface or

@@ -7,10 +7,9 @@ from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWi
 from flockesc_env.policies.network import Architecture, NetworkPolicy, torch_network
 from flockesc_env.policies.planner import Plan, PlannedEpisode, Planner
 from flockesc_env.policies.predators import FlyStraight, Pursue
-from flockesc_env.policies.profile_rules import BestCandidate, BestNextHeading
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
-from flockesc_env.policies.rules import ListenWhileFleeing, StubbornLeaders
+from flockesc_env.policies.rules import BestCandidate, BestNextHeading, ListenWhileFleeing, StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
 
 __all__ = [

@@ -11,8 +11,7 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
-from flockesc_env.policies.profile_rules import unit, vector_entries
-from flockesc_env.policies.rules import RangeRule, not_negative
+from flockesc_env.policies.rules import RangeRule, not_negative, unit, vector_entries
 
 Criterion = Literal["closest_approach", "escape_direction"]
 
