@@ -126,12 +126,7 @@ def similar_field(flags: Sequence[str], known: Collection[str]) -> str | None:
 
 
 def scenario_named(name: str) -> Scenario:
-    """Return a preset or the scenario in a file.
-
-    Raises:
-        OSError: if the file cannot be read.
-        ScenarioError: if the name is neither a preset nor a file, or a field is unknown or out of bounds.
-    """
+    """Return a preset or the scenario in a file."""
     path = Path(name)
     if name in PRESETS:
         return preset(name)

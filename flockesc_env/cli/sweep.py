@@ -30,7 +30,7 @@ from flockesc_env.episodes.objectives import (
 from flockesc_env.episodes.options import GRID_SIZE, EnvOptions, LineOptions
 from flockesc_env.jobs import Arrays, Cache, find_backend
 from flockesc_env.jobs import run as run_all
-from flockesc_env.jobs.sweeps import OUTCOMES, joined, outcome_names, seed_jobs
+from flockesc_env.jobs.sweeps import OUTCOMES, joined, outcomes_of, seed_jobs
 from flockesc_env.models import records
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 from flockesc_env.scenario.flock import FlockScenario
@@ -187,7 +187,7 @@ def _in_chunks(
         for start in range(0, len(seeds), size):
             runs = partial(lambda before, done, total: report(before + done, total), start * ranges.size)
             part = sweep(scenario, ranges, seeds[start : start + size], num_threads=threads, progress=runs)
-            parts.append({name: getattr(part, name) for name in outcome_names(part)})
+            parts.append(outcomes_of(part))
     return parts
 
 

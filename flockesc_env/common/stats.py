@@ -21,13 +21,7 @@ RESAMPLES = 9_999
 
 @dataclass(frozen=True)
 class Estimate:
-    """An estimate with its 95 % interval.
-
-    Attributes:
-        mean: the estimate.
-        low: lower end of the interval.
-        high: upper end of the interval.
-    """
+    """An estimate, ``mean``, with the ends of its 95 % interval."""
 
     mean: float
     low: float

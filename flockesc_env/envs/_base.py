@@ -133,6 +133,10 @@ class Viewed:
     def _drop_episodes(self) -> None:
         """Require a reset, after an interrupt."""
 
+    @abstractmethod
+    def _num_actions(self) -> int:
+        """Return the number of actions of an episode that does not end early."""
+
     def _set_frames_per_second(self, fps: int) -> None:
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
 
@@ -170,10 +174,6 @@ class Registered(Viewed):
             setattr(self, name, value)
             return True
         return False
-
-    @abstractmethod
-    def _num_actions(self) -> int:
-        """Return the number of actions of an episode that does not end early."""
 
 
 class Rendered(Viewed):
@@ -219,6 +219,9 @@ class FlockEnvironment(Viewed):
     def _as_scenarios(self, given: Any) -> FlockScenario | list[FlockScenario]:
         scenario: FlockScenario = as_scenario(given, FlockScenario)
         return scenario
+
+    def _num_actions(self) -> int:
+        return self._batch.policy_spec.num_actions
 
     def _drop_episodes(self) -> None:
         self._batch.drop_episodes()

@@ -139,9 +139,6 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002
         ManyFlocks.close(self)
 
-    def _num_actions(self) -> int:
-        return self._batch.policy_spec.num_actions
-
     def _drop_episodes(self) -> None:
         super()._drop_episodes()
         self._is_started = False

@@ -51,13 +51,6 @@ class FlockBatch:
         num_threads: number of threads for many slots or one large flock; ``None``: one per core.
         predator_policy: controls the ``Learned`` predators. ``None``: pass their actions to ``step``;
             otherwise they fly straight on.
-
-    Attributes:
-        scenario: the scenario of the first slot.
-        rows: observation rows and ranges per flock: 1, or the number of agents.
-        rows_can_be_caught: whether a row is an agent and agents of some slot can be caught.
-        policy_spec: shapes and meaning of observations and actions.
-        predator_policy_spec: the same for ``Learned`` predators.
     """
 
     def __init__(
@@ -72,7 +65,7 @@ class FlockBatch:
     ) -> None:
         self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
         self._distinct, self._scenario_of_slot = distinct_scenarios(scenario, self.num_flocks)
-        self.scenario = first = self._distinct[0]
+        self.scenario = first = self._distinct[0]  # of the first slot
         num_steps = max(distinct.num_steps for distinct in self._distinct)
         self.predator_policy_spec = replace(PredatorPolicySpec.of(first), num_steps=num_steps)
         if predator_policy is not None:
@@ -86,7 +79,7 @@ class FlockBatch:
         self.options = options
         threads = as_threads(num_threads)
         self.policy_spec = replace(flock_policy_spec(first, options, view), num_steps=num_steps)
-        self.rows = self.policy_spec.rows
+        self.rows = self.policy_spec.rows  # observation rows and ranges per flock: 1, or the number of agents
         can_be_caught = any(distinct.capture_radius is not None for distinct in self._distinct)
         self.rows_can_be_caught = view.is_per_agent and can_be_caught
         self._core = _core.FlockBatch(
@@ -164,13 +157,9 @@ class FlockBatch:
         return self._core.step_flock(actions, label, self._hunt(predator_actions))
 
     def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
-        """Step a batch that has a single row; faster than ``step``.
+        """Step a batch that has a single row, faster than ``step``.
 
-        Args:
-            action: shape (1,) or, for a discrete action, an integer.
-
-        Returns:
-            Observation, shape (entries,), reward, whether the episode has ended, and ``info``.
+        Return the observation, shape (entries,), the reward, whether the episode has ended, and ``info``.
         """
         return self._core.step_one(action, self._hunt(None))
 
@@ -180,18 +169,11 @@ class FlockBatch:
         seeds: Sequence[int],
         report: Callable[[int], None] | None = None,
     ) -> Columns:
-        """Play the flock of every seed of the first slot's scenario to its end under networks.
+        """Play the flock of every seed of the first slot's scenario to its end; the slots stay unchanged.
 
-        Learned predators fly straight on. The slots stay as they are.
-
-        Args:
-            network: document of the architecture; parameters, shape (1, size) or (seeds, size); ranges in m
-                that the networks choose from.
-            seeds: seed k is the flock that a reset with seed k starts.
-            report: called with the number of finished flocks.
-
-        Returns:
-            Columns of ``info`` at the end, ``mean_return`` and ``num_actions``, with an entry per seed.
+        ``network`` is a document of the architecture, the parameters, shape (1, size) or (seeds, size), and
+        the ranges in m to choose from. ``report`` is called with the number of finished flocks. The columns
+        are those of ``info`` at the end, ``mean_return`` and ``num_actions``, with an entry per seed.
         """
         return self._core.rollout(network, np.array(seeds, np.uint64), report)
 
@@ -240,9 +222,7 @@ class FlockBatch:
     def set_state(self, state: Any, slots: Any = None) -> list[int]:
         """Restore some slots from a snapshot and return their indices.
 
-        Args:
-            state: a snapshot of the same number of slots, or of one slot, which is copied to all ``slots``.
-            slots: index of one slot, or indices of several; ``None``: all.
+        A snapshot of one slot is copied to all ``slots``; ``None``: all.
         """
         chosen = self._slots(slots)
         for other in set(range(self.num_flocks)).difference(chosen):

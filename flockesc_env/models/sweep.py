@@ -95,14 +95,7 @@ class SweepResult(Displayed):
     def mean_with_interval(
         self, objective: str | None = None, *, confidence: float = 0.95
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the mean over seeds with its percentile bootstrap interval.
-
-        Args:
-            objective: name of the objective.
-            confidence: confidence level, between 0 and 1.
-
-        Returns:
-            Mean, lower end and upper end of the interval, three arrays of shape (ranges,).
+        """Return the mean over seeds and the ends of its percentile bootstrap interval, shape (ranges,).
 
         Raises:
             ArgumentError: if there is only one seed, or ``confidence`` is not between 0 and 1.
@@ -114,12 +107,9 @@ class SweepResult(Displayed):
 
     @figure_style()
     def plot(self, objective: str | None = None) -> Figure:
-        """Draw the objective against the range with its 95 % interval, as Figures 9 and 10 of the paper.
+        """Return a Matplotlib figure of the objective against the range, as Figures 9 and 10 of the paper.
 
-        With one seed there is no interval.
-
-        Returns:
-            A Matplotlib figure; ``figure.savefig("curve.png")`` writes it.
+        It shows the 95 % interval, except with one seed. ``figure.savefig("curve.png")`` writes it.
 
         Raises:
             ArgumentError: if the scenario has no predator.

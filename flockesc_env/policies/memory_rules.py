@@ -67,11 +67,13 @@ class StubbornWitnesses(_Rule):
         patience, first, later, growth, min_neighbors, crowding, agreement = self.parameters
         time = observations[:, spec.layout.index("time")].astype(np.float64)
         is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
-        count = _neighbor_count(observations, spec)
+        scaled = observations[:, spec.layout.index("neighbor_count")].astype(np.float64)
+        count = np.rint(8 * scaled / (1 - scaled))
+        cosine = unit(vector_entries("heard_velocity_", observations, spec))[:, 0]
         has_stopped |= is_seen | (is_later & (count < min_neighbors))
         waits = time < patience
         later = later + growth * (time - patience)
-        later += crowding * _core.log1p(count) - agreement * _heard_cosine(observations, spec)
+        later += crowding * _core.log1p(count) - agreement * cosine
         later = np.clip(later, 0.0, spec.actions.max_range)
         ranges = np.where(waits | has_stopped, 0.0, np.where(heard, later, first))
         self._remember(len(begins), has_stopped, heard | ~waits, heard)
@@ -173,16 +175,3 @@ class WinStayLoseShift(RangeRule, RowMemory):
         self._remember(len(begins), listens, is_long, paused)
         ranges = np.where(is_long, long_range, short_range)
         return np.where(listens, ranges, 0.0)
-
-
-def _neighbor_count(observations: Observations, spec: PolicySpec) -> FloatArray:
-    """Return the number of neighbors, which the entry shows scaled, shape (rows,)."""
-    scaled = observations[:, spec.layout.index("neighbor_count")].astype(np.float64)
-    counts: FloatArray = np.rint(8 * scaled / (1 - scaled))
-    return counts
-
-
-def _heard_cosine(observations: Observations, spec: PolicySpec) -> FloatArray:
-    """Return the cosine between heading and heard velocity, shape (rows,)."""
-    cosines: FloatArray = unit(vector_entries("heard_velocity_", observations, spec))[:, 0]
-    return cosines

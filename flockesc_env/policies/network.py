@@ -199,15 +199,7 @@ def layer_parameters(
 def tanh_layers(widths: Sequence[int], parameters: FloatArray, inputs: FloatArray) -> FloatArray:
     """Return the outputs of tanh layers and a linear one, computed as in ``NetworkPolicy``.
 
-    Args:
-        widths: number of inputs, width of every hidden layer, number of outputs.
-        parameters: for every layer the weights in row-major order, then the biases.
-        inputs: shape (rows, widths[0]).
-
-    Returns:
-        Shape (rows, widths[-1]).
-
-    Raises:
-        ArgumentError: if ``parameters`` or ``inputs`` does not fit ``widths``.
+    Widths are those of inputs, hidden layers and outputs. Inputs have shape (rows, widths[0]), outputs (rows,
+    widths[-1]). The order of parameters is that of ``Architecture.size``.
     """
     return _core.tanh_layers(list(widths), np.asarray(parameters, np.float64), np.ascontiguousarray(inputs))

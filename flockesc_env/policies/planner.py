@@ -23,12 +23,9 @@ _NUM_RANGES, _NUM_FUTURES = 15, 10
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A choice of ``Planner``.
+    """A choice of ``Planner``: the action for ``env.step``, its range in m and the objective at the end.
 
-    Attributes:
-        action: the action for ``env.step``.
-        interaction_range: its range in m.
-        value: the objective at the end of the episode if the planner goes on; it reaches at least this.
+    The episode reaches at least this ``value`` if the planner goes on.
     """
 
     action: Any
@@ -38,11 +35,9 @@ class Plan:
 
 @dataclass(frozen=True, eq=False)
 class PlannedEpisode:
-    """An episode that ``Planner.play`` ran.
+    """An episode that ``Planner.play`` ran: the objective at its end, and the choices in order.
 
-    Attributes:
-        objective: the objective at the end of the episode.
-        plans: the choices, in order. Their values never fall, and the last one is ``objective``.
+    The values of ``plans`` never fall, and the last one is ``objective``.
     """
 
     objective: float

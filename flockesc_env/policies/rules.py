@@ -145,11 +145,7 @@ class BestNextHeading(RangeRule):
 
 
 def candidate_entries(entry: str, observations: Observations, spec: PolicySpec) -> FloatArray:
-    """Return an entry of every candidate range, shape (rows, candidates).
-
-    Raises:
-        ArgumentError: if the observation has no profile, or no such entry.
-    """
+    """Return an entry of every candidate range, shape (rows, candidates)."""
     if not spec.profile_ranges:
         raise ArgumentError("profile_ranges", "candidate ranges", "none")
     columns = [spec.layout.index(f"profile_{k}_{entry}") for k in range(len(spec.profile_ranges))]

@@ -20,34 +20,22 @@ from flockesc_env.scenario.flock import FlockScenario
 class FlockFrame:
     """A flock at one time. Lengths in m, speeds in m/s.
 
-    Attributes:
-        scenario: the flock model's parameters, as drawn.
-        step: number of steps made.
-        positions: r_i, shape (n, D); a caught agent's is where it was caught.
-        velocities: v_i, shape (n, D).
-        predator_positions: r_p, shape (P, D).
-        predator_velocities: v_p, shape (P, D).
-        interaction_range: rho of the last step, shape (1,) or (n,). Before the first step it is that of the
-            first action if the run is recorded, and empty in an environment.
-        caught: True for caught agents, shape (n,).
-        objective: J so far, with its symbol and unit.
-        graph: positions and velocities that define the neighbor graph: the start's, if it is frozen.
-        view: lowest and highest corner of a box around all positions so far, shape (2, D).
-        trail: past predator positions, shape (k, P, D).
+    The range is that of the last step, shape (1,) or (n,). Before the first step it is that of the first
+    action if the run is recorded, and empty in an environment.
     """
 
-    scenario: FlockScenario
+    scenario: FlockScenario  # as drawn
     step: int
-    positions: FloatArray
-    velocities: FloatArray
-    predator_positions: FloatArray
-    predator_velocities: FloatArray
+    positions: FloatArray  # shape (n, D); a caught agent's is where it was caught
+    velocities: FloatArray  # shape (n, D)
+    predator_positions: FloatArray  # shape (P, D)
+    predator_velocities: FloatArray  # shape (P, D)
     interaction_range: FloatArray
-    caught: NDArray[np.bool]
-    objective: str
-    graph: tuple[FloatArray, FloatArray]
-    view: FloatArray
-    trail: FloatArray
+    caught: NDArray[np.bool]  # shape (n,)
+    objective: str  # J so far, with its symbol and unit
+    graph: tuple[FloatArray, FloatArray]  # positions and velocities that define it: the start's, if frozen
+    view: FloatArray  # lowest and highest corner of a box around all positions so far, shape (2, D)
+    trail: FloatArray  # past predator positions, shape (k, P, D)
 
 
 LineHistory = Sequence[tuple[int, FloatArray, float]]

@@ -34,17 +34,11 @@ _FIRST_STEPS = 10
 
 
 class Camera(NamedTuple):
-    """Parallel projection to a picture.
+    """Parallel projection to a picture."""
 
-    Attributes:
-        matrix: from m to px, shape (D, 2).
-        offset: pixel of the origin, shape (2,).
-        scale: px per m.
-    """
-
-    matrix: FloatArray
-    offset: FloatArray
-    scale: float
+    matrix: FloatArray  # from m to px, shape (D, 2)
+    offset: FloatArray  # pixel of the origin, shape (2,)
+    scale: float  # px per m
 
     def pixels(self, points: FloatArray) -> FloatArray:
         """Return the pixels of points, shape (.., 2)."""

@@ -88,11 +88,7 @@ class Document:
 
     @classmethod
     def from_toml(cls, document: str) -> Self:
-        """Return the scenario of a TOML document; missing fields get their defaults.
-
-        Raises:
-            ScenarioError: if a field is unknown, has the wrong type or is out of bounds.
-        """
+        """Return the scenario of a TOML document, as ``from_json``."""
         return from_fields(cls, parse_document(document, is_toml=True))
 
     def replace(self, **changes: Any) -> Self:
@@ -112,9 +108,6 @@ def check_not_drawn(scenario: Document, paths: Iterable[str]) -> None:
     """Refuse to change fields that the scenario's ``randomization`` draws: the change would have no effect.
 
     Paths have indices in brackets or after dots, with or without the kinds of parts.
-
-    Raises:
-        ScenarioError: if a path is that of a drawn field.
     """
     distributions: tuple[Distribution, ...] = getattr(scenario, "randomization", ())
     drawn = {_names(each.field): each for each in distributions}

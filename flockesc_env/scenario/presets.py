@@ -34,12 +34,7 @@ _T = TypeVar("_T", bound=Scenario)
 
 
 class Preset(NamedTuple):
-    """A named scenario.
-
-    Attributes:
-        description: one line, for lists of presets.
-        scenario: the scenario.
-    """
+    """A named scenario with a line that describes it."""
 
     description: str
     scenario: Scenario
@@ -192,10 +187,7 @@ PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
 
 
 def preset(name: str) -> Scenario:
-    """Return the scenario of a preset.
-
-    Args:
-        name: a key of ``PRESETS``.
+    """Return the scenario of a preset, a key of ``PRESETS``.
 
     Raises:
         ScenarioError: if the name is unknown.

@@ -92,13 +92,9 @@ def start_document(run: Trajectory) -> dict[str, Any] | None:
 
 
 def file_document(path: Path, spec: str, group: str, *, with_data: bool = True) -> dict[str, Any]:
-    """Return the document of a policy file.
+    """Return the document of a policy file, ``spec`` in addresses, below the heading ``group``.
 
-    Args:
-        path: the file.
-        spec: the text that names the policy in addresses.
-        group: heading in the list of policies.
-        with_data: whether the page holds the file. Otherwise it lies beside the page.
+    Without its data, the page reads the file from beside itself.
     """
     content = path.read_bytes()
     return {
