@@ -61,9 +61,8 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
         self.render_mode = arguments.get("render_mode")
-        self._viewer = line_viewer(
-            self.scenario, self.render_mode, arguments.get("render_options"), FRAMES_PER_SECOND
-        )
+        shown = arguments.get("render_options")
+        self._viewer = line_viewer(self.scenario, self.render_mode, shown, FRAMES_PER_SECOND)
         self._set_frames_per_second(FRAMES_PER_SECOND)
 
     @property
@@ -94,9 +93,8 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
         episode = None if episode is None else as_seed(episode, "options['episode']")
         first, following = self._schedule if seed is None else (seed, 0)
         following = following if episode is None else episode
-        self._episode = _core.LineEpisode(
-            self.scenario.to_json(), self._document, episode_seed(first, following), states
-        )
+        drawn = episode_seed(first, following)
+        self._episode = _core.LineEpisode(self.scenario.to_json(), self._document, drawn, states)
         self._schedule = first, (following + 1) % 2**64
         if seed is not None:
             super().reset(seed=seed)

@@ -45,14 +45,12 @@ def _flock(description: str, **differences: Any) -> Preset:
     return Preset(description, FlockScenario(**differences))
 
 
-_PAPER = {
+_VARIATIONS = {
     "paper-flock": _flock("the paper's flock and its predator, which flies straight on"),
     "paper-line": Preset("the paper's line, with the linear escape force", LineScenario()),
     "constant-line": Preset("the line with the constant escape force", LineScenario(escape_force="constant")),
     "literal-law": _flock("the law as printed in the paper, under which speeds vary", constant_speed=False),
-}
-
-_PREDATORS = {
+    # predators
     "edge-attack": _flock(
         "a path 50 m to the left of the flock's center, along its edge",
         predators=(ConstantVelocity(*approach(50.0)),),
@@ -96,9 +94,7 @@ _PREDATORS = {
         capture_radius=2.0,
     ),
     "learned-predator": _flock("a predator that a policy controls", predators=(Learned(),)),
-}
-
-_NEIGHBORS = {
+    # neighbors
     "topological": _flock("agents listen to the k nearest", neighbor_rule=Topological()),
     "mutual": _flock(
         "only agents among each other's k nearest are neighbors", neighbor_rule=Topological(), mutual=True
@@ -108,9 +104,7 @@ _NEIGHBORS = {
     "frozen-graph": _flock(
         "a control: all steps use the neighbor graph of the first step", frozen_graph=True
     ),
-}
-
-_MOTION = {
+    # motion
     "vicsek": _flock(
         "the Vicsek model: headings without inertia, with noise", motion=Vicsek(), angular_noise=1.0
     ),
@@ -121,9 +115,7 @@ _MOTION = {
         "a tenth of the agents ignore their neighbors", alignment_strength=(0.0,) * 30 + (1.0,) * 270
     ),
     "fearless": _flock("a control: a flock that does not flee", repulsion_strength=0.0),
-}
-
-_STARTS = {
+    # starts
     "space": _flock("a flock in a cube, attacked along its diagonal", dimension=3),
     "clusters": _flock("five clusters, each denser than the paper's flock", initial_positions=Clusters()),
     "head-on": _flock(
@@ -178,12 +170,9 @@ LITERATURE: Final = {
         predators=(Attracted(position=(40.0, 50.0), velocity=(0.0, 0.0)),),
     ),
 }
-
 """Models of other authors, which differ from the paper's flock in several respects."""
 
-PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
-    _PAPER | _PREDATORS | _NEIGHBORS | _MOTION | _STARTS | LITERATURE
-)
+PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(_VARIATIONS | LITERATURE)
 
 
 def preset(name: str) -> Scenario:
