@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flockesc_env import Architecture, ArgumentError, NetworkPolicy, Policy
 from flockesc_env.cli.policies import policy_of
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.policy_reset import reset_policy
+from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import (
     BestCandidate,

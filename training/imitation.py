@@ -22,7 +22,7 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import Observations
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.episodes.splits import training_seeds
-from flockesc_env.policies.torch import layer_parameters
+from flockesc_env.policies.network import layer_parameters
 from training.branches import GROUP, Branches
 from training.rounds import Arguments, Rounds, hyperparameters_of
 from training.run import Run

@@ -15,8 +15,8 @@ from flockesc_env import FlockSweepResult, Trajectory
 from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.objectives import ObjectiveSpec
+from flockesc_env.render.frames import policy_title
 from flockesc_env.render.palette import LIGHT
-from flockesc_env.render.titles import policy_title
 from training.figure_style import BAND, RANGES, WIDTH, label_ends, save_figure
 
 Run = tuple[str, Trajectory]

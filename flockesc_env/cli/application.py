@@ -32,15 +32,10 @@ class Application:
 
     A command is a function that returns an ``Exit``. Its keyword arguments are the flags, its docstring is
     the help text. tyro does not wrap lines, so each paragraph is one line.
-
-    Attributes:
-        program: name of the program in help texts.
-        summary: description of the program, a sentence.
-        commands: commands by name.
     """
 
-    program: str
-    summary: str
+    program: str  # its name in help texts
+    summary: str  # a sentence
     commands: Mapping[str, Callable[..., Exit]]
 
     def main(self, argv: Sequence[str] | None = None) -> int:

@@ -13,10 +13,9 @@ from typing import Annotated, Any
 from tyro.conf import DisallowNone, UseAppendAction, arg
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
-from flockesc_env.common.checks import parse_number
+from flockesc_env.common.checks import parse_json, parse_number
 from flockesc_env.common.errors import ArgumentError, ScenarioError, shown, shown_name
 from flockesc_env.common.files import suffix_of
-from flockesc_env.common.json_text import parse_json
 from flockesc_env.scenario.document import check_not_drawn, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial_files import read_initial_state
@@ -127,32 +126,22 @@ def similar_field(flags: Sequence[str], known: Collection[str]) -> str | None:
 
 
 def scenario_named(name: str) -> Scenario:
-    """Return a preset or the scenario in a file.
-
-    Raises:
-        OSError: if the file cannot be read.
-        ScenarioError: if the name is neither a preset nor a file, or a field is unknown or out of bounds.
-    """
+    """Return a preset or the scenario in a file."""
     path = Path(name)
     if name in PRESETS:
         return preset(name)
     if not path.suffix and not path.exists():
         raise ScenarioError("scenario", f"a file or one of {', '.join(PRESETS)}", shown_name(name, PRESETS))
     try:
-        text = path.read_text(encoding="utf-8-sig")
-        return _read(text, is_toml=suffix_of(path) == ".toml")
+        fields = parse_document(path.read_text(encoding="utf-8-sig"), is_toml=suffix_of(path) == ".toml")
+        # A document with a field that only ``LineScenario`` has is a line.
+        known = {field.name for field in dataclasses.fields(LineScenario)} - vars(FlockScenario()).keys()
+        is_line = isinstance(fields, dict) and not known.isdisjoint(fields)
+        return from_fields(LineScenario, fields) if is_line else from_fields(FlockScenario, fields)
     except UnicodeDecodeError as error:
         raise ScenarioError(str(path), "TOML or JSON", error) from None
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error.field}", error.expected, error.given) from None
-
-
-def _read(text: str, *, is_toml: bool) -> Scenario:
-    """Return the scenario of a document; one with a field that only ``LineScenario`` has is a line."""
-    line_fields = {field.name for field in dataclasses.fields(LineScenario)} - set(vars(FlockScenario()))
-    fields = parse_document(text, is_toml=is_toml)
-    is_line = isinstance(fields, dict) and not line_fields.isdisjoint(fields)
-    return from_fields(LineScenario, fields) if is_line else from_fields(FlockScenario, fields)
 
 
 def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:

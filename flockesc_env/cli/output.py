@@ -75,11 +75,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def check_output(path: Path | None, suffixes: Sequence[str], field: str = "output") -> None:
-    """Check, before a long computation, that an output file, if any, can be written.
-
-    Raises:
-        ArgumentError: if the suffix is not allowed, the folder does not exist, or the file cannot be written.
-    """
+    """Check, before a long computation, that an output file, if any, has a suffix and can be written."""
     if path is None:
         return
     given = repr(str(path))
@@ -94,11 +90,7 @@ def check_output(path: Path | None, suffixes: Sequence[str], field: str = "outpu
 
 
 def check_folder(folder: Path, field: str = "output") -> None:
-    """Check, before a long computation, that files can be written into a folder. It may be missing.
-
-    Raises:
-        ArgumentError: if they cannot.
-    """
+    """Check, before a long computation, that files can be written into a folder. It may be missing."""
     try:
         check_writable(folder / ".part")
     except OSError as error:

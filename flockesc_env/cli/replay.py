@@ -55,13 +55,8 @@ def run(
 
 
 def _report(path: Path) -> dict[str, Any]:
-    report: dict[str, Any] = {
-        "file": str(path),
-        "outcome": "refused",
-        "differences": [],
-        "error": None,
-        "recorded_with": None,
-    }
+    report: dict[str, Any] = {"file": str(path), "outcome": "refused", "differences": []}
+    report |= {"error": None, "recorded_with": None}
     try:
         record = records.load_run(path)
         found = records.run_differences(record.trajectory, records.replay_run(record.trajectory))

@@ -14,7 +14,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, OBJECTIVES
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.models import records
-from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate, simulate_line
+from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
@@ -40,10 +40,7 @@ def run(
             f"for a flock {BEST_RANGE:g}, the best fixed range of the paper's flock",
         ),
     ] = None,
-    policy: Annotated[
-        str | None,
-        *optional(f"policy that sets the ranges: {EXPECTED}", "none"),
-    ] = None,
+    policy: Annotated[str | None, *optional(f"policy that sets the ranges: {EXPECTED}", "none")] = None,
     seed: Annotated[
         int | None,
         *optional("seed of the initial state, from 0 to 2^64 - 1", "a random seed, which is printed"),
@@ -106,8 +103,6 @@ def _run(
             raise ArgumentError("policy", "None for a line", repr(policy))
         return policy_of(policy, "policy").record(fresh_seed() if seed is None else seed, scenario)
     assert rho is not None  # noqa: S101, for the type checker
-    if isinstance(scenario, LineScenario):
-        return simulate_line(scenario, rho, seed=seed)
     return simulate(scenario, rho, seed=seed)
 
 

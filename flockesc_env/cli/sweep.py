@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json as json_
 import os
-import time
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,16 +13,7 @@ import numpy as np
 from tyro.conf import arg
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import (
-    BACKEND,
-    Json,
-    Progress,
-    ScenarioFlags,
-    Seeds,
-    Threads,
-    model_of,
-    optional,
-)
+from flockesc_env.cli.flags import BACKEND, Json, Progress, ScenarioFlags, Seeds, Threads, model_of, optional
 from flockesc_env.cli.output import check_output, note, show, show_json, table
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import ArgumentError
@@ -38,15 +30,13 @@ from flockesc_env.episodes.objectives import (
 from flockesc_env.episodes.options import GRID_SIZE, EnvOptions, LineOptions
 from flockesc_env.jobs import Arrays, Cache, find_backend
 from flockesc_env.jobs import run as run_all
-from flockesc_env.jobs.sweeps import OUTCOMES, joined, outcome_names, seed_jobs
+from flockesc_env.jobs.sweeps import OUTCOMES, joined, outcomes_of, seed_jobs
 from flockesc_env.models import records
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import Scenario
 
 _TABLES, _PICTURES = (".parquet", ".csv"), (".png", ".svg", ".pdf")
-_CHUNK_SECONDS = 0.5
-"""Duration of a chunk of seeds: Ctrl-C discards at most about this much work."""
 
 
 def run(
@@ -106,13 +96,17 @@ def run(
     if output is not None:
         require("analysis", ["matplotlib", "scipy"] if is_picture else ["polars"])
     chosen = scenario.build()
-    objective_ = _objective(chosen, objective)
-    spec = objectives_of(chosen)[objective_]
+    known = objectives_of(chosen)
+    objective_ = as_choice(next(iter(known)) if objective is None else objective, "objective", known)
+    spec = known[objective_]
     if is_picture and not spec.is_defined_in(chosen):
         expected = f"a .parquet or .csv file for {objective_} without {spec.requires}"
         raise ArgumentError("output", expected, repr(str(output)))
     ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
-    _check_seeds(seeds)
+    if not 0 < seeds.stop - seeds.start < 2**63:
+        raise ArgumentError("seeds", "START:STOP with START below STOP", f"{seeds.start}:{seeds.stop}")
+    for seed in (seeds.start, seeds.stop - 1):
+        as_seed(seed, "seeds")
     threads = as_threads(num_threads)
     if backend is None:
         parts = _in_chunks(chosen, ranges, seeds, threads, progress)
@@ -161,13 +155,6 @@ def run(
     return code
 
 
-def _check_seeds(seeds: range) -> None:
-    if not 0 < seeds.stop - seeds.start < 2**63:
-        raise ArgumentError("seeds", "START:STOP with START below STOP", f"{seeds.start}:{seeds.stop}")
-    as_seed(seeds.start, "seeds")
-    as_seed(seeds.stop - 1, "seeds")
-
-
 def _ranges(
     scenario: Scenario, given: tuple[float, ...] | None, max_range: float | None, grid_size: int | None
 ) -> FloatArray:
@@ -187,36 +174,20 @@ def _ranges(
     return np.linspace(0.0, largest, as_count(GRID_SIZE if grid_size is None else grid_size, "grid_size"))
 
 
-def _objective(scenario: Scenario, name: str | None) -> str:
-    known = objectives_of(scenario)
-    return next(iter(known)) if name is None else as_choice(name, "objective", known)
-
-
 def _in_chunks(
     scenario: Scenario, ranges: FloatArray, seeds: range, threads: int | None, always: bool
 ) -> list[Arrays]:
     """Run the sweep in chunks of seeds; on Ctrl-C return the results of the finished chunks."""
     parts: list[Arrays] = []
-    start = 0
-    size = -(-4 * (threads or os.cpu_count() or 1) // ranges.size)  # at least 4 runs per thread
-    try:
-        with progress_bar("Sweep", ranges.size * len(seeds), always=always) as report:
-            while start < len(seeds):
-                began = time.perf_counter()
-                before = start * ranges.size
-                part = sweep(
-                    scenario,
-                    ranges,
-                    seeds[start : start + size],
-                    num_threads=threads,
-                    progress=lambda done, total, before=before: report(before + done, total),
-                )
-                parts.append({name: getattr(part, name) for name in outcome_names(part)})
-                start += size
-                if time.perf_counter() - began < _CHUNK_SECONDS:
-                    size *= 2
-    except KeyboardInterrupt:
-        pass
+    size = -(-16 * (threads or os.cpu_count() or 1) // ranges.size)  # at least 16 runs per thread
+    with (
+        suppress(KeyboardInterrupt),
+        progress_bar("Sweep", ranges.size * len(seeds), always=always) as report,
+    ):
+        for start in range(0, len(seeds), size):
+            runs = partial(lambda before, done, total: report(before + done, total), start * ranges.size)
+            part = sweep(scenario, ranges, seeds[start : start + size], num_threads=threads, progress=runs)
+            parts.append(outcomes_of(part))
     return parts
 
 
@@ -234,7 +205,7 @@ def _write(result: SweepResult, objective: str, path: Path) -> None:
 
 
 def _intervals(result: SweepResult, objective: str) -> tuple[FloatArray, FloatArray] | None:
-    if len(result.seeds) < 2 or not _has_predator(result, objective):
+    if len(result.seeds) < 2 or not np.isfinite(result.values(objective)).all():
         return None
     try:
         _, low, high = result.mean_with_interval(objective)
@@ -244,18 +215,14 @@ def _intervals(result: SweepResult, objective: str) -> tuple[FloatArray, FloatAr
     return low, high
 
 
-def _has_predator(result: SweepResult, objective: str) -> bool:
-    return bool(np.isfinite(result.values(objective)).all())
-
-
 def _outcome(
     result: SweepResult, objective: str, intervals: tuple[FloatArray, FloatArray] | None
 ) -> dict[str, Any]:
-    unknown = np.full(result.interaction_ranges.size, np.nan)
+    unknown, values = np.full(result.interaction_ranges.size, np.nan), result.values(objective)
     low, high = intervals or (unknown, unknown)
     columns = {
         "interaction_range": result.interaction_ranges,
-        "mean": result.values(objective).mean(axis=1),
+        "mean": values.mean(axis=1),
         "low": low,
         "high": high,
         "num_components": result.num_components.mean(axis=1),
@@ -263,15 +230,12 @@ def _outcome(
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     return {
         "ranges": [dict(zip(columns, row, strict=True)) for row in rows],
-        "best_range": result.best_range(objective) if _has_predator(result, objective) else None,
+        "best_range": result.best_range(objective) if np.isfinite(values).all() else None,
         "hindsight_oracle": float(result.hindsight_oracle(objective).mean()),
     }
 
 
 def _show_table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: str) -> None:
-    def with_unit(value: float, form: str, unit: str) -> str:
-        return f"{value:{form}} {unit}".rstrip()
-
     best = document["best_range"]
     rows = [
         [
@@ -290,8 +254,6 @@ def _show_table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: 
     ]
     show(*table(heads, rows))
     if best is not None:
-        oracle = with_unit(document["hindsight_oracle"], ".4f", objective.unit)
-        show(
-            f"* best fixed range: {with_unit(best, '.4g', range_unit)};"
-            f" objective with the best range of every seed: {oracle}"
-        )
+        found = f"* best fixed range: {best:.4g} {range_unit}".rstrip()
+        oracle = f"{document['hindsight_oracle']:.4f} {objective.unit}".rstrip()
+        show(f"{found}; objective with the best range of every seed: {oracle}")

@@ -45,8 +45,7 @@ def run(
     scenario: ScenarioFlags,
     *,
     policies: Annotated[
-        tuple[str, ...],
-        arg(help=f"policies to run if no recorded runs are given: {EXPECTED}"),
+        tuple[str, ...], arg(help=f"policies to run if no recorded runs are given: {EXPECTED}")
     ] = (f"fixed:{BEST_RANGE:g}", "stubborn-leaders"),
     seed: Annotated[int, arg(help="seed of the flock")] = 242,
     output: Annotated[
@@ -76,7 +75,8 @@ def run(
         _write_video(_load_runs(files) or _record(found, seed, chosen), output, always=progress)
         note(f"saved: {output}")
         return Exit.DONE
-    page = _replay_page(_load_runs(files)) if files else _policy_page(found, seed, chosen)
+    runs = _load_runs(files)
+    page = render(runs, replay(runs)) if files else _policy_page(found, seed, chosen)
     if output is not None:
         write_text(output, page)
         note(f"saved: {output}")
@@ -89,15 +89,12 @@ def run(
     return Exit.DONE
 
 
-def _replay_page(runs: _Runs) -> str:
-    return render(runs, replay(runs))
-
-
 def _policy_page(policies: _Policies, seed: int, scenario: FlockScenario) -> str:
     """Return a page that simulates the policies it can, and replays the others."""
     if not has_engine():
         note("This build has no engine for pages: the page replays. `make engine` builds it in a checkout.")
-        return _replay_page(_record(policies, seed, scenario))
+        runs = _record(policies, seed, scenario)
+        return render(runs, replay(runs))
     recorded = [(spec, policy) for spec, policy in policies if page_spec(spec, policy) is None]
     runs = _record(recorded, seed, scenario)
     indices = {spec: f"recording:{index}" for index, (spec, _) in enumerate(recorded)}

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from flockesc_env.common.checks import parse_json
 from flockesc_env.common.errors import RecordError
 from flockesc_env.common.files import atomic_write
-from flockesc_env.common.json_text import parse_json
 
 if TYPE_CHECKING:  # of the extra analysis
     import polars as pl
@@ -59,13 +59,9 @@ def write_table(table: pl.DataFrame, path: Path, metadata: dict[str, str] | None
 def read_document(
     path: Path, expected: str, array: str, raw: bytes | None = None
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """Return the JSON object and the arrays that ``write_document`` wrote.
+    """Return the JSON object and the arrays that ``write_document`` wrote; ``raw``: see ``read_npz``.
 
-    Args:
-        path: path of the file.
-        expected: the expected kind of file.
-        array: name of an array that every file of this kind contains.
-        raw: see ``read_npz``.
+    Every file of the kind ``expected`` contains the array ``array``.
     """
     arrays = read_npz(path, expected, raw)
     if not {_HEADER, array} <= arrays.keys():

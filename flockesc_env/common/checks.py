@@ -9,9 +9,13 @@ Arguments of the functions:
 
 from __future__ import annotations
 
+import json
 import operator
 import os
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,7 +24,6 @@ from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.errors import ArgumentError, InputError, shown, shown_name
-from flockesc_env.common.in_job import is_in_job
 
 FloatArray = NDArray[np.float64]
 
@@ -28,6 +31,9 @@ MAX_SEED = 2**64 - 1
 
 _BYTES_PER_SEED = 200
 """The seed in two lists, its outcomes in the core and a number in each of ten columns."""
+
+_IN_JOB = ContextVar("in_job", default=False)
+"""Jobs use one thread and show no progress bars: many run side by side."""
 
 _T = TypeVar("_T")
 _Number = TypeVar("_Number", int, float)
@@ -46,6 +52,25 @@ def parse_number(text: str, kind: type[_Number]) -> _Number:
     except ValueError:
         pass
     raise ValueError(f"expected {'an integer' if kind is int else 'a number'}, got {shown(text)}")
+
+
+def parse_json(text: str) -> Any:
+    """Return the value of a JSON document.
+
+    Raises:
+        ValueError: if the text is not JSON, nests too deeply, or contains an object with a duplicate key.
+    """
+    try:
+        return json.loads(text, object_pairs_hook=_unique)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    if len(fields := dict(pairs)) < len(pairs):
+        [(key, _)] = Counter(key for key, _ in pairs).most_common(1)
+        raise ValueError(f"the key {shown(key)} more than once")
+    return fields
 
 
 def as_integer(value: Any, field: str, error: _Error = ArgumentError) -> int:
@@ -95,6 +120,21 @@ def as_count(
     if not least <= count <= largest:
         raise error(field, f"an integer from {least} to {largest_text}", count)
     return count
+
+
+def is_in_job() -> bool:
+    """Return whether the caller runs inside a job."""
+    return _IN_JOB.get()
+
+
+@contextmanager
+def in_job() -> Iterator[None]:
+    """Mark the code in the block as a job."""
+    token = _IN_JOB.set(True)
+    try:
+        yield
+    finally:
+        _IN_JOB.reset(token)
 
 
 def as_threads(value: Any) -> int | None:
@@ -214,3 +254,11 @@ def as_floats(
             where = f"{field}[{', '.join(map(str, at))}]" if at else field
             raise error(where, expected, floats[at])
     return floats
+
+
+def as_vector(value: Any, field: str, error: _Error = ArgumentError, *, least: float = -np.inf) -> FloatArray:
+    """Return ``as_floats`` of shape (k,) with k >= 1."""
+    vector = as_floats(value, field, error=error, least=least)
+    if vector.ndim != 1 or not vector.size:
+        raise error(field, "shape (k,) with k >= 1", f"shape {vector.shape}")
+    return vector

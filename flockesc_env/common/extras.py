@@ -20,15 +20,10 @@ class MissingExtraError(FlockescError, ImportError, DependencyNotInstalled):
 
 
 def require(extra: str, modules: Iterable[str]) -> None:
-    """Check that modules of an extra are installed, without importing them.
-
-    Args:
-        extra: name of the extra, for example ``"analysis"``.
-        modules: names of top-level modules.
+    """Check that top-level modules of an extra are installed, without importing them.
 
     Raises:
-        MissingExtraError: if a module is not installed. The message contains the pip command that installs
-            the extra.
+        MissingExtraError: if one is not. The message contains the pip command that installs the extra.
     """
     for module in modules:
         if find_spec(module) is None:

@@ -68,9 +68,10 @@ def _seal(owner: str, content: bytes) -> bytes:
 
 
 def _writing(path: Path, durable: bool) -> Generator[BinaryIO, None, None]:
-    unfinished = None
+    unfinished = older = None
     try:
-        older = _status(path)
+        with suppress(FileNotFoundError):
+            older = path.stat()
         if older is not None and not stat.S_ISREG(older.st_mode):
             with path.open("wb") as file:
                 yield file
@@ -94,12 +95,6 @@ def _writing(path: Path, durable: bool) -> Generator[BinaryIO, None, None]:
     finally:
         if unfinished is not None:
             unfinished.unlink(missing_ok=True)
-
-
-def _status(path: Path) -> os.stat_result | None:
-    with suppress(FileNotFoundError):
-        return path.stat()
-    return None
 
 
 def _sync_folder(folder: Path) -> None:

@@ -6,8 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from flockesc_env.common.checks import as_callback
-from flockesc_env.common.in_job import is_in_job
+from flockesc_env.common.checks import as_callback, is_in_job
 
 Progress = Callable[[int, int], None]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binomtest, bootstrap
 
-from flockesc_env.common.checks import as_array, as_floats
+from flockesc_env.common.checks import as_array, as_floats, as_vector
 from flockesc_env.common.errors import ArgumentError
 
 FloatArray = NDArray[np.float64]
@@ -21,13 +21,7 @@ RESAMPLES = 9_999
 
 @dataclass(frozen=True)
 class Estimate:
-    """An estimate with its 95 % interval.
-
-    Attributes:
-        mean: the estimate.
-        low: lower end of the interval.
-        high: upper end of the interval.
-    """
+    """An estimate, ``mean``, with the ends of its 95 % interval."""
 
     mean: float
     low: float
@@ -42,12 +36,8 @@ class Estimate:
 
 
 def mean(values: FloatArray) -> Estimate:
-    """Return the mean of the values with its percentile bootstrap interval.
-
-    Args:
-        values: one value per flock, shape (flocks,).
-    """
-    values = _per_flock(values, "values")
+    """Return the mean of the values, shape (flocks,), with its percentile bootstrap interval."""
+    values = as_vector(values, "values")
     if np.ptp(values) == 0:  # all resamples are equal
         return Estimate(float(values[0]), float(values[0]), float(values[0]))
     low, high = _interval(values, np.mean)
@@ -55,12 +45,7 @@ def mean(values: FloatArray) -> Estimate:
 
 
 def mean_with_interval(values: FloatArray, confidence: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the mean over seeds, and the ends of its percentile bootstrap interval.
-
-    Args:
-        values: one value per seed in the last axis.
-        confidence: confidence level, between 0 and 1.
-    """
+    """Return the mean over the last axis, the seeds, and the ends of its percentile bootstrap interval."""
     if values.shape[-1] < 2:
         raise ArgumentError("seeds", "at least 2 for an interval", values.shape[-1])
     level = float(as_floats(confidence, "confidence", ()))
@@ -72,23 +57,15 @@ def mean_with_interval(values: FloatArray, confidence: float) -> tuple[FloatArra
 def improvement(values: FloatArray, baseline: FloatArray) -> Estimate:
     """Return the probability of improvement: the share of flocks with ``values`` > ``baseline``.
 
-    Ties count half.
-
-    Args:
-        values: one value per flock, shape (flocks,).
-        baseline: values of the baseline on the same flocks, shape (flocks,).
+    Ties count half. Both arguments have shape (flocks,).
     """
-    values = _per_flock(values, "values")
+    values = as_vector(values, "values")
     baseline = as_floats(baseline, "baseline", values.shape)
     return mean((values > baseline) + 0.5 * (values == baseline))
 
 
 def share(is_so: NDArray[np.bool]) -> Estimate:
-    """Return the share of true values with its Wilson interval.
-
-    Args:
-        is_so: one bool per flock, shape (flocks,).
-    """
+    """Return the share of true values, shape (flocks,), with its Wilson interval."""
     marks = as_array(is_so, "is_so")
     if marks.dtype != np.bool or marks.ndim != 1 or not marks.size:
         raise ArgumentError("is_so", "bools of shape (flocks,)", f"{marks.dtype} of shape {marks.shape}")
@@ -104,25 +81,17 @@ def argmax(positions: FloatArray, values: FloatArray) -> Estimate:
         positions: shape (k,), for example interaction ranges.
         values: one value per position and flock, shape (k, flocks), with at least 2 flocks.
     """
-    positions = _per_flock(positions, "positions")
+    positions = as_vector(positions, "positions")
     values = as_floats(values, "values")
     if values.ndim != 2 or len(values) != len(positions) or values.shape[1] < 2:
         expected = f"shape ({len(positions)}, flocks) with at least 2 flocks"
         raise ArgumentError("values", expected, f"shape {values.shape}")
 
-    def place(flocks: NDArray[np.int64], axis: int) -> FloatArray:
-        found: FloatArray = positions[np.argmax(values[:, flocks].mean(axis=axis), axis=0)]
-        return found
+    def place(flocks: NDArray[np.int64], axis: int) -> Any:
+        return positions[np.argmax(values[:, flocks].mean(axis=axis), axis=0)]
 
     low, high = _interval(np.arange(values.shape[1]), place, resamples=999)
     return Estimate(float(positions[np.argmax(values.mean(axis=1))]), float(low), float(high))
-
-
-def _per_flock(values: Any, field: str) -> FloatArray:
-    array = as_floats(values, field)
-    if array.ndim != 1 or not array.size:
-        raise ArgumentError(field, "shape (k,) with k >= 1", f"shape {array.shape}")
-    return array
 
 
 def _interval(

@@ -30,35 +30,20 @@ class Ending(NamedTuple):
 
 
 class VectorStep(NamedTuple):
-    """The result of one step of f flocks, with ``rows`` rows per flock.
+    """The result of one step of f flocks; arrays have shape (f * rows,) unless stated otherwise."""
 
-    Attributes:
-        observations: shape (f * rows, entries).
-        rewards: shape (f * rows,).
-        terminations: whether the episode has ended and the row's agents are caught, shape (f * rows,).
-        truncations: whether the episode has ended and they are not all caught, shape (f * rows,).
-        ranges: interaction ranges in m, shape (f * rows,).
-        columns: columns of ``info`` after the step, before any reset, one entry per flock.
-        active: whether the agent of each row is not caught, after the step and before any reset, shape
-            (f * rows,); ``None`` if a row is a flock or the scenario has no ``capture_radius``.
-        ending: the episodes that ended, under ``SAME_STEP``; ``None`` in other modes or if none ended.
-    """
-
-    observations: Observations
+    observations: Observations  # shape (f * rows, entries)
     rewards: FloatArray
-    terminations: NDArray[np.bool]
-    truncations: NDArray[np.bool]
-    ranges: FloatArray
-    columns: Columns
-    active: NDArray[np.bool] | None
-    ending: Ending | None
+    terminations: NDArray[np.bool]  # whether the episode has ended and the row's agents are caught
+    truncations: NDArray[np.bool]  # whether the episode has ended and they are not all caught
+    ranges: FloatArray  # in m
+    columns: Columns  # of `info` after the step, before any reset, one entry per flock
+    active: NDArray[np.bool] | None  # whether the row's agent is not caught; None if none can be caught
+    ending: Ending | None  # the episodes that ended, under `SAME_STEP`
 
 
 def step(
-    batch: FlockBatch,
-    actions: Any,
-    mode: AutoresetMode,
-    out: tuple[Observations, FloatArray] | None = None,
+    batch: FlockBatch, actions: Any, mode: AutoresetMode, out: tuple[Observations, FloatArray] | None = None
 ) -> VectorStep:
     """Step all flocks of a batch and start new episodes according to the autoreset mode."""
     at_end: AtEnd = "restart" if mode is AutoresetMode.NEXT_STEP else "refuse"

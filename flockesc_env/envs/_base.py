@@ -88,18 +88,6 @@ def needs_reset_if_interrupted(method: Method) -> Method:
     return cast("Method", call)
 
 
-def _complete_after(init: Method) -> Method:
-    """Make a constructor set ``_is_complete`` at its end, unless a subclass's constructor called it."""
-
-    @wraps(init)
-    def call(self: Viewed, *args: Any, **kwargs: Any) -> None:
-        init(self, *args, **kwargs)
-        if type(self).__init__ is call:
-            self._is_complete = True
-
-    return cast("Method", call)
-
-
 class Viewed:
     """Base class of all environments: render mode and viewer. A complete environment keeps its settings."""
 
@@ -110,9 +98,17 @@ class Viewed:
     _viewer: Viewer | None = None  # Gymnasium calls `close` even if the constructor failed
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Make the constructor set ``_is_complete`` at its end, unless a subclass's constructor called it."""
         super().__init_subclass__(**kwargs)
         if "__init__" in vars(cls):
-            cls.__init__ = _complete_after(cls.__init__)  # type: ignore[method-assign]
+            init: Any = cls.__init__
+
+            @wraps(init)
+            def call(self: Viewed, *args: Any, **kwargs: Any) -> None:
+                init(self, *args, **kwargs)
+                self._is_complete = type(self).__init__ is call
+
+            cls.__init__ = call  # type: ignore[assignment]
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Set an attribute.
@@ -137,6 +133,10 @@ class Viewed:
     def _drop_episodes(self) -> None:
         """Require a reset, after an interrupt."""
 
+    @abstractmethod
+    def _num_actions(self) -> int:
+        """Return the number of actions of an episode that does not end early."""
+
     def _set_frames_per_second(self, fps: int) -> None:
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
 
@@ -153,16 +153,13 @@ _DERIVED = {
 
 
 class Registered(Viewed):
-    """Base class of environments that ``gymnasium.make`` or ``make_vec`` creates.
-
-    ``spec`` contains the number of actions of an episode, which the scenario and the options determine.
-    """
+    """Base class of environments that ``gymnasium.make`` or ``make_vec`` creates."""
 
     _spec: EnvSpec | None = None
 
     @property
     def spec(self) -> EnvSpec | None:
-        """The specification with which Gymnasium created the environment; ``None``: it did not."""
+        """The specification with which Gymnasium created the environment, with its number of actions."""
         return self._spec
 
     @spec.setter
@@ -178,10 +175,6 @@ class Registered(Viewed):
             return True
         return False
 
-    @abstractmethod
-    def _num_actions(self) -> int:
-        """Return the number of actions of an episode that does not end early."""
-
 
 class Rendered(Viewed):
     """Base class of environments that render one image."""
@@ -193,12 +186,7 @@ class Rendered(Viewed):
 
 
 class FlockEnvironment(Viewed):
-    """Base class of the flock environments; holds one ``FlockBatch``.
-
-    Attributes:
-        scenario: the scenario of the flock, or of the first flock.
-        options: options of actions, rewards and observations.
-    """
+    """Base class of the flock environments; holds one ``FlockBatch``."""
 
     _arguments: ClassVar[type] = FlockArguments
     _viewer: FlockViewer | None = None
@@ -221,7 +209,7 @@ class FlockEnvironment(Viewed):
             num_threads=arguments.get("num_threads"),
             predator_policy=arguments.get("predator_policy"),
         )
-        self.scenario: FlockScenario = batch.scenario
+        self.scenario: FlockScenario = batch.scenario  # of the first flock
         self.options: EnvOptions = batch.options
         fps = frames_per_second(first.time_step * self.options.steps_per_action)
         self.render_mode = arguments.get("render_mode")
@@ -231,6 +219,9 @@ class FlockEnvironment(Viewed):
     def _as_scenarios(self, given: Any) -> FlockScenario | list[FlockScenario]:
         scenario: FlockScenario = as_scenario(given, FlockScenario)
         return scenario
+
+    def _num_actions(self) -> int:
+        return self._batch.policy_spec.num_actions
 
     def _drop_episodes(self) -> None:
         self._batch.drop_episodes()
@@ -260,9 +251,9 @@ class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
     def get_state(self) -> bytes:
         """Return a snapshot of the episode and of the seed schedule of later episodes.
 
-        Any environment with the same scenario, options and interface can restore it, in any process and with
-        any number of threads. It contains a format version and a checksum. It does not contain the memory of
-        policies, ``np_random`` or the random states of spaces; episodes do not draw from the last two.
+        Any environment with the same scenario, options and interface can restore it, in any process. It does
+        not contain the memory of policies, ``np_random`` or the random states of spaces; episodes do not draw
+        from the last two.
 
         Raises:
             ResetNeededError: if called before ``reset``.
@@ -272,9 +263,6 @@ class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
     @needs_reset_if_interrupted
     def set_state(self, state: bytes) -> ObsType:
         """Restore a snapshot, clear the memory of policies and return the observation at that moment.
-
-        Args:
-            state: a snapshot from ``get_state`` of this or another environment.
 
         Raises:
             ArgumentError: if the snapshot is damaged or belongs to another version, scenario, interface or

@@ -47,9 +47,6 @@ class GymnasiumEnv(Registered, OneFlock[Observations], gymnasium.Env[Observation
         self._show()
         return observation, _core.infos(columns, self._ranges_at_start)[0]
 
-    def _num_actions(self) -> int:
-        return self._batch.policy_spec.num_actions
-
 
 class FlockEscapeEnv(GymnasiumEnv):
     """A flock under attack, ``flockesc/FlockEscape-v0``; the action is its interaction range.

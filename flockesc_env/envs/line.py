@@ -15,7 +15,7 @@ from flockesc_env.common.errors import ResetNeededError
 from flockesc_env.envs._base import LineArguments, Registered, Rendered, needs_reset_if_interrupted
 from flockesc_env.episodes.current_state import LineView
 from flockesc_env.episodes.options import line_options
-from flockesc_env.episodes.seeds import EpisodeSchedule, fresh_seed
+from flockesc_env.episodes.seeds import episode_seed, fresh_seed
 from flockesc_env.episodes.spaces import line_policy_spec
 from flockesc_env.render import line_viewer
 from flockesc_env.scenario.line import LineScenario
@@ -56,14 +56,13 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
         self._document = self.options.to_core()
         _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # raises if there is no predator
         self._episode: _core.LineEpisode | None = None
-        self._schedule = EpisodeSchedule(fresh_seed())
+        self._schedule = fresh_seed(), 0  # the seed of episode 0, and the index of the next episode
         self.policy_spec = line_policy_spec(self.scenario, self.options)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
         self.render_mode = arguments.get("render_mode")
-        self._viewer = line_viewer(
-            self.scenario, self.render_mode, arguments.get("render_options"), FRAMES_PER_SECOND
-        )
+        shown = arguments.get("render_options")
+        self._viewer = line_viewer(self.scenario, self.render_mode, shown, FRAMES_PER_SECOND)
         self._set_frames_per_second(FRAMES_PER_SECOND)
 
     @property
@@ -92,11 +91,11 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
             states = as_floats(states, "initial_state", (self.scenario.num_agents,))
         seed = None if seed is None else as_seed(seed)
         episode = None if episode is None else as_seed(episode, "options['episode']")
-        schedule = self._schedule.at(seed, episode)
-        self._episode = _core.LineEpisode(
-            self.scenario.to_json(), self._document, schedule.episode_seed(), states
-        )
-        self._schedule = schedule.after()
+        first, following = self._schedule if seed is None else (seed, 0)
+        following = following if episode is None else episode
+        drawn = episode_seed(first, following)
+        self._episode = _core.LineEpisode(self.scenario.to_json(), self._document, drawn, states)
+        self._schedule = first, (following + 1) % 2**64
         if seed is not None:
             super().reset(seed=seed)
         self._show(self._episode)
@@ -122,7 +121,7 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
     def set_state(self, state: bytes) -> NDArray[np.float32]:
         """Restore a snapshot and return the observation; see ``FlockEscapeEnv.set_state``."""
         episode = _core.LineEpisode(self.scenario.to_json(), self._document, 0)
-        self._schedule = EpisodeSchedule(*episode.set_state(as_bytes(state, "state")))
+        self._schedule = episode.set_state(as_bytes(state, "state"))
         self._episode = episode
         if self._viewer is not None:
             self._viewer.forget()

@@ -95,12 +95,9 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             self.observation_spaces[predator] = self.predator_policy_spec.layout.space()
             self.action_spaces[predator] = self.predator_policy_spec.space()
         size = 2 * self.scenario.dimension * (count + len(self.scenario.predators)) + 3
-        self.state_space: gymnasium.Space[Observation] = gymnasium.spaces.Box(
-            -np.inf, np.inf, (size,), np.float32
-        )
-        self._which_infos: Infos = as_choice(
-            arguments.get("infos", "all"), "infos", get_args(Infos), OptionError
-        )
+        self.state_space: gymnasium.Space[Any] = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
+        infos = as_choice(arguments.get("infos", "all"), "infos", get_args(Infos), OptionError)
+        self._are_all_infos = infos == "all"
         kind = as_choice(arguments.get("state", "full"), "state", get_args(StateKind), OptionError)
         self._is_flock_view = kind == "flock_view"
         if self._is_flock_view:
@@ -118,15 +115,9 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
-        """Start an episode.
+        """Start an episode; see ``FlockEscapeEnv.reset``.
 
-        Args:
-            seed: see ``FlockEscapeEnv.reset``.
-            options: see ``FlockEscapeEnv.reset``. Unknown options are ignored with a warning, which is
-                PettingZoo's convention.
-
-        Raises:
-            ArgumentError: if the seed or an option is invalid; the running episode continues.
+        Unknown options are ignored with a warning, which is PettingZoo's convention.
         """
         rows, info = self._reset(seed, options)
         observations = self._by_name(self._flock, rows, self._predator_observations())
@@ -189,7 +180,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             all_rewards |= dict.fromkeys(self._predators, self.predator_reward)
         terminations = false.copy()
         truncations = dict.fromkeys(false, True) if has_ended else false.copy()
-        if self._which_infos == "all" or has_ended:
+        if self._are_all_infos or has_ended:
             infos = self._infos(agents, info, ranges)
         else:
             shared: dict[str, Any] = {}
@@ -222,8 +213,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             its row: its observation is zeros and its termination True.
 
         Raises:
-            ActionError: if the dtype or shape is wrong, or an action is outside the action space.
-            ResetNeededError: if called before ``reset`` or after the end of the episode.
+            ActionError, ResetNeededError: as ``step``.
         """
         self._check_running()
         if self._predators or predator_actions is not None:
@@ -247,7 +237,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         the finite numbers of float32.
         """
         if self._is_flock_view:
-            view: Observation = self._batch.observe_flock([0])[0]
+            view: Observation = self._batch.observe([0], "flock")[0]
             return view
         state = self._batch.state(0)
         metrics = self._batch.metrics()
@@ -266,8 +256,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         known = {name: value for name, value in given.items() if name in RESET_OPTIONS}
         if len(known) < len(given):
             unknown = ", ".join(shown(name) for name in given if name not in known)
-            known_names = ", ".join(RESET_OPTIONS)
-            message = f"reset() ignores unknown options {unknown}; known options: {known_names}"
+            message = f"reset() ignores unknown options {unknown}; known: {', '.join(RESET_OPTIONS)}"
             warnings.warn(message, UserWarning, stacklevel=3)
         start = self._batch.start(known)
         rows, columns = self._batch.reset([0], [None if seed is None else as_seed(seed)], [start])
@@ -300,7 +289,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
 
     def _predator_observations(self) -> Observation:
         """Return the observations of the predators that are agents, one row each."""
-        return self._batch.observe_predators([0]) if self._predators else np.zeros((0, 0), np.float32)
+        return self._batch.observe([0], "predators") if self._predators else np.zeros((0, 0), np.float32)
 
     def _by_name(self, agents: list[str], flock: Any, predators: Any) -> dict[str, Any]:
         named = dict(zip(agents, flock, strict=True))

@@ -13,7 +13,7 @@ from flockesc_env.envs._base import FlockArguments, needs_reset_if_interrupted
 from flockesc_env.envs.gymnasium import GymnasiumEnv
 from flockesc_env.episodes.batch import Observations, is_over
 from flockesc_env.episodes.options import View
-from flockesc_env.episodes.policy_reset import reset_policy
+from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.policies.base import Policy, StoredPolicy
 from flockesc_env.policies.ranges import FixedRange
 from flockesc_env.scenario.flock import FlockScenario
@@ -84,10 +84,10 @@ class FlockPursuitEnv(GymnasiumEnv):
         reward = float(self._batch.predator_rewards()[0])
         terminated = bool(is_over(info))
         truncated = has_ended and not terminated
-        return self._batch.observe_predators([0])[0], reward, terminated, truncated, info
+        return self._batch.observe([0], "predators")[0], reward, terminated, truncated, info
 
     def _resume(self, rows: Observations) -> Observations:
         self._flock_observations = rows
         reset_policy(self.flock_policy, np.ones(len(rows), bool))
-        observation: Observations = self._batch.observe_predators([0])[0]
+        observation: Observations = self._batch.observe([0], "predators")[0]
         return observation

@@ -59,20 +59,14 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         entries = len(self.policy_spec.layout.names)
-        self._out = (
-            None
-            if as_flag(copy, "copy")
-            else (np.zeros((self.num_envs, entries), np.float32), np.zeros(self.num_envs))
-        )
+        reused = np.zeros((slots, entries), np.float32), np.zeros(slots)
+        self._out = None if as_flag(copy, "copy") else reused
         self._is_started = False
         self.metadata["autoreset_mode"] = self.autoreset_mode
 
     @needs_reset_if_interrupted
     def reset(
-        self,
-        *,
-        seed: int | Sequence[int | None] | None = None,
-        options: dict[str, Any] | None = None,
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
         """Start an episode in every flock, or in some.
 
@@ -145,9 +139,6 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002
         ManyFlocks.close(self)
 
-    def _num_actions(self) -> int:
-        return self._batch.policy_spec.num_actions
-
     def _drop_episodes(self) -> None:
         super()._drop_episodes()
         self._is_started = False
@@ -159,12 +150,7 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
         for slot, observation in zip(np.flatnonzero(ended).tolist(), ending.observations, strict=True):
             last[slot] = observation
         final = self._infos({name: column[ended] for name, column in columns.items()}, ended)
-        infos |= {
-            "final_obs": last,
-            "_final_obs": ended,
-            "final_info": final,
-            "_final_info": ended.copy(),
-        }
+        infos |= {"final_obs": last, "_final_obs": ended, "final_info": final, "_final_info": ended.copy()}
         for name, column in self._started(ending.started).items():
             columns[name][ended] = column
 
@@ -258,15 +244,10 @@ class AgentVectorEnv(_BatchVectorEnv):
     Args:
         num_envs: number of slots, a multiple of ``scenario.num_agents``; ``None``: one flock, or one
             per scenario of a list.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
-            scenario per flock (docs/environments.md, "Several scenarios").
-        autoreset_mode: see ``FlockVectorEnv``.
-        copy: see ``FlockVectorEnv``.
-        max_episode_steps: see ``FlockVectorEnv``.
-        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.
+        scenario, autoreset_mode, copy, max_episode_steps, **arguments: see ``FlockVectorEnv``.
 
     Raises:
-        InputError: as ``FlockEscapeEnv``, and ``ScenarioError`` if scenarios of a list do not agree.
+        InputError: as ``FlockVectorEnv``.
     """
 
     _view = View.AGENT

@@ -10,18 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import (
-    FloatArray,
-    as_bytes,
-    as_count,
-    as_policy,
-    as_seed,
-    as_threads,
-)
+from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_policy, as_threads
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.options import EnvOptions, View
-from flockesc_env.episodes.policy_reset import reset_policy
-from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
+from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.scenarios import distinct_scenarios
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.episodes.spaces import Label, flock_policy_spec
@@ -59,13 +51,6 @@ class FlockBatch:
         num_threads: number of threads for many slots or one large flock; ``None``: one per core.
         predator_policy: controls the ``Learned`` predators. ``None``: pass their actions to ``step``;
             otherwise they fly straight on.
-
-    Attributes:
-        scenario: the scenario of the first slot.
-        rows: observation rows and ranges per flock: 1, or the number of agents.
-        rows_can_be_caught: whether a row is an agent and agents of some slot can be caught.
-        policy_spec: shapes and meaning of observations and actions.
-        predator_policy_spec: the same for ``Learned`` predators.
     """
 
     def __init__(
@@ -80,7 +65,7 @@ class FlockBatch:
     ) -> None:
         self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
         self._distinct, self._scenario_of_slot = distinct_scenarios(scenario, self.num_flocks)
-        self.scenario = first = self._distinct[0]
+        self.scenario = first = self._distinct[0]  # of the first slot
         num_steps = max(distinct.num_steps for distinct in self._distinct)
         self.predator_policy_spec = replace(PredatorPolicySpec.of(first), num_steps=num_steps)
         if predator_policy is not None:
@@ -94,7 +79,7 @@ class FlockBatch:
         self.options = options
         threads = as_threads(num_threads)
         self.policy_spec = replace(flock_policy_spec(first, options, view), num_steps=num_steps)
-        self.rows = self.policy_spec.rows
+        self.rows = self.policy_spec.rows  # observation rows and ranges per flock: 1, or the number of agents
         can_be_caught = any(distinct.capture_radius is not None for distinct in self._distinct)
         self.rows_can_be_caught = view.is_per_agent and can_be_caught
         self._core = _core.FlockBatch(
@@ -172,13 +157,9 @@ class FlockBatch:
         return self._core.step_flock(actions, label, self._hunt(predator_actions))
 
     def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
-        """Step a batch that has a single row; faster than ``step``.
+        """Step a batch that has a single row, faster than ``step``.
 
-        Args:
-            action: shape (1,) or, for a discrete action, an integer.
-
-        Returns:
-            Observation, shape (entries,), reward, whether the episode has ended, and ``info``.
+        Return the observation, shape (entries,), the reward, whether the episode has ended, and ``info``.
         """
         return self._core.step_one(action, self._hunt(None))
 
@@ -188,43 +169,26 @@ class FlockBatch:
         seeds: Sequence[int],
         report: Callable[[int], None] | None = None,
     ) -> Columns:
-        """Play the flock of every seed of the first slot's scenario to its end under networks.
+        """Play the flock of every seed of the first slot's scenario to its end; the slots stay unchanged.
 
-        Learned predators fly straight on. The slots stay as they are.
-
-        Args:
-            network: document of the architecture; parameters, shape (1, size) or (seeds, size); ranges in m
-                that the networks choose from.
-            seeds: seed k is the flock that a reset with seed k starts.
-            report: called with the number of finished flocks.
-
-        Returns:
-            Columns of ``info`` at the end, ``mean_return`` and ``num_actions``, with an entry per seed.
+        ``network`` is a document of the architecture, the parameters, shape (1, size) or (seeds, size), and
+        the ranges in m to choose from. ``report`` is called with the number of finished flocks. The columns
+        are those of ``info`` at the end, ``mean_return`` and ``num_actions``, with an entry per seed.
         """
         return self._core.rollout(network, np.array(seeds, np.uint64), report)
-
-    def team_rewards(self) -> FloatArray:
-        """Return the reward of each flock in the last step, shape (num_flocks,).
-
-        With individual rewards this is their mean over agents.
-        """
-        return self._core.team_rewards()
 
     def predator_rewards(self) -> FloatArray:
         """Return the reward of each flock's predators in the last step, shape (num_flocks,)."""
         return self._core.predator_rewards()
 
-    def observe(self, slots: Sequence[int]) -> Observations:
-        """Return the observations of some slots, shape (len(slots) * rows, entries)."""
-        return self._core.observe(slots)
+    def observe(
+        self, slots: Sequence[int], view: Literal["own", "flock", "predators"] = "own"
+    ) -> Observations:
+        """Return the observations of some slots, shape (len(slots) * rows, entries).
 
-    def observe_flock(self, slots: Sequence[int]) -> Observations:
-        """Return the flock view of some slots without optional entries, shape (len(slots), entries)."""
-        return self._core.observe(slots, "flock")
-
-    def observe_predators(self, slots: Sequence[int]) -> Observations:
-        """Return the observations of the ``Learned`` predators, shape (len(slots) * predators, entries)."""
-        return self._core.observe(slots, "predators")
+        In other views, rows are those of flocks, without optional entries, or of ``Learned`` predators.
+        """
+        return self._core.observe(slots, view)
 
     def metrics(self) -> Columns:
         """Return the columns of ``info`` of all slots, without ``num_components``."""
@@ -258,9 +222,7 @@ class FlockBatch:
     def set_state(self, state: Any, slots: Any = None) -> list[int]:
         """Restore some slots from a snapshot and return their indices.
 
-        Args:
-            state: a snapshot of the same number of slots, or of one slot, which is copied to all ``slots``.
-            slots: index of one slot, or indices of several; ``None``: all.
+        A snapshot of one slot is copied to all ``slots``; ``None``: all.
         """
         chosen = self._slots(slots)
         for other in set(range(self.num_flocks)).difference(chosen):
@@ -280,11 +242,8 @@ class FlockBatch:
         given = [slots] if is_one else list(slots)
         if not given:
             raise ArgumentError("flocks", "an index or indices", "none")
-        chosen = [as_seed(slot, f"flocks[{place}]") for place, slot in enumerate(given)]
-        for place, slot in enumerate(chosen):
-            if slot >= self.num_flocks:
-                raise ArgumentError(f"flocks[{place}]", f"an integer below {self.num_flocks}", slot)
-        return chosen
+        most = self.num_flocks - 1
+        return [as_count(slot, f"flocks[{place}]", least=0, most=most) for place, slot in enumerate(given)]
 
     def _note_begun(self, slots: Sequence[int]) -> None:
         if self._predator_policy is not None:
@@ -298,7 +257,7 @@ class FlockBatch:
         return self._predator_actions if given is None and self._predator_policy is not None else given
 
     def _predator_actions(self) -> FloatArray:
-        observations = self._core.observe(range(self.num_flocks), "predators")
+        observations = self.observe(range(self.num_flocks), "predators")
         if self._begun:
             begins = np.isin(np.arange(self.num_flocks), self._begun)
             reset_policy(self._predator_policy, np.repeat(begins, self.predator_policy_spec.count))

@@ -6,7 +6,6 @@ import dataclasses
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from enum import StrEnum
 from typing import Any, Literal, Self, TypedDict, get_args
 
@@ -14,7 +13,7 @@ import numpy as np
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats
-from flockesc_env.common.errors import OptionError, shown
+from flockesc_env.common.errors import OptionError, shown, shown_name
 from flockesc_env.episodes.objectives import Objective
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -263,10 +262,8 @@ def env_options(
 ) -> EnvOptions:
     """Return the options of an environment with this scenario.
 
-    Args:
-        scenario: the scenario. A topological rule requires ``max_range``.
-        given: keyword arguments; those that are not options are ignored.
-        known: the ``TypedDict`` of all keyword arguments that the caller accepts.
+    A topological rule requires ``max_range``. Keyword arguments that are not options are ignored if they are
+    in the ``TypedDict`` of all that the caller accepts, ``known``.
     """
     options = _known_options(given, known, EnvOptions, FlockScenario)
     if isinstance(scenario.neighbor_rule, Topological) and "max_range" not in options:
@@ -287,16 +284,10 @@ def _known_options(
     model: type[FlockScenario | LineScenario],
 ) -> dict[str, Any]:
     """Return the given options. The error for an unknown name suggests the most similar one."""
-    names = known.__annotations__
-    for name in given:
-        if name in names:
-            continue
-        similar = get_close_matches(name, names, n=1)
-        if name in {field.name for field in dataclasses.fields(model)}:
+    names, parameters = known.__annotations__, {field.name for field in dataclasses.fields(model)}
+    for name in (name for name in given if name not in names):
+        if name in parameters:
             hint = f"a field of the scenario; pass scenario={model.__name__}({name}=...)"
-        elif similar:
-            hint = f"an unknown name; did you mean {similar[0]}?"
-        else:
-            hint = f"an unknown name; known: {', '.join(names)}"
-        raise OptionError(name, "an option of the environment", hint)
+            raise OptionError(name, "an option of the environment", hint)
+        raise OptionError(name, f"one of {', '.join(names)}", shown_name(name, names))
     return {field.name: given[field.name] for field in dataclasses.fields(options) if field.name in given}

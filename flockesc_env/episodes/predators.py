@@ -1,4 +1,4 @@
-"""Predator policies: their protocol, and the action and observation spaces of ``Learned`` predators."""
+"""Predator policies: their protocol, the spaces of ``Learned`` predators, and the reset of policies."""
 
 from __future__ import annotations
 
@@ -42,24 +42,15 @@ class PredatorPolicySpec:
     @classmethod
     def of(cls, scenario: FlockScenario) -> PredatorPolicySpec:
         """Return the spec for the ``Learned`` predators of a scenario; ``count`` may be 0."""
-        return cls(
-            layout=predator_layout(scenario.dimension),
-            dimension=scenario.dimension,
-            count=scenario.num_learned,
-            num_steps=scenario.num_steps,
-        )
+        dimension = scenario.dimension
+        return cls(predator_layout(dimension), dimension, scenario.num_learned, scenario.num_steps)
 
     def space(self) -> spaces.Box:
         """Return the action space of one predator, a new Box [-1, 1] of shape (D,)."""
         return spaces.Box(-1.0, 1.0, (self.dimension,), np.float32)
 
     def plain(self, actions: Any, count: int, name: str = "predator_actions") -> FloatArray:
-        """Return stacked actions as a new float64 array after a check of dtype, shape and bounds.
-
-        Args:
-            actions: shape (count, D), any real dtype.
-            count: expected number of actions.
-            name: name of the argument, for the error message.
+        """Return stacked actions, shape (count, D), as a new float64 array; ``name``: of the argument.
 
         Raises:
             ActionError: if the dtype or shape is wrong, or an action is outside the action space.
@@ -106,3 +97,10 @@ class PredatorPolicy(Protocol):
             Actions in [-1, 1], shape (k, D).
         """
         ...
+
+
+def reset_policy(policy: Any, rows: NDArray[np.bool]) -> None:
+    """Call ``policy.reset(rows)`` if the policy has this method."""
+    reset = getattr(policy, "reset", None)
+    if reset is not None:
+        reset(rows)

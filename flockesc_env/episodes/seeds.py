@@ -1,9 +1,8 @@
-"""Seeds of episodes: ``episode_seed`` and the seed schedule that all environments follow."""
+"""Seeds of episodes: ``episode_seed``, the seed schedule that all environments follow."""
 
 from __future__ import annotations
 
 import secrets
-from typing import NamedTuple
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_seed
@@ -35,28 +34,3 @@ def consecutive_seeds(first: int, count: int) -> range:
     """Return the seeds of ``count`` flocks: ``first``, ``first + 1``, .."""
     first = as_seed(first)
     return range(first, as_seed(first + count - 1, "seed of the last flock") + 1)
-
-
-class EpisodeSchedule(NamedTuple):
-    """Seeds of the episodes of one environment.
-
-    Attributes:
-        seed: seed of episode 0.
-        episode: index of the next episode.
-    """
-
-    seed: int
-    episode: int = 0
-
-    def at(self, seed: int | None, episode: int | None) -> EpisodeSchedule:
-        """Return the schedule with another seed and next episode."""
-        schedule = self if seed is None else EpisodeSchedule(seed)
-        return schedule if episode is None else schedule._replace(episode=episode)
-
-    def after(self) -> EpisodeSchedule:
-        """Return the schedule after its next episode."""
-        return self._replace(episode=(self.episode + 1) % 2**64)
-
-    def episode_seed(self) -> int:
-        """Return the seed of the next episode."""
-        return episode_seed(self.seed, self.episode)

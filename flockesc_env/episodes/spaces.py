@@ -215,11 +215,6 @@ def flock_policy_spec(scenario: FlockScenario, options: EnvOptions, view: View) 
 
 def line_policy_spec(scenario: LineScenario, options: LineOptions) -> PolicySpec:
     """Return the policy spec of a line environment with this scenario and these options."""
-    return PolicySpec(
-        actions=RangeActions(options),
-        layout=ObservationLayout.of(_core.line_observation_entries(scenario.num_agents)),
-        options=options,
-        view=View.FLOCK,
-        num_agents=scenario.num_agents,
-        num_steps=scenario.max_steps,
-    )
+    layout = ObservationLayout.of(_core.line_observation_entries(scenario.num_agents))
+    actions = RangeActions(options)
+    return PolicySpec(actions, layout, options, View.FLOCK, scenario.num_agents, scenario.max_steps)

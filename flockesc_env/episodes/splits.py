@@ -21,12 +21,7 @@ FLOCKS_PER_RUN = 1_000_000
 
 
 def training_seeds(seed: int, first: int, count: int) -> range:
-    """Return the seeds of some flocks of a training run.
-
-    Args:
-        seed: seed of the run; runs with different seeds have different flocks.
-        first: index of the first flock in the run.
-        count: number of flocks.
+    """Return the seeds of ``count`` flocks of the training run ``seed``, from its flock ``first`` on.
 
     Raises:
         ArgumentError: if ``seed`` is out of bounds, or the run has fewer flocks.

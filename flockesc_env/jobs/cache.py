@@ -21,10 +21,7 @@ class Cache:
     """A folder with one npz file per job; the key of the job is the file name.
 
     Several drivers and workers may share a folder: equal keys hold equal bytes, and files appear complete.
-    A file ends with a hash of its content and of the key.
-
-    Args:
-        folder: path of the folder; it is created when the first result is saved.
+    A file ends with a hash of its content and of the key. The folder is created with the first result.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flockesc_env.common.checks import in_job
 from flockesc_env.common.errors import ArgumentError, JobError, shown
-from flockesc_env.common.in_job import in_job
 from flockesc_env.jobs.keys import encoded
 
 Arrays = dict[str, NDArray[Any]]

@@ -20,10 +20,9 @@ _PLAIN_MODULES = {"builtins", "pathlib", "numpy"}
 
 
 def import_name(named: object, field: str, expected: str) -> str:
-    """Return ``module:name`` of a function or class; a script counts as the module of its name.
+    """Return ``module:name`` of a function or class that other processes can import.
 
-    Raises:
-        ArgumentError: if other processes cannot import it.
+    A script counts as the module of its name.
     """
     module, name = getattr(named, "__module__", None), getattr(named, "__qualname__", None)
     try:
@@ -41,10 +40,7 @@ def import_name(named: object, field: str, expected: str) -> str:
 def encoded(value: Any) -> Any:
     """Return a value as a list of the name of its type and its content, recursively.
 
-    Entries of dicts keep their order, because a function can see it.
-
-    Raises:
-        ArgumentError: if the value is of a type that ``Job.arguments`` does not name.
+    Entries of dicts keep their order, because a function can see it. ``Job.arguments`` names the types.
     """
     kind = type(value)
     module = kind.__module__.partition(".")[0]

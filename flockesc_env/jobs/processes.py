@@ -11,7 +11,6 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from multiprocessing import get_context, parent_process
 
-from flockesc_env.common.in_job import one_thread_each
 from flockesc_env.jobs.cache import Cache
 from flockesc_env.jobs.job import Job, Outcome, Outcomes
 
@@ -110,3 +109,16 @@ def _end_with_driver() -> None:
     assert driver is not None  # noqa: S101, workers are children
     driver.join()
     os._exit(1)
+
+
+@contextmanager
+def one_thread_each() -> Iterator[None]:
+    """Let processes that start in the block have one thread of BLAS and torch."""
+    before = os.environ.get("OMP_NUM_THREADS")
+    os.environ["OMP_NUM_THREADS"] = "1"
+    try:
+        yield
+    finally:
+        os.environ.pop("OMP_NUM_THREADS")
+        if before is not None:
+            os.environ["OMP_NUM_THREADS"] = before

@@ -15,9 +15,9 @@ from submitit.helpers import DelayedSubmission
 from tqdm import tqdm
 
 from flockesc_env.common.errors import ArgumentError, JobError
-from flockesc_env.common.in_job import one_thread_each
 from flockesc_env.jobs.cache import Cache
 from flockesc_env.jobs.job import Job, Outcome, Outcomes
+from flockesc_env.jobs.processes import one_thread_each
 
 CHUNK_SECONDS = 600.0
 """Estimated time of an array task: long beside its start, short beside usual time limits."""
@@ -111,8 +111,7 @@ def slurm(jobs: Sequence[Job], cache: Cache, cluster: str = "slurm", **options: 
     try:
         executor = submitit.AutoExecutor(cache.folder / "slurm", cluster)
         executor.update_parameters(
-            timeout_min=values["time"],
-            **{f"slurm_{name}": value for name, value in values.items()},
+            timeout_min=values["time"], **{f"slurm_{name}": value for name, value in values.items()}
         )
         if cluster == "slurm":
             queue.ask([])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,15 +19,14 @@ _LINE = 10e-6
 
 
 def outcomes(scenario: FlockScenario | LineScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
+    """Return the outcomes of every run, as ``outcomes_of``."""
+    return outcomes_of(sweep(scenario, ranges, seeds))
+
+
+def outcomes_of(result: SweepResult) -> Arrays:
     """Return the outcomes of every run by their names in ``SweepResult``, shape (ranges, seeds)."""
-    result = sweep(scenario, ranges, seeds)
-    return {name: getattr(result, name) for name in outcome_names(result)}
-
-
-def outcome_names(result: SweepResult) -> list[str]:
-    """Return the attributes of a result that hold one value per run."""
     inputs = {"scenario", "interaction_ranges", "seeds"}
-    return [field.name for field in dataclasses.fields(result) if field.name not in inputs]
+    return {name: values for name, values in vars(result).items() if name not in inputs}
 
 
 def seed_jobs(

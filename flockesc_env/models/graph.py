@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_floats
+from flockesc_env.common.checks import FloatArray, as_floats, as_vector
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
@@ -119,7 +119,5 @@ def laplacian(states: ArrayLike, interaction_range: float) -> FloatArray:
 
 
 def _line(states: ArrayLike, interaction_range: float) -> tuple[FloatArray, float]:
-    array = as_floats(states, "states")
-    if array.ndim != 1 or not array.size:
-        raise ArgumentError("states", "shape (n,) with n >= 1", f"shape {array.shape}")
-    return array, float(as_floats(interaction_range, "interaction_range", (), least=0.0))
+    rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
+    return as_vector(states, "states"), rho

@@ -42,8 +42,7 @@ def rotation(trajectory: Trajectory) -> FloatArray:
 def nearest_neighbor_distances(trajectory: Trajectory) -> FloatArray:
     """Return each agent's distance in m to the nearest other agent (Clark and Evans 1954, Ecology 35, 445).
 
-    Returns:
-        Distances, shape (T + 1, n): NaN for caught agents, infinite for the last agent left.
+    The shape is (T + 1, n). Distances are NaN for caught agents and infinite for the last agent left.
 
     Raises:
         ArgumentError: if the argument is not a run of a flock.
@@ -87,10 +86,7 @@ def correlation_length(trajectory: Trajectory) -> FloatArray:
     It is the smallest distance at which C(r), the mean of u_i . u_j over pairs at distance r, is zero, where
     u_i is v_i minus the mean velocity. Distances are grouped in bins as wide as the mean distance between
     nearest neighbors, and C is interpolated linearly from C(0), the mean of u_i . u_i. All pairs of one time
-    are in memory.
-
-    Returns:
-        Lengths, shape (T + 1,): NaN if all velocities or all positions are equal.
+    are in memory. The shape is (T + 1,). Lengths are NaN if all velocities or all positions are equal.
 
     Raises:
         ArgumentError: if the argument is not a run of a flock.

@@ -75,9 +75,6 @@ def save_run(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name:
 def load_run(path: str | Path) -> RecordedRun:
     """Read a run that ``save_run`` wrote. Untrusted files are safe: no code in them is executed.
 
-    Args:
-        path: path of the file.
-
     Raises:
         ArgumentError: if ``path`` is not a path.
         FileNotFoundError: if the file does not exist.
@@ -103,9 +100,6 @@ def replay_run(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTraj
 
     If the initial state was given, the recorded one is used.
 
-    Args:
-        trajectory: the run, for example from ``load_run``.
-
     Raises:
         ArgumentError: if ``trajectory`` is not a run.
     """
@@ -128,12 +122,7 @@ def replay_run(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTraj
 def run_differences(recorded: Trajectory | LineTrajectory, again: Trajectory | LineTrajectory) -> list[str]:
     """Return the differences between two runs of the same scenario.
 
-    Args:
-        recorded: the first run.
-        again: the second run, of the same type.
-
-    Returns:
-        One line per attribute that differs, with its first difference; an empty list if all bits are equal.
+    There is one line per attribute that differs, with its first difference, and none if all bits are equal.
 
     Raises:
         ArgumentError: if an argument is not a run, or the runs have different types.

@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_count, as_floats, as_seeds, as_text, as_threads
+from flockesc_env.common.checks import (
+    FloatArray,
+    as_count,
+    as_floats,
+    as_seeds,
+    as_text,
+    as_threads,
+    as_vector,
+)
 from flockesc_env.common.errors import ArgumentError, shown_name
 from flockesc_env.common.extras import figure_style, require
 from flockesc_env.common.notebook import Displayed
@@ -27,7 +35,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ScanResult(Displayed):
-    """Results of ``scan``.
+    """Results of ``scan``. Figures and intervals raise ``MissingExtraError`` without the ``analysis`` extra.
 
     Attributes:
         scenario: the scenario whose field changes.
@@ -56,17 +64,9 @@ class ScanResult(Displayed):
         return mean
 
     def mean_with_interval(self, *, confidence: float = 0.95) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the mean over seeds of the order parameter with its percentile bootstrap interval.
+        """Return the mean over seeds of the order parameter, and the ends of its interval, shape (values,).
 
-        Args:
-            confidence: confidence level, between 0 and 1.
-
-        Returns:
-            Mean, lower end and upper end of the interval, three arrays of shape (values,).
-
-        Raises:
-            ArgumentError: if there is only one seed, or ``confidence`` is not between 0 and 1.
-            MissingExtraError: if the ``analysis`` extra is not installed.
+        Argument and errors are those of ``SweepResult.mean_with_interval``.
         """
         require("analysis", ["scipy"])
         from flockesc_env.common.stats import mean_with_interval  # optional and slow to import
@@ -82,13 +82,9 @@ class ScanResult(Displayed):
 
     @figure_style()
     def plot(self) -> Figure:
-        """Draw the order parameter against the values with its 95 % interval; with one seed without it.
+        """Return a Matplotlib figure of the order parameter against the values.
 
-        Returns:
-            A Matplotlib figure; ``figure.savefig("order.png")`` writes it.
-
-        Raises:
-            MissingExtraError: if the ``analysis`` extra is not installed.
+        It shows the 95 % interval, except with one seed. ``figure.savefig("order.png")`` writes it.
         """
         require("analysis", ["matplotlib", "scipy"])
         from matplotlib.figure import Figure  # optional and slow to import
@@ -152,22 +148,18 @@ def scan(
     path = as_text(field, "field")
     if path == "num_steps":
         raise ArgumentError("field", "a field other than num_steps, on which shapes depend", path)
-    given = as_floats(values, "values")
-    if given.ndim != 1 or not given.size:
-        raise ArgumentError("values", "shape (k,) with k >= 1", f"shape {given.shape}")
+    given = as_vector(values, "values")
     check_not_drawn(model, [path])
     scenarios = [_replaced(model, path, value, path) for value in given.tolist()]
     rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
-    checked_seeds = as_seeds(seeds)
+    checked = np.array(as_seeds(seeds), np.uint64)
     first = as_count(skip, "skip", least=0, most=model.num_steps)
     threads = as_threads(num_threads)
-    shape = (given.size, len(checked_seeds), model.num_steps + 1)
-    checked = np.array(checked_seeds, np.uint64)
     documents, total = [each.to_json() for each in scenarios], given.size * checked.size
     with reporting(progress, "Scan", total) as callback:
         report = None if callback is None else lambda done: callback(done, total)
         runs = _core.scan_flock(documents, rho, checked, threads, report)
-    polarization = runs.reshape(shape)
+    polarization = runs.reshape(given.size, checked.size, model.num_steps + 1)
     return ScanResult(model, path, given, rho, checked, first, polarization)
 
 

@@ -30,7 +30,8 @@ IntArray = NDArray[np.int64]
 class Trajectory(Displayed):
     """A run of a flock with T steps, as ``simulate`` returns it.
 
-    Arrays of length T + 1 have one entry per time 0, .., T; lengths in m, speeds in m/s, times in s.
+    Arrays of length T + 1 have one entry per time 0, .., T; lengths in m, speeds in m/s, times in s. Tables
+    raise ``MissingExtraError`` without the ``analysis`` extra.
 
     Attributes:
         scenario: the flock model's parameters; randomized fields have their drawn values.
@@ -86,19 +87,12 @@ class Trajectory(Displayed):
         """Return a polars DataFrame with one row per time: distances, components, polarization, survivors.
 
         ``run.table().write_csv("run.csv")`` writes it; polars also writes Parquet and Excel.
-
-        Raises:
-            MissingExtraError: if the ``analysis`` extra is not installed.
         """
         names = ("mean_distance", "min_distance", "num_components", "polarization", "fraction_surviving")
         return data_frame({"time": self.times, **{name: getattr(self, name) for name in names}})
 
     def agents_table(self) -> pl.DataFrame:
-        """Return a polars DataFrame with one row per time and agent: position in m, velocity in m/s, caught.
-
-        Raises:
-            MissingExtraError: if the ``analysis`` extra is not installed.
-        """
+        """Return a polars DataFrame with a row per time and agent: position, velocity, caught."""
         steps, agents, dimension = self.positions.shape
         axes = "xyz"[:dimension]
         caught = np.where(self.caught_at < 0, steps, self.caught_at)
@@ -116,6 +110,8 @@ class Trajectory(Displayed):
 @dataclass(frozen=True, eq=False, repr=False)
 class LineTrajectory(Displayed):
     """A run of a line, as ``simulate_line`` returns it; arrays have one entry per time 0, .., ``steps``.
+
+    Its table raises ``MissingExtraError`` without the ``analysis`` extra.
 
     Attributes:
         scenario: the line model's parameters.
@@ -150,11 +146,7 @@ class LineTrajectory(Displayed):
         }
 
     def table(self) -> pl.DataFrame:
-        """Return a polars DataFrame with one row per step: components, escape distance and all positions.
-
-        Raises:
-            MissingExtraError: if the ``analysis`` extra is not installed.
-        """
+        """Return a polars DataFrame with one row per step: components, escape distance and all positions."""
         names = ("num_components", "escape_distance")
         agents = {f"x_{agent}": states for agent, states in enumerate(self.states.T)}
         return data_frame(
@@ -201,17 +193,7 @@ def simulate(
     scenario: LineScenario, interaction_range: float, *, seed: int | None = None
 ) -> LineTrajectory: ...
 @overload
-def simulate(
-    scenario: str,
-    interaction_range: ArrayLike | None = None,
-    *,
-    schedule: ArrayLike | None = None,
-    seed: int | None = None,
-    initial_positions: ArrayLike | None = None,
-    initial_velocities: ArrayLike | None = None,
-    predator_actions: ArrayLike | None = None,
-    num_threads: int | None = None,
-) -> Any: ...  # the type depends on the preset
+def simulate(scenario: str, *arguments: Any, **options: Any) -> Any: ...  # the type depends on the preset
 def simulate(
     scenario: FlockScenario | LineScenario | str,
     interaction_range: ArrayLike | None = None,
@@ -311,9 +293,7 @@ def simulate_line(
         initial_state: x(0), shape (n,); ``None``: drawn from the seed.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
-        MemoryError: for the run.
-        ScenarioError: if the name is not a preset of a line.
+        InputError, MemoryError: as ``simulate``.
 
     Examples:
         >>> simulate_line("paper-line", 0.1, seed=7).num_components

@@ -12,14 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.array_files import write_table
-from flockesc_env.common.checks import (
-    FloatArray,
-    as_choice,
-    as_floats,
-    as_path,
-    as_seeds,
-    as_threads,
-)
+from flockesc_env.common.checks import FloatArray, as_choice, as_path, as_seeds, as_threads, as_vector
 from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import data_frame, figure_style, require
 from flockesc_env.common.notebook import Displayed
@@ -45,7 +38,9 @@ LINE_RANGES: Final = tuple(np.linspace(0, 1, 51).tolist())
 class SweepResult(Displayed):
     """Results of ``sweep`` for either model; arrays have shape (ranges, seeds) unless stated otherwise.
 
-    Methods take the name of an objective, a key of ``objectives``; ``None``: the first one.
+    Methods take the name of an objective, a key of ``objectives``; ``None``: the first one. They raise
+    ``ArgumentError`` for another name. Tables, figures and intervals raise ``MissingExtraError`` without the
+    ``analysis`` extra.
 
     Attributes:
         scenario: the model's parameters.
@@ -69,11 +64,7 @@ class SweepResult(Displayed):
         return facts
 
     def values(self, objective: str | None = None) -> FloatArray:
-        """Return the objective of every run, shape (ranges, seeds).
-
-        Raises:
-            ArgumentError: if the model does not have this objective.
-        """
+        """Return the objective of every run, shape (ranges, seeds)."""
         return self._spec(objective).values(self)
 
     def _spec(self, objective: str | None) -> ObjectiveSpec:
@@ -104,18 +95,10 @@ class SweepResult(Displayed):
     def mean_with_interval(
         self, objective: str | None = None, *, confidence: float = 0.95
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the mean over seeds with its percentile bootstrap interval.
-
-        Args:
-            objective: name of the objective.
-            confidence: confidence level, between 0 and 1.
-
-        Returns:
-            Mean, lower end and upper end of the interval, three arrays of shape (ranges,).
+        """Return the mean over seeds and the ends of its percentile bootstrap interval, shape (ranges,).
 
         Raises:
             ArgumentError: if there is only one seed, or ``confidence`` is not between 0 and 1.
-            MissingExtraError: if the ``analysis`` extra is not installed.
         """
         require("analysis", ["scipy"])
         from flockesc_env.common.stats import mean_with_interval  # optional and slow to import
@@ -124,16 +107,12 @@ class SweepResult(Displayed):
 
     @figure_style()
     def plot(self, objective: str | None = None) -> Figure:
-        """Draw the objective against the range with its 95 % interval, as Figures 9 and 10 of the paper.
+        """Return a Matplotlib figure of the objective against the range, as Figures 9 and 10 of the paper.
 
-        With one seed there is no interval.
-
-        Returns:
-            A Matplotlib figure; ``figure.savefig("curve.png")`` writes it.
+        It shows the 95 % interval, except with one seed. ``figure.savefig("curve.png")`` writes it.
 
         Raises:
-            ArgumentError: as ``best_range`` and ``mean_with_interval``.
-            MissingExtraError: if the ``analysis`` extra is not installed.
+            ArgumentError: if the scenario has no predator.
         """
         require("analysis", ["matplotlib", "scipy"])
         from matplotlib.figure import Figure  # optional and slow to import
@@ -160,11 +139,7 @@ class SweepResult(Displayed):
         return figure
 
     def table(self) -> pl.DataFrame:
-        """Return a polars DataFrame with one row per run: range, seed and outcomes.
-
-        Raises:
-            MissingExtraError: if the ``analysis`` extra is not installed.
-        """
+        """Return a polars DataFrame with one row per run: range, seed and outcomes."""
         columns = [*(spec.column for spec in self.objectives.values()), "num_components"]
         if isinstance(self, LineSweepResult):
             columns.append("converged")
@@ -181,12 +156,8 @@ class SweepResult(Displayed):
 
         An existing file is replaced atomically.
 
-        Args:
-            path: path of the file.
-
         Raises:
             ArgumentError: if ``path`` is not a path.
-            MissingExtraError: if the ``analysis`` extra is not installed.
         """
         write_table(self.table(), as_path(path), {"scenario": self.scenario.to_json()})
 
@@ -236,14 +207,7 @@ def sweep(
     progress: Progress | bool | None = None,
 ) -> LineSweepResult: ...
 @overload
-def sweep(
-    scenario: str,
-    interaction_ranges: ArrayLike,
-    seeds: Iterable[int],
-    *,
-    num_threads: int | None = None,
-    progress: Progress | bool | None = None,
-) -> Any: ...  # the type depends on the preset
+def sweep(scenario: str, *arguments: Any, **options: Any) -> Any: ...  # the type depends on the preset
 def sweep(
     scenario: FlockScenario | LineScenario | str,
     interaction_ranges: ArrayLike,
@@ -279,9 +243,7 @@ def sweep(
         (3, 10)
     """
     model = as_model(scenario)
-    ranges = as_floats(interaction_ranges, "interaction_ranges", least=0.0)
-    if ranges.ndim != 1 or not ranges.size:
-        raise ArgumentError("interaction_ranges", "shape (k,) with k >= 1", f"shape {ranges.shape}")
+    ranges = as_vector(interaction_ranges, "interaction_ranges", least=0.0)
     checked = np.array(as_seeds(seeds), np.uint64)
     threads, total, document = as_threads(num_threads), ranges.size * checked.size, model.to_json()
     with reporting(progress, "Sweep", total) as callback:

@@ -4,15 +4,13 @@ from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Policy, RowMemory, bind
 from flockesc_env.policies.files import find_policy, load_policy, save_policy
 from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
-from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.policies.network import Architecture, NetworkPolicy, torch_network
 from flockesc_env.policies.planner import Plan, PlannedEpisode, Planner
 from flockesc_env.policies.predators import FlyStraight, Pursue
-from flockesc_env.policies.profile_rules import BestCandidate, BestNextHeading
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
-from flockesc_env.policies.rules import ListenWhileFleeing, StubbornLeaders
+from flockesc_env.policies.rules import BestCandidate, BestNextHeading, ListenWhileFleeing, StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
-from flockesc_env.policies.torch import torch_network
 
 __all__ = [
     "NAMES",

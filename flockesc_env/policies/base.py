@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import as_policy
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
-from flockesc_env.episodes.policy_reset import reset_policy
+from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
 
 Observations = NDArray[np.float32]

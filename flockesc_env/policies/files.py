@@ -21,12 +21,11 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NAMES, NamedPolicy, built_in
 from flockesc_env.scenario.document import from_fields
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import MODELS
 
 SUFFIX = ".npz"
 _SHORT_LINE = 1000
 _HEADER = {"name", "model", "scenario", "per_agent", "options", "architecture"}
-_MODELS: dict[str, type[FlockScenario | LineScenario]] = {"flock": FlockScenario, "line": LineScenario}
 
 Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift
 Stored = NetworkPolicy | Rule
@@ -76,9 +75,6 @@ def save_policy(policy: NamedPolicy, path: str | Path) -> None:
 def load_policy(path: str | Path) -> NamedPolicy:
     """Read a policy that ``save_policy`` wrote. Untrusted files are safe: no code in them is executed.
 
-    Args:
-        path: path of the file.
-
     Raises:
         ArgumentError: if ``path`` is not a path.
         FileNotFoundError: if the file does not exist.
@@ -91,11 +87,7 @@ def load_policy(path: str | Path) -> NamedPolicy:
 
 
 def parse_policy(raw: bytes, path: Path) -> NamedPolicy:
-    """Return the policy in the bytes of a policy file; ``path`` names the file in errors.
-
-    Raises:
-        RecordError, ScenarioError: see ``load_policy``.
-    """
+    """Return the policy in the bytes of a policy file, as ``load_policy``; ``path`` is its name in errors."""
     header, arrays = read_document(path, "a policy", "parameters", raw)
     try:
         return _named_policy(header, arrays["parameters"])
@@ -132,8 +124,7 @@ def _named_policy(header: dict[str, Any], parameters: Any) -> NamedPolicy:
     name, per_agent, options = header["name"], header["per_agent"], header["options"]
     if not isinstance(name, str) or not isinstance(per_agent, bool):
         raise RecordError("header", "a string name, a bool per_agent", f"{name!r}, {per_agent!r}")
-    model = as_choice(header["model"], "model", _MODELS)
-    scenario = from_fields(_MODELS[model], header["scenario"])
+    scenario = from_fields(MODELS[as_choice(header["model"], "model", MODELS)], header["scenario"])
     if isinstance(scenario, FlockScenario):
         spec = flock_policy_spec(scenario, env_options(scenario, options), View.of(per_agent))
     else:  # a long line has gigabytes of entries, of the same kinds as a short one
@@ -165,8 +156,5 @@ def _policy(architecture: dict[str, Any] | str, parameters: Any, chosen: dict[st
     """Return a network with an architecture, or a rule by its name with its other arguments."""
     if isinstance(architecture, str):
         return _RULES[as_choice(architecture, "architecture", _RULES)](*parameters, **chosen)
-    values: dict[str, Any]
-    values = {
-        name: tuple(value) if isinstance(value, list) else value for name, value in architecture.items()
-    }
-    return NetworkPolicy(Architecture(**values), parameters)
+    lists = {name: tuple(value) for name, value in architecture.items() if isinstance(value, list)}
+    return NetworkPolicy(Architecture(**{**architecture, **lists}), parameters)

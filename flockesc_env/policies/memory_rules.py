@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
@@ -10,13 +11,21 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
-from flockesc_env.policies.profile_rules import unit, vector_entries
-from flockesc_env.policies.rules import RangeRule, not_negative
+from flockesc_env.policies.rules import RangeRule, not_negative, unit, vector_entries
 
 Criterion = Literal["closest_approach", "escape_direction"]
 
 
-class StubbornWitnesses(RangeRule, RowMemory):
+class _Rule(RangeRule, RowMemory):
+    """Base class of rules whose arguments are all parameters: the fields of a dataclass."""
+
+    def __post_init__(self) -> None:
+        self.parameters = not_negative(**vars(self))
+        vars(self).update(zip(vars(self), self.parameters.tolist(), strict=False))
+
+
+@dataclass(eq=False, repr=False)
+class StubbornWitnesses(_Rule):
     """A rule for a predator that is visible only nearby: agents that have seen it stop listening.
 
     rho_i = 0 until the share ``patience`` of the episode has passed, and also from the moment at which agent
@@ -44,25 +53,13 @@ class StubbornWitnesses(RangeRule, RowMemory):
         ArgumentError: if an argument is not a finite number >= 0.
     """
 
-    def __init__(
-        self,
-        patience: float = 0.125,
-        first_range: float = 60.0,
-        interaction_range: float = 17.0,
-        growth: float = 0.0,
-        min_neighbors: float = 0.0,
-        crowding: float = 0.0,
-        agreement: float = 0.0,
-    ) -> None:
-        self.parameters = not_negative(
-            patience=patience,
-            first_range=first_range,
-            interaction_range=interaction_range,
-            growth=growth,
-            min_neighbors=min_neighbors,
-            crowding=crowding,
-            agreement=agreement,
-        )
+    patience: float = 0.125
+    first_range: float = 60.0
+    interaction_range: float = 17.0
+    growth: float = 0.0
+    min_neighbors: float = 0.0
+    crowding: float = 0.0
+    agreement: float = 0.0
 
     def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
         begins = self._begin(len(observations))
@@ -70,18 +67,21 @@ class StubbornWitnesses(RangeRule, RowMemory):
         patience, first, later, growth, min_neighbors, crowding, agreement = self.parameters
         time = observations[:, spec.layout.index("time")].astype(np.float64)
         is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
-        count = _neighbor_count(observations, spec)
+        scaled = observations[:, spec.layout.index("neighbor_count")].astype(np.float64)
+        count = np.rint(8 * scaled / (1 - scaled))
+        cosine = unit(vector_entries("heard_velocity_", observations, spec))[:, 0]
         has_stopped |= is_seen | (is_later & (count < min_neighbors))
         waits = time < patience
         later = later + growth * (time - patience)
-        later += crowding * _core.log1p(count) - agreement * _heard_cosine(observations, spec)
+        later += crowding * _core.log1p(count) - agreement * cosine
         later = np.clip(later, 0.0, spec.actions.max_range)
         ranges = np.where(waits | has_stopped, 0.0, np.where(heard, later, first))
         self._remember(len(begins), has_stopped, heard | ~waits, heard)
         return ranges
 
 
-class ListenWhileThreatened(RangeRule, RowMemory):
+@dataclass(eq=False, repr=False)
+class ListenWhileThreatened(_Rule):
     """A rule for the nearest agent and a predator that is visible only nearby.
 
     An agent that has not yet observed the predator listens to all: rho_i = ``unaware_range``. One that has
@@ -98,12 +98,9 @@ class ListenWhileThreatened(RangeRule, RowMemory):
         ArgumentError: if an argument is not a finite number >= 0.
     """
 
-    def __init__(
-        self, unaware_range: float = 150.0, aware_range: float = 20.0, safe_distance: float = 25.0
-    ) -> None:
-        self.parameters = not_negative(
-            unaware_range=unaware_range, aware_range=aware_range, safe_distance=safe_distance
-        )
+    unaware_range: float = 150.0
+    aware_range: float = 20.0
+    safe_distance: float = 25.0
 
     def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
         begins = self._begin(len(observations))
@@ -178,16 +175,3 @@ class WinStayLoseShift(RangeRule, RowMemory):
         self._remember(len(begins), listens, is_long, paused)
         ranges = np.where(is_long, long_range, short_range)
         return np.where(listens, ranges, 0.0)
-
-
-def _neighbor_count(observations: Observations, spec: PolicySpec) -> FloatArray:
-    """Return the number of neighbors, which the entry shows scaled, shape (rows,)."""
-    scaled = observations[:, spec.layout.index("neighbor_count")].astype(np.float64)
-    counts: FloatArray = np.rint(8 * scaled / (1 - scaled))
-    return counts
-
-
-def _heard_cosine(observations: Observations, spec: PolicySpec) -> FloatArray:
-    """Return the cosine between heading and heard velocity, shape (rows,)."""
-    cosines: FloatArray = unit(vector_entries("heard_velocity_", observations, spec))[:, 0]
-    return cosines

@@ -1,9 +1,9 @@
-"""``NetworkPolicy``: small neural networks as policies. The core computes them."""
+"""``NetworkPolicy``: small neural networks as policies, which the core computes; networks of torch."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any, Literal, get_args
@@ -154,18 +154,52 @@ def choices(
     return chosen, actions.to_ranges(chosen, len(ranges))
 
 
+def torch_network(
+    layers: Iterable[Any], inputs: tuple[str, ...], *, squash: Squash = "clip", ranges: tuple[float, ...] = ()
+) -> NetworkPolicy:
+    """Return a network of torch as a ``NetworkPolicy``, which ``save_policy`` can store.
+
+    Args:
+        layers: ``Linear`` and ``Tanh`` in turn, with ``Linear`` first and last, such as a
+            ``torch.nn.Sequential``.
+        inputs: names of the observation entries that the network receives, such as ``spec.layout.names``.
+        squash: function that maps the first output to the action: ``"clip"`` for the mean of a Gaussian,
+            ``"tanh"`` for that of a Gaussian squashed by tanh. Further outputs, such as a scale, are ignored.
+        ranges: range in m of every output, for a network with one score per range, such as Q values. The
+            policy sets the range with the highest score.
+
+    Raises:
+        ArgumentError: if the layers are of other types, or their sizes do not fit
+            ``inputs`` and ``ranges``.
+    """
+    found = list(layers)
+    kinds = [type(layer).__name__ for layer in found]
+    if kinds != ["Linear", "Tanh"] * (len(kinds) // 2) + ["Linear"]:
+        expected = "Linear and Tanh in turn, Linear first and last"
+        advice = " (in stable-baselines3: policy_kwargs={'activation_fn': torch.nn.Tanh})"
+        raise ArgumentError("layers", expected + advice, ", ".join(kinds) or "none")
+    hidden, parameters = layer_parameters(found[::2], None if ranges else 1)
+    return NetworkPolicy(Architecture(inputs, hidden, squash=squash, ranges=ranges), parameters)
+
+
+def layer_parameters(
+    linear: Sequence[Any], outputs: int | None = None
+) -> tuple[tuple[int, ...], NDArray[np.float32]]:
+    """Return the hidden widths and the parameters, for ``NetworkPolicy``, of linear layers of torch.
+
+    With ``outputs``, only the first outputs of the last layer are kept.
+    """
+    last = linear[-1]
+    parts = [part for at in linear[:-1] for part in (at.weight.T, at.bias)]
+    parts += [last.weight[:outputs].T, last.bias[:outputs]]
+    numbers = [part.detach().cpu().numpy().ravel() for part in parts]
+    return tuple(at.out_features for at in linear[:-1]), np.concatenate(numbers)
+
+
 def tanh_layers(widths: Sequence[int], parameters: FloatArray, inputs: FloatArray) -> FloatArray:
     """Return the outputs of tanh layers and a linear one, computed as in ``NetworkPolicy``.
 
-    Args:
-        widths: number of inputs, width of every hidden layer, number of outputs.
-        parameters: for every layer the weights in row-major order, then the biases.
-        inputs: shape (rows, widths[0]).
-
-    Returns:
-        Shape (rows, widths[-1]).
-
-    Raises:
-        ArgumentError: if ``parameters`` or ``inputs`` does not fit ``widths``.
+    Widths are those of inputs, hidden layers and outputs. Inputs have shape (rows, widths[0]), outputs (rows,
+    widths[-1]). The order of parameters is that of ``Architecture.size``.
     """
     return _core.tanh_layers(list(widths), np.asarray(parameters, np.float64), np.ascontiguousarray(inputs))

@@ -8,7 +8,7 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env.common.checks import FloatArray, as_count, as_floats, as_seed
+from flockesc_env.common.checks import FloatArray, as_count, as_seed, as_vector
 from flockesc_env.common.errors import ArgumentError, ResetNeededError, shown
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
@@ -23,12 +23,9 @@ _NUM_RANGES, _NUM_FUTURES = 15, 10
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A choice of ``Planner``.
+    """A choice of ``Planner``: the action for ``env.step``, its range in m and the objective at the end.
 
-    Attributes:
-        action: the action for ``env.step``.
-        interaction_range: its range in m.
-        value: the objective at the end of the episode if the planner goes on; it reaches at least this.
+    The episode reaches at least this ``value`` if the planner goes on.
     """
 
     action: Any
@@ -38,11 +35,9 @@ class Plan:
 
 @dataclass(frozen=True, eq=False)
 class PlannedEpisode:
-    """An episode that ``Planner.play`` ran.
+    """An episode that ``Planner.play`` ran: the objective at its end, and the choices in order.
 
-    Attributes:
-        objective: the objective at the end of the episode.
-        plans: the choices, in order. Their values never fall, and the last one is ``objective``.
+    The values of ``plans`` never fall, and the last one is ``objective``.
     """
 
     objective: float
@@ -228,9 +223,7 @@ class Planner:
 
 
 def _ranges(values: ArrayLike, name: str, actions: RangeActions) -> FloatArray:
-    ranges = as_floats(values, name)
-    if ranges.ndim != 1 or not ranges.size:
-        raise ArgumentError(name, "shape (k,) with at least one range", f"shape {ranges.shape}")
+    ranges = as_vector(values, name)
     if ranges.min() < actions.min_range or ranges.max() > actions.max_range:
         expected = f"ranges from {actions.min_range} to {actions.max_range}"
         raise ArgumentError(name, expected, shown(ranges.tolist()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast
 
@@ -13,11 +13,11 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_policy, as_threads
 from flockesc_env.common.extras import data_frame
 from flockesc_env.common.notebook import Displayed
+from flockesc_env.common.progress import Progress
 from flockesc_env.episodes.batch import Columns, FlockBatch, Step
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, FlockOutcomes
 from flockesc_env.episodes.options import EnvOptions, LineOptions, View
-from flockesc_env.episodes.policy_reset import reset_policy
-from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec
+from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.spaces import RangeActions, candidates, line_policy_spec
 from flockesc_env.models.simulate import IntArray, Trajectory, simulate
 from flockesc_env.policies.base import Observations, Policy
@@ -28,18 +28,12 @@ from flockesc_env.scenario.line import LineScenario
 if TYPE_CHECKING:
     import polars as pl
 
-Report = Callable[[int, int], None]
-
 
 class _Rows(Displayed):
     """Results with one entry per seed in every field."""
 
     def table(self) -> pl.DataFrame:
-        """Return a polars DataFrame with one row per seed: the seed and the other attributes.
-
-        Raises:
-            MissingExtraError: if the ``analysis`` extra is not installed.
-        """
+        """Return a polars DataFrame (extra ``analysis``) with one row per seed and a column per attribute."""
         return data_frame(
             {"seed" if name == "seeds" else name: column for name, column in vars(self).items()}
         )
@@ -106,7 +100,7 @@ def play(
     batch_size: int,
     num_threads: int | None,
     predator_policy: PredatorPolicy | None = None,
-    progress: Report | None = None,
+    progress: Progress | None = None,
 ) -> Columns:
     """Run a policy on the flock or line of every seed, see ``rollout``; return outcomes of shape (seeds,)."""
     if type(policy) is NetworkPolicy and predator_policy is None:
@@ -154,26 +148,16 @@ def rollout_networks(
     *,
     per_agent: bool = False,
     num_threads: int | None,
-    progress: Report | None = None,
+    progress: Progress | None = None,
 ) -> Columns:
-    """Run networks on the flock or line of every seed in the core. ``Learned`` predators fly straight on.
+    """Run networks on the flock or line of every seed in the core, as ``rollout``.
 
-    Results do not depend on the machine or on the number of threads.
-
-    Args:
-        architecture: inputs, layers and head of the networks.
-        parameters: weights and biases, shape (1, architecture.size) for one network on all flocks, or
-            (seeds, architecture.size) for one network per flock.
-        seeds: seeds of the flocks or lines.
-        model: the model's parameters.
-        options: options of the environment of this model.
-        per_agent: True: networks set one range per agent. False: one per flock.
-        num_threads: number of threads; ``None``: one per core.
-        progress: called with (finished episodes, all episodes). ``None``: no calls.
+    ``parameters`` has shape (1, architecture.size) for one network on all flocks, or (seeds,
+    architecture.size) for one network per flock. ``Learned`` predators fly straight on. Results do not
+    depend on the machine.
 
     Returns:
-        The outcomes in ``Episodes`` or ``LineEpisodes`` and the number of actions, ``num_actions``, each of
-        shape (seeds,).
+        The outcomes in ``Episodes`` or ``LineEpisodes`` and ``num_actions``, each of shape (seeds,).
 
     Raises:
         ArgumentError: if the networks set values and the action mode is not ``"normalized"``, an input is not
@@ -236,12 +220,7 @@ class _Recorder:
 def episode_steps(
     batch: FlockBatch | _LineBatch, policy: Policy, seeds: Sequence[int]
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Run a policy in every slot of a batch until all episodes have ended.
-
-    Args:
-        batch: the batch.
-        policy: sets the ranges.
-        seeds: one seed per slot.
+    """Run a policy in every slot of a batch, with a seed per slot, until all episodes have ended.
 
     Yields:
         Ranges in m and rewards after every action, both of shape (num_flocks * rows,).

@@ -21,9 +21,8 @@ from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import Policy, StoredPolicy
 from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
 from flockesc_env.policies.playing import record_flock
-from flockesc_env.policies.profile_rules import BestCandidate, BestNextHeading
 from flockesc_env.policies.ranges import FixedRange, RandomRange
-from flockesc_env.policies.rules import ListenWhileFleeing, StubbornLeaders
+from flockesc_env.policies.rules import BestCandidate, BestNextHeading, ListenWhileFleeing, StubbornLeaders
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario

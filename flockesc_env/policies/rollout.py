@@ -111,7 +111,7 @@ def rollout(
         array([84.65, 87.7 , 91.85])
     """
     entry = _named(policy, per_agent, options)
-    model = _scenario(scenario, entry)
+    model = entry.scenario or FlockScenario() if scenario is None else as_model(scenario)
     checked = as_seeds(seeds)
     is_line = isinstance(model, LineScenario)
     size = _LINE_BATCH_SIZE if is_line else _BATCH_SIZE
@@ -204,11 +204,3 @@ def _is_per_agent(
     if per_agent is not None or not isinstance(policy, SB3Policy) or not isinstance(model, FlockScenario):
         return entry.per_agent
     return policy.is_per_agent_in(model, cast("EnvOptions", options))
-
-
-def _scenario(
-    scenario: FlockScenario | LineScenario | str | None, entry: NamedPolicy
-) -> FlockScenario | LineScenario:
-    if scenario is None:
-        return entry.scenario or FlockScenario()
-    return as_model(scenario)

@@ -1,4 +1,4 @@
-"""``RangeRule`` (base of hand-written rules) and rules that compare the entries of an observation."""
+"""``RangeRule`` (base of hand-written rules) and rules without a memory, also for observed profiles."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray, as_floats
+from flockesc_env.common.checks import FloatArray, as_floats, as_text
+from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, StoredPolicy
 
@@ -92,3 +93,102 @@ class ListenWhileFleeing(RangeRule):
 def not_negative(**given: float) -> FloatArray:
     """Return the parameters of a rule after validation: finite numbers >= 0."""
     return np.array([as_floats(value, name, (), least=0.0) for name, value in given.items()])
+
+
+class BestCandidate(RangeRule):
+    """A rule for observations with a profile: the candidate range under which one entry is largest.
+
+    Of equal candidates it sets the shortest. With ``"escape_cosine"`` an agent listens at the range at which
+    the heard velocity points nearest to its escape direction; with ``"closest_approach"`` at the one whose
+    heard heading keeps the predator farthest away. The rule requires one observation per agent.
+
+    Args:
+        entry: name of an entry of the candidates, without ``profile_k_``.
+
+    Raises:
+        ArgumentError: if ``entry`` is not a string.
+    """
+
+    def __init__(self, entry: str) -> None:
+        self.entry = as_text(entry, "entry")
+
+    def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
+        return _best(candidate_entries(self.entry, observations, spec), observations, spec)
+
+
+class BestNextHeading(RangeRule):
+    """A rule for the mean distance: the candidate range after which an agent heads best.
+
+    One step turns agent i toward the direction h that it hears: its new heading is that of u + ``turn`` h,
+    where u is its heading. The agent takes the candidate range whose new heading is nearest to its escape
+    direction. ``BestCandidate("escape_cosine")`` compares the directions h themselves. Agents that observe no
+    predator have rho_i = 0. The rule requires one observation per agent with a profile and
+    ``extra_entries=("escape_direction",)``.
+
+    Args:
+        turn: weight of the heard direction: the alignment strength times the time step over the mass, 0.5 in
+            the paper.
+
+    Raises:
+        ArgumentError: if ``turn`` is not a finite number >= 0.
+    """
+
+    def __init__(self, turn: float = 0.5) -> None:
+        self.turn = float(as_floats(turn, "turn", (), least=0.0))
+
+    def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
+        own = observations[:, [spec.layout.index("escape_direction_ahead")]].astype(np.float64)
+        heard = candidate_entries("escape_cosine", observations, spec)
+        ahead = unit(heard_velocities(observations, spec))[:, :, 0]
+        lengths = np.sqrt(np.maximum(1 + 2 * self.turn * ahead + self.turn * self.turn, 1e-9))
+        return _best((own + self.turn * heard) / lengths, observations, spec)
+
+
+def candidate_entries(entry: str, observations: Observations, spec: PolicySpec) -> FloatArray:
+    """Return an entry of every candidate range, shape (rows, candidates)."""
+    if not spec.profile_ranges:
+        raise ArgumentError("profile_ranges", "candidate ranges", "none")
+    columns = [spec.layout.index(f"profile_{k}_{entry}") for k in range(len(spec.profile_ranges))]
+    values: FloatArray = observations[:, columns].astype(np.float64)
+    return values
+
+
+def heard_velocities(observations: Observations, spec: PolicySpec) -> FloatArray:
+    """Return the velocities heard within candidates in units of the largest v0, (rows, candidates, axes)."""
+    prefixes = [f"profile_{k}_velocity_" for k in range(len(spec.profile_ranges))]
+    scaled = np.stack([vector_entries(prefix, observations, spec) for prefix in prefixes], axis=1)
+    return scaled / (1 - _norm(scaled))
+
+
+def vector_entries(prefix: str, observations: Observations, spec: PolicySpec) -> FloatArray:
+    """Return the entries whose names begin with ``prefix``, shape (rows, axes)."""
+    columns = [column for column, name in enumerate(spec.layout.names) if name.startswith(prefix)]
+    vector: FloatArray = observations[:, columns].astype(np.float64)
+    return vector
+
+
+def dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the scalar products of vectors, whose axes are the last axis.
+
+    The order of the additions does not depend on the machine, as it does in BLAS and in ``numpy.einsum``.
+    """
+    product: FloatArray = a[..., 0] * b[..., 0]
+    for axis in range(1, a.shape[-1]):
+        product += a[..., axis] * b[..., axis]
+    return product
+
+
+def unit(vectors: FloatArray) -> FloatArray:
+    """Return the directions of some vectors; 0 stays 0."""
+    return vectors / np.maximum(_norm(vectors), 1e-9)
+
+
+def _norm(vectors: FloatArray) -> FloatArray:
+    """Return the lengths of some vectors, with a last axis of length 1."""
+    return np.sqrt(dot(vectors, vectors))[..., np.newaxis]
+
+
+def _best(scores: FloatArray, observations: Observations, spec: PolicySpec) -> FloatArray:
+    """Return the candidates with the best scores; 0 without a predator."""
+    chosen = np.array(spec.profile_ranges)[scores.argmax(axis=1)]
+    return np.where(observations[:, spec.layout.index("predator_sensed")] > 0, chosen, 0.0)

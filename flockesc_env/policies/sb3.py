@@ -15,8 +15,7 @@ from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, flock_policy_spec
 from flockesc_env.policies.base import Observations, RowMemory, check_options, is_per_agent, normalizer_of
-from flockesc_env.policies.network import NetworkPolicy, Squash
-from flockesc_env.policies.torch import torch_network
+from flockesc_env.policies.network import NetworkPolicy, Squash, torch_network
 from flockesc_env.scenario.flock import FlockScenario
 
 
@@ -183,11 +182,7 @@ def _space_error(trained: Any, spaces: Mapping[Any, gymnasium.Space[Any]]) -> Ar
 
 
 def _layers(model: Any) -> list[Any]:
-    """Return the layers of torch from the observation to the mean of the action.
-
-    Raises:
-        ArgumentError: if the model has a memory or is of another algorithm.
-    """
+    """Return the layers of torch from the observation to the mean of the action."""
     policy: Any = getattr(model, "policy", None)
     actor: Any = getattr(policy, "actor", None)
     extractor: Any = getattr(policy, "mlp_extractor", None)
@@ -211,11 +206,7 @@ def _layers(model: Any) -> list[Any]:
 
 
 def _normalized(network: NetworkPolicy, layout: ObservationLayout, normalizer: Any) -> NetworkPolicy:
-    """Return a network for plain observations from one for normalized ones.
-
-    Raises:
-        ArgumentError: if an observation can be clipped.
-    """
+    """Return a network for plain observations from one for normalized ones that are never clipped."""
     mean, scale = normalizer.obs_rms.mean, np.sqrt(normalizer.obs_rms.var + normalizer.epsilon)
     farthest = np.maximum(layout.high - mean, mean - layout.low) / scale
     if farthest.max() > normalizer.clip_obs:

@@ -1,4 +1,4 @@
-"""The data of a picture of a flock: its state at one time, live or from a recorded run."""
+"""The data of a picture of a flock: its state at one time, live or from a recorded run, and its title."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray
+from flockesc_env.common.errors import printable
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.models.simulate import Trajectory
+from flockesc_env.policies.registry import NAMES
 from flockesc_env.scenario.flock import FlockScenario
 
 
@@ -18,38 +20,33 @@ from flockesc_env.scenario.flock import FlockScenario
 class FlockFrame:
     """A flock at one time. Lengths in m, speeds in m/s.
 
-    Attributes:
-        scenario: the flock model's parameters, as drawn.
-        step: number of steps made.
-        positions: r_i, shape (n, D); a caught agent's is where it was caught.
-        velocities: v_i, shape (n, D).
-        predator_positions: r_p, shape (P, D).
-        predator_velocities: v_p, shape (P, D).
-        interaction_range: rho of the last step, shape (1,) or (n,). Before the first step it is that of the
-            first action if the run is recorded, and empty in an environment.
-        caught: True for caught agents, shape (n,).
-        objective: J so far, with its symbol and unit.
-        graph: positions and velocities that define the neighbor graph: the start's, if it is frozen.
-        view: lowest and highest corner of a box around all positions so far, shape (2, D).
-        trail: past predator positions, shape (k, P, D).
+    The range is that of the last step, shape (1,) or (n,). Before the first step it is that of the first
+    action if the run is recorded, and empty in an environment.
     """
 
-    scenario: FlockScenario
+    scenario: FlockScenario  # as drawn
     step: int
-    positions: FloatArray
-    velocities: FloatArray
-    predator_positions: FloatArray
-    predator_velocities: FloatArray
+    positions: FloatArray  # shape (n, D); a caught agent's is where it was caught
+    velocities: FloatArray  # shape (n, D)
+    predator_positions: FloatArray  # shape (P, D)
+    predator_velocities: FloatArray  # shape (P, D)
     interaction_range: FloatArray
-    caught: NDArray[np.bool]
-    objective: str
-    graph: tuple[FloatArray, FloatArray]
-    view: FloatArray
-    trail: FloatArray
+    caught: NDArray[np.bool]  # shape (n,)
+    objective: str  # J so far, with its symbol and unit
+    graph: tuple[FloatArray, FloatArray]  # positions and velocities that define it: the start's, if frozen
+    view: FloatArray  # lowest and highest corner of a box around all positions so far, shape (2, D)
+    trail: FloatArray  # past predator positions, shape (k, P, D)
 
 
 LineHistory = Sequence[tuple[int, FloatArray, float]]
 """Number of steps made, x of shape (n,) and rho of the step before, 0 at the start; one row per action."""
+
+
+def policy_title(name: str, unit: str = "m") -> str:
+    """Return the title of a policy, for example "fixed range 12 m" for "fixed:12"; ``unit``: of a range."""
+    if name.startswith("fixed:"):
+        return printable(f"fixed range {name.removeprefix('fixed:')} {unit}")
+    return f"rule: {name.replace('-', ' ')}" if name in NAMES else printable(name)
 
 
 def initial_region(scenario: FlockScenario) -> FloatArray:

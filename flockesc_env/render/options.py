@@ -19,8 +19,6 @@ ColorBy = Literal["component", "range"]
 
 RENDER_MODES: Final = get_args(RenderMode)
 
-_MIN_SIZE, _MAX_SIZE = 160, 16_384
-
 
 @dataclass(frozen=True, kw_only=True)
 class RenderOptions:
@@ -48,7 +46,7 @@ class RenderOptions:
     largest_range: float | None = None
 
     def __post_init__(self) -> None:
-        size = as_count(self.size, "size", ScenarioError, least=_MIN_SIZE, most=_MAX_SIZE)
+        size = as_count(self.size, "size", ScenarioError, least=160, most=16_384)
         if size % 2:
             raise ScenarioError("size", "an even number", size)
         as_choice(self.show, "show", get_args(Show), ScenarioError)
@@ -66,11 +64,7 @@ class RenderOptions:
         object.__setattr__(self, "trail", trail)
 
     def selected(self, num_agents: int) -> IntArray:
-        """Return the indices of the agents whose discs or edges are drawn.
-
-        Raises:
-            ScenarioError: if an index is ``num_agents`` or more.
-        """
+        """Return the indices of the agents to draw; raise ``ScenarioError`` if one is out of bounds."""
         if self.agents is None:
             return np.arange(num_agents)
         if max(self.agents) >= num_agents:
@@ -95,11 +89,7 @@ def as_render_options(value: Any) -> RenderOptions:
 
 
 def require_video(*modules: str) -> None:
-    """Check that modules of the ``video`` extra are installed, and set up the environment of pygame.
-
-    Raises:
-        MissingExtraError: if a module is not installed.
-    """
+    """Require modules of the ``video`` extra, and set up the environment of pygame."""
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # pygame prints a greeting on stdout
     os.environ.setdefault("SDL_NO_SIGNAL_HANDLERS", "1")  # SDL would catch SIGTERM, also in forked workers
     require("video", modules)

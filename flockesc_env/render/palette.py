@@ -20,44 +20,24 @@ Color = tuple[int, int, int]
 
 @dataclass(frozen=True)
 class Palette:
-    """Colors as ``"#rrggbb"``.
+    """Colors as ``"#rrggbb"``, by their use."""
 
-    Attributes:
-        page: background of a page.
-        ground: background of a flock.
-        line: borders between parts.
-        frame: axes, and crosses where agents were caught.
-        grid: grid lines.
-        muted: text of less weight.
-        ink: text.
-        accent: controls, and a quantity that belongs to no policy.
-        predator: vermilion.
-        components: the largest components.
-        other: a component that is smaller than these.
-        alone: an agent without neighbors.
-        fixed: a fixed range.
-        learned: a learned policy.
-        others: other policies.
-        ranges: interaction ranges from 0 to the largest, in equal steps: viridis, with a darker yellow on a
-            light ground and a lighter blue on a dark one.
-    """
-
-    page: str
-    ground: str
-    line: str
-    frame: str
+    page: str  # background of a page
+    ground: str  # background of a flock
+    line: str  # borders between parts
+    frame: str  # axes, and crosses where agents were caught
     grid: str
-    muted: str
+    muted: str  # text of less weight
     ink: str
-    accent: str
+    accent: str  # controls, and a quantity that belongs to no policy
     predator: str
-    components: tuple[str, ...]
-    other: str
-    alone: str
+    components: tuple[str, ...]  # the largest components
+    other: str  # a smaller component
+    alone: str  # an agent without neighbors
     fixed: str
     learned: str
-    others: tuple[str, ...]
-    ranges: tuple[str, ...]
+    others: tuple[str, ...]  # other policies
+    ranges: tuple[str, ...]  # from 0 to the largest in equal steps
 
 
 LIGHT = Palette(
@@ -129,8 +109,6 @@ def range_colors(ranges: NDArray[np.float64], largest: float) -> Colors:
 
 def faded(colors: ArrayLike, amount: ArrayLike) -> Colors:
     """Return colors mixed with the ground's; ``amount`` from 0 to 1, a scalar or shape (k, 1)."""
-    solid = np.asarray(colors, np.float64)
-    mixed: Colors = np.round(solid + (np.array(rgb(LIGHT.ground)) - solid) * np.asarray(amount)).astype(
-        np.uint8
-    )
+    solid, ground = np.asarray(colors, np.float64), np.array(rgb(LIGHT.ground))
+    mixed: Colors = np.round(solid + (ground - solid) * np.asarray(amount)).astype(np.uint8)
     return mixed

@@ -34,17 +34,11 @@ _FIRST_STEPS = 10
 
 
 class Camera(NamedTuple):
-    """Parallel projection to a picture.
+    """Parallel projection to a picture."""
 
-    Attributes:
-        matrix: from m to px, shape (D, 2).
-        offset: pixel of the origin, shape (2,).
-        scale: px per m.
-    """
-
-    matrix: FloatArray
-    offset: FloatArray
-    scale: float
+    matrix: FloatArray  # from m to px, shape (D, 2)
+    offset: FloatArray  # pixel of the origin, shape (2,)
+    scale: float  # px per m
 
     def pixels(self, points: FloatArray) -> FloatArray:
         """Return the pixels of points, shape (.., 2)."""
@@ -137,7 +131,8 @@ def draw_line(scenario: LineScenario, history: LineHistory, options: RenderOptio
     canvas.text("steps", (0.535 * size, 0.96 * size), FAINT_TEXT, "center", 0.036)
     if predator is not None:
         canvas.segments(at([0, end], predator)[np.newaxis], [PREDATOR], 0.004 * size)
-    labels = [_line_labels(*each) for each in zip(states, ranges, strict=True)]
+    points = np.stack([states, np.zeros_like(states)], axis=-1)
+    labels = [component_labels(None, *each) for each in zip(points, ranges, strict=True)]
     for t in range(1, len(labels)):
         ends = np.stack([at(steps[k], states[k]) for k in (t - 1, t)], axis=1)
         # Agents with equal states stay together, so one line stands for all of them.
@@ -164,33 +159,17 @@ def nice(least: float) -> float:
     return float(next(power * digit for digit in (1, 2, 5, 10) if power * digit >= least))
 
 
-def _line_labels(states: FloatArray, interaction_range: float) -> IntArray:
-    """Return the component of every agent of a line, shape (n,), labeled by the lowest index in it."""
-    order = np.argsort(states, kind="stable")
-    is_first = np.concatenate([[True], np.diff(states[order]) > interaction_range])
-    labels = np.empty(len(states), np.int64)
-    labels[order] = np.minimum.reduceat(order, np.flatnonzero(is_first))[np.cumsum(is_first) - 1]
-    return labels
-
-
 def _corners(view: FloatArray) -> FloatArray:
     """Return the corners of a box, shape (2^D, D)."""
     return np.array(list(product(*view.T)))
 
 
 def _ground(canvas: Canvas, eye: Camera, frame: FlockFrame) -> None:
-    """Draw the edges of the initial region and, in a space, the shadows on the floor."""
+    """Draw the edges of the initial region, and crosses where agents were caught."""
     corners = eye.pixels(_corners(initial_region(frame.scenario)))
     # Each axis is one bit of a corner's index, so the corners of an edge differ in one bit.
     edges = [pair for pair in combinations(range(len(corners)), 2) if (pair[0] ^ pair[1]).bit_count() == 1]
     canvas.segments(corners[edges], [FRAME] * len(edges))
-    if frame.scenario.dimension == 3:
-        floor = frame.view[0] * (0, 0, 1)
-        shadows = eye.pixels(frame.positions * (1, 1, 0) + floor)
-        canvas.discs(shadows, 0.0022 * canvas.size, np.tile(FRAME, (len(shadows), 1)))
-        feet = eye.pixels(frame.predator_positions * (1, 1, 0) + floor)
-        lines = np.stack([feet, eye.pixels(frame.predator_positions)], axis=1)
-        canvas.segments(lines, [faded(PREDATOR, 0.6).tolist()] * len(lines))
     arms = 0.005 * canvas.size * np.array([[(-1.0, -1.0), (1.0, 1.0)], [(-1.0, 1.0), (1.0, -1.0)]])
     for center in eye.pixels(frame.positions[frame.caught]):
         canvas.segments(center + arms, [FRAME] * 2, 0.0025 * canvas.size)

@@ -20,10 +20,9 @@ from flockesc_env.common.files import atomic_write, suffix_of
 from flockesc_env.common.progress import Progress
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, Objective
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, as_runs
-from flockesc_env.render.frames import enclose, recorded_frame, recorded_view
+from flockesc_env.render.frames import enclose, policy_title, recorded_frame, recorded_view
 from flockesc_env.render.options import RenderOptions, as_render_options, require_video
 from flockesc_env.render.palette import LIGHT, rgb
-from flockesc_env.render.titles import policy_title
 from flockesc_env.render.viewer import grid_shape, tiled
 
 _FORMATS: dict[str, dict[str, Any]] = {

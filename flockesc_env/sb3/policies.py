@@ -12,8 +12,7 @@ from stable_baselines3.common.type_aliases import Schedule
 from torch import nn
 
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.torch import layer_parameters
+from flockesc_env.policies.network import Architecture, NetworkPolicy, layer_parameters
 
 _FIRST_SLOPE = 8.0
 """Decrease of the first scores with the range, in units of the largest one.

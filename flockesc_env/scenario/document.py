@@ -21,9 +21,8 @@ import numpy as np
 import tomli_w
 
 from flockesc_env import _core
-from flockesc_env.common.checks import as_text
+from flockesc_env.common.checks import as_text, parse_json
 from flockesc_env.common.errors import ScenarioError, shown, shown_name
-from flockesc_env.common.json_text import parse_json
 from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
 from flockesc_env.scenario.motion import Motion
 from flockesc_env.scenario.neighbors import NeighborRule
@@ -89,11 +88,7 @@ class Document:
 
     @classmethod
     def from_toml(cls, document: str) -> Self:
-        """Return the scenario of a TOML document; missing fields get their defaults.
-
-        Raises:
-            ScenarioError: if a field is unknown, has the wrong type or is out of bounds.
-        """
+        """Return the scenario of a TOML document, as ``from_json``."""
         return from_fields(cls, parse_document(document, is_toml=True))
 
     def replace(self, **changes: Any) -> Self:
@@ -113,9 +108,6 @@ def check_not_drawn(scenario: Document, paths: Iterable[str]) -> None:
     """Refuse to change fields that the scenario's ``randomization`` draws: the change would have no effect.
 
     Paths have indices in brackets or after dots, with or without the kinds of parts.
-
-    Raises:
-        ScenarioError: if a path is that of a drawn field.
     """
     distributions: tuple[Distribution, ...] = getattr(scenario, "randomization", ())
     drawn = {_names(each.field): each for each in distributions}

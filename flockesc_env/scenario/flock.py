@@ -131,17 +131,14 @@ class FlockScenario(Document):
         """
         if not self.predators:
             raise ScenarioError("predators", "at least one predator", "none")
-        learned = tuple(_learned(predator, k) for k, predator in enumerate(self.predators))
-        return self.replace(predators=learned)
-
-
-def _learned(predator: Predator, index: int) -> Learned:
-    if not isinstance(predator, Start):
-        expected = "a predator without a prescribed path, which no policy can control"
-        raise ScenarioError(f"predators[{index}]", expected, type(predator).__name__)
-    if isinstance(predator, Learned):
-        return predator
-    return Learned(position=predator.position, velocity=predator.velocity)
+        learned = list(self.predators)
+        for index, predator in enumerate(self.predators):
+            if not isinstance(predator, Start):
+                expected = "a predator without a prescribed path, which no policy can control"
+                raise ScenarioError(f"predators[{index}]", expected, type(predator).__name__)
+            if not isinstance(predator, Learned):
+                learned[index] = Learned(position=predator.position, velocity=predator.velocity)
+        return self.replace(predators=tuple(learned))
 
 
 def _with_start(predator: Predator, index: int, dimension: int) -> Predator:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -78,22 +79,18 @@ def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
     names = tuple(name.strip() for name in head.split(","))
     if names not in _COLUMNS.values():
         raise RecordError(str(path), f"the first line {_HEADS}", shown(head))
-    rows = [
-        _numbers(line, len(names), f"{path}: line {i}") for i, line in enumerate(lines, 2) if line.strip()
-    ]
+    rows = []
+    for number, line in enumerate(lines, 2):
+        row: list[float] = []
+        with suppress(ValueError):
+            row = [parse_number(entry, float) for entry in line.split(",")]
+        if line.strip() and len(row) != len(names):
+            expected = f"{len(names)} numbers, as many as names in the first line"
+            raise RecordError(f"{path}: line {number}", expected, shown(line))
+        rows += [row] if row else []
     if not rows:
         raise RecordError(str(path), _TABLE, "no rows")
     return _split(np.array(rows), path)
-
-
-def _numbers(line: str, count: int, field: str) -> list[float]:
-    try:
-        numbers = [parse_number(entry, float) for entry in line.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) != count:
-        raise RecordError(field, f"{count} numbers, as many as names in the first line", shown(line))
-    return numbers
 
 
 def _read_npy(path: Path) -> dict[str, NDArray[Any]]:

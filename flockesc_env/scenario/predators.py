@@ -103,9 +103,7 @@ class Encircle(Steering):
     """A predator that turns toward its place on a circle around the flock's centroid.
 
     All ``Encircle`` predators of a scenario share the circle. Their places are evenly spaced, in the order of
-    the predators. In space the circle lies in a plane of constant z.
-
-    Inherits the attributes of ``Steering``.
+    the predators. In space the circle lies in a plane of constant z. Inherits the attributes of ``Steering``.
 
     Attributes:
         radius: radius of the circle at t = 0 in m.

@@ -34,12 +34,7 @@ _T = TypeVar("_T", bound=Scenario)
 
 
 class Preset(NamedTuple):
-    """A named scenario.
-
-    Attributes:
-        description: one line, for lists of presets.
-        scenario: the scenario.
-    """
+    """A named scenario with a line that describes it."""
 
     description: str
     scenario: Scenario
@@ -50,30 +45,24 @@ def _flock(description: str, **differences: Any) -> Preset:
     return Preset(description, FlockScenario(**differences))
 
 
-_PAPER = {
+_VARIATIONS = {
     "paper-flock": _flock("the paper's flock and its predator, which flies straight on"),
     "paper-line": Preset("the paper's line, with the linear escape force", LineScenario()),
     "constant-line": Preset("the line with the constant escape force", LineScenario(escape_force="constant")),
     "literal-law": _flock("the law as printed in the paper, under which speeds vary", constant_speed=False),
-}
-
-_PREDATORS = {
+    # predators
     "edge-attack": _flock(
         "a path 50 m to the left of the flock's center, along its edge",
         predators=(ConstantVelocity(*approach(50.0)),),
     ),
     "pursuit": _flock("a predator that turns toward the nearest agent", predators=(PurePursuit(),)),
     "isolated-prey": _flock(
-        "a pursuer of the most isolated agent",
-        predators=(PurePursuit(target="most_isolated"),),
+        "a pursuer of the most isolated agent", predators=(PurePursuit(target="most_isolated"),)
     ),
     "confused-pursuit": _flock(
         "a pursuer that other agents distract from its target", predators=(PurePursuit(confusion_rate=0.1),)
     ),
-    "intercept": _flock(
-        "an interceptor with proportional navigation",
-        predators=(Intercept(),),
-    ),
+    "intercept": _flock("an interceptor with proportional navigation", predators=(Intercept(),)),
     "wandering": _flock("a predator whose heading performs a random walk", predators=(Wandering(),)),
     "two-predators": _flock(
         "a second predator comes from the opposite corner",
@@ -105,27 +94,19 @@ _PREDATORS = {
         capture_radius=2.0,
     ),
     "learned-predator": _flock("a predator that a policy controls", predators=(Learned(),)),
-}
-
-_NEIGHBORS = {
+    # neighbors
     "topological": _flock("agents listen to the k nearest", neighbor_rule=Topological()),
     "mutual": _flock(
-        "only agents among each other's k nearest are neighbors",
-        neighbor_rule=Topological(),
-        mutual=True,
+        "only agents among each other's k nearest are neighbors", neighbor_rule=Topological(), mutual=True
     ),
     "voronoi": _flock("agents listen to those in adjacent Voronoi cells", neighbor_rule=Voronoi()),
     "field-of-view": _flock("agents are blind in the 120 degrees behind them", blind_angle=2 * math.pi / 3),
     "frozen-graph": _flock(
         "a control: all steps use the neighbor graph of the first step", frozen_graph=True
     ),
-}
-
-_MOTION = {
+    # motion
     "vicsek": _flock(
-        "the Vicsek model: headings without inertia, with noise",
-        motion=Vicsek(),
-        angular_noise=1.0,
+        "the Vicsek model: headings without inertia, with noise", motion=Vicsek(), angular_noise=1.0
     ),
     "reynolds": _flock("the Reynolds model (boids), with cohesion and separation", motion=Reynolds()),
     "noisy-hearing": _flock("neighbors' velocities are sensed with noise of size v0", sensing_noise=1.0),
@@ -134,13 +115,8 @@ _MOTION = {
         "a tenth of the agents ignore their neighbors", alignment_strength=(0.0,) * 30 + (1.0,) * 270
     ),
     "fearless": _flock("a control: a flock that does not flee", repulsion_strength=0.0),
-}
-
-_STARTS = {
-    "space": _flock(
-        "a flock in a cube, attacked along its diagonal",
-        dimension=3,
-    ),
+    # starts
+    "space": _flock("a flock in a cube, attacked along its diagonal", dimension=3),
     "clusters": _flock("five clusters, each denser than the paper's flock", initial_positions=Clusters()),
     "head-on": _flock(
         "a disc of agents that fly toward the predator",
@@ -194,19 +170,13 @@ LITERATURE: Final = {
         predators=(Attracted(position=(40.0, 50.0), velocity=(0.0, 0.0)),),
     ),
 }
-
 """Models of other authors, which differ from the paper's flock in several respects."""
 
-PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
-    _PAPER | _PREDATORS | _NEIGHBORS | _MOTION | _STARTS | LITERATURE
-)
+PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(_VARIATIONS | LITERATURE)
 
 
 def preset(name: str) -> Scenario:
-    """Return the scenario of a preset.
-
-    Args:
-        name: a key of ``PRESETS``.
+    """Return the scenario of a preset, a key of ``PRESETS``.
 
     Raises:
         ScenarioError: if the name is unknown.

@@ -16,7 +16,7 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.common.extras import data_frame, require
 from flockesc_env.envs.vector import AgentVectorEnv
 from flockesc_env.episodes.options import UNOBSERVED, EnvOptions
-from flockesc_env.episodes.policy_reset import reset_policy
+from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.splits import refuse_held_out
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.scenario.flock import FlockScenario

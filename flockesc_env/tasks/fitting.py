@@ -11,10 +11,9 @@ from flockesc_env.common.errors import ArgumentError
 from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.policies.base import Policy
 from flockesc_env.policies.files import Stored
-from flockesc_env.policies.profile_rules import BestCandidate, BestNextHeading
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.policies.registry import NamedPolicy
-from flockesc_env.policies.rules import ListenWhileFleeing, StubbornLeaders
+from flockesc_env.policies.rules import BestCandidate, BestNextHeading, ListenWhileFleeing, StubbornLeaders
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.tasks.definition import TaskDefinition
 

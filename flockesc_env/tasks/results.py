@@ -14,10 +14,9 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
-from flockesc_env.common.checks import FloatArray
+from flockesc_env.common.checks import FloatArray, parse_json
 from flockesc_env.common.errors import ArgumentError, RecordError, shown
 from flockesc_env.common.files import suffix_of, write_text
-from flockesc_env.common.json_text import parse_json
 from flockesc_env.policies.files import SUFFIX as POLICY_SUFFIX
 from flockesc_env.policies.registry import built_in
 from flockesc_env.tasks.definition import FLOCKS, VERSION

@@ -17,7 +17,7 @@ from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.models.graph import component_labels
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.policies.registry import NAMES
-from flockesc_env.render.titles import policy_title
+from flockesc_env.render.frames import policy_title
 
 Run = tuple[str, Trajectory]
 """A name and a run."""
@@ -27,12 +27,7 @@ _OBJECTIVE = FLOCK_OBJECTIVES["mean"]
 
 
 def check_runs(runs: Sequence[Run]) -> None:
-    """Refuse runs that cannot be shown side by side.
-
-    Raises:
-        ArgumentError: if there are no runs, an entry is not a name and a run of a flock, or some runs are in
-            the plane and others in space.
-    """
+    """Check that there are runs of flocks with names, all in the plane or all in space."""
     dimensions = {trajectory.scenario.dimension for _, trajectory in as_runs(runs)}
     if len(dimensions) > 1:
         raise ArgumentError("runs", "all in the plane or all in space", "both")
@@ -75,7 +70,7 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     return {
         "name": name,
         "title": policy_title(name, trajectory.scenario.neighbor_rule.unit),
-        "kind": _kind(name, ranges),
+        "kind": "fixed" if np.ptp(ranges) == 0 else "rule" if name in NAMES else "learned",  # gives the color
         # None if no seed gives this start. A string, because 64 bits do not fit into a number of JavaScript.
         "seed": None if trajectory.is_start_given else str(trajectory.seed),
         "scenario": json.loads(trajectory.scenario.to_json()),
@@ -83,13 +78,6 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "objective": _OBJECTIVE.symbol,
         "columns": columns,
     }
-
-
-def _kind(name: str, ranges: NDArray[np.float64]) -> str:
-    """Return the kind of a run's policy, which gives the run its color."""
-    if np.ptp(ranges) == 0:
-        return "fixed"
-    return "rule" if name in NAMES else "learned"
 
 
 def _labels(trajectory: Trajectory, step: int, ranges: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -18,7 +18,7 @@ from flockesc_env.policies.files import SUFFIX
 from flockesc_env.policies.network import NetworkPolicy
 from flockesc_env.policies.ranges import FixedRange
 from flockesc_env.policies.registry import NamedPolicy
-from flockesc_env.render.titles import policy_title
+from flockesc_env.render.frames import policy_title
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import PRESETS
 
@@ -44,13 +44,9 @@ def has_engine() -> bool:
 
 
 def page_spec(spec: str, policy: NamedPolicy) -> str | None:
-    """Return the text by which a page runs a policy, or ``None`` if it cannot.
+    """Return the text by which a page runs a policy that ``spec`` gave, or ``None`` if it cannot.
 
     A page runs fixed ranges, ``RULES`` and files of a flock's network.
-
-    Args:
-        spec: the text that gave the policy: a name, a file or a user's ``module:function``.
-        policy: the policy.
     """
     if isinstance(policy.policy, FixedRange):
         return f"fixed:{policy.policy.interaction_range!r}".removesuffix(".0")
@@ -59,13 +55,7 @@ def page_spec(spec: str, policy: NamedPolicy) -> str | None:
 
 
 def world_document(name: str, scenario: FlockScenario, best: float | None = None) -> dict[str, Any]:
-    """Return the document of a world.
-
-    Args:
-        name: the name of a preset, or ``GIVEN``.
-        scenario: the scenario.
-        best: the best fixed range, if it is known.
-    """
+    """Return the document of a world: a preset's or ``GIVEN``, with its best fixed range if that is known."""
     unit = scenario.neighbor_rule.unit
     return {
         "name": name,
@@ -102,18 +92,14 @@ def start_document(run: Trajectory) -> dict[str, Any] | None:
 
 
 def file_document(path: Path, spec: str, group: str, *, with_data: bool = True) -> dict[str, Any]:
-    """Return the document of a policy file.
+    """Return the document of a policy file, ``spec`` in addresses, below the heading ``group``.
 
-    Args:
-        path: the file.
-        spec: the text that names the policy in addresses.
-        group: heading in the list of policies.
-        with_data: whether the page holds the file. Otherwise it lies beside the page.
+    Without its data, the page reads the file from beside itself.
     """
     content = path.read_bytes()
     return {
         "spec": spec,
-        "title": policy_title(path.name),
+        "title": policy_title(path.stem),
         "label": path.stem,
         "group": group,
         "file": spec if suffix_of(spec) == SUFFIX else f"{spec}{SUFFIX}",

@@ -30,33 +30,24 @@ _LIVE = (
 )
 """Scripts under ``js/``, in order of dependence: of all pages, and of pages that simulate."""
 
-_LEAD = (
-    "How far each agent listens decides whether the flock escapes. Change the range while the flock flies."
-)
+_LEAD = "How far each agent listens decides whether the flock escapes. Change the range while it flies."
 
 
 @dataclass(frozen=True, kw_only=True)
 class Content:
-    """What a page shows, besides recorded runs.
+    """What a page shows, besides recorded runs. Without documents of worlds, it only replays them.
 
-    Attributes:
-        worlds: documents of the worlds, see ``live.world_document``. Without any, the page only replays.
-        policies: documents of policy files, see ``live.file_document``.
-        start: the flock and the policies at first: ``{"world": .., "seed": .., "policies": [..]}``, and as
-            ``"headline"`` the policy behind the button "Learned".
-        playground: the published curve and the chapters of the playground.
-        parts: HTML of the playground's parts, by their place in ``page.html``.
-        heading: heading of the page.
-        lead: sentences below it.
+    ``start`` is the flock and the policies at first: ``{"world": .., "seed": .., "policies": [..]}``, and as
+    ``"headline"`` the policy behind the button "Learned".
     """
 
-    worlds: Sequence[dict[str, Any]] = ()
-    policies: Sequence[dict[str, Any]] = ()
+    worlds: Sequence[dict[str, Any]] = ()  # see `live.world_document`
+    policies: Sequence[dict[str, Any]] = ()  # see `live.file_document`
     start: Mapping[str, Any]
-    playground: Mapping[str, Any] | None = None
-    parts: Mapping[str, str] | None = None
+    playground: Mapping[str, Any] | None = None  # the published curve and the chapters of the playground
+    parts: Mapping[str, str] | None = None  # HTML of the playground's parts, by their place in `page.html`
     heading: str = "Flock under attack"
-    lead: str = _LEAD
+    lead: str = _LEAD  # sentences below the heading
 
 
 def write_page(runs: Trajectory | Sequence[Run], path: str | Path) -> None:
@@ -79,11 +70,7 @@ def write_page(runs: Trajectory | Sequence[Run], path: str | Path) -> None:
 
 
 def replay(runs: Sequence[Run], policies: Sequence[dict[str, Any]] = ()) -> Content:
-    """Return the content of a page that shows recorded runs at first.
-
-    Raises:
-        ArgumentError: if there are no runs, or they cannot be shown side by side.
-    """
+    """Return the content of a page that shows recorded runs at first, after ``check_runs``."""
     check_runs(runs)
     first = runs[0][1]
     name, documents = worlds(first.scenario)
@@ -97,13 +84,7 @@ def replay(runs: Sequence[Run], policies: Sequence[dict[str, Any]] = ()) -> Cont
 
 
 def render(runs: Sequence[Run], content: Content, *, with_engine: bool = True) -> str:
-    """Return the page.
-
-    Args:
-        runs: names and recorded runs.
-        content: what the page shows besides.
-        with_engine: whether the page contains the core in WebAssembly (0.5 MB), if the package has it.
-    """
+    """Return the page; ``with_engine``: with the core in WebAssembly (0.5 MB), if the package has it."""
     is_live = with_engine and has_engine() and bool(content.worlds)
     recordings = [run_document(name, trajectory) for name, trajectory in runs]
     document = {

@@ -16,7 +16,7 @@ from flockesc_env import NamedPolicy, Policy, PolicySpec, rollout
 from flockesc_env.common import stats
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.episodes.policy_reset import reset_policy
+from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import ObservationLayout
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job

@@ -49,7 +49,7 @@ def test_law_and_observations(dimension: int, seed: int, hold: int) -> None:
     running = reference.predator_distances(state.positions, state.predator_positions).mean()
     spec = batch.predator_policy_spec
     for step in range(0, 9, hold):
-        seen = batch.observe_predators([0])
+        seen = batch.observe([0], "predators")
         for index, row in enumerate(seen):
             expected = learned_reference.observation(scenario, state, index, step / 10, float(running))
             np.testing.assert_allclose(row, expected, rtol=0, atol=3e-6)

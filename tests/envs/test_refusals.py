@@ -170,7 +170,7 @@ def test_options_that_do_not_fit_are_named(interface: str) -> None:
     model = "LineScenario" if interface in LINES else "FlockScenario"
     refusals: list[tuple[Any, dict[str, Any], type[Exception], str, str]] = [
         (None, {"rewards": "terminal"}, OptionError, "rewards", "did you mean reward"),
-        (None, {"xyz": 3}, OptionError, "xyz", "known: "),
+        (None, {"xyz": 3}, OptionError, "xyz", "expected one of action_mode, "),
         (None, {"num_agents": 3}, OptionError, "num_agents", rf"pass scenario={model}\(num_agents=\.\.\.\)"),
     ]
     if interface in LINES:

@@ -191,7 +191,7 @@ def test_another_file_is_named(tmp_path: Path) -> None:
     for changes, message in (
         ({"model": "fish"}, "model: expected one of flock, line, got 'fish'"),
         ({"architecture": "Rule"}, "architecture: expected one of StubbornWitnesses, .*, got 'Rule'"),
-        ({"options": {"max_rang": 3.0}}, "max_rang: .* did you mean max_range"),
+        ({"options": {"max_rang": 3.0}}, "max_rang: .*did you mean max_range"),
     ):
         fe.save_policy(flock_policy(), tmp_path / "policy.npz")
         with pytest.raises(RecordError, match=message):
