@@ -28,11 +28,13 @@ def test_entries(
     if has_all:
         options = options.replace(profile_ranges=RANGES if per_agent else None, extra_entries=ENTRIES)
     state = random_start(scenario, rng)
-    if not per_agent and rng.random() < 0.5:
-        state.velocities[rng.integers(scenario.num_agents)] = 0.0
-    # A single predator exactly at the centroid has no direction from it, but rounding would give it one.
-    if not per_agent and scenario.num_agents > 1 and rng.random() < 0.3:
-        state.positions[rng.integers(scenario.num_agents)] = state.predator_positions[0]
+    agent, chance = rng.integers(scenario.num_agents), rng.random()
+    if not per_agent and chance < 0.5:
+        state.velocities[agent] = 0.0
+    elif not per_agent and chance < 0.7 and scenario.num_agents > 1:
+        # A single predator exactly at the centroid has no direction from it, but rounding would give it one. An
+        # agent without a velocity would be exactly behind the predator, which can turn either way.
+        state.positions[agent] = state.predator_positions[0]
     assert_plays_as(Reference(scenario, options, state), rng, per_agent=per_agent)
 
 
