@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal
 
@@ -11,21 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import Architecture, ArgumentError, NetworkPolicy, Policy
-from flockesc_env.cli.policies import policy_of
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies import (
-    BestCandidate,
-    ListenWhileThreatened,
-    StubbornWitnesses,
-    WinStayLoseShift,
-)
+from flockesc_env.policies import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
 from flockesc_env.policies.files import Rule
 from training.run import Run
-
-_SLOPE = 0.1
-"""Factor of the inputs of tanh in a network that starts as a linear one; tanh is nearly linear up to 0.1."""
 
 _Number = tuple[float, float, Literal["share", "range", "other"]]
 
@@ -55,17 +46,15 @@ RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
 
 @dataclass(frozen=True)
 class Networks:
-    """Networks of one architecture. The search starts at the vector 0 with a standard deviation of about 1.
+    """Networks of one architecture. The search starts at the vector 0.
 
     Attributes:
         run: the run, whose task is played.
         architecture: inputs and layers.
-        start: parameters of the network that the vector 0 stands for; a number stands for all parameters.
     """
 
     run: Run
     architecture: Architecture
-    start: FloatArray | float = 0.0
 
     @property
     def size(self) -> int:
@@ -73,8 +62,8 @@ class Networks:
         return self.architecture.size
 
     def policy(self, vector: FloatArray) -> NetworkPolicy:
-        """Return the network with the parameters ``start + vector``."""
-        return NetworkPolicy(self.architecture, self.start + vector)
+        """Return the network with the parameters ``vector``."""
+        return NetworkPolicy(self.architecture, vector)
 
     def play(self, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
         """Run the networks with the parameters ``vectors``, shape (k, size), on the same flocks in the core.
@@ -82,7 +71,7 @@ class Networks:
         Returns:
             The objective, shape (k, seeds), and the number of actions, per agent or per flock.
         """
-        return self.run.play_networks(self.architecture, self.start + vectors, seeds)
+        return self.run.play_networks(self.architecture, vectors, seeds)
 
 
 @dataclass(frozen=True)
@@ -145,56 +134,12 @@ class Population:
         return np.concatenate(chosen)
 
 
-def rule_family(run: Run, rule: str, start: str) -> Rules:
+def rule_family(run: Run, rule: str) -> Rules:
     """Return the family of a rule.
 
     Raises:
-        ArgumentError: if the rule is unknown, or a policy to start from is given.
+        ArgumentError: if the rule is unknown.
     """
-    if start:
-        raise ArgumentError("start", "no policy with a rule", repr(start))
     if rule not in RULES:
         raise ArgumentError("rule", f"one of {', '.join(RULES)}", repr(rule))
     return Rules(run, rule)
-
-
-def network_family(run: Run, architecture: Architecture, start: str) -> Networks:
-    """Return the family of networks of an architecture that starts at a policy; empty: at 0.
-
-    Raises:
-        ArgumentError: if the policy is not found, of another kind, or a network of another architecture.
-    """
-    return Networks(run, architecture, _start(start, architecture) if start else 0.0)
-
-
-def _start(name: str, architecture: Architecture) -> FloatArray:
-    """Return the parameters of the network from which a search starts, made from the policy ``name``."""
-    policy = policy_of(name).policy
-    if isinstance(policy, BestCandidate) and policy.entry in architecture.candidate_inputs:
-        weights = np.zeros(architecture.shapes[0][0])
-        weights[len(architecture.inputs) + architecture.candidate_inputs.index(policy.entry)] = 1.0
-        return _follows(weights, 0.0, architecture)
-    if isinstance(policy, NetworkPolicy):
-        parameters = policy.parameters.astype(np.float64)
-        if policy.architecture == architecture:
-            return parameters
-        if policy.architecture == replace(architecture, hidden=(), memory=0) and not architecture.memory:
-            return _follows(parameters[:-1], parameters[-1], architecture)
-    given = policy.architecture if isinstance(policy, NetworkPolicy) else type(policy).__name__
-    raise ArgumentError("start", f"a network with the run's {architecture}", given)
-
-
-def _follows(weights: FloatArray, bias: float, architecture: Architecture) -> FloatArray:
-    """Return the parameters of a network whose output grows with ``weights @ inputs + bias``.
-
-    The first unit of every layer carries this number; all other units are 0. Without hidden layers the output
-    is this number x; with one hidden layer it is tanh(_SLOPE x) / _SLOPE.
-    """
-    layers = [np.zeros((rows + 1, columns)) for rows, columns in architecture.shapes]  # last row: biases
-    for layer in layers[1:]:
-        layer[0, 0] = 1.0
-    layers[0][:, 0] = [*weights, bias]
-    if architecture.hidden:
-        layers[0] *= _SLOPE
-        layers[-1] /= _SLOPE
-    return np.concatenate([layer.ravel() for layer in layers])

@@ -14,7 +14,7 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies.files import Stored
 from training.cma import growing, maximize
-from training.families import Family, network_family, rule_family
+from training.families import Family, Networks, rule_family
 from training.rounds import Arguments, Rounds, hyperparameters_of
 from training.run import Run
 
@@ -36,10 +36,6 @@ class SearchArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_field
         final_flocks: number of flocks per network in the last generation; it grows geometrically.
         generations: number of generations.
         step_size: initial standard deviation of the parameters.
-        start: policy from which the search starts: a policy file or the folder of a run, with the same
-            architecture or with the same inputs and no hidden layers; or, if candidates are scored, the name
-            of a built-in ``BestCandidate`` rule. The learning curve begins with this policy, so it is kept
-            unless a better one is found. Empty: all parameters are 0.
         restarts: number of equal parts of the search. Each part starts again from the first parameters. The
             best checkpoint of all parts is kept.
     """
@@ -55,7 +51,6 @@ class SearchArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_field
     final_flocks: int = 32
     generations: int = 300
     step_size: float = 0.5
-    start: str = ""
     restarts: int = 1
 
 
@@ -63,13 +58,13 @@ class SearchRounds(Rounds[SearchArguments]):
     """A search; a round is a generation, whose policies play the same flocks.
 
     Raises:
-        ArgumentError: if a hyperparameter is unknown, or ``start`` has another architecture.
+        ArgumentError: if a hyperparameter or the rule is unknown.
     """
 
     def __init__(self, run: Run) -> None:
         args = hyperparameters_of(run, SearchArguments)
         super().__init__(run, args, args.generations)
-        self.measures_start = bool(args.start or args.rule)
+        self.measures_start = bool(args.rule)
         self._family = _family(run, args)
         self._optimizer = self._new_optimizer()
         self._best: FloatArray = np.zeros(0)  # the best center of a checkpoint on tuning flocks
@@ -127,8 +122,8 @@ class SearchRounds(Rounds[SearchArguments]):
 
 def _family(run: Run, args: SearchArguments) -> Family:
     if args.rule:
-        return rule_family(run, args.rule, args.start)
+        return rule_family(run, args.rule)
     candidates = args.candidate_inputs
     inputs = args.inputs if args.inputs or candidates else run.policy_spec.layout.names
     architecture = Architecture(inputs, args.hidden, args.memory, args.mirror, candidate_inputs=candidates)
-    return network_family(run, architecture, args.start)
+    return Networks(run, architecture)

@@ -24,7 +24,6 @@ from flockesc_env.tasks.results import SUFFIX, Result, Training, check_learner, 
 from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks
 from flockesc_env.tasks.scoring import score as play_all
 from flockesc_env.tasks.scoring import verify as play_again
-from flockesc_env.tasks.standings import standings
 from flockesc_env.tasks.task import Task, tasks
 
 MODEL = "PPO:FILE.zip (a model of stable-baselines3)"
@@ -52,18 +51,17 @@ def run(*, json: Json = False) -> Exit:
         plain = {name: _plain(task) for name, task in tasks.items()}
         show_json({"command": "tasks", "version": VERSION, "tasks": plain})
         return Exit.DONE
-    head = ["task", "range per", "J", "samples", "scored in", "score 0", "score 1", "reference"]
+    head = ["task", "range per", "J", "samples", "scored in", "score 0", "score 1", "reference", "rule"]
     rows = [
         [
             *(task.name, task.actor, task.spec.symbol, f"{task.samples:,}", name),
             *(task.spec.text(scale.zero), task.spec.text(scale.one), scale.reference),
+            f"{task.shortcut.policy} {task.shortcut.score:.3f}",
         ]
         for task in tasks.values()
         for name, scale in task.scales.items()
     ]
     show(*table(head, rows), "")
-    best = [[name, one.learner, one.kind, f"{one.score:.3f}"] for name, one in standings().items()]
-    show(*table(["task", "present best", "kind", "score"], best), "")
     show(
         f"Policies are scored on {len(FLOCKS):,} held-out flocks, from seed {FLOCKS.start:,} on.",
         "Score 0: the best fixed range. Score 1: the reference.",

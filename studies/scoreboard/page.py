@@ -1,4 +1,4 @@
-"""The page of the scoreboard, the README's table, and the present best of every task."""
+"""The page of the scoreboard, and the README's table."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from flockesc_env.tasks.fitting import fitted
 from flockesc_env.tasks.report import Row, rows, scores_of, with_reference_error
 from flockesc_env.tasks.results import Result
 from flockesc_env.tasks.scoring import LoadedPolicy
-from flockesc_env.tasks.standings import Standing, write_standings
 from flockesc_env.tasks.statistics import difference
 from flockesc_env.tasks.task import Task, tasks
 from studies.pages import path_from, render
@@ -94,16 +93,8 @@ def entries_of(board: Sequence[Entrant]) -> dict[str, list[Entry]]:
 
 
 def write_page(board: Sequence[Entrant], page: Path) -> str:
-    """Write the page and the present best of every task; return the README's table."""
+    """Write the page; return the README's table."""
     entries = entries_of(board)
-    write_standings(
-        {
-            name: Standing(
-                learner=best.result.learner, kind=best.entrant.card.kind, score=best.row.score.mean
-            )
-            for name, (best, *_) in entries.items()
-        }
-    )
     every = [(name, entry) for name, shown in entries.items() for entry in shown if entry.result.training]
     text = render(
         "scoreboard/scoreboard.md",

@@ -32,8 +32,8 @@ def test_entries(
     if not per_agent and chance < 0.5:
         state.velocities[agent] = 0.0
     elif not per_agent and chance < 0.7 and scenario.num_agents > 1:
-        # A single predator exactly at the centroid has no direction from it, but rounding would give it one. An
-        # agent without a velocity would be exactly behind the predator, which can turn either way.
+        # A single predator exactly at the centroid has no direction from it, but rounding would give it one.
+        # An agent without a velocity would be exactly behind the predator, which can turn either way.
         state.positions[agent] = state.predator_positions[0]
     assert_plays_as(Reference(scenario, options, state), rng, per_agent=per_agent)
 

@@ -238,7 +238,7 @@ def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float
     values = [event.value for event in logged.Scalars("eval/min_min_distance")]
     steps = [event.step for event in logged.Scalars("eval/min_min_distance")]
     assert steps == [0, 100, 200, 200]  # before the training, and every 100 actions
-    assert callback.num_episodes == logged.Scalars("eval/episodes")[-1].value == 3 * 3 * 2
+    assert callback.num_episodes == logged.Scalars("eval/episodes")[-1].value == 4 * 3 * 2
     assert callback.best_objective == pytest.approx(max(values))
     statistics = VecNormalize.load(str(tmp_path / "best" / "vecnormalize.pkl"), env)
     best = PPO.load(tmp_path / "best" / "best_model.zip", device="cpu")

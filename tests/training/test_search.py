@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 from small_runs import SMALL, small_run
 
 from flockesc_env import Architecture, ArgumentError, RecordError, load_policy
-from flockesc_env.episodes.splits import TUNING, first_seeds
-from flockesc_env.policies import BestCandidate, WinStayLoseShift
+from flockesc_env.policies import WinStayLoseShift
 from training.families import Family, Networks, Rules
 from training.imitation import ImitationRounds
-from training.run import CURVE_FLOCKS, Run
+from training.run import Run
 from training.search import SearchRounds
 from training.train import train
 
@@ -57,41 +56,9 @@ def search(folder: Path, *, seed: int = 0, options: Any = None, **changes: Any) 
     return small_run(folder, "search", seed=seed, options=options, **{**small, **changes})
 
 
-@pytest.fixture(scope="module")
-def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return train(search(tmp_path_factory.mktemp("stored") / "run"))
-
-
 def curve(run: Run) -> list[tuple[int, float]]:
     found: list[tuple[int, float]] = json.loads((run.folder / "run.json").read_text())["curve"]
     return found
-
-
-def test_a_search_starts_from_a_stored_policy(stored: Path, tmp_path: Path) -> None:
-    run = search(tmp_path / "run", start=str(stored.parent), seed=1)
-    family, policy = SearchRounds(run)._family, load_policy(stored).policy
-    zero = np.zeros((1, family.size))
-    np.testing.assert_array_equal(family.policy(zero[0]).parameters, policy.parameters)
-    np.testing.assert_array_equal(family.play(zero, SEEDS)[0][0], run.objectives(policy, SEEDS))
-
-    continued = load_policy(train(run)).policy
-    tuning = first_seeds(TUNING, CURVE_FLOCKS)
-    assert curve(run)[0] == [0, run.objectives(policy, tuning).mean()]
-    assert max(value for _, value in curve(run)) == run.objectives(continued, tuning).mean()
-
-
-@pytest.mark.parametrize("hidden", [(), (3,), (4, 2)])
-def test_a_search_starts_from_a_rule(hidden: tuple[int, ...], tmp_path: Path) -> None:
-    profile = {
-        "profile_ranges": (0.0, 5.0, 10.0, 30.0),
-        "extra_entries": ("escape_direction",),
-        "max_range": 30.0,
-    }
-    seen = {"candidate_inputs": ("neighbor_count", "escape_cosine", "range"), "hidden": hidden, "memory": 0}
-    run = search(tmp_path / "run", start="turn-away", options=profile, **seen)
-    family = SearchRounds(run)._family
-    rule = run.objectives(BestCandidate("escape_cosine"), SEEDS)
-    np.testing.assert_array_equal(family.play(np.zeros((1, family.size)), SEEDS)[0][0], rule)
 
 
 def test_a_search_of_a_rule_begins_with_parameters_chosen_by_hand(tmp_path: Path) -> None:
