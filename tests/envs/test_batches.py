@@ -1,4 +1,4 @@
-"""Results do not depend on threads, batch size or place in the batch, bit for bit."""
+"""Results do not depend on threads or batch size, bit for bit. Places: test_several_scenarios.py."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ import pytest
 from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
-from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import View
 from flockesc_env.policies import FixedRange, StubbornLeaders
 
 SEEDS = range(13)
@@ -49,33 +47,6 @@ def test_rollout(dimension: int, per_agent: bool) -> None:
     )
     for result in others:
         np.testing.assert_equal(result, first)
-
-
-def observed(batch: FlockBatch, slot: int, steps: list[tuple[np.ndarray, np.ndarray]]) -> list[np.ndarray]:
-    rows = slice(slot * batch.rows, (slot + 1) * batch.rows)
-    return [part[rows] for step in steps for part in step]
-
-
-@dimensions
-@pytest.mark.parametrize("per_agent", [False, True])
-@pytest.mark.parametrize("threads", [1, 2, 5])
-def test_place_in_the_batch(dimension: int, per_agent: bool, threads: int) -> None:
-    scenario = small_flock(dimension, num_agents=30, angular_noise=0.5, sensing_noise=0.5, sensing_delay=2)
-    options = fe.EnvOptions(action_mode="range")
-    alone = FlockBatch(scenario, options, view=View.of(per_agent))
-    crowd = FlockBatch(scenario, options, num_flocks=6, view=View.of(per_agent), num_threads=threads)
-    rng = np.random.default_rng(0)
-    ranges = rng.uniform(0, 20, (scenario.num_steps, 6, alone.rows))
-    crowd.reset(range(6), range(100, 106))
-    together = [crowd.step(row.reshape(-1, 1))[:2] for row in ranges]
-    for slot in (0, 3, 5):
-        alone.reset([0], [100 + slot])
-        steps = [alone.step(row[slot].reshape(-1, 1))[:2] for row in ranges]
-        np.testing.assert_equal(observed(crowd, slot, together), observed(alone, 0, steps))
-        np.testing.assert_equal(crowd.state(slot), alone.state(0))
-        for name, values in crowd.metrics().items():
-            assert values[slot] == alone.metrics()[name][0]
-        assert crowd.num_components()[slot] == alone.num_components()[0]
 
 
 def large_flock(dimension: int) -> fe.FlockScenario:

@@ -39,10 +39,8 @@ def hunt(predators: Any, start: dict[str, np.ndarray], **changes: Any) -> fe.Tra
 
 
 def test_every_strategy_is_in_a_pack() -> None:
-    """Except a learned predator, which tests/envs/test_learned_predators.py controls."""
-    starts, _ = drawn(2, 0)
-    kinds = {predator.kind for pack in PACKS.values() for predator in pack(starts)}
-    assert kinds == set(fe._core.kinds()["predators"]) - {"learned"}
+    kinds = {predator.kind for pack in PACKS.values() for predator in pack(drawn(2, 0)[0])}
+    assert kinds == set(fe._core.kinds()["predators"])
 
 
 @every_pair(pack=PACKS, dimension=DIMENSIONS, agents=(1, 3, 30))

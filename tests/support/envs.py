@@ -22,7 +22,6 @@ from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
 import flockesc_env.policies
-from flockesc_env.episodes.current_state import FlockView
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
@@ -152,9 +151,10 @@ def start(env: Any, seed: int | None = None, options: Any = None) -> Any:
     return env.reset(seed=seed, options=options)
 
 
-def state(flock: FlockView) -> dict[str, Any]:
+def state(flock: Any) -> dict[str, Any]:
     """Return every property of a view of a flock by name; arrays are read-only and do not change."""
-    now = {name: getattr(flock, name) for name, part in vars(FlockView).items() if isinstance(part, property)}
+    names = [name for name, part in vars(type(flock)).items() if isinstance(part, property)]
+    now = {name: getattr(flock, name) for name in names}
     assert not any(value.flags.writeable for value in now.values() if isinstance(value, np.ndarray))
     return now
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -49,122 +50,101 @@ def versioned_ids() -> set[str]:
     return registered | {fe.FlockParallelEnv.metadata["name"]}
 
 
-def registered(name: str) -> Case:
+def registered(_: int, seed: int, name: str) -> Iterator[Any]:
     """Play an environment as its id makes it; one without single environments as 300 slots."""
-
-    def play(_: int, seed: int) -> Iterator[Any]:
-        single = name != "flockesc/FlockAgents-v0"
-        env: Any = gymnasium.make(name) if single else gymnasium.make_vec(name, num_envs=300)
-        yield env.reset(seed=seed)
-        size = int(np.prod(env.action_space.shape))
-        for t in range(100):
-            actions = (ranges(t, size) - 30) / 32
-            step = env.step(actions.reshape(env.action_space.shape))
-            yield step
-            if np.all(step[2]) or np.all(step[3]):
-                break
-
-    return play
+    single = name != "flockesc/FlockAgents-v0"
+    env: Any = gymnasium.make(name) if single else gymnasium.make_vec(name, num_envs=300)
+    yield env.reset(seed=seed)
+    size = int(np.prod(env.action_space.shape))
+    for t in range(100):
+        actions = (ranges(t, size) - 30) / 32
+        step = env.step(actions.reshape(env.action_space.shape))
+        yield step
+        if np.all(step[2]) or np.all(step[3]):
+            break
 
 
-def flock(scenario: fe.FlockScenario, **options: Any) -> Case:
-    def play(num_threads: int, seed: int) -> Iterator[Any]:
-        env = fe.FlockEscapeEnv(scenario, action_mode="range", num_threads=num_threads, **options)
-        yield env.reset(seed=seed)
-        for t in range(2 * scenario.num_steps):
-            step = env.step(ranges(t, 1)[0])
-            yield step
-            if step[2] or step[3]:
-                yield env.reset()
-                break
-
-    return play
+def flock(num_threads: int, seed: int, scenario: fe.FlockScenario, **options: Any) -> Iterator[Any]:
+    env = fe.FlockEscapeEnv(scenario, action_mode="range", num_threads=num_threads, **options)
+    yield env.reset(seed=seed)
+    for t in range(2 * scenario.num_steps):
+        step = env.step(ranges(t, 1)[0])
+        yield step
+        if step[2] or step[3]:
+            yield env.reset()
+            break
 
 
-def team(scenario: fe.FlockScenario, **options: Any) -> Case:
-    def play(num_threads: int, seed: int) -> Iterator[Any]:
-        env = fe.parallel_env(scenario, action_mode="range", num_threads=num_threads, **options)
-        learned = env.predator_policy_spec.count
-        yield env.reset_array(seed=seed)
-        for t in range(scenario.num_steps):
-            if env.agents:
-                controls = ranges(t, learned * scenario.dimension).reshape(-1, scenario.dimension) / 64
-                yield env.step_array(ranges(t, scenario.num_agents), controls if learned else None)
-
-    return play
+def team(num_threads: int, seed: int, scenario: fe.FlockScenario, **options: Any) -> Iterator[Any]:
+    env = fe.parallel_env(scenario, action_mode="range", num_threads=num_threads, **options)
+    learned = env.predator_policy_spec.count
+    yield env.reset_array(seed=seed)
+    for t in range(scenario.num_steps):
+        if env.agents:
+            controls = ranges(t, learned * scenario.dimension).reshape(-1, scenario.dimension) / 64
+            yield env.step_array(ranges(t, scenario.num_agents), controls if learned else None)
 
 
-def vector(scenario: fe.FlockScenario, mode: str) -> Case:
-    def play(num_threads: int, seed: int) -> Iterator[Any]:
-        env = fe.FlockVectorEnv(
-            5, scenario, autoreset_mode=mode, num_threads=num_threads, action_mode="range", max_range=61.0
-        )
-        yield env.reset(seed=seed)
-        for t in range(3 * scenario.num_steps):
-            yield env.step(ranges(t, 5))
-
-    return play
+def vector(num_threads: int, seed: int, scenario: fe.FlockScenario, mode: str) -> Iterator[Any]:
+    options: Any = {"num_threads": num_threads, "action_mode": "range", "max_range": 61.0}
+    env = fe.FlockVectorEnv(5, scenario, autoreset_mode=mode, **options)
+    yield env.reset(seed=seed)
+    for t in range(3 * scenario.num_steps):
+        yield env.step(ranges(t, 5))
 
 
-def line(scenario: fe.LineScenario) -> Case:
-    def play(num_threads: int, seed: int) -> Iterator[Any]:
-        env = fe.LineEscapeEnv(scenario, action_mode="range")
-        yield env.reset(seed=seed)
-        for t in range(scenario.max_steps):
-            step = env.step(ranges(t, 1)[0] / 256)
-            yield step
-            if step[2] or step[3]:
-                break
-
-    return play
+def line(_: int, seed: int, scenario: fe.LineScenario) -> Iterator[Any]:
+    env = fe.LineEscapeEnv(scenario, action_mode="range")
+    yield env.reset(seed=seed)
+    for t in range(scenario.max_steps):
+        step = env.step(ranges(t, 1)[0] / 256)
+        yield step
+        if step[2] or step[3]:
+            break
 
 
-def run(scenario: fe.FlockScenario, rho: float) -> Case:
-    def play(num_threads: int, seed: int) -> Iterator[Any]:
-        trajectory = fe.simulate(scenario, rho, seed=seed, num_threads=num_threads)
-        yield [trajectory.positions, trajectory.velocities, trajectory.num_components]
-
-    return play
+def run(num_threads: int, seed: int, scenario: fe.FlockScenario, rho: float) -> Iterator[Any]:
+    trajectory = fe.simulate(scenario, rho, seed=seed, num_threads=num_threads)
+    yield [trajectory.positions, trajectory.velocities, trajectory.num_components]
 
 
 def cases() -> dict[str, Case]:
     """Return every case by name."""
-    found: dict[str, Case] = {name: registered(name) for name in sorted(versioned_ids()) if "/" in name}
-    found[fe.FlockParallelEnv.metadata["name"]] = team(fe.FlockScenario())
+    ids = sorted(name for name in versioned_ids() if "/" in name)
+    found: dict[str, Case] = {name: partial(registered, name=name) for name in ids}
+    found[fe.FlockParallelEnv.metadata["name"]] = partial(team, scenario=fe.FlockScenario())
     for name, (_, scenario) in fe.PRESETS.items():
         if isinstance(scenario, fe.LineScenario):
-            found[name] = line(scenario)
+            found[name] = partial(line, scenario=scenario)
         elif scenario.predators:
-            found[name] = flock(scenario, count_components=True, max_range=100.0)
+            found[name] = partial(flock, scenario=scenario, count_components=True, max_range=100.0)
         if name in TEAM:
-            found[f"{name}, an action per agent"] = team(
-                scenario, reward="individual_distance_change", steps_per_action=8, max_range=100.0
-            )
+            options = {"reward": "individual_distance_change", "steps_per_action": 8, "max_range": 100.0}
+            found[f"{name}, an action per agent"] = partial(team, scenario=scenario, **options)
+    straight, path = (
+        fe.ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),
+        fe.PrescribedPath(ZIGZAG, interval=0.3),
+    )
     for dimension in (2, 3):
         small = small_flock(dimension, num_steps=40, **RANDOM)
+        large = {"num_agents": 6000, "num_steps": 12, "initial_side": 500.0, "predators": (straight,)}
+        torus = fe.FlockScenario(dimension=dimension, num_steps=40, predators=(), periodic_side=60.0)
+        learned = small.with_learned_predators()
+        on_path = small_flock(dimension, num_steps=40, predators=(path,))
         found |= {
-            f"unlike agents, {dimension}D": flock(small, steps_per_action=3),
-            f"difference reward, {dimension}D": team(small, reward="difference", steps_per_action=4),
-            f"learned predators, {dimension}D": team(small.with_learned_predators()),
-            f"a chase, {dimension}D": flock(small.with_learned_predators(), predator_policy=Pursue()),
-            f"a large flock, {dimension}D": flock(
-                small_flock(
-                    dimension,
-                    num_agents=6000,
-                    num_steps=12,
-                    initial_side=500.0,
-                    predators=(fe.ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),),
-                )
+            f"unlike agents, {dimension}D": partial(flock, scenario=small, steps_per_action=3),
+            f"difference reward, {dimension}D": partial(
+                team, scenario=small, reward="difference", steps_per_action=4
             ),
-            f"a prescribed path, {dimension}D": flock(
-                small_flock(dimension, num_steps=40, predators=(fe.PrescribedPath(ZIGZAG, interval=0.3),))
-            ),
-            f"a torus, {dimension}D": run(
-                fe.FlockScenario(dimension=dimension, num_steps=40, predators=(), periodic_side=60.0), 9.0
-            ),
+            f"learned predators, {dimension}D": partial(team, scenario=learned),
+            f"a chase, {dimension}D": partial(flock, scenario=learned, predator_policy=Pursue()),
+            f"a large flock, {dimension}D": partial(flock, scenario=small_flock(dimension, **large)),
+            f"a prescribed path, {dimension}D": partial(flock, scenario=on_path),
+            f"a torus, {dimension}D": partial(run, scenario=torus, rho=9.0),
         }
+    chased = small_flock(num_steps=25, **CHASED)
     for mode in ("NextStep", "SameStep"):
-        found[f"vector, {mode}"] = vector(small_flock(num_steps=25, **CHASED), mode)
+        found[f"vector, {mode}"] = partial(vector, scenario=chased, mode=mode)
     return found
 
 

@@ -18,6 +18,7 @@ Names = NDArray[np.int64]
 FAST = {"max_speed": 30.0, "acceleration": 8.0}
 PACKS: dict[str, Any] = {
     "straight": lambda s: [fe.ConstantVelocity(*s[0])],
+    "coasting": lambda s: [fe.Learned(*s[0], max_speed=1e3)],
     "nearest": lambda s: [fe.PurePursuit(*s[0]), fe.PurePursuit(*s[1], max_turn_rate=0.4, **FAST)],
     "centroid": lambda s: [fe.PurePursuit(*s[0], target="centroid", **FAST)],
     "most isolated": lambda s: [fe.PurePursuit(*s[0], target="most_isolated", **FAST)],
@@ -57,7 +58,7 @@ PACKS: dict[str, Any] = {
         fe.PrescribedPath([place for place, _ in s[::2]], interval=0.7),
     ],
 }
-"""All strategies but learned ones, by positions and velocities of up to seven predators."""
+"""All strategies, by positions and velocities of up to seven predators. Learned ones get no actions."""
 
 
 @dataclass
@@ -170,7 +171,7 @@ def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, flo
 def confused(
     predator: fe.PurePursuit, r: Floats, place: Floats, dt: float, kept: Names, draws: chacha.Stream
 ) -> int:
-    """Return the target of a predator that others in sight can confuse; ``kept`` is its last one, if alive."""
+    """Return the target of a predator that others can confuse; ``kept`` is its last one, if alive."""
     distances = np.linalg.norm(r - place, axis=1)
     seen = np.flatnonzero(distances <= predator.sight)
     others = max(len(seen) - 1, 0)
