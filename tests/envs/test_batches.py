@@ -1,4 +1,4 @@
-"""Results do not depend on threads or batch size, bit for bit; test_several_scenarios.py compares places."""
+"""Results do not depend on threads or batch size, bit for bit. Places: test_several_scenarios.py."""
 
 from __future__ import annotations
 

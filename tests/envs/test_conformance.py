@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import warnings
-from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -50,17 +48,10 @@ agent_options = every_option(AGENTS)
 line_options = pytest.mark.parametrize("options", covering(**LINE), ids=label)
 
 
-@contextlib.contextmanager
-def allowing_unscaled_actions(options: Options) -> Iterator[None]:
-    """Ignore the checkers' advice against Box spaces other than [-1, 1] if an option sets one."""
-    with warnings.catch_warnings():
-        if options.get("action_mode") == "range":
-            warnings.filterwarnings("ignore", ".*symmetric and normalized.*")
-        yield
-
-
 def check_single(name: str, scenario: FlockScenario | LineScenario, options: Options) -> None:
-    with allowing_unscaled_actions(options):
+    with warnings.catch_warnings():
+        if options.get("action_mode") == "range":  # the checkers advise against other spaces than [-1, 1]
+            warnings.filterwarnings("ignore", ".*symmetric and normalized.*")
         # A window waits for a person: tests/tools/test_render_environments.py checks rendering.
         check_gymnasium(gymnasium.make(name, scenario=scenario, **options).unwrapped, skip_render_check=True)
         check_sb3(gymnasium.make(name, scenario=scenario, **options))

@@ -153,9 +153,8 @@ def start(env: Any, seed: int | None = None, options: Any = None) -> Any:
 
 def state(flock: Any) -> dict[str, Any]:
     """Return every property of a view of a flock by name; arrays are read-only and do not change."""
-    now = {
-        name: getattr(flock, name) for name, part in vars(type(flock)).items() if isinstance(part, property)
-    }
+    names = [name for name, part in vars(type(flock)).items() if isinstance(part, property)]
+    now = {name: getattr(flock, name) for name in names}
     assert not any(value.flags.writeable for value in now.values() if isinstance(value, np.ndarray))
     return now
 

@@ -171,7 +171,7 @@ def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, flo
 def confused(
     predator: fe.PurePursuit, r: Floats, place: Floats, dt: float, kept: Names, draws: chacha.Stream
 ) -> int:
-    """Return the target of a predator that others in sight can confuse; ``kept``: its last one, if alive."""
+    """Return the target of a predator that others can confuse; ``kept`` is its last one, if alive."""
     distances = np.linalg.norm(r - place, axis=1)
     seen = np.flatnonzero(distances <= predator.sight)
     others = max(len(seen) - 1, 0)
