@@ -244,7 +244,8 @@ class AgentVectorEnv(_BatchVectorEnv):
     Args:
         num_envs: number of slots, a multiple of ``scenario.num_agents``; ``None``: one flock, or one
             per scenario of a list.
-        scenario, autoreset_mode, copy, max_episode_steps, **arguments: see ``FlockVectorEnv``.
+        scenario, autoreset_mode, copy, max_episode_steps: see ``FlockVectorEnv``.
+        **arguments: see ``FlockVectorEnv``.
 
     Raises:
         InputError: as ``FlockVectorEnv``.

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import as_policy
 from flockesc_env.common.errors import ArgumentError, shown
 from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
-from flockesc_env.episodes.predators import reset_policy
+from flockesc_env.episodes.predators import PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
 
 Observations = NDArray[np.float32]
@@ -161,10 +161,10 @@ def normalizer_of(env: Any) -> Any:
     return env
 
 
-def _check_wrappers(env: Any, spec: PolicySpec) -> None:
+def _check_wrappers(env: Any, spec: PolicySpec | PredatorPolicySpec) -> None:
     for name, expected in (
         ("observation_space", spec.layout.space()),
-        ("action_space", spec.actions.space()),
+        ("action_space", (spec.actions if isinstance(spec, PolicySpec) else spec).space()),
     ):
         space = getattr(env, f"single_{name}", None) or getattr(env, name)
         found = space(env.possible_agents[0]) if callable(space) else space

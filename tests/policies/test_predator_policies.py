@@ -81,6 +81,17 @@ def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
     np.testing.assert_array_equal(parallel.state(), by_hand.state())
 
 
+def test_a_bound_policy_steers_the_predator_of_the_pursuit() -> None:
+    pursuit, twin = (fe.FlockPursuitEnv(hunted(), flock_policy=FixedRange(10.0)) for _ in range(2))
+    act = fe.bind(Pursue(), pursuit)
+    observation, _ = pursuit.reset(seed=5)
+    twin.reset(seed=5)
+    for _ in range(3):
+        action = Pursue().act(observation[np.newaxis], twin.policy_spec)[0]
+        np.testing.assert_array_equal(act(observation), action)
+        observation, *_ = pursuit.step(action)
+
+
 def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
     bad = SimpleNamespace(act=lambda observations, spec: np.full((len(observations), 2), 2.0))
     environment = fe.FlockEscapeEnv(hunted().with_learned_predators(), predator_policy=bad)
