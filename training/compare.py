@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -59,5 +60,6 @@ def compare(task: Task, entries: Sequence[NamedPolicy], output: Path, num_flocks
     ]
     print("\nFigures:", *figures, sep="\n  ")
     files = [str(output / file) for file in RECORDS]
-    print("\nWatch this flock in the browser:", shlex.join(["flockesc", "watch", *files]), sep="\n  ")
+    program = os.path.relpath(Path(sys.executable).with_name("flockesc"))
+    print("\nWatch this flock in the browser:", shlex.join([program, "watch", *files]), sep="\n  ")
     return found

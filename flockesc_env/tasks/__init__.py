@@ -1,6 +1,6 @@
 """The frozen tasks: environments, comparison, scores, and results that anyone can verify bit for bit."""
 
-from flockesc_env.tasks.definition import Control, Scale, Shortcut
+from flockesc_env.tasks.definition import Control, Scale, Shortcut, TaskDefinition
 from flockesc_env.tasks.results import PolicyResult, Result, Training, read_result, write_result
 from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks, score, verify
 from flockesc_env.tasks.task import Task, tasks
@@ -13,6 +13,7 @@ __all__ = [
     "Scale",
     "Shortcut",
     "Task",
+    "TaskDefinition",
     "Training",
     "draw_flocks",
     "read_result",

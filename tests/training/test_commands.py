@@ -112,7 +112,7 @@ def test_figures_and_recorded_runs_follow_a_comparison(
             assert (output / name).with_suffix(suffix).stat().st_size > 5_000
     assert {"comparison.json", "grid_search.parquet", "table.md"} <= {file.name for file in output.iterdir()}
     program, *words = shlex.split(capsys.readouterr().out.splitlines()[-1])
-    assert program == "flockesc"
+    assert Path(program).is_file()
     assert main([*words, "--output", str(tmp_path / "page.html")]) == 0
 
 
