@@ -53,8 +53,8 @@ def wait(tab: Page, condition: str) -> None:
 
 
 ROOT = Path(__file__).parents[2]
-LEARNED = ROOT / "results" / "findings"
-BEST = LEARNED / "per-agent-visible" / "policies" / "search-0.npz"
+BOARD = ROOT / "scoreboard"
+BEST = BOARD / "search" / "policies" / "per-agent-visible-0.npz"
 SEED = 7
 COLORED = """[...document.querySelectorAll(".panel canvas")].map((canvas) => {
     // Pixels that are neither see-through nor grey: agents and the predator.

@@ -14,7 +14,7 @@ import chromium
 import imageio_ffmpeg
 import numpy as np
 import pytest
-from chromium import BEST, COLORED, LEARNED, SEED, drop, fly, lowest, open_page, text, wait
+from chromium import BEST, BOARD, COLORED, SEED, drop, fly, lowest, open_page, text, wait
 from cli_runs import SMALL, Ran, policy_file
 from playwright.sync_api import Page
 from watch_documents import needs_engine
@@ -68,7 +68,7 @@ def test_a_page_on_a_server_reads_the_files_beside_it(tab: Page, playground: str
             open_page(tab, f"http://127.0.0.1:{server.server_port}/#seed={SEED}&policies={spec}&t=12")
         finally:
             server.shutdown()
-    expected = fe.load_policy(LEARNED / "shared" / "policies" / "search-0.npz").record(SEED, "paper-flock")
+    expected = fe.load_policy(BOARD / "search" / "policies" / "shared-0.npz").record(SEED, "paper-flock")
     assert tab.evaluate("[page.panels[0].run.spec, page.panels[0].run.objective]") == [spec, lowest(expected)]
 
 
@@ -319,9 +319,9 @@ def test_files_that_no_page_can_play_are_named(
         "text": (b"not a policy", "expected a policy file"),
         "cut": (BEST.read_bytes()[:-2000], "expected a policy file"),
         "run": ((tmp_path / "run.npz").read_bytes(), "expected a policy file"),
-        "line": ((LEARNED / "line" / "policies" / "search-0.npz").read_bytes(), "a policy for a line"),
+        "line": ((BOARD / "search" / "policies" / "line-0.npz").read_bytes(), "a policy for a line"),
         "rule": (
-            (LEARNED / "per-agent-local" / "policies" / "rule-0.npz").read_bytes(),
+            (BOARD / "searched-rule" / "policies" / "per-agent-local-0.npz").read_bytes(),
             "runs in Python only",
         ),
     }
