@@ -97,7 +97,7 @@ docs: build engine ## build the documentation site with the playground in target
 
 .PHONY: notebooks
 notebooks: build ## run the notebooks of examples/ and store their outputs (about 2 minutes)
-	$(BIN)/python tests/support/notebooks.py
+	$(BIN)/python tests/slow/test_notebooks.py
 
 # flockesc-py has no Rust tests. Naming it selects the same features, so that the crates of `make build` are reused.
 .PHONY: test-rust
