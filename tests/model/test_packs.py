@@ -43,11 +43,11 @@ def test_every_strategy_is_in_a_pack() -> None:
     assert kinds == set(fe._core.kinds()["predators"])
 
 
-@every_pair(pack=PACKS, dimension=DIMENSIONS, agents=(1, 3, 30))
-def test_packs_follow_the_numpy_model(pack: str, dimension: int, agents: int) -> None:
+@every_pair(pack=PACKS, dimension=DIMENSIONS, agents=(1, 3, 30), radius=(None, 4.0))
+def test_packs_follow_the_numpy_model(pack: str, dimension: int, agents: int, radius: float | None) -> None:
     """Rounding errors are about 1e-12 m and grow to 1e-7 m if a predator passes close to its target."""
     starts, start = drawn(dimension, agents + dimension, agents)
-    run = hunt(PACKS[pack](starts), start)
+    run = hunt(PACKS[pack](starts), start, capture_radius=radius)
     reference.assert_follows(run, np.full((STEPS, agents), 7.3), rtol=0, atol=1e-6)
 
 
