@@ -97,7 +97,7 @@ docs: build engine ## build the documentation site with the playground in target
 
 .PHONY: notebooks
 notebooks: build ## run the notebooks of examples/ and store their outputs (about 2 minutes)
-	$(BIN)/python tests/support/notebooks.py
+	$(BIN)/python tests/slow/test_notebooks.py
 
 # flockesc-py has no Rust tests. Naming it selects the same features, so that the crates of `make build` are reused.
 .PHONY: test-rust
@@ -127,7 +127,7 @@ PEERS := bare benchmarl rl_zoo3 rllib supersuit torchrl
 ENVIRONMENTS := $(RELEASES) $(PEERS)
 NEWEST_PYTHON ?= $(PYTHON)
 CONTRACT := envs/test_{conformance,gymnasium,pettingzoo,sb3,states,vector_env}.py model/test_golden.py \
-  policies/test_policy_files.py tools/test_{readme,records}.py
+  policies/test_policy_files.py tools/test_{docs,records}.py
 WITHOUT_RUST := env -i HOME=$(HOME) PATH=/usr/bin:/bin
 
 # Not --locked: the source distribution does not contain the benchmark crates, so Cargo removes their dependencies from

@@ -121,15 +121,8 @@ def test_wrappers_of_gymnasium_see_no_difference(autoreset_mode: AutoresetMode) 
 
 @pytest.mark.parametrize("mode", [*AutoresetMode, "NextStep", "SameStep", "Disabled"])
 def test_make_vec(mode: Any) -> None:
-    env = gymnasium.make_vec(
-        NAME,
-        num_envs=3,
-        vectorization_mode="vector_entry_point",
-        scenario=small_flock(),
-        autoreset_mode=mode,
-        num_threads=1,
-        reward="distance",
-    )
+    options = {"scenario": small_flock(), "autoreset_mode": mode, "num_threads": 1, "reward": "distance"}
+    env = gymnasium.make_vec(NAME, num_envs=3, vectorization_mode="vector_entry_point", **options)
     assert type(env) is FlockVectorEnv
     assert env.metadata["autoreset_mode"] is AutoresetMode(mode)
     assert env.options.reward == "distance"

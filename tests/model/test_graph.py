@@ -1,12 +1,18 @@
-"""Perron matrix and Laplacian of the line's neighbor graph (paper, Section II)."""
+"""Perron matrix and Laplacian of the line (paper, Section II); neighbor rules against scipy and NumPy."""
+
+from __future__ import annotations
 
 import numpy as np
+import pytest
 import reference
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import Delaunay
 
-from flockesc_env import LineScenario, simulate_line
-from flockesc_env.models.graph import laplacian, perron_matrix
+import flockesc_env as fe
+from flockesc_env.models.graph import component_labels, laplacian, neighbor_pairs, perron_matrix
 
 lines = st.tuples(st.integers(1, 40), st.integers(0, 2**32 - 1)).map(
     lambda drawn: np.random.default_rng(drawn[1]).random(drawn[0])
@@ -32,8 +38,8 @@ def test_perron_matrix_is_row_stochastic_and_moves_the_line(states: np.ndarray, 
     assert (matrix >= 0).all()
     np.testing.assert_allclose(matrix.sum(axis=1), 1, atol=1e-14)
     assert (np.diag(matrix) > 0).all()
-    scenario = LineScenario(num_agents=len(states), predator_position=None, max_steps=1)
-    moved = simulate_line(scenario, rho, initial_state=states).states[1]
+    scenario = fe.LineScenario(num_agents=len(states), predator_position=None, max_steps=1)
+    moved = fe.simulate_line(scenario, rho, initial_state=states).states[1]
     np.testing.assert_allclose(matrix @ states, moved, atol=1e-14)
 
 
@@ -45,3 +51,128 @@ def test_laplacian_counts_components(states: np.ndarray, rho: float) -> None:
     zeros = int((np.linalg.eigvalsh(matrix) < 1e-9).sum())
     assert zeros == reference.line_components(states, rho)
     assert zeros == reference.num_components(matrix < 0)
+
+
+Floats = NDArray[np.float64]
+Graph = NDArray[np.bool]
+
+
+def matrix(pairs: NDArray[np.int64], count: int) -> Graph:
+    graph = np.eye(count, dtype=bool)
+    graph[tuple(pairs.T)] = True
+    return graph
+
+
+def offsets(scenario: fe.FlockScenario, r: Floats) -> Floats:
+    """Return the offsets from agent i to agent j; on a torus the shortest ones."""
+    d = r[np.newaxis] - r[:, np.newaxis]
+    side = scenario.periodic_side
+    return d if side is None else d - side * np.round(d / side)
+
+
+def seen(scenario: fe.FlockScenario, d: Floats, v: Floats) -> Graph:
+    along = np.einsum("id,ijd->ij", v, d)
+    norms = np.linalg.norm(v, axis=1)[:, np.newaxis] * np.linalg.norm(d, axis=-1)
+    return (along >= np.cos(np.pi - scenario.blind_angle / 2) * norms) | (scenario.blind_angle == 0)
+
+
+def reference_graph(scenario: fe.FlockScenario, r: Floats, v: Floats, ranges: Floats) -> Graph:
+    """Return the matrix of whether agent i hears agent j, as docs/model.md defines it."""
+    d = offsets(scenario, r)
+    distances = np.linalg.norm(d, axis=-1)
+    graph = seen(scenario, d, v)
+    if isinstance(scenario.neighbor_rule, fe.Topological):
+        others = np.where(graph & ~np.eye(len(r), dtype=bool), distances, np.inf)
+        farthest = np.sort(np.hstack([np.zeros((len(r), 1)), others]), axis=1)
+        k = np.minimum(np.floor(ranges + 0.5).astype(int), len(r))
+        graph &= distances <= farthest[np.arange(len(r)), k, np.newaxis] * (1 + 1e-12)
+    else:
+        graph &= distances <= ranges[:, np.newaxis]
+    if isinstance(scenario.neighbor_rule, fe.Voronoi):
+        shared = np.zeros_like(graph)
+        for triangle in Delaunay(r).simplices:
+            shared[np.ix_(triangle, triangle)] = True
+        graph &= shared
+    graph |= np.eye(len(r), dtype=bool)
+    return graph & graph.T if scenario.mutual else graph
+
+
+VARIANTS = [
+    fe.FlockScenario(num_agents=40, dimension=dimension, initial_side=40.0, neighbor_rule=rule, **on_top)
+    for dimension, rule in [
+        (2, fe.Metric()),
+        (2, fe.Topological()),
+        (2, fe.Voronoi()),
+        (3, fe.Metric()),
+        (3, fe.Topological()),
+    ]
+    for on_top in (
+        {},
+        {"blind_angle": 2.0},
+        {"mutual": True},
+        {"blind_angle": 1.0, "mutual": True},
+        {"periodic_side": 40.0, "predators": ()},
+        {"periodic_side": 40.0, "predators": (), "blind_angle": 4.0, "mutual": True},
+    )
+    if not (rule == fe.Voronoi() and "periodic_side" in on_top)
+]
+
+
+def name_of(scenario: fe.FlockScenario) -> str:
+    on_top = [f"{scenario.dimension}d", scenario.neighbor_rule.kind]
+    on_top += ["blind"] * (scenario.blind_angle > 0) + ["mutual"] * scenario.mutual
+    return "-".join(on_top + ["torus"] * (scenario.periodic_side is not None))
+
+
+def test_the_reference_has_every_rule() -> None:
+    assert {scenario.neighbor_rule.kind for scenario in VARIANTS} == set(fe._core.kinds()["neighbor_rules"])
+
+
+@pytest.mark.parametrize("scenario", VARIANTS, ids=name_of)
+def test_graph_equals_the_all_pairs_reference(scenario: fe.FlockScenario) -> None:
+    rng = np.random.default_rng(3)
+    for count in (1, 7, 40, 150):
+        if count < 4 and isinstance(scenario.neighbor_rule, fe.Voronoi):
+            continue  # too few points for scipy's triangulation
+        r = rng.uniform(0, 40, (count, scenario.dimension))
+        v = rng.normal(size=(count, scenario.dimension))
+        for rho in (0.0, 7.0, 300.0, rng.uniform(0, 12, count)):
+            graph = reference_graph(scenario, r, v, np.broadcast_to(rho, count))
+            pairs = neighbor_pairs(scenario, r, rho, velocities=v)
+            np.testing.assert_array_equal(matrix(pairs, count), graph)
+            labels = component_labels(scenario, r, rho, velocities=v)
+            expected, numbers = connected_components(graph, directed=True, connection="weak")
+            lowest = np.array([np.flatnonzero(numbers == number)[0] for number in range(expected)])
+            np.testing.assert_array_equal(labels, lowest[numbers])
+
+
+@pytest.mark.parametrize("scenario", VARIANTS, ids=name_of)
+@pytest.mark.parametrize("is_frozen", [False, True])
+def test_runs_follow_the_graph(scenario: fe.FlockScenario, is_frozen: bool) -> None:
+    """The paper's law with the graph of each step, or of the first step."""
+    scenario = scenario.replace(num_steps=15, frozen_graph=is_frozen)
+    rng = np.random.default_rng(1)
+    top = 9.0 if isinstance(scenario.neighbor_rule, fe.Topological) else 15.0
+    schedule = rng.uniform(0, top, (15, 40))
+    run = fe.simulate(scenario, schedule=schedule, seed=5)
+    state = reference.flock_start(scenario, run.positions[0], run.velocities[0])
+    first = reference_graph(scenario, state.positions, state.velocities, schedule[0])
+    for t in range(15):
+        if not is_frozen:
+            first = reference_graph(scenario, state.positions, state.velocities, schedule[t])
+        assert run.num_components[t] == connected_components(first, connection="weak")[0]
+        state = reference.flock_step(scenario, state, schedule[t], first)
+        if scenario.periodic_side is not None:
+            state.positions %= scenario.periodic_side
+        np.testing.assert_allclose(run.positions[t + 1], state.positions, atol=1e-9)
+        np.testing.assert_allclose(run.velocities[t + 1], state.velocities, atol=1e-9)
+        state.positions, state.velocities = run.positions[t + 1], run.velocities[t + 1]
+
+
+@pytest.mark.parametrize("rule", [fe.Metric(), fe.Topological(), fe.Voronoi()])
+def test_a_full_blind_angle_leaves_no_neighbors(rule: fe.NeighborRule) -> None:
+    """With a blind angle of 2 pi an agent hears only itself, under every range."""
+    blind = fe.FlockScenario(num_steps=40, blind_angle=2 * np.pi, neighbor_rule=rule)
+    paper = fe.FlockScenario(num_steps=40)
+    seeing, alone = fe.simulate(blind, 30.0, seed=1), fe.simulate(paper, 0.0, seed=1)
+    np.testing.assert_array_equal(seeing.positions, alone.positions)

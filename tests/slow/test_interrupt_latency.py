@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import flockesc_env as fe
-from flockesc_env.common.in_job import in_job
+from flockesc_env.common.checks import in_job
 from flockesc_env.models import graph
 from flockesc_env.policies import FixedRange
 

@@ -14,16 +14,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cli_runs import Ran
+from cli_runs import Ran, policy_file
 from option_table import small_flock
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario, load_policy, read_initial_state, save_policy
+from flockesc_env import FlockScenario, LineScenario, load_policy, read_initial_state
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.errors import RecordError, ScenarioError
 from flockesc_env.models import records
-from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.registry import NamedPolicy
 
 MUTATIONS = 100
 """Number of mutations per kind of file."""
@@ -32,13 +30,6 @@ MEMORY = 2**24
 """Most bytes that reading a small file may allocate, even if it declares huge sizes."""
 
 SCENARIO = small_flock()
-ARCHITECTURE = Architecture(("time", "predator_distance"), (3, 2), memory=1)
-
-
-def write_policy(path: Path) -> None:
-    policy = NetworkPolicy(ARCHITECTURE, np.random.default_rng(0).normal(size=ARCHITECTURE.size))
-    options = {"max_range": 30.0, "steps_per_action": 2}
-    save_policy(NamedPolicy("mine", policy, per_agent=True, options=options, scenario=SCENARIO), path)
 
 
 def write_run(path: Path) -> None:
@@ -65,7 +56,7 @@ def read_scenario(path: Path) -> FlockScenario:
 
 
 FILES: dict[str, tuple[Callable[[Path], None], Callable[[Path], Any]]] = {
-    "policy.npz": (write_policy, load_policy),
+    "policy.npz": (lambda path: policy_file(path, SCENARIO) and None, load_policy),
     "run.npz": (write_run, records.load_run),
     "line.npz": (write_line, records.load_run),
     "state.npz": (write_state, read_initial_state),
