@@ -40,7 +40,7 @@ demo: build ## train a range policy and compare it with the best fixed range (ab
 	$(BIN)/python -m training compare stubborn-leaders $(DEMO) --task per-agent-visible-derived \
 	  --output $(DEMO)/comparison
 
-speed paper robustness validation arms-race: PROFILE := release
+speed paper robustness findings validation arms-race: PROFILE := release
 
 .PHONY: speed
 speed: build ## benchmark this project and its peers (about 15 minutes)
@@ -55,6 +55,10 @@ paper: build ## reproduce the figures and check the claims of the paper (about 1
 .PHONY: robustness
 robustness: build ## find the best fixed range of every flock preset (about 35 minutes)
 	$(BIN)/python -m studies robustness --output results/robustness --page docs/robustness.md
+
+.PHONY: findings
+findings: build ## measure how the best trained policies work and where they lose (about an hour)
+	$(BIN)/python -m studies findings --output results/findings --page docs/findings.md
 
 .PHONY: validation
 validation: build ## measure published results of other models (about 35 minutes)

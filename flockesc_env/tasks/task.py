@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 import tomli_w
 
+from flockesc_env.common.checks import as_choice
 from flockesc_env.common.errors import ArgumentError, shown_name
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES
 from flockesc_env.scenario.line import LineScenario
@@ -116,8 +117,15 @@ tasks: Final = Tasks()
 
 
 def read_tasks(text: str) -> dict[str, Task]:
-    """Return the tasks of a file's text."""
-    file = msgspec.convert(tomllib.loads(text), _File)
+    """Return the tasks of a file's text.
+
+    Raises:
+        ArgumentError: if a field is unknown, missing or of a wrong type, or names nothing that exists.
+    """
+    try:
+        file = msgspec.convert(tomllib.loads(text), _File)
+    except (tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
+        raise ArgumentError("tasks", "a file of tasks", error) from None
     scenarios = {name: preset.scenario for name, preset in PRESETS.items()}
     scenarios |= {name: _scenario(dict(document)) for name, document in file.scenarios.items()}
     return {name: _task(name, entry, file.version, scenarios) for name, entry in file.tasks.items()}
@@ -130,9 +138,11 @@ def _scenario(document: dict[str, Any]) -> Scenario:
 
 
 def _task(name: str, entry: _Entry, version: str, scenarios: Mapping[str, Scenario]) -> Task:
-    model, used = scenarios[entry.scenario], [entry.scenario, *entry.scales]
+    used = [as_choice(one, f"{name}.scenario", scenarios) for one in (entry.scenario, *entry.scales)]
+    model = scenarios[entry.scenario]
     is_line = isinstance(model, LineScenario)
-    spec = (LINE_OBJECTIVES if is_line else FLOCK_OBJECTIVES)[entry.objective]
+    specs = LINE_OBJECTIVES if is_line else FLOCK_OBJECTIVES
+    spec = specs[as_choice(entry.objective, f"{name}.objective", specs)]
     spec.check_defined_in(model)
     options = {option: None if value == "None" else value for option, value in entry.options.items()}
     if not is_line:

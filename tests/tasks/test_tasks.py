@@ -121,10 +121,19 @@ def test_a_change_of_the_file_changes_the_checksums_of_the_tasks_that_it_is_abou
     assert {task for task in TASKS if changed[task].sha256 != TASKS[task].sha256} == expected
 
 
-def test_an_objective_that_the_scenario_cannot_change_is_refused() -> None:
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('objective = "mean"', 'objective = "survival"', "scenario: expected capture_radius"),
+        ('objective = "mean"', 'objective = "means"', r"shared.objective: .*'means'"),
+        ('scenario = "paper-flock"', 'scenario = "paper-flok"', r"shared.scenario: .*'paper-flok'"),
+        ("samples = ", "sample = ", "unknown field `sample`"),
+    ],
+)
+def test_a_bad_field_of_a_task_is_named(old: str, new: str, message: str) -> None:
     text = files("flockesc_env.tasks").joinpath(f"{VERSION}.toml").read_text("utf-8")
-    with pytest.raises(ArgumentError, match="scenario: expected capture_radius"):
-        read_tasks(text.replace('objective = "mean"', 'objective = "survival"', 1))
+    with pytest.raises(ArgumentError, match=message):
+        read_tasks(text.replace(old, new, 1))
 
 
 @pytest.mark.parametrize("seed", [HELD_OUT[0], HELD_OUT[-1]])
