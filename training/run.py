@@ -197,7 +197,7 @@ class Measured:
         episodes: number of episodes, those of evaluations by stable-baselines3 included.
         samples: number of chosen actions in training, one per agent or one per flock.
         cpu_seconds: processor time.
-        curve: samples, or episodes of a search, and mean objective on tuning flocks, of every evaluation.
+        curve: samples and mean objective on tuning flocks, of every evaluation.
     """
 
     episodes: int = 0

@@ -9,12 +9,13 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 
+import numpy as np
 import sb3_contrib
 import stable_baselines3
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import CheckpointCallback
-from stable_baselines3.common.logger import configure
+from stable_baselines3.common.logger import Logger, make_output_format
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from flockesc_env import SB3Policy
@@ -35,7 +36,7 @@ def train(run: Run, *, resume: bool = False) -> Path:
     The policy is the last one: model.zip, and policy.npz if it is a network. best_model.zip is the best of
     the evaluations on tuning flocks, the untrained one included; the samples do not count these flocks.
     Rewards are scaled to unit variance of returns. A continued run starts at its last checkpoint, with
-    other flocks than an uninterrupted one.
+    other flocks than an uninterrupted one. It keeps the learning curve, and logs to progress-SAMPLES.csv.
 
     Raises:
         ArgumentError: if the algorithm or a hyperparameter is unknown, or see ``Run.begin``.
@@ -54,14 +55,15 @@ def train(run: Run, *, resume: bool = False) -> Path:
         policy: Any = resolve_name(learner.policy) if ":" in learner.policy else learner.policy
         model = cls(policy, env, seed=run.seed, device="cpu", **hyperparameters)
         env.seed(training_seeds(run.seed, 0, learner.num_flocks)[0])
-    model.set_logger(configure(str(folder), ["csv", "tensorboard"]))
+    suffix = f"-{model.num_timesteps}" if is_unfinished else ""  # the log before stays
+    logs = [make_output_format(kind, str(folder), suffix) for kind in ("csv", "tensorboard")]
+    model.set_logger(Logger(str(folder), logs))
     samples = learner.samples or run.task.samples
     every = max(samples // model.n_envs // learner.num_evaluations, 1)
-    evaluation = FlockEvalCallback(every, best_model_save_path=folder)
+    evaluation = Evaluation(run, every, model.num_timesteps)
     saving = CheckpointCallback(
         every, str(folder / "checkpoints"), "model", save_replay_buffer=True, save_vecnormalize=True
     )
-    begun = time.process_time()
     try:
         model.learn(
             max(samples - model.num_timesteps, 0),
@@ -74,14 +76,32 @@ def train(run: Run, *, resume: bool = False) -> Path:
     finally:
         model.logger.close()
     spec = env.get_attr("policy_spec", [0])[0]
-    measured = Measured(
-        episodes=evaluation.num_episodes + model.num_timesteps // (spec.rows * spec.num_actions),
-        samples=model.num_timesteps,
-        cpu_seconds=time.process_time() - begun,
-        curve=evaluation.history,
-    )
+    measured = evaluation.measured()
+    measured.episodes += measured.samples // (spec.rows * spec.num_actions)
     model.save(folder / MODEL_FILE)
     return run.finish(_network(model), measured)
+
+
+class Evaluation(FlockEvalCallback):
+    """The evaluations of a run, which start after ``samples``. The run's checkpoint keeps them."""
+
+    def __init__(self, run: Run, eval_freq: int, samples: int) -> None:
+        super().__init__(eval_freq, best_model_save_path=run.folder)
+        found = run.load_checkpoint() or Measured()
+        self._run, self._begun = run, time.process_time() - found.cpu_seconds
+        self.num_episodes = found.episodes
+        self.history = [point for point in found.curve if point[0] < samples]
+        self.best_objective = max((value for _, value in self.history), default=-np.inf)
+
+    def measured(self) -> Measured:
+        """Return the measurements so far, with the episodes of evaluations alone."""
+        return Measured(
+            self.num_episodes, self.model.num_timesteps, time.process_time() - self._begun, self.history
+        )
+
+    def _evaluate(self) -> None:
+        super()._evaluate()
+        self._run.save_checkpoint(self.measured())
 
 
 def algorithm_of(run: Run) -> type[BaseAlgorithm]:

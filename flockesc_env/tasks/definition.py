@@ -119,10 +119,9 @@ class TaskDefinition:
         """What sets a range: an agent, a flock or a line."""
         return "agent" if self.per_agent else self.spec.model
 
-    def normalize(self, objectives: Mapping[str, float]) -> float:
-        """Return the score of a policy, the mean over scenarios, from its mean objective in each."""
-        scores = [scale.score(objectives[name]) for name, scale in self.scales.items()]
-        return float(sum(scores) / len(scores))
+    def normalize(self, objectives: Mapping[str, Any]) -> Any:
+        """Return the score, the mean over scenarios, from the objective, or an array of them, in each."""
+        return sum(scale.score(objectives[name]) for name, scale in self.scales.items()) / len(self.scales)
 
     def env(self, **options: Any) -> FlockEscapeEnv | LineEscapeEnv:
         """Return the Gymnasium environment of a task with one range per flock or line.

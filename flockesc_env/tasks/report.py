@@ -60,8 +60,7 @@ class Aggregate:
 def scores_of(result: Result) -> FloatArray:
     """Return the score of every policy on every flock, shape (policies, flocks); the mean over scenarios."""
     task = tasks[result.task]
-    parts = [scale.score(result.values(name)) for name, scale in task.scales.items()]
-    scores: FloatArray = np.mean(parts, axis=0)
+    scores: FloatArray = task.normalize({name: result.values(name) for name in task.scales})
     return scores
 
 

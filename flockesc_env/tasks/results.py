@@ -94,9 +94,8 @@ class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     def scores(self) -> FloatArray:
         """Return the normalized score of every policy, shape (policies,)."""
         task = tasks[self.task]
-        scores = [scale.score(self.values(name).mean(axis=1)) for name, scale in task.scales.items()]
-        mean: FloatArray = np.mean(scores, axis=0)
-        return mean
+        scores: FloatArray = task.normalize({name: self.values(name).mean(axis=1) for name in task.scales})
+        return scores
 
 
 def write_result(result: Result, path: Path) -> None:

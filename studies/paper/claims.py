@@ -125,7 +125,7 @@ def claim(
 ) -> Claim:
     """Return a claim from whether it is true of every realization, and of the mean; None: of all of them.
 
-    A string among ``measured`` names the share of realizations of which it is true.
+    A string in ``measured`` is the label of the share of realizations for which the claim holds.
     """
     quantities = tuple(share(each, is_so) if isinstance(each, str) else each for each in measured)
     expected = bool(is_so.all() if in_expectation is None else in_expectation)

@@ -32,7 +32,7 @@ from studies.scoreboard import references
 from studies.scoreboard.board import load_board
 
 _SIMULATED_FLOCKS: Final = {"paper-flock": 200, "aligned-head-on": 60}
-"""Held-out flocks of a clairvoyant schedule, each of which takes some seconds, by scenario."""
+"""Number of held-out flocks for the search of clairvoyant schedules, by scenario. One takes seconds."""
 
 _REFERENCES: Final = {
     "free headings": references.free_headings,

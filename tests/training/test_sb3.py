@@ -17,7 +17,6 @@ from small_runs import LEARNERS, SMALL, small_run
 from flockesc_env import ArgumentError, load_policy
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import SB3Policy
-from flockesc_env.sb3 import FlockEvalCallback
 from flockesc_env.tasks import tasks
 from flockesc_env.tasks.learners import OWN_ALGORITHMS, Learner, learners, read_learners
 from training import sb3
@@ -115,7 +114,7 @@ def test_a_scorer_of_candidates_is_stored_as_it_chooses(tmp_path: Path) -> None:
     assert choose_alike(scores.policy_net, candidates, actions, expected)
 
 
-class _Stop(FlockEvalCallback):
+class _Stop(sb3.Evaluation):
     """Interrupts training after some calls of ``env.step``."""
 
     def _on_step(self) -> bool:
@@ -130,7 +129,7 @@ def test_an_interrupted_run_goes_on_from_its_last_whole_checkpoint(
 ) -> None:
     run = small_run(tmp_path / "run", algorithm, num_evaluations=8)
     with monkeypatch.context() as patch:
-        patch.setattr(sb3, "FlockEvalCallback", _Stop)
+        patch.setattr(sb3, "Evaluation", _Stop)
         with pytest.raises(KeyboardInterrupt, match="--resume continues"):
             train(run)
     newest = max(
@@ -139,9 +138,15 @@ def test_an_interrupted_run_goes_on_from_its_last_whole_checkpoint(
     newest.write_bytes(newest.read_bytes()[:100])  # cut off by a crash
     with pytest.raises(ArgumentError, match="run: expected a new folder, or --resume"):
         train(run)
+    before, log = run.load_checkpoint(), (run.folder / "progress.csv").read_bytes()
     train(run, resume=True)
     measured = json.loads((run.folder / "run.json").read_text())
-    assert measured["curve"][0][0] > 0  # begins at the checkpoint, not at the start
+    kept = [list(point) for point in before.curve[:-1]]  # the last one is evaluated again
+    assert measured["curve"][: len(kept)] == kept
+    steps = [samples for samples, _ in measured["curve"]]
+    assert steps[:-1] == sorted(set(steps))  # the end is evaluated again, after the last update
+    assert measured["cpu_seconds"] > before.cpu_seconds
+    assert (run.folder / "progress.csv").read_bytes() == log
     assert measured["samples"] >= run.learner.samples
     with pytest.raises(ArgumentError, match="run: expected a folder without a finished run"):
         train(run, resume=True)
