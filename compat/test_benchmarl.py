@@ -18,7 +18,7 @@ from torchrl.envs import check_env_specs
 
 from flockesc_env import FlockScenario, load_policy
 from flockesc_env.benchmarl import FlockTask
-from flockesc_env.common.errors import OptionError
+from flockesc_env.common.errors import InputError
 from flockesc_env.tasks import tasks
 
 # BenchMARL uses deprecated names of TorchRL.
@@ -84,7 +84,7 @@ def test_specs(continuous: bool) -> None:
 
 def test_unknown_options_are_refused() -> None:
     task = FlockTask.PER_AGENT_VISIBLE.get_task({"horizon": 3})
-    with pytest.raises(OptionError, match="horizon"):
+    with pytest.raises(InputError, match="horizon"):
         task.get_env_fun(num_envs=2, continuous_actions=True, seed=3, device="cpu")()
 
 

@@ -27,7 +27,7 @@ from flockesc_env import (
     load_policy,
     parallel_env,
 )
-from flockesc_env.common.errors import ActionError, ArgumentError, OptionError, ResetNeededError
+from flockesc_env.common.errors import InputError, ResetNeededError
 from flockesc_env.torchrl import FlockTorchRLEnv
 
 # TorchRL warns about every PettingZoo version except one from 2023.
@@ -160,7 +160,7 @@ def test_resets() -> None:
     with pytest.raises(ResetNeededError):
         env.reset(TensorDict({"_reset": torch.tensor([[True], [False]])}, [2]))
     for seed in (-1, 2**64 - 1):
-        with pytest.raises(ArgumentError, match="seed"):
+        with pytest.raises(InputError, match="seed"):
             env.set_seed(seed)
     env.set_seed(5)
     first = env.reset()["agents", "observation"]
@@ -176,7 +176,7 @@ def test_refused_actions() -> None:
     start = env.reset()
     action = env.full_action_spec.zero()
     action["agents", "action"][1, 2] = 1.5
-    with pytest.raises(ActionError):
+    with pytest.raises(InputError):
         env.step(start.update(action))
 
 
@@ -261,6 +261,6 @@ def test_snippets_of_the_docs() -> None:
 def test_settings_are_not_assigned_after_creation() -> None:
     env = FlockTorchRLEnv(2, SCENARIO)
     for name in ("scenario", "max_range", "render_mode", "per_agent", "num_flocks"):
-        with pytest.raises(OptionError, match=f"{name}: expected no assignment after creation"):
+        with pytest.raises(InputError, match=f"{name}: expected no assignment after creation"):
             setattr(env, name, None)
     check_env_specs(env.to("cpu"))

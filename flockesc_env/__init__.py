@@ -19,15 +19,9 @@ import gymnasium as _gymnasium
 import flockesc_env.notebook as _notebook  # noqa: F401, results show themselves in notebooks
 from flockesc_env._core import __version__
 from flockesc_env.common.errors import (
-    ActionError,
-    ArgumentError,
-    EpisodeError,
     FlockescError,
     InputError,
-    OptionError,
-    RecordError,
     ResetNeededError,
-    ScenarioError,
 )
 from flockesc_env.envs.gymnasium import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
@@ -97,11 +91,9 @@ if _TYPE_CHECKING:
 
 __all__ = [
     "PRESETS",
-    "ActionError",
     "AgentVectorEnv",
     "AlignedHeadings",
     "Architecture",
-    "ArgumentError",
     "Attracted",
     "Choice",
     "Clusters",
@@ -109,7 +101,6 @@ __all__ = [
     "Disc",
     "Encircle",
     "EnvOptions",
-    "EpisodeError",
     "Episodes",
     "FirstOrder",
     "FixedRange",
@@ -140,7 +131,6 @@ __all__ = [
     "NamedPolicy",
     "NeighborRule",
     "NetworkPolicy",
-    "OptionError",
     "Policy",
     "PolicySpec",
     "PreferredDistance",
@@ -149,7 +139,6 @@ __all__ = [
     "Pursue",
     "RandomHeadings",
     "RandomRange",
-    "RecordError",
     "RecordedRun",
     "RenderOptions",
     "ResetNeededError",
@@ -157,7 +146,6 @@ __all__ = [
     "Ring",
     "SB3Policy",
     "ScanResult",
-    "ScenarioError",
     "ScheduledRange",
     "Segment",
     "Square",

@@ -39,7 +39,7 @@ class Replay:
         height: height of the frame in pixels.
 
     Raises:
-        ArgumentError: if there are no runs, they cannot be shown side by side, or ``height`` is not a
+        InputError: if there are no runs, they cannot be shown side by side, or ``height`` is not a
             positive integer.
     """
 

@@ -13,7 +13,7 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend, Json, Progress, optional
 from flockesc_env.cli.output import note, show, show_json, table
 from flockesc_env.common.checks import as_count
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from studies.flags import prepare
 from studies.paper.plan import BATCH, LEAST_FLOCKS, Trials
 from studies.robustness.plan import attacked_presets
@@ -145,9 +145,9 @@ def validation(
     chosen = PARTS if only is None else only
     for name in chosen:
         if name not in PARTS:
-            raise ArgumentError("only", f"any of {', '.join(PARTS)}", repr(name))
+            raise InputError("only", f"any of {', '.join(PARTS)}", repr(name))
     if not 0 < scale <= 1:
-        raise ArgumentError("scale", "a number in (0, 1]", scale)
+        raise InputError("scale", "a number in (0, 1]", scale)
     runs_on = prepare(output, "analysis", page=page, backend=backend)
     from studies.validation.survey import VALIDATION, ValidationOptions
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flockesc_env import ArgumentError, FlockScenario, Policy
+from flockesc_env import FlockScenario, InputError, Policy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import FlockBatch, Observations
 from flockesc_env.episodes.options import env_options
@@ -33,15 +33,15 @@ class Branches:
         spec: policy spec of the environment.
 
     Raises:
-        ArgumentError: if the task is a line or has one range per agent, or a candidate is missing.
+        InputError: if the task is a line or has one range per agent, or a candidate is missing.
     """
 
     def __init__(self, run: Run, ranges: tuple[float, ...], count: int) -> None:
         model, options = run.task.scenario, run.options
         if run.task.per_agent or not isinstance(model, FlockScenario):
-            raise ArgumentError("task", "one range for a flock", run.task.name)
+            raise InputError("task", "one range for a flock", run.task.name)
         if not ranges:
-            raise ArgumentError("ranges", "candidate ranges", "none")
+            raise InputError("ranges", "candidate ranges", "none")
         self._candidates, self._count, self._column = np.array(ranges), count, run.task.spec.column
         self._model, self._options = model, env_options(model, options)
         self.spec: PolicySpec = run.policy_spec

@@ -13,7 +13,7 @@ from typing import cast
 import numpy as np
 
 from flockesc_env import FlockScenario, FlockSweepResult, NamedPolicy, save_run
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import check_writable, write_text
 from flockesc_env.models.records import versions
 from flockesc_env.policies import built_in
@@ -29,10 +29,10 @@ def compare(task: Task, entries: Sequence[NamedPolicy], output: Path, num_flocks
     """Compare policies on held-out flocks; print the table, write it, figures and two recorded runs.
 
     Raises:
-        ArgumentError: if there is no policy, one does not fit the task, or the task is a line.
+        InputError: if there is no policy, one does not fit the task, or the task is a line.
     """
     if not entries or not isinstance(task.scenario, FlockScenario):
-        raise ArgumentError("policies", "policies for a flock", f"{len(entries)} for {task.name}")
+        raise InputError("policies", "policies for a flock", f"{len(entries)} for {task.name}")
     output.mkdir(parents=True, exist_ok=True)
     check_writable(output / "table.md")
     found = task.compare(*entries, num_flocks=num_flocks)

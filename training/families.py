@@ -10,7 +10,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import Architecture, ArgumentError, NetworkPolicy, Policy
+from flockesc_env import Architecture, NetworkPolicy, Policy
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
@@ -138,8 +139,8 @@ def rule_family(run: Run, rule: str) -> Rules:
     """Return the family of a rule.
 
     Raises:
-        ArgumentError: if the rule is unknown.
+        InputError: if the rule is unknown.
     """
     if rule not in RULES:
-        raise ArgumentError("rule", f"one of {', '.join(RULES)}", repr(rule))
+        raise InputError("rule", f"one of {', '.join(RULES)}", repr(rule))
     return Rules(run, rule)

@@ -16,8 +16,9 @@ import numpy as np
 import torch
 from torch import nn
 
-from flockesc_env import Architecture, ArgumentError, NetworkPolicy
+from flockesc_env import Architecture, NetworkPolicy
 from flockesc_env.cli.policies import policy_of
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import Observations
 from flockesc_env.episodes.spaces import PolicySpec
@@ -70,7 +71,7 @@ class ImitationRounds(Rounds[ImitationArguments]):
     """An imitation of values.
 
     Raises:
-        ArgumentError: if a hyperparameter is unknown or there is no round, or if the task is a line or has
+        InputError: if a hyperparameter is unknown or there is no round, or if the task is a line or has
             one range per agent.
     """
 
@@ -78,7 +79,7 @@ class ImitationRounds(Rounds[ImitationArguments]):
         args = hyperparameters_of(run, ImitationArguments)
         super().__init__(run, args, args.rounds)
         if args.rounds < 1:
-            raise ArgumentError("rounds", "at least 1", args.rounds)
+            raise InputError("rounds", "at least 1", args.rounds)
         self._branches = Branches(run, args.ranges, args.branches)
         self._teacher = policy_of(args.teacher).policy
         self._network: NetworkPolicy | None = None

@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.policies.files import Stored
@@ -79,7 +79,7 @@ class Rounds(ABC, Generic[A]):
         """Train, or continue an unfinished run, and return the path of the policy file.
 
         Raises:
-            ArgumentError, RecordError: see ``Run.begin``.
+            InputError, InputError: see ``Run.begin``.
             KeyboardInterrupt: on Ctrl-C, saying how much is saved.
         """
         run, total = self.run, self.total
@@ -113,10 +113,10 @@ def hyperparameters_of(run: Run, kind: type[A]) -> A:
     """Return the hyperparameters of a run's learner.
 
     Raises:
-        ArgumentError: if one is unknown or has a wrong type.
+        InputError: if one is unknown or has a wrong type.
     """
     try:
         return msgspec.convert(run.learner.hyperparameters, kind)
     except msgspec.ValidationError as error:
         expected = f"some of {', '.join(kind.__struct_fields__)}"
-        raise ArgumentError(f"{run.name}.hyperparameters", expected, error) from None
+        raise InputError(f"{run.name}.hyperparameters", expected, error) from None

@@ -18,9 +18,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from flockesc_env import Architecture, ArgumentError, NamedPolicy, Policy, PolicySpec, rollout, save_policy
+from flockesc_env import Architecture, NamedPolicy, Policy, PolicySpec, rollout, save_policy
 from flockesc_env.cli.policies import POLICY_FILE
-from flockesc_env.common.errors import RecordError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import check_writable, read_sealed, write_sealed, write_text
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.options import env_options, line_options
@@ -64,7 +64,7 @@ class Run:
         """Return the run of a task's learner.
 
         Raises:
-            ArgumentError: if the task or the learner is unknown.
+            InputError: if the task or the learner is unknown.
         """
         chosen = tasks[task]
         found = learner_of(chosen, learner)
@@ -133,29 +133,28 @@ class Run:
         """Make the folder with the run's record; return whether the folder holds an unfinished run.
 
         Raises:
-            ArgumentError: if the folder holds a finished run, a run with another record, or an unfinished
-                one that ``resume`` does not allow to continue.
+            InputError: if the folder holds a finished run, a run with another record, or an unfinished one
+                that ``resume`` does not allow to continue; if the record is damaged.
             OSError: if files cannot be written there.
-            RecordError: if the record is damaged.
         """
         path = self.folder / CONFIG_FILE
         if (self.folder / RUN_FILE).exists():
-            raise ArgumentError("run", "a folder without a finished run", self.folder)
+            raise InputError("run", "a folder without a finished run", self.folder)
         self.folder.mkdir(parents=True, exist_ok=True)
         check_writable(self.folder / CHECKPOINT_FILE)
         if not path.exists():
             if any(self.folder.iterdir()):
-                raise ArgumentError("run", "an empty folder or one of a run", self.folder)
+                raise InputError("run", "an empty folder or one of a run", self.folder)
             write_text(path, json.dumps(self.record(), indent=1) + "\n")
             return False
         try:
             found = json.loads(path.read_text("utf-8"))
         except ValueError as error:
-            raise RecordError(str(path), "the record of a run", error) from None
+            raise InputError(str(path), "the record of a run", error) from None
         if found != json.loads(json.dumps(self.record())):
-            raise ArgumentError("run", f"the task, learner, seed and versions of {path}", "others")
+            raise InputError("run", f"the task, learner, seed and versions of {path}", "others")
         if not resume:
-            raise ArgumentError("run", "a new folder, or --resume to continue the run in it", self.folder)
+            raise InputError("run", "a new folder, or --resume to continue the run in it", self.folder)
         return True
 
     def save_checkpoint(self, state: Any) -> None:
@@ -166,7 +165,7 @@ class Run:
         """Return the last checkpoint, or ``None`` without one.
 
         Raises:
-            RecordError: if it is damaged.
+            InputError: if it is damaged.
         """
         path = self.folder / CHECKPOINT_FILE
         if not path.is_file():
@@ -174,7 +173,7 @@ class Run:
         content = read_sealed(path, json.dumps(self.record()))
         if content is None:
             expected = "a checkpoint of this run; delete the folder to start from the beginning"
-            raise RecordError(str(path), expected, "a damaged one")
+            raise InputError(str(path), expected, "a damaged one")
         return pickle.loads(content)  # noqa: S301, of our own making
 
     def finish(self, policy: Stored | None, measured: Measured) -> Path:

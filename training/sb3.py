@@ -19,7 +19,7 @@ from stable_baselines3.common.logger import Logger, make_output_format
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from flockesc_env import SB3Policy
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies.files import Stored
 from flockesc_env.sb3 import FlockEvalCallback
@@ -39,7 +39,7 @@ def train(run: Run, *, resume: bool = False) -> Path:
     other flocks than an uninterrupted one. It keeps the learning curve, and logs to progress-SAMPLES.csv.
 
     Raises:
-        ArgumentError: if the algorithm or a hyperparameter is unknown, or see ``Run.begin``.
+        InputError: if the algorithm or a hyperparameter is unknown, or see ``Run.begin``.
         KeyboardInterrupt: on Ctrl-C, saying what continues the run.
     """
     learner, folder = run.learner, run.folder
@@ -108,7 +108,7 @@ def algorithm_of(run: Run) -> type[BaseAlgorithm]:
     """Return the class of a run's algorithm.
 
     Raises:
-        ArgumentError: if neither library has it.
+        InputError: if neither library has it.
     """
     known: dict[str, type[BaseAlgorithm]] = {
         name: found
@@ -118,7 +118,7 @@ def algorithm_of(run: Run) -> type[BaseAlgorithm]:
     }
     if run.learner.algorithm not in known:
         expected = f"search, imitation or one of {', '.join(known)}"
-        raise ArgumentError(f"{run.name}.algorithm", expected, repr(run.learner.algorithm))
+        raise InputError(f"{run.name}.algorithm", expected, repr(run.learner.algorithm))
     return known[run.learner.algorithm]
 
 
@@ -128,7 +128,7 @@ def _check_names(run: Run, cls: type[BaseAlgorithm], hyperparameters: dict[str, 
     for name in hyperparameters:
         if name not in known:
             expected = f"arguments of {cls.__name__}: {', '.join(known)}"
-            raise ArgumentError(f"{run.name}.hyperparameters.{name}", expected, "an unknown one")
+            raise InputError(f"{run.name}.hyperparameters.{name}", expected, "an unknown one")
 
 
 def _env(run: Run) -> VecEnv:
@@ -161,5 +161,5 @@ def _network(model: BaseAlgorithm) -> Stored | None:
     """Return a model as a network that a file can hold; None if it is none."""
     try:
         return SB3Policy(model).network()
-    except ArgumentError:
+    except InputError:
         return None

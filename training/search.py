@@ -58,7 +58,7 @@ class SearchRounds(Rounds[SearchArguments]):
     """A search; a round is a generation, whose policies play the same flocks.
 
     Raises:
-        ArgumentError: if a hyperparameter or the rule is unknown.
+        InputError: if a hyperparameter or the rule is unknown.
     """
 
     def __init__(self, run: Run) -> None:

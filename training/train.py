@@ -11,7 +11,7 @@ def train(run: Run, *, resume: bool = False) -> Path:
     """Train, or continue an unfinished run, and return the path of the policy.
 
     Raises:
-        ArgumentError: if a hyperparameter is unknown or out of bounds, or if the folder holds a finished run,
+        InputError: if a hyperparameter is unknown or out of bounds, or if the folder holds a finished run,
             another run, or an unfinished one and ``resume`` is false.
     """
     match run.learner.algorithm:  # importing torch takes seconds

@@ -20,7 +20,7 @@ from flockesc_env._core import __version__
 from flockesc_env.cli.exits import MEANINGS, Exit
 from flockesc_env.cli.flags import NUMBERS, similar_field
 from flockesc_env.cli.output import flush, note, prepare_terminal, show
-from flockesc_env.common.errors import ArgumentError, FlockescError, JobError, printable, shown_name
+from flockesc_env.common.errors import FlockescError, InputError, JobError, printable, shown_name
 
 _WIDTH: Final = 80
 """Columns of a usage line that names all flags."""
@@ -67,7 +67,7 @@ class Application:
             if name in self.commands:
                 return self._command(name, argv[1:])
             if not name.startswith("-"):
-                raise ArgumentError(
+                raise InputError(
                     "command", f"one of {', '.join(self.commands)}", shown_name(name, self.commands)
                 )
             app = tyro.extras.SubcommandApp()

@@ -10,7 +10,7 @@ from tyro.conf import Positional, arg
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.output import check_folder, note, show, table
 from flockesc_env.cli.policies import EXPECTED, policy_of
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.tasks.episodes import record_episodes
@@ -43,7 +43,7 @@ def run(
     import polars as pl
 
     if not policies:
-        raise ArgumentError("policies", "at least one policy", "none")
+        raise InputError("policies", "at least one policy", "none")
     chosen = tasks[task]
     check_folder(output)
     specs = [chosen.shortcut.policy if spec == "rule" else spec for spec in policies]

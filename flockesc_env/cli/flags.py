@@ -14,7 +14,7 @@ from tyro.conf import DisallowNone, UseAppendAction, arg
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from flockesc_env.common.checks import parse_json, parse_number
-from flockesc_env.common.errors import ArgumentError, ScenarioError, shown, shown_name
+from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.common.files import suffix_of
 from flockesc_env.scenario.document import check_not_drawn, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
@@ -107,7 +107,7 @@ class ScenarioFlags:
         scenario: Scenario = FlockScenario() if self.scenario is None else scenario_named(self.scenario)
         if self.initial_state is not None:
             if isinstance(scenario, LineScenario):
-                raise ArgumentError("initial_state", "None for a line", repr(str(self.initial_state)))
+                raise InputError("initial_state", "None for a line", repr(str(self.initial_state)))
             scenario = scenario.replace(**read_initial_state(self.initial_state))
         return _changed(scenario, self.changes) if self.changes else scenario
 
@@ -131,7 +131,7 @@ def scenario_named(name: str) -> Scenario:
     if name in PRESETS:
         return preset(name)
     if not path.suffix and not path.exists():
-        raise ScenarioError("scenario", f"a file or one of {', '.join(PRESETS)}", shown_name(name, PRESETS))
+        raise InputError("scenario", f"a file or one of {', '.join(PRESETS)}", shown_name(name, PRESETS))
     try:
         fields = parse_document(path.read_text(encoding="utf-8-sig"), is_toml=suffix_of(path) == ".toml")
         # A document with a field that only ``LineScenario`` has is a line.
@@ -139,18 +139,18 @@ def scenario_named(name: str) -> Scenario:
         is_line = isinstance(fields, dict) and not known.isdisjoint(fields)
         return from_fields(LineScenario, fields) if is_line else from_fields(FlockScenario, fields)
     except UnicodeDecodeError as error:
-        raise ScenarioError(str(path), "TOML or JSON", error) from None
-    except ScenarioError as error:
-        raise ScenarioError(f"{path}: {error.field}", error.expected, error.given) from None
+        raise InputError(str(path), "TOML or JSON", error) from None
+    except InputError as error:
+        raise InputError(f"{path}: {error.field}", error.expected, error.given) from None
 
 
 def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
-    """Return a scenario with some changes ``PATH=VALUE``; unknown names in paths raise ``ScenarioError``."""
+    """Return a scenario with some changes ``PATH=VALUE``; unknown names in paths raise ``InputError``."""
     document = json.loads(scenario.to_json())
     for change in changes:
         path, is_given, text = change.partition("=")
         if not is_given:
-            raise ScenarioError("set", "PATH=VALUE", shown(change))
+            raise InputError("set", "PATH=VALUE", shown(change))
         *outer, last = path.split(".")
         node = document
         for name in outer:
@@ -160,7 +160,7 @@ def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
         value = _value(text, path)
         is_kind = isinstance(value, str) and isinstance(parent[key], dict)
         parent[key] = {value: {}} if is_kind else value
-        with suppress(ScenarioError):  # later changes may make the scenario valid
+        with suppress(InputError):  # later changes may make the scenario valid
             document = json.loads(type(scenario).from_json(json.dumps(document)).to_json())
     changed = type(scenario).from_json(json.dumps(document))
     check_not_drawn(changed, (change.partition("=")[0] for change in changes))
@@ -175,9 +175,9 @@ def _place(node: Any, name: str, path: str) -> tuple[Any, Any]:
         node.setdefault(name, None)
         return node, name
     if not isinstance(node, list):
-        raise ScenarioError(path, "the path of a field", f"{shown(name)} inside a plain value")
+        raise InputError(path, "the path of a field", f"{shown(name)} inside a plain value")
     if name not in map(str, range(len(node))):
-        raise ScenarioError(path, f"an index below {len(node)}", shown(name))
+        raise InputError(path, f"an index below {len(node)}", shown(name))
     return node, int(name)
 
 
@@ -187,5 +187,5 @@ def _value(text: str, path: str) -> Any:
         return None if text == "None" else parse_json(text)
     except ValueError as error:
         if text.lstrip()[:1] in {"{", "["}:
-            raise ScenarioError(path, "valid JSON", error) from None
+            raise InputError(path, "valid JSON", error) from None
         return text

@@ -18,7 +18,7 @@ from typing import Any
 
 import tyro
 
-from flockesc_env.common.errors import ArgumentError, printable
+from flockesc_env.common.errors import InputError, printable
 from flockesc_env.common.files import check_writable, suffix_of
 
 _MIN_COLUMNS = 40
@@ -80,13 +80,13 @@ def check_output(path: Path | None, suffixes: Sequence[str], field: str = "outpu
         return
     given = repr(str(path))
     if suffix_of(path) not in suffixes:
-        raise ArgumentError(field, f"a file that ends in {' or '.join(suffixes)}", given)
+        raise InputError(field, f"a file that ends in {' or '.join(suffixes)}", given)
     if not path.parent.is_dir():
-        raise ArgumentError(field, "a file in an existing folder", given)
+        raise InputError(field, "a file in an existing folder", given)
     try:
         check_writable(path)
     except OSError as error:
-        raise ArgumentError(field, f"a file that can be written ({error.strerror})", given) from None
+        raise InputError(field, f"a file that can be written ({error.strerror})", given) from None
 
 
 def check_folder(folder: Path, field: str = "output") -> None:
@@ -95,7 +95,7 @@ def check_folder(folder: Path, field: str = "output") -> None:
         check_writable(folder / ".part")
     except OSError as error:
         expected = f"a folder that can be written ({error.strerror})"
-        raise ArgumentError(field, expected, repr(str(folder))) from None
+        raise InputError(field, expected, repr(str(folder))) from None
 
 
 def _finite(value: Any) -> Any:

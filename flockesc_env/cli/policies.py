@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of
 from flockesc_env.policies.files import SUFFIX, find_policy
@@ -38,9 +38,8 @@ def policy_of(spec: str, argument: str = "policies", *, task: Task | None = None
         task: task in which models of stable-baselines3 were trained; a model does not contain its options.
 
     Raises:
-        ArgumentError: if ``spec`` is none of these.
+        InputError: if ``spec`` is none of these; if the file is damaged or is not a policy.
         MissingExtraError: if ``spec`` is a model and stable-baselines3 is not installed.
-        RecordError: if the file is damaged or is not a policy.
     """
     if (Path(spec) / POLICY_FILE).is_file():
         spec = str(Path(spec) / POLICY_FILE)
@@ -54,16 +53,16 @@ def policy_of(spec: str, argument: str = "policies", *, task: Task | None = None
     try:
         policy = getattr(importlib.import_module(module), function)()
     except (Exception, SystemExit) as error:  # the user's own code
-        raise ArgumentError(argument, f"one of {EXPECTED}", f"{spec!r} ({error!r})") from error
+        raise InputError(argument, f"one of {EXPECTED}", f"{spec!r} ({error!r})") from error
     if not isinstance(policy, NamedPolicy):
-        raise ArgumentError(argument, f"a NamedPolicy from {spec}", type(policy).__name__)
+        raise InputError(argument, f"a NamedPolicy from {spec}", type(policy).__name__)
     return policy
 
 
 def _model_policy(spec: str, argument: str, task: Task | None) -> NamedPolicy:
     if task is None:
         expected = "a policy file, or in commands with --task a model with the task of its training"
-        raise ArgumentError(argument, expected, repr(spec))
+        raise InputError(argument, expected, repr(spec))
     require("sb3", ["stable_baselines3"])
     name, _, path = spec.rpartition(":")
     try:
@@ -72,5 +71,5 @@ def _model_policy(spec: str, argument: str, task: Task | None) -> NamedPolicy:
         model = algorithm.load(path, device="cpu")
     except (Exception, SystemExit) as error:  # the class, its code and the file are the user's
         expected = "ALGORITHM:FILE.zip with a class of stable-baselines3 or sb3-contrib, as PPO:model.zip"
-        raise ArgumentError(argument, expected, f"{spec!r} ({error!r})") from error
+        raise InputError(argument, expected, f"{spec!r} ({error!r})") from error
     return NamedPolicy(Path(path).stem, SB3Policy(model), task.per_agent, dict(task.options), task.scenario)

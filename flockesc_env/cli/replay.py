@@ -10,7 +10,7 @@ from tyro.conf import Positional, arg
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json
 from flockesc_env.cli.output import note, show, show_json
-from flockesc_env.common.errors import ArgumentError, FlockescError
+from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.models import records
 
 
@@ -35,7 +35,7 @@ def run(
     Example: flockesc replay run.npz
     """
     if not files:
-        raise ArgumentError("files", "at least one file", "none")
+        raise InputError("files", "at least one file", "none")
     reports = []
     for path in files:
         report = _report(path)

@@ -10,7 +10,7 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, ScenarioFlags, model_of, optional
 from flockesc_env.cli.output import check_output, note, show, show_json
 from flockesc_env.cli.policies import EXPECTED, policy_of
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, OBJECTIVES
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.models import records
@@ -61,10 +61,10 @@ def run(
     check_output(output, [".npz"])
     chosen = scenario.build()
     if interaction_range is not None and policy is not None:
-        raise ArgumentError("interaction_range", "either interaction_range or policy", "both")
+        raise InputError("interaction_range", "either interaction_range or policy", "both")
     if interaction_range is None and policy is None:
         if isinstance(chosen, LineScenario):
-            raise ArgumentError("interaction_range", "a range for a line", "none")
+            raise InputError("interaction_range", "a range for a line", "none")
         interaction_range = BEST_RANGE
     trajectory = _run(chosen, interaction_range, policy, seed)
     name = policy or f"range {interaction_range:g}"
@@ -100,7 +100,7 @@ def _run(
 ) -> Trajectory | LineTrajectory:
     if policy is not None:
         if isinstance(scenario, LineScenario):
-            raise ArgumentError("policy", "None for a line", repr(policy))
+            raise InputError("policy", "None for a line", repr(policy))
         return policy_of(policy, "policy").record(fresh_seed() if seed is None else seed, scenario)
     assert rho is not None  # noqa: S101, for the type checker
     return simulate(scenario, rho, seed=seed)

@@ -16,7 +16,7 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import BACKEND, Json, Progress, ScenarioFlags, Seeds, Threads, model_of, optional
 from flockesc_env.cli.output import check_output, note, show, show_json, table
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats, as_seed, as_threads
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import MissingExtraError, figure_style, require
 from flockesc_env.common.files import atomic_write, suffix_of
 from flockesc_env.common.progress import progress_bar
@@ -101,10 +101,10 @@ def run(
     spec = known[objective_]
     if is_picture and not spec.is_defined_in(chosen):
         expected = f"a .parquet or .csv file for {objective_} without {spec.requires}"
-        raise ArgumentError("output", expected, repr(str(output)))
+        raise InputError("output", expected, repr(str(output)))
     ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
     if not 0 < seeds.stop - seeds.start < 2**63:
-        raise ArgumentError("seeds", "START:STOP with START below STOP", f"{seeds.start}:{seeds.stop}")
+        raise InputError("seeds", "START:STOP with START below STOP", f"{seeds.start}:{seeds.stop}")
     for seed in (seeds.start, seeds.stop - 1):
         as_seed(seed, "seeds")
     threads = as_threads(num_threads)
@@ -114,7 +114,7 @@ def run(
         jobs = seed_jobs(OUTCOMES, chosen, tuple(ranges.tolist()), seeds)
         parts = run_all(jobs, Cache(cache), find_backend(backend), title="Sweep", progress=progress)
     else:
-        raise ArgumentError("num_threads", "no number with --backend, whose jobs take one thread", threads)
+        raise InputError("num_threads", "no number with --backend, whose jobs take one thread", threads)
     finished = sum(part["num_components"].shape[1] for part in parts)
     code = Exit.DONE
     if finished < len(seeds):
@@ -160,17 +160,15 @@ def _ranges(
 ) -> FloatArray:
     if given is not None:
         if max_range is not None or grid_size is not None:
-            raise ArgumentError(
-                "interaction_ranges", "either ranges or a grid (max_range, grid_size)", "both"
-            )
+            raise InputError("interaction_ranges", "either ranges or a grid (max_range, grid_size)", "both")
         if not given:
-            raise ArgumentError("interaction_ranges", "at least one range", "none")
+            raise InputError("interaction_ranges", "at least one range", "none")
         return as_floats(given, "interaction_ranges")
     if max_range is None:
         max_range = (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions).max_range
     largest = float(as_floats(max_range, "max_range", ()))
     if largest < 0:
-        raise ArgumentError("max_range", "a number of at least 0", largest)
+        raise InputError("max_range", "a number of at least 0", largest)
     return np.linspace(0.0, largest, as_count(GRID_SIZE if grid_size is None else grid_size, "grid_size"))
 
 

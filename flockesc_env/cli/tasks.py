@@ -16,7 +16,7 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, Threads, optional
 from flockesc_env.cli.output import check_folder, check_output, note, show, show_json, table
 from flockesc_env.cli.policies import EXPECTED, policy_of
-from flockesc_env.common.errors import ArgumentError, FlockescError
+from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import write_text
 from flockesc_env.tasks.definition import FLOCKS, VERSION
@@ -132,7 +132,7 @@ def score(
     Example: flockesc score ppo-0.npz ppo-1.npz --task per-agent-local
     """
     if not policies:
-        raise ArgumentError("policies", "at least one policy", "none")
+        raise InputError("policies", "at least one policy", "none")
     check_output(output, [SUFFIX])
     chosen = tasks[task]
     found = [LoadedPolicy.of(spec, lambda code: policy_of(code, task=chosen)) for spec in policies]
@@ -173,9 +173,9 @@ def verify(
     Example: flockesc verify result.json
     """
     if not files:
-        raise ArgumentError("files", "at least one file", "none")
+        raise InputError("files", "at least one file", "none")
     if flocks is None and draw is not None:
-        raise ArgumentError("draw", "--flocks beside it", draw)
+        raise InputError("draw", "--flocks beside it", draw)
     played: list[int] = [*FLOCKS]
     if flocks is not None:
         draw = secrets.randbits(32) if draw is None else draw
@@ -208,7 +208,7 @@ def report(
     Example: flockesc report results/*.json --output report.md
     """
     if not files:
-        raise ArgumentError("files", "at least one file", "none")
+        raise InputError("files", "at least one file", "none")
     check_output(output, [".md"])
     if output is not None:
         check_output(output.with_suffix(".png"), [".png"])
@@ -268,4 +268,4 @@ def _read_training(path: Path) -> Training:
     try:
         return msgspec.convert(tomllib.loads(path.read_text("utf-8")), Training)
     except (ValueError, msgspec.ValidationError) as error:
-        raise ArgumentError("training", _TRAINING, f"{path}: {error}") from None
+        raise InputError("training", _TRAINING, f"{path}: {error}") from None

@@ -15,7 +15,7 @@ from flockesc_env.cli.output import check_output, note, show
 from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.cli.simulate import BEST_RANGE
 from flockesc_env.common.checks import as_seed
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of, write_text
 from flockesc_env.common.progress import progress_bar
@@ -67,10 +67,10 @@ def run(
     check_output(output, [_PAGE, *_VIDEOS])
     chosen = scenario.build()
     if not isinstance(chosen, FlockScenario):
-        raise ArgumentError("scenario", "a scenario of a flock", "one of a line")
+        raise InputError("scenario", "a scenario of a flock", "one of a line")
     found = [] if files else [(spec, policy_of(spec)) for spec in policies]
     if not files and not found:
-        raise ArgumentError("policies", "at least one", "none")
+        raise InputError("policies", "at least one", "none")
     if output is not None and suffix_of(output) in _VIDEOS:
         _write_video(_load_runs(files) or _record(found, seed, chosen), output, always=progress)
         note(f"saved: {output}")
@@ -120,7 +120,7 @@ def _load_runs(files: tuple[Path, ...]) -> _Runs:
         record = records.load_run(path)
         run = record.trajectory
         if not isinstance(run, Trajectory):
-            raise ArgumentError("files", "runs of a flock", f"a line in {path}")
+            raise InputError("files", "runs of a flock", f"a line in {path}")
         runs.append((record.name or path.stem, run))
     return runs
 

@@ -1,7 +1,7 @@
 """Reading and writing of files of arrays (npz, npy) and tables (Parquet).
 
 Reading executes no code from the file (no pickle) and checks the sizes in headers before it loads arrays.
-Damaged files raise ``RecordError``; ``expected`` is the expected kind of file in its message.
+Damaged files raise ``InputError``; ``expected`` is the expected kind of file in its message.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import parse_json
-from flockesc_env.common.errors import RecordError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import atomic_write
 
 if TYPE_CHECKING:  # of the extra analysis
@@ -66,13 +66,13 @@ def read_document(
     arrays = read_npz(path, expected, raw)
     if not {_HEADER, array} <= arrays.keys():
         kinds = (kind for kind, names in _KINDS.items() if names <= arrays.keys())
-        raise RecordError(str(path), expected, next(kinds, f"the arrays {', '.join(arrays) or 'none'}"))
+        raise InputError(str(path), expected, next(kinds, f"the arrays {', '.join(arrays) or 'none'}"))
     text = str(arrays.pop(_HEADER)[()])
     try:
         parse_json(text)  # rejects duplicate keys; msgspec rejects NaN and invalid Unicode
         return msgspec.json.decode(text, type=dict[str, Any]), arrays
     except (ValueError, RecursionError) as error:
-        raise RecordError(_HEADER, "a JSON object", error) from None
+        raise InputError(_HEADER, "a JSON object", error) from None
 
 
 def read_npz(path: Path, expected: str, raw: bytes | None = None) -> dict[str, NDArray[Any]]:
@@ -88,7 +88,7 @@ def read_npz(path: Path, expected: str, raw: bytes | None = None) -> dict[str, N
                 with archive.open(member) as file:
                     arrays[member.filename.removesuffix(".npy")] = _array(file, member.file_size)
     except Exception as error:  # zipfile, its decompressors and NumPy raise exceptions of many types
-        raise RecordError(str(path), expected, repr(error)) from None
+        raise InputError(str(path), expected, repr(error)) from None
     return arrays
 
 
@@ -98,7 +98,7 @@ def read_npy(path: Path, expected: str) -> NDArray[Any]:
     try:
         return _array(BytesIO(raw), len(raw))
     except Exception as error:  # NumPy raises exceptions of many types
-        raise RecordError(str(path), expected, repr(error)) from None
+        raise InputError(str(path), expected, repr(error)) from None
 
 
 def _array(file: IO[bytes], num_bytes: int) -> NDArray[Any]:

@@ -4,7 +4,6 @@ Arguments of the functions:
 
 - ``value``: the value to check.
 - ``field``: the name of the argument, for the error message.
-- ``error``: the ``InputError`` to raise if the value is invalid; ``ArgumentError`` by default.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.errors import ArgumentError, InputError, shown, shown_name
+from flockesc_env.common.errors import InputError, shown, shown_name
 
 FloatArray = NDArray[np.float64]
 
@@ -37,7 +36,6 @@ _IN_JOB = ContextVar("in_job", default=False)
 
 _T = TypeVar("_T")
 _Number = TypeVar("_Number", int, float)
-_Error = type[InputError]
 
 
 def parse_number(text: str, kind: type[_Number]) -> _Number:
@@ -73,30 +71,30 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return fields
 
 
-def as_integer(value: Any, field: str, error: _Error = ArgumentError) -> int:
+def as_integer(value: Any, field: str) -> int:
     """Return an int; bools are rejected."""
     try:
         if not isinstance(value, bool):
             return operator.index(value)
     except TypeError:
         pass
-    raise error(field, "an integer", shown(value))
+    raise InputError(field, "an integer", shown(value))
 
 
 def as_seed(value: Any, field: str = "seed") -> int:
     """Return a seed, an int in [0, 2^64)."""
     seed = as_integer(value, field)
     if not 0 <= seed <= MAX_SEED:
-        raise ArgumentError(field, "an integer from 0 to 2^64 - 1", seed)
+        raise InputError(field, "an integer from 0 to 2^64 - 1", seed)
     return seed
 
 
 def as_seeds(values: Any, field: str = "seeds") -> list[int]:
     """Return a list of at least one seed. One that exceeds the memory raises before it is read."""
     if isinstance(values, str | bytes) or not isinstance(values, Iterable):
-        raise ArgumentError(field, "a list of seeds", shown(values))
+        raise InputError(field, "a list of seeds", shown(values))
     if isinstance(values, np.ndarray) and values.ndim == 0:
-        raise ArgumentError(field, "a list of seeds", "a single number")
+        raise InputError(field, "a list of seeds", "a single number")
     try:
         length = operator.length_hint(values)
     except OverflowError:  # range(2**64)
@@ -107,18 +105,16 @@ def as_seeds(values: Any, field: str = "seeds") -> list[int]:
             _core.check_memory(field, _BYTES_PER_SEED * max(length, 2 * i))
         seeds.append(as_seed(value, f"{field}[{i}]"))
     if not seeds:
-        raise ArgumentError(field, "at least one seed", "none")
+        raise InputError(field, "at least one seed", "none")
     return seeds
 
 
-def as_count(
-    value: Any, field: str, error: _Error = ArgumentError, *, least: int = 1, most: int | None = None
-) -> int:
+def as_count(value: Any, field: str, *, least: int = 1, most: int | None = None) -> int:
     """Return an int in [least, most]; ``most`` defaults to 2^63 - 1."""
-    count = as_integer(value, field, error)
+    count = as_integer(value, field)
     largest, largest_text = (2**63 - 1, "2^63 - 1") if most is None else (most, str(most))
     if not least <= count <= largest:
-        raise error(field, f"an integer from {least} to {largest_text}", count)
+        raise InputError(field, f"an integer from {least} to {largest_text}", count)
     return count
 
 
@@ -147,28 +143,28 @@ def as_threads(value: Any) -> int | None:
 def as_bytes(value: Any, field: str) -> bytes:
     """Return bytes, a bytearray or a memoryview as new bytes."""
     if not isinstance(value, bytes | bytearray | memoryview):
-        raise ArgumentError(field, "bytes", shown(value))
+        raise InputError(field, "bytes", shown(value))
     return bytes(value)
 
 
-def as_flag(value: Any, field: str, error: _Error = ArgumentError) -> bool:
+def as_flag(value: Any, field: str) -> bool:
     """Return a bool."""
     if not isinstance(value, bool | np.bool):
-        raise error(field, "True or False", shown(value))
+        raise InputError(field, "True or False", shown(value))
     return bool(value)
 
 
-def as_choice(value: Any, field: str, known: Iterable[str], error: _Error = ArgumentError) -> Any:
+def as_choice(value: Any, field: str, known: Iterable[str]) -> Any:
     """Return one of the ``known`` strings."""
     if not isinstance(value, str) or value not in known:
-        raise error(field, f"one of {', '.join(known)}", shown_name(value, known))
+        raise InputError(field, f"one of {', '.join(known)}", shown_name(value, known))
     return str(value)
 
 
-def as_text(value: Any, field: str, error: _Error = ArgumentError) -> str:
+def as_text(value: Any, field: str) -> str:
     """Return a str."""
     if not isinstance(value, str):
-        raise error(field, "a string", shown(value))
+        raise InputError(field, "a string", shown(value))
     return value
 
 
@@ -176,28 +172,28 @@ def as_path(value: Any, field: str = "path") -> Path:
     """Return a ``Path``."""
     is_path = isinstance(value, str | os.PathLike) and isinstance(os.fspath(value), str)
     if not is_path or "\0" in os.fspath(value):
-        raise ArgumentError(field, "the path of a file", shown(value))
+        raise InputError(field, "the path of a file", shown(value))
     return Path(value)
 
 
 def as_instance(value: Any, field: str, kind: type[_T]) -> _T:
     """Return an instance of ``kind``."""
     if not isinstance(value, kind):
-        raise ArgumentError(field, f"a {kind.__name__}", shown(value))
+        raise InputError(field, f"a {kind.__name__}", shown(value))
     return value
 
 
 def as_policy(value: Any, field: str = "policy") -> Any:
     """Return a policy: an object with a method ``act``."""
     if isinstance(value, type) or not callable(getattr(value, "act", None)):
-        raise ArgumentError(field, "a policy (an object with a method act)", shown(value))
+        raise InputError(field, "a policy (an object with a method act)", shown(value))
     return value
 
 
 def as_callback(value: Any, field: str = "progress") -> Callable[..., Any] | None:
     """Return a callable, or ``None``."""
     if value is not None and not callable(value):
-        raise ArgumentError(field, "a callable or None", shown(value))
+        raise InputError(field, "a callable or None", shown(value))
     callback: Callable[..., Any] | None = value
     return callback
 
@@ -207,7 +203,7 @@ def as_mapping(value: Any, field: str = "options") -> Mapping[str, Any]:
     if value is None:
         return {}
     if not isinstance(value, Mapping):
-        raise ArgumentError(field, "a dict or None", shown(value))
+        raise InputError(field, "a dict or None", shown(value))
     return value
 
 
@@ -217,32 +213,31 @@ def as_options(value: Any, known: Collection[str]) -> Mapping[str, Any]:
     for name in options:
         if name not in known:
             expected = f"one of {', '.join(known)}"
-            raise ArgumentError(f"options[{shown(name)}]", expected, shown_name(name, known))
+            raise InputError(f"options[{shown(name)}]", expected, shown_name(name, known))
     return options
 
 
-def as_array(value: Any, field: str, error: _Error = ArgumentError) -> NDArray[Any]:
+def as_array(value: Any, field: str) -> NDArray[Any]:
     """Return an array of any dtype and shape."""
     try:
         return np.asarray(value)
     except ValueError:
-        raise error(field, "an array", "rows of different lengths") from None
+        raise InputError(field, "an array", "rows of different lengths") from None
 
 
 def as_floats(
     value: Any,
     field: str,
     shape: tuple[int, ...] | None = None,
-    error: _Error = ArgumentError,
     *,
     least: float = -np.inf,
 ) -> FloatArray:
     """Return a new contiguous array of finite float64 >= ``least``; ``shape=None`` accepts any shape."""
-    array = as_array(value, field, error)
+    array = as_array(value, field)
     if array.dtype.kind not in "fiu":
-        raise error(field, "real numbers", f"dtype {array.dtype}")
+        raise InputError(field, "real numbers", f"dtype {array.dtype}")
     if shape is not None and array.shape != shape:
-        raise error(field, f"shape {shape}", f"shape {array.shape}")
+        raise InputError(field, f"shape {shape}", f"shape {array.shape}")
     with np.errstate(over="ignore", invalid="ignore"):  # wider floats may overflow; checked below
         floats = np.array(array, dtype=np.float64, order="C")
     for is_invalid, expected in (
@@ -252,13 +247,13 @@ def as_floats(
         if is_invalid.any():
             at = tuple(int(i) for i in np.argwhere(is_invalid)[0])
             where = f"{field}[{', '.join(map(str, at))}]" if at else field
-            raise error(where, expected, floats[at])
+            raise InputError(where, expected, floats[at])
     return floats
 
 
-def as_vector(value: Any, field: str, error: _Error = ArgumentError, *, least: float = -np.inf) -> FloatArray:
+def as_vector(value: Any, field: str, *, least: float = -np.inf) -> FloatArray:
     """Return ``as_floats`` of shape (k,) with k >= 1."""
-    vector = as_floats(value, field, error=error, least=least)
+    vector = as_floats(value, field, least=least)
     if vector.ndim != 1 or not vector.size:
-        raise error(field, "shape (k,) with k >= 1", f"shape {vector.shape}")
+        raise InputError(field, "shape (k,) with k >= 1", f"shape {vector.shape}")
     return vector

@@ -76,36 +76,9 @@ class InputError(FlockescError, ValueError):
         return f"{self.field}: expected {self.expected}, got {self.given}"
 
 
-class ScenarioError(InputError):
-    """A field of a scenario is unknown, has the wrong type or is out of bounds."""
-
-
-class OptionError(InputError):
-    """An option of an environment is unknown, has the wrong type or is out of bounds."""
-
-
-class ArgumentError(InputError):
-    """An argument of a call, or an entry of a ``reset`` option, has the wrong type, shape or value."""
-
-
-class ActionError(ArgumentError):
-    """An action is missing, is outside the action space, or belongs to an unknown agent."""
-
-
-class RecordError(InputError):
-    """A file is damaged, or is not of the expected kind."""
-
-
 class JobError(FlockescError, RuntimeError):
     """Jobs failed, or their results were lost. The results of all other jobs are kept."""
 
 
-class EpisodeError(FlockescError, RuntimeError):
-    """A method was called at the wrong time, for example during another call of the same environment.
-
-    It is also raised if another library has changed the rounding mode of the thread.
-    """
-
-
-class ResetNeededError(EpisodeError, ResetNeeded):
+class ResetNeededError(FlockescError, ResetNeeded):
     """A method was called before ``reset``, or after the end of the episode."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import binomtest, bootstrap
 
 from flockesc_env.common.checks import as_array, as_floats, as_vector
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
@@ -47,10 +47,10 @@ def mean(values: FloatArray) -> Estimate:
 def mean_with_interval(values: FloatArray, confidence: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the mean over the last axis, the seeds, and the ends of its percentile bootstrap interval."""
     if values.shape[-1] < 2:
-        raise ArgumentError("seeds", "at least 2 for an interval", values.shape[-1])
+        raise InputError("seeds", "at least 2 for an interval", values.shape[-1])
     level = float(as_floats(confidence, "confidence", ()))
     if not 0 < level < 1:
-        raise ArgumentError("confidence", "a number between 0 and 1", level)
+        raise InputError("confidence", "a number between 0 and 1", level)
     return values.mean(axis=-1), *_interval(values, np.mean, 2000, level)
 
 
@@ -68,7 +68,7 @@ def share(is_so: NDArray[np.bool]) -> Estimate:
     """Return the share of true values, shape (flocks,), with its Wilson interval."""
     marks = as_array(is_so, "is_so")
     if marks.dtype != np.bool or marks.ndim != 1 or not marks.size:
-        raise ArgumentError("is_so", "bools of shape (flocks,)", f"{marks.dtype} of shape {marks.shape}")
+        raise InputError("is_so", "bools of shape (flocks,)", f"{marks.dtype} of shape {marks.shape}")
     test = binomtest(int(marks.sum()), len(marks))
     interval = test.proportion_ci(CONFIDENCE, method="wilson")
     return Estimate(float(test.statistic), float(interval.low), float(interval.high))
@@ -85,7 +85,7 @@ def argmax(positions: FloatArray, values: FloatArray) -> Estimate:
     values = as_floats(values, "values")
     if values.ndim != 2 or len(values) != len(positions) or values.shape[1] < 2:
         expected = f"shape ({len(positions)}, flocks) with at least 2 flocks"
-        raise ArgumentError("values", expected, f"shape {values.shape}")
+        raise InputError("values", expected, f"shape {values.shape}")
 
     def place(flocks: NDArray[np.int64], axis: int) -> Any:
         return positions[np.argmax(values[:, flocks].mean(axis=axis), axis=0)]

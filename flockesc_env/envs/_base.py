@@ -16,7 +16,7 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
-from flockesc_env.common.errors import OptionError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.batch import FlockBatch, Observations
 from flockesc_env.episodes.current_state import FlockView
 from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptionsDict, View, env_options
@@ -114,11 +114,11 @@ class Viewed:
         """Set an attribute.
 
         Raises:
-            OptionError: if the name is that of a setting, after the constructor.
+            InputError: if the name is that of a setting, after the constructor.
         """
         if self._is_complete and self._is_setting(name):
             way = "create a new environment" + ("" if name in _DERIVED else f" with {name}=..")
-            raise OptionError(name, f"no assignment after creation ({way})", shown(value))
+            raise InputError(name, f"no assignment after creation ({way})", shown(value))
         super().__setattr__(name, value)
 
     def _is_setting(self, name: str) -> bool:
@@ -265,7 +265,7 @@ class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
         """Restore a snapshot, clear the memory of policies and return the observation at that moment.
 
         Raises:
-            ArgumentError: if the snapshot is damaged or belongs to another version, scenario, interface or
+            InputError: if the snapshot is damaged or belongs to another version, scenario, interface or
                 other options; the running episode continues.
         """
         return self._resume(self._restore(state))
@@ -303,7 +303,7 @@ class ManyFlocks(FlockEnvironment):
             flocks: index of one flock, or indices of several; ``None``: all.
 
         Raises:
-            ArgumentError: if an index is out of bounds.
+            InputError: if an index is out of bounds.
             ResetNeededError: if called before ``reset``.
         """
         return self._batch.get_state(flocks)
@@ -318,7 +318,7 @@ class ManyFlocks(FlockEnvironment):
             flocks: index of one flock, or indices of several; ``None``: all.
 
         Raises:
-            ArgumentError: if an index is out of bounds, or the snapshot is damaged or belongs to another
+            InputError: if an index is out of bounds, or the snapshot is damaged or belongs to another
                 version, interface, number of flocks, other scenarios or options; the running episodes
                 continue.
             ResetNeededError: if called before ``reset`` and ``flocks`` leaves some out.

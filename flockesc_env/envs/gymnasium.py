@@ -36,7 +36,7 @@ class GymnasiumEnv(Registered, OneFlock[Observations], gymnasium.Env[Observation
                 next index.
 
         Raises:
-            ArgumentError: if the seed or an option is invalid; the running episode continues.
+            InputError: if the seed or an option is invalid; the running episode continues.
         """
         start = self._batch.start(options)
         if seed is not None:
@@ -59,9 +59,8 @@ class FlockEscapeEnv(GymnasiumEnv):
         **arguments: see ``FlockArguments`` and ``EnvOptions``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value.
-        OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator.
+        InputError: if an argument has the wrong type or value; if an option is unknown, missing or out of
+            bounds; if the scenario has no predator.
         DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
@@ -86,7 +85,7 @@ class FlockEscapeEnv(GymnasiumEnv):
             Observation, reward, terminated, truncated and ``info``.
 
         Raises:
-            ActionError: if the action is outside the action space.
+            InputError: if the action is outside the action space.
             ResetNeededError: if called before ``reset`` or after the end of the episode.
         """
         observation, reward, has_ended, info = self._batch.step_one(action)

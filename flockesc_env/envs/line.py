@@ -39,8 +39,7 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
         **arguments: see ``LineArguments`` and ``LineOptions``.
 
     Raises:
-        OptionError: if an option is unknown or out of bounds.
-        ScenarioError: if the scenario has no predator.
+        InputError: if an option is unknown or out of bounds; if the scenario has no predator.
         DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
@@ -83,7 +82,7 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
                 in the seed schedule.
 
         Raises:
-            ArgumentError: if the seed or an option is invalid; the running episode continues.
+            InputError: if the seed or an option is invalid; the running episode continues.
         """
         options = as_options(options, RESET_OPTIONS)
         states, episode = (options.get(name) for name in RESET_OPTIONS)

@@ -15,7 +15,7 @@ from pettingzoo.utils import parallel_to_aec, wrappers
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
-from flockesc_env.common.errors import ActionError, OptionError, ResetNeededError, shown
+from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs._base import (
     FlockArguments,
     Infos,
@@ -96,9 +96,9 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             self.action_spaces[predator] = self.predator_policy_spec.space()
         size = 2 * self.scenario.dimension * (count + len(self.scenario.predators)) + 3
         self.state_space: gymnasium.Space[Any] = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
-        infos = as_choice(arguments.get("infos", "all"), "infos", get_args(Infos), OptionError)
+        infos = as_choice(arguments.get("infos", "all"), "infos", get_args(Infos))
         self._are_all_infos = infos == "all"
-        kind = as_choice(arguments.get("state", "full"), "state", get_args(StateKind), OptionError)
+        kind = as_choice(arguments.get("state", "full"), "state", get_args(StateKind))
         self._is_flock_view = kind == "flock_view"
         if self._is_flock_view:
             self.state_space = flock_layout(self.scenario.dimension).space()
@@ -152,12 +152,12 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             Observations, rewards, terminations, truncations and infos, by name of the agent.
 
         Raises:
-            ActionError: if an agent is unknown or missing, or an action is outside the action space.
+            InputError: if an agent is unknown or missing, or an action is outside the action space.
             ResetNeededError: if called before ``reset`` or after the end of the episode.
         """
         self._check_running()
         if not isinstance(actions, Mapping):
-            raise ActionError("actions", "a dict with an action per agent", shown(actions))
+            raise InputError("actions", "a dict with an action per agent", shown(actions))
         false, acting = self._false, ~self._caught
         agents = self.agents[: len(self.agents) - len(self._predators)]
         some_are_caught = len(agents) < len(acting)
@@ -213,7 +213,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             its row: its observation is zeros and its termination True.
 
         Raises:
-            ActionError, ResetNeededError: as ``step``.
+            InputError, ResetNeededError: as ``step``.
         """
         self._check_running()
         if self._predators or predator_actions is not None:

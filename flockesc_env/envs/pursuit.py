@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_policy
-from flockesc_env.common.errors import OptionError, ResetNeededError, ScenarioError
+from flockesc_env.common.errors import InputError, ResetNeededError
 from flockesc_env.envs._base import FlockArguments, needs_reset_if_interrupted
 from flockesc_env.envs.gymnasium import GymnasiumEnv
 from flockesc_env.episodes.batch import Observations, is_over
@@ -35,7 +35,7 @@ class FlockPursuitEnv(GymnasiumEnv):
         **arguments: see ``FlockArguments`` (without ``predator_policy``) and ``EnvOptions``.
 
     Raises:
-        InputError: as ``FlockEscapeEnv``, and ``ScenarioError`` if several predators are ``Learned``.
+        InputError: as ``FlockEscapeEnv``, and ``InputError`` if several predators are ``Learned``.
     """
 
     _flock_observations: Observations
@@ -49,14 +49,14 @@ class FlockPursuitEnv(GymnasiumEnv):
         **arguments: Unpack[FlockArguments],
     ) -> None:
         if "predator_policy" in arguments:
-            raise OptionError("predator_policy", "actions of the predator in step()", "a policy")
+            raise InputError("predator_policy", "actions of the predator in step()", "a policy")
         given = as_scenario(scenario, FlockScenario)
         if not given.num_learned:
             given = given.with_learned_predators()
         super().__init__(given, arguments, view=View.of(per_agent))
         self.policy_spec = self._batch.predator_policy_spec
         if self.policy_spec.count != 1:
-            raise ScenarioError("predators", "exactly one Learned predator", self.policy_spec.count)
+            raise InputError("predators", "exactly one Learned predator", self.policy_spec.count)
         self.flock_policy = (
             FixedRange(10.0) if flock_policy is None else as_policy(flock_policy, "flock_policy")
         )

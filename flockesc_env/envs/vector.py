@@ -11,7 +11,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_flag, as_mapping, as_seed
-from flockesc_env.common.errors import ArgumentError, ResetNeededError, shown
+from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, Observations
@@ -46,12 +46,12 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
         if num_envs is not None:
             slots = as_count(num_envs, "num_envs", most=MAX_FLOCKS * rows)
         if slots % rows:
-            raise ArgumentError("num_envs", f"a multiple of scenario.num_agents = {rows}", slots)
+            raise InputError("num_envs", f"a multiple of scenario.num_agents = {rows}", slots)
         super().__init__(given, arguments, num_flocks=slots // rows, view=self._view)
         least = self._num_actions()
         if max_episode_steps is not None and as_count(max_episode_steps, "max_episode_steps") < least:
             expected = f"None or at least {least}, the number of actions of an episode"
-            raise ArgumentError("max_episode_steps", expected, max_episode_steps)
+            raise InputError("max_episode_steps", expected, max_episode_steps)
         self.num_envs = slots
         self.policy_spec = self._batch.policy_spec
         self.single_observation_space = self.policy_spec.layout.space()
@@ -78,7 +78,7 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
                 flock are reset together.
 
         Raises:
-            ArgumentError: if a seed or an option is invalid; the running episodes continue.
+            InputError: if a seed or an option is invalid; the running episodes continue.
             ResetNeededError: if the first reset does not include all slots.
         """
         given = dict(as_mapping(options))
@@ -112,7 +112,7 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
             and ``infos``.
 
         Raises:
-            ActionError: if an action is outside the action space, except in slots that are reset.
+            InputError: if an action is outside the action space, except in slots that are reset.
             ResetNeededError: if called before ``reset``, or after the end of an episode if autoreset is
                 disabled.
         """
@@ -183,11 +183,11 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
         expected = f"a bool array of shape ({self.num_envs},) with at least one True"
         is_mask = isinstance(mask, np.ndarray) and mask.dtype == np.bool and mask.shape == (self.num_envs,)
         if not (is_mask and mask.any()):
-            raise ArgumentError("options['reset_mask']", expected, shown(mask))
+            raise InputError("options['reset_mask']", expected, shown(mask))
         flocks = mask.reshape(-1, self._batch.rows)
         if (flocks != flocks[:, :1]).any():
             expected = f"equal entries for all {self._batch.rows} slots of a flock"
-            raise ArgumentError("options['reset_mask']", expected, "different ones")
+            raise InputError("options['reset_mask']", expected, "different ones")
         slots: NDArray[np.bool] = mask
         return slots
 
@@ -198,7 +198,7 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
             return [None] * count
         if isinstance(seed, list | tuple) or (isinstance(seed, np.ndarray) and seed.ndim):
             if len(seed) != count:
-                raise ArgumentError("seed", f"{count} seeds, one per flock", len(seed))
+                raise InputError("seed", f"{count} seeds, one per flock", len(seed))
             return [None if one is None else as_seed(one, f"seed[{i}]") for i, one in enumerate(seed)]
         return consecutive_seeds(seed, count)
 
@@ -223,7 +223,7 @@ class FlockVectorEnv(_BatchVectorEnv):
         **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.
 
     Raises:
-        InputError: as ``FlockEscapeEnv``, and ``ScenarioError`` if scenarios of a list do not agree.
+        InputError: as ``FlockEscapeEnv``, and ``InputError`` if scenarios of a list do not agree.
     """
 
     _view = View.FLOCK
@@ -258,7 +258,7 @@ def _no_single_env(**_: Any) -> NoReturn:
     """Refuse ``gymnasium.make("flockesc/FlockAgents-v0")``, which has no environment of one slot."""
     way = 'gymnasium.make_vec("flockesc/FlockAgents-v0", num_envs=300 * flocks)'
     expected = f"an environment of one slot; for a slot per agent, 300 per flock by default, call {way}"
-    raise ArgumentError("id", expected, "flockesc/FlockAgents-v0")
+    raise InputError("id", expected, "flockesc/FlockAgents-v0")
 
 
 def _mode(mode: Any) -> AutoresetMode:

@@ -9,47 +9,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_array
-from flockesc_env.common.errors import ActionError
+from flockesc_env.common.errors import InputError
 
 
 def plain_array(value: Any, shape: tuple[int, ...], name: str, is_index: bool = False) -> NDArray[Any]:
     """Return actions as a new contiguous array of float64, or int64 if they are indices.
 
     Raises:
-        ActionError: if the dtype or shape is wrong.
+        InputError: if the dtype or shape is wrong.
     """
-    array = as_array(value, name, ActionError)
+    array = as_array(value, name)
     kinds, expected, dtype = ("iu", "integers", np.int64) if is_index else ("fiu", "real numbers", np.float64)
     if array.dtype.kind not in kinds:
-        raise ActionError(name, expected, f"dtype {array.dtype}")
+        raise InputError(name, expected, f"dtype {array.dtype}")
     if array.shape != shape:
-        raise ActionError(name, f"shape {shape}", f"shape {array.shape}")
+        raise InputError(name, f"shape {shape}", f"shape {array.shape}")
     with np.errstate(over="ignore"):  # overflow gives infinity, which is out of bounds
         return np.array(array, dtype, order="C")
 
 
-def outside(actions: Any, index: int, name: str, low: float, high: float, size: int | None) -> ActionError:
+def outside(actions: Any, index: int, name: str, low: float, high: float, size: int | None) -> InputError:
     """Return the error for an action outside the action space: [low, high], or indices below ``size``."""
     value = np.asarray(actions).item(index)
     if size is not None:
-        return ActionError(name, f"an integer from 0 to {size - 1}", value)
+        return InputError(name, f"an integer from 0 to {size - 1}", value)
     hint = "gymnasium.wrappers.ClipAction clips it"
     if np.isnan(value):
         hint = "a policy that returns NaN has diverged"
-    return ActionError(name, f"a number from {low} to {high} ({hint})", float(value))
+    return InputError(name, f"a number from {low} to {high} ({hint})", float(value))
 
 
 def check_agents(actions: Collection[Any], agents: list[str], known: Collection[str]) -> None:
     """Check that exactly ``agents`` have actions.
 
     Raises:
-        ActionError: if one of them has none, or another one has an action.
+        InputError: if one of them has none, or another one has an action.
     """
     for agent in actions:
         if agent not in known:
-            raise ActionError(f"action of {agent!r}", "an agent of this flock", "an unknown agent")
+            raise InputError(f"action of {agent!r}", "an agent of this flock", "an unknown agent")
         if agent not in agents:
-            raise ActionError(f"action of {agent!r}", "no action, because it was caught", "an action")
+            raise InputError(f"action of {agent!r}", "no action, because it was caught", "an action")
     for agent in agents:
         if agent not in actions:
-            raise ActionError(f"action of {agent!r}", "an action", "none")
+            raise InputError(f"action of {agent!r}", "an action", "none")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_policy, as_threads
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.scenarios import distinct_scenarios
@@ -73,7 +73,7 @@ class FlockBatch:
             if not self.predator_policy_spec.count:
                 expected = "a scenario with a Learned predator; scenario.with_learned_predators() makes one"
                 kinds = ", ".join(type(predator).__name__ for predator in first.predators)
-                raise ArgumentError("predator_policy", expected, kinds or "no predator")
+                raise InputError("predator_policy", expected, kinds or "no predator")
         self._predator_policy = predator_policy
         self._begun: list[int] = []  # slots whose episode began after the predator policy's last action
         self.options = options
@@ -241,7 +241,7 @@ class FlockBatch:
         is_one = not isinstance(slots, Iterable) or (isinstance(slots, np.ndarray) and slots.ndim == 0)
         given = [slots] if is_one else list(slots)
         if not given:
-            raise ArgumentError("flocks", "an index or indices", "none")
+            raise InputError("flocks", "an index or indices", "none")
         most = self.num_flocks - 1
         return [as_count(slot, f"flocks[{place}]", least=0, most=most) for place, slot in enumerate(given)]
 

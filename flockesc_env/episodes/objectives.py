@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
@@ -92,7 +92,7 @@ class ObjectiveSpec:
         """Check that the scenario has the field that the objective requires."""
         if not self.is_defined_in(scenario):
             expected = f"{self.requires}, which the objective {self.name} requires"
-            raise ArgumentError("scenario", expected, "none")
+            raise InputError("scenario", expected, "none")
 
 
 OBJECTIVES: Final = tuple(ObjectiveSpec(**json.loads(row)) for row in _core.objectives())

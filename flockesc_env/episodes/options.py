@@ -13,7 +13,7 @@ import numpy as np
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats
-from flockesc_env.common.errors import OptionError, shown, shown_name
+from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.episodes.objectives import Objective
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -84,7 +84,7 @@ class ActionOptions:
         steps_per_action: number of model steps per action. The last action of an episode may last fewer.
 
     Raises:
-        OptionError: if an option is out of bounds.
+        InputError: if an option is out of bounds.
     """
 
     action_mode: ActionMode = "normalized"
@@ -94,19 +94,19 @@ class ActionOptions:
     steps_per_action: int = 1
 
     def __post_init__(self) -> None:
-        as_choice(self.action_mode, "action_mode", get_args(ActionMode), OptionError)
-        low = float(as_floats(self.min_range, "min_range", (), OptionError, least=0.0))
-        high = float(as_floats(self.max_range, "max_range", (), OptionError))
+        as_choice(self.action_mode, "action_mode", get_args(ActionMode))
+        low = float(as_floats(self.min_range, "min_range", (), least=0.0))
+        high = float(as_floats(self.max_range, "max_range", ()))
         if high <= low:
-            raise OptionError("max_range", f"a number above min_range = {low}", high)
+            raise InputError("max_range", f"a number above min_range = {low}", high)
         if self.action_mode == "range" and high > _LARGEST_ACTION:
-            raise OptionError("max_range", f"at most {_LARGEST_ACTION}, the largest float32", high)
-        steps = as_count(self.steps_per_action, "steps_per_action", OptionError)
+            raise InputError("max_range", f"at most {_LARGEST_ACTION}, the largest float32", high)
+        steps = as_count(self.steps_per_action, "steps_per_action")
         self._convert(min_range=low, max_range=high, steps_per_action=steps)
         if self.range_grid is not None:
-            grid = as_floats(self.range_grid, "range_grid", error=OptionError)
+            grid = as_floats(self.range_grid, "range_grid")
             if grid.ndim != 1 or not grid.size or grid.min() < low or grid.max() > high:
-                raise OptionError("range_grid", f"ranges from {low} to {high}", shown(self.range_grid))
+                raise InputError("range_grid", f"ranges from {low} to {high}", shown(self.range_grid))
             self._convert(range_grid=tuple(grid.tolist()))
 
     def replace(self, **changes: Any) -> Self:
@@ -149,7 +149,7 @@ class EnvOptions(ActionOptions):
             and time of the closest approach of the predator.
 
     Raises:
-        OptionError: if an option is out of bounds.
+        InputError: if an option is out of bounds.
     """
 
     objective: Objective = "mean"
@@ -161,14 +161,14 @@ class EnvOptions(ActionOptions):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        as_choice(self.objective, "objective", get_args(Objective), OptionError)
-        as_choice(self.reward, "reward", get_args(Reward), OptionError)
+        as_choice(self.objective, "objective", get_args(Objective))
+        as_choice(self.reward, "reward", get_args(Reward))
         sensing = self.predator_sensing_range
         if sensing is not None and not (isinstance(sensing, str) and sensing == "predator_range"):
-            sensing = float(as_floats(sensing, "predator_sensing_range", (), OptionError, least=0.0))
+            sensing = float(as_floats(sensing, "predator_sensing_range", (), least=0.0))
         self._convert(
             predator_sensing_range=sensing,
-            count_components=as_flag(self.count_components, "count_components", OptionError),
+            count_components=as_flag(self.count_components, "count_components"),
             profile_ranges=_as_profile_ranges(self.profile_ranges, self.max_range),
             extra_entries=_as_extra_entries(self.extra_entries),
         )
@@ -190,7 +190,7 @@ class LineOptions(ActionOptions):
             d_ss - d(0). ``"terminal"``: the same sum, in the last step.
 
     Raises:
-        OptionError: if an option is out of bounds.
+        InputError: if an option is out of bounds.
     """
 
     max_range: float = 1.0
@@ -198,7 +198,7 @@ class LineOptions(ActionOptions):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        as_choice(self.reward, "reward", get_args(LineReward), OptionError)
+        as_choice(self.reward, "reward", get_args(LineReward))
 
     def to_core(self) -> str:
         """Return the options as JSON, for the compiled core."""
@@ -209,24 +209,24 @@ class LineOptions(ActionOptions):
 def _as_profile_ranges(ranges: Sequence[float] | None, max_range: float) -> tuple[float, ...] | None:
     if ranges is None:
         return None
-    values = as_floats(ranges, "profile_ranges", error=OptionError)
+    values = as_floats(ranges, "profile_ranges")
     if values.ndim != 1 or not 1 <= values.size <= MAX_PROFILE_RANGES:
-        raise OptionError("profile_ranges", f"1 to {MAX_PROFILE_RANGES} ranges", shown(ranges))
+        raise InputError("profile_ranges", f"1 to {MAX_PROFILE_RANGES} ranges", shown(ranges))
     if values.min() < 0 or values.max() > max_range:
-        raise OptionError("profile_ranges", f"ranges from 0 to max_range = {max_range}", shown(ranges))
+        raise InputError("profile_ranges", f"ranges from 0 to max_range = {max_range}", shown(ranges))
     if (np.diff(values) <= 0).any():
-        raise OptionError("profile_ranges", "increasing ranges", shown(ranges))
+        raise InputError("profile_ranges", "increasing ranges", shown(ranges))
     return tuple(values.tolist())
 
 
 def _as_extra_entries(given: Any) -> tuple[ExtraEntries, ...]:
     names = get_args(ExtraEntries)
     if isinstance(given, str) or not isinstance(given, Sequence):
-        raise OptionError("extra_entries", f"a list of {', '.join(names)}", shown(given))
+        raise InputError("extra_entries", f"a list of {', '.join(names)}", shown(given))
     for index, name in enumerate(given):
-        as_choice(name, f"extra_entries[{index}]", names, OptionError)
+        as_choice(name, f"extra_entries[{index}]", names)
         if name in given[:index]:
-            raise OptionError(f"extra_entries[{index}]", "different entries", shown(given))
+            raise InputError(f"extra_entries[{index}]", "different entries", shown(given))
     return tuple(given)
 
 
@@ -268,7 +268,7 @@ def env_options(
     options = _known_options(given, known, EnvOptions, FlockScenario)
     if isinstance(scenario.neighbor_rule, Topological) and "max_range" not in options:
         expected = "the largest number of neighbors, required by a topological rule"
-        raise OptionError("max_range", expected, "none")
+        raise InputError("max_range", expected, "none")
     return EnvOptions(**options)
 
 
@@ -288,6 +288,6 @@ def _known_options(
     for name in (name for name in given if name not in names):
         if name in parameters:
             hint = f"a field of the scenario; pass scenario={model.__name__}({name}=...)"
-            raise OptionError(name, "an option of the environment", hint)
-        raise OptionError(name, f"one of {', '.join(names)}", shown_name(name, names))
+            raise InputError(name, "an option of the environment", hint)
+        raise InputError(name, f"one of {', '.join(names)}", shown_name(name, names))
     return {field.name: given[field.name] for field in dataclasses.fields(options) if field.name in given}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.common.errors import ActionError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.action_checks import plain_array
 from flockesc_env.episodes.spaces import ObservationLayout, predator_layout
 from flockesc_env.scenario.flock import FlockScenario
@@ -53,14 +53,14 @@ class PredatorPolicySpec:
         """Return stacked actions, shape (count, D), as a new float64 array; ``name``: of the argument.
 
         Raises:
-            ActionError: if the dtype or shape is wrong, or an action is outside the action space.
+            InputError: if the dtype or shape is wrong, or an action is outside the action space.
         """
         plain = plain_array(actions, (count, self.dimension), name)
         clipped = _core.clipped(plain)
         is_invalid = np.isnan(clipped).any(axis=1)
         if is_invalid.any():
             first = int(np.argmax(is_invalid))
-            raise ActionError(f"{name}[{first}]", _BOUNDS, plain[first].tolist())
+            raise InputError(f"{name}[{first}]", _BOUNDS, plain[first].tolist())
         return clipped
 
     def plain_one(self, action: Any, name: str = "action") -> FloatArray:
@@ -68,7 +68,7 @@ class PredatorPolicySpec:
         plain = plain_array(action, (self.dimension,), name)
         clipped = _core.clipped(plain[np.newaxis])
         if np.isnan(clipped).any():
-            raise ActionError(name, _BOUNDS, plain.tolist())
+            raise InputError(name, _BOUNDS, plain.tolist())
         return clipped
 
     def plain_of(self, names: list[str], actions: Mapping[str, Any]) -> FloatArray:
@@ -76,7 +76,7 @@ class PredatorPolicySpec:
         labels = {name: f"action of {name!r}" for name in names}
         for name, label in labels.items():
             if name not in actions:
-                raise ActionError(label, "an action", "none")
+                raise InputError(label, "an action", "none")
         return np.concatenate([self.plain_one(actions[name], label) for name, label in labels.items()])
 
 

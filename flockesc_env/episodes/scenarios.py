@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from flockesc_env.common.errors import ScenarioError
+from flockesc_env.common.errors import InputError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
 
@@ -24,13 +24,13 @@ def as_scenarios(given: Scenarios | None) -> FlockScenario | list[FlockScenario]
     if isinstance(given, str) or not isinstance(given, Sequence):
         return as_scenario(given, FlockScenario)
     if not given:
-        raise ScenarioError("scenario", "one scenario per flock", "an empty list")
+        raise InputError("scenario", "one scenario per flock", "an empty list")
     scenarios = []
     for flock, one in enumerate(given):
         try:
             scenarios.append(as_scenario(one, FlockScenario))
-        except ScenarioError as error:
-            raise ScenarioError(f"scenario[{flock}]", error.expected, error.given) from None
+        except InputError as error:
+            raise InputError(f"scenario[{flock}]", error.expected, error.given) from None
     return scenarios
 
 
@@ -41,12 +41,12 @@ def distinct_scenarios(
     if isinstance(given, FlockScenario):
         return [given], [0] * num_flocks
     if len(given) != num_flocks:
-        raise ScenarioError("scenario", f"a list of {num_flocks}, one scenario per flock", len(given))
+        raise InputError("scenario", f"a list of {num_flocks}, one scenario per flock", len(given))
     for flock, scenario in enumerate(given):
         for name, value_of in _ALIKE.items():
             expected, value = value_of(given[0]), value_of(scenario)
             if value != expected:
-                raise ScenarioError(f"scenario[{flock}].{name}", f"{expected}, as in scenario[0]", value)
+                raise InputError(f"scenario[{flock}].{name}", f"{expected}, as in scenario[0]", value)
     documents = [scenario.to_json() for scenario in given]
     distinct = dict(zip(documents, given, strict=True))
     indices = {document: index for index, document in enumerate(distinct)}

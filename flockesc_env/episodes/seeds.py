@@ -20,7 +20,7 @@ def episode_seed(seed: int, episode: int) -> int:
         episode: index of the episode, an integer in [0, 2^64).
 
     Raises:
-        ArgumentError: if an argument is not an integer in [0, 2^64).
+        InputError: if an argument is not an integer in [0, 2^64).
     """
     return _core.episode_seed(as_seed(seed), as_seed(episode, "episode"))
 

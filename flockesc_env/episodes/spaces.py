@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import GRID_SIZE, ActionOptions, EnvOptions, LineOptions, View
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -66,7 +66,7 @@ class RangeActions:
             label: returns the name of an action for error messages; ``None``: ``action[i]``.
 
         Raises:
-            ActionError: if the dtype or shape is wrong, or an action is outside the action space.
+            InputError: if the dtype or shape is wrong, or an action is outside the action space.
         """
         return self.core.to_ranges(actions, count, label)
 
@@ -84,12 +84,12 @@ class RangeActions:
             int64 of shape (k,).
 
         Raises:
-            ArgumentError: if a range is outside [``min_range``, ``max_range``].
+            InputError: if a range is outside [``min_range``, ``max_range``].
         """
         outside = ~((ranges >= self.min_range) & (ranges <= self.max_range))
         if outside.any():
             bounds = f"a number from {self.min_range} to {self.max_range}"
-            raise ArgumentError("interaction_range", bounds, ranges[outside][0])
+            raise InputError("interaction_range", bounds, ranges[outside][0])
         if self.grid is not None:
             indices: NDArray[np.int64] = np.abs(ranges[:, None] - self.grid).argmin(axis=1)
             return indices
@@ -127,7 +127,7 @@ class ObservationLayout:
     def index(self, name: str) -> int:
         """Return the column of an entry."""
         if name not in self.names:
-            raise ArgumentError("observation", f"an entry {name!r}", f"only {', '.join(self.names)}")
+            raise InputError("observation", f"an entry {name!r}", f"only {', '.join(self.names)}")
         return self.names.index(name)
 
 

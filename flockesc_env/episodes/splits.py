@@ -6,7 +6,7 @@ above all of these ranges.
 
 from collections.abc import Iterable
 
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 
 TUNING = range(1_000_000, 2_000_000)
 """Flocks for choosing the best fixed range, hyperparameters and checkpoints."""
@@ -24,14 +24,14 @@ def training_seeds(seed: int, first: int, count: int) -> range:
     """Return the seeds of ``count`` flocks of the training run ``seed``, from its flock ``first`` on.
 
     Raises:
-        ArgumentError: if ``seed`` is out of bounds, or the run has fewer flocks.
+        InputError: if ``seed`` is out of bounds, or the run has fewer flocks.
     """
     runs = len(TRAINING) // FLOCKS_PER_RUN
     if not 0 <= seed < runs:
-        raise ArgumentError("seed", f"an integer from 0 to {runs - 1}", seed)
+        raise InputError("seed", f"an integer from 0 to {runs - 1}", seed)
     if first < 0 or count < 1 or first + count > FLOCKS_PER_RUN:
         given = f"[{first}, {first + count})"
-        raise ArgumentError("flocks of a run", f"indices in [0, {FLOCKS_PER_RUN})", given)
+        raise InputError("flocks of a run", f"indices in [0, {FLOCKS_PER_RUN})", given)
     start = TRAINING.start + seed * FLOCKS_PER_RUN + first
     return range(start, start + count)
 
@@ -40,10 +40,10 @@ def first_seeds(purpose: range, count: int) -> range:
     """Return the first ``count`` seeds of ``TUNING`` or ``HELD_OUT``.
 
     Raises:
-        ArgumentError: if there are fewer.
+        InputError: if there are fewer.
     """
     if not 1 <= count <= len(purpose):
-        raise ArgumentError("flocks", f"an integer from 1 to {len(purpose)}", count)
+        raise InputError("flocks", f"an integer from 1 to {len(purpose)}", count)
     return purpose[:count]
 
 
@@ -51,9 +51,9 @@ def refuse_held_out(flocks: Iterable[int]) -> None:
     """Check that seeds by which something is chosen are not held out.
 
     Raises:
-        ArgumentError: if a seed is in ``HELD_OUT``.
+        InputError: if a seed is in ``HELD_OUT``.
     """
     for seed in flocks:
         if seed in HELD_OUT:
             expected = f"seeds outside of the held-out ones, {HELD_OUT.start} to {HELD_OUT.stop - 1}"
-            raise ArgumentError("seeds", expected, seed)
+            raise InputError("seeds", expected, seed)

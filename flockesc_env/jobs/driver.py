@@ -13,7 +13,7 @@ from typing import Any
 from tqdm import tqdm
 
 from flockesc_env.common.checks import as_flag, as_floats, as_instance, as_path, as_text
-from flockesc_env.common.errors import ArgumentError, JobError, shown
+from flockesc_env.common.errors import InputError, JobError, shown
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import check_writable
 from flockesc_env.jobs.cache import Cache
@@ -40,7 +40,7 @@ def find_backend(spec: str) -> Backend:
     """Return the back end that a text such as ``"processes:4"`` names.
 
     Raises:
-        ArgumentError: if there is none.
+        InputError: if there is none.
         MissingExtraError: if a library is not installed.
     """
     name, _, rest = as_text(spec, "backend").partition(":")
@@ -60,7 +60,7 @@ def find_backend(spec: str) -> Backend:
 
         options = {key: int(value) if _NUMBER.fullmatch(value) else value for key, _, value in pairs}
         return partial(slurm, **options)  # type: ignore[arg-type]  # submitit checks them
-    raise ArgumentError("backend", f"one of {BACKENDS}", shown(spec))
+    raise InputError("backend", f"one of {BACKENDS}", shown(spec))
 
 
 def run(
@@ -135,7 +135,7 @@ def run_jobs(
         progress: whether to show a progress bar even if stderr is not a terminal.
 
     Raises:
-        ArgumentError: for an unknown back end, a function that cannot be imported or other arguments.
+        InputError: for an unknown back end, a function that cannot be imported or other arguments.
         JobError: if calls fail, with their arguments and tracebacks; the results of all others are kept.
         KeyboardInterrupt: on Ctrl-C; finished results are kept.
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import in_job
-from flockesc_env.common.errors import ArgumentError, JobError, shown
+from flockesc_env.common.errors import InputError, JobError, shown
 from flockesc_env.jobs.keys import encoded
 
 Arrays = dict[str, NDArray[Any]]
@@ -62,13 +62,13 @@ class Job:
         """A hash of everything that the results depend on, the compiled core included.
 
         Raises:
-            ArgumentError: if an argument has another type than those that ``Job`` names.
+            InputError: if an argument has another type than those that ``Job`` names.
         """
         try:
             parts = [self.function, self.engine, encoded(self.arguments)]
             text = json.dumps(parts, ensure_ascii=False)
         except RecursionError:
-            raise ArgumentError("arguments", "plain data", shown(self.arguments)) from None
+            raise InputError("arguments", "plain data", shown(self.arguments)) from None
         return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
     def run(self) -> Arrays:

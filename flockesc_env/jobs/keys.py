@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
@@ -33,7 +33,7 @@ def import_name(named: object, field: str, expected: str) -> str:
         main = sys.modules[module]
         module = main.__spec__.name if main.__spec__ else Path(getattr(main, "__file__", "<none>")).stem
     if not is_found or not f"{module}{name}".replace(".", "").isidentifier():
-        raise ArgumentError(field, expected, shown(named))
+        raise InputError(field, expected, shown(named))
     return f"{module}:{name}"
 
 
@@ -55,7 +55,7 @@ def encoded(value: Any) -> Any:
         case _ if dataclasses.is_dataclass(kind) and not isinstance(value, _PLAIN):
             names = [part.name for part in dataclasses.fields(kind)]
             return [name, [[part, encoded(getattr(value, part))] for part in names]]
-    raise ArgumentError("arguments", "plain data", shown(value))
+    raise InputError("arguments", "plain data", shown(value))
 
 
 def _content(value: Any) -> Any:
@@ -78,4 +78,4 @@ def _content(value: Any) -> Any:
             return [encoded(entry) for entry in value]
         case dict():
             return [[encoded(key), encoded(entry)] for key, entry in value.items()]
-    raise ArgumentError("arguments", "plain data", shown(value))
+    raise InputError("arguments", "plain data", shown(value))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import ray
 
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.jobs.cache import Cache
 from flockesc_env.jobs.job import Job, Outcome, Outcomes
 
@@ -25,7 +25,7 @@ def ray_tasks(jobs: Sequence[Job], cache: Cache, address: str | None = None) -> 
         try:
             ray.init(address, log_to_driver=False, logging_level="WARNING")
         except (ConnectionError, ValueError) as error:
-            raise ArgumentError("backend", "a Ray cluster that can be reached", error) from None
+            raise InputError("backend", "a Ray cluster that can be reached", error) from None
     attempt = ray.remote(num_cpus=1, max_retries=-1)(Job.attempt)
     cores = int(ray.cluster_resources().get("CPU", 1))
     waiting, pending = deque(jobs), dict[ray.ObjectRef, Job]()

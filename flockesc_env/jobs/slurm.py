@@ -14,7 +14,7 @@ from submitit.core.utils import FailedJobError
 from submitit.helpers import DelayedSubmission
 from tqdm import tqdm
 
-from flockesc_env.common.errors import ArgumentError, JobError
+from flockesc_env.common.errors import InputError, JobError
 from flockesc_env.jobs.cache import Cache
 from flockesc_env.jobs.job import Job, Outcome, Outcomes
 from flockesc_env.jobs.processes import one_thread_each
@@ -117,7 +117,7 @@ def slurm(jobs: Sequence[Job], cache: Cache, cluster: str = "slurm", **options: 
             queue.ask([])
         tasks = submit(chunked(jobs), 1)
     except (AssertionError, NameError, RuntimeError, ValueError) as error:
-        raise ArgumentError("backend", "a cluster that answers and options that it knows", error) from None
+        raise InputError("backend", "a cluster that answers and options that it knows", error) from None
     try:
         while tasks:
             if cluster == "slurm" and time.monotonic() >= due:

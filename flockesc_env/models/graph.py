@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_floats, as_vector
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
 
@@ -35,8 +35,8 @@ def component_labels(
         Labels, shape (n,): the smallest index of an agent in the same component.
 
     Raises:
-        ArgumentError: if an argument has a wrong shape, is not finite, or a range is negative.
-        ScenarioError: if the name is not a preset of a flock.
+        InputError: if an argument has a wrong shape, is not finite, or a range is negative; if the name is
+            not a preset of a flock.
 
     Examples:
         >>> component_labels(None, [[0, 0], [1, 0], [9, 0]], 2.0)
@@ -81,17 +81,17 @@ def _core_arguments(
         scenario = as_scenario(scenario, FlockScenario)
     points = as_floats(positions, "positions")
     if points.ndim != 2 or points.shape[1] not in {2, 3} or not len(points):
-        raise ArgumentError("positions", "shape (n, 2) or (n, 3) with n >= 1", f"shape {points.shape}")
+        raise InputError("positions", "shape (n, 2) or (n, 3) with n >= 1", f"shape {points.shape}")
     if scenario is not None and points.shape[1] != scenario.dimension:
         expected = f"shape (n, {scenario.dimension}), because the dimension is {scenario.dimension}"
-        raise ArgumentError("positions", expected, f"shape {points.shape}")
+        raise InputError("positions", expected, f"shape {points.shape}")
     if velocities is None and scenario is not None and scenario.blind_angle > 0:
-        raise ArgumentError("velocities", f"shape {points.shape}, for the scenario's blind angle", None)
+        raise InputError("velocities", f"shape {points.shape}, for the scenario's blind angle", None)
     moves = np.zeros_like(points) if velocities is None else as_floats(velocities, "velocities", points.shape)
     ranges = as_floats(interaction_range, "interaction_range")
     if ranges.shape not in {(), (len(points),)}:
         expected = f"a scalar or shape ({len(points)},)"
-        raise ArgumentError("interaction_range", expected, f"shape {ranges.shape}")
+        raise InputError("interaction_range", expected, f"shape {ranges.shape}")
     document = None if scenario is None else scenario.to_json()
     return document, points, moves, np.atleast_1d(ranges)
 
@@ -104,7 +104,7 @@ def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:
         interaction_range: rho.
 
     Raises:
-        ArgumentError: if the states are not a vector of finite numbers, the range is not a number >= 0.
+        InputError: if the states are not a vector of finite numbers, the range is not a number >= 0.
         MemoryError: for the matrix.
     """
     return _core.perron_matrix(*_line(states, interaction_range))

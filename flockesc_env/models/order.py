@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray, as_array, as_floats, as_instance, as_integer
-from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import require
 from flockesc_env.models.simulate import Trajectory
 
@@ -23,12 +23,12 @@ def rotation(trajectory: Trajectory) -> FloatArray:
     perfect mill, 0 in a swarm or a parallel flock.
 
     Raises:
-        ArgumentError: if the argument is not a run of a flock, or the world is periodic and so has no
+        InputError: if the argument is not a run of a flock, or the world is periodic and so has no
             centroid.
     """
     run = as_instance(trajectory, "trajectory", Trajectory)
     if run.scenario.periodic_side is not None:
-        raise ArgumentError("trajectory", "a run in an open world", "one in a periodic world")
+        raise InputError("trajectory", "a run in an open world", "one in a periodic world")
     alive = _alive(run)[..., None]
     count = np.maximum(alive.sum(axis=1, keepdims=True), 1)
     center = (run.positions * alive).sum(axis=1, keepdims=True) / count
@@ -45,7 +45,7 @@ def nearest_neighbor_distances(trajectory: Trajectory) -> FloatArray:
     The shape is (T + 1, n). Distances are NaN for caught agents and infinite for the last agent left.
 
     Raises:
-        ArgumentError: if the argument is not a run of a flock.
+        InputError: if the argument is not a run of a flock.
         MissingExtraError: if the ``analysis`` extra is not installed.
     """
     run = as_instance(trajectory, "trajectory", Trajectory)
@@ -64,7 +64,7 @@ def density(trajectory: Trajectory) -> FloatArray:
     and NaN if no agent is left.
 
     Raises:
-        ArgumentError: if the argument is not a run of a flock.
+        InputError: if the argument is not a run of a flock.
         MissingExtraError: if the ``analysis`` extra is not installed.
     """
     run = as_instance(trajectory, "trajectory", Trajectory)
@@ -89,7 +89,7 @@ def correlation_length(trajectory: Trajectory) -> FloatArray:
     are in memory. The shape is (T + 1,). Lengths are NaN if all velocities or all positions are equal.
 
     Raises:
-        ArgumentError: if the argument is not a run of a flock.
+        InputError: if the argument is not a run of a flock.
         MissingExtraError: if the ``analysis`` extra is not installed.
     """
     run = as_instance(trajectory, "trajectory", Trajectory)
@@ -113,11 +113,11 @@ def binder_cumulant(
         axis: axes that the means <> run over; ``None``: all.
 
     Raises:
-        ArgumentError: if there are no values, they are not finite, or an axis does not exist.
+        InputError: if there are no values, they are not finite, or an axis does not exist.
     """
     values = as_floats(order_parameter, "order_parameter")
     if not values.size:
-        raise ArgumentError("order_parameter", "at least one value", "none")
+        raise InputError("order_parameter", "at least one value", "none")
     axes = range(values.ndim) if axis is None else np.ravel(as_array(axis, "axis")).tolist()
     over = tuple(as_integer(each, "axis") for each in axes)
     try:
@@ -127,7 +127,7 @@ def binder_cumulant(
         fourth, second = (squares**2).mean(axis=over), squares.mean(axis=over)
     except (ValueError, OverflowError):  # an axis that does not exist, or one twice
         expected = f"different axes of an array of shape {values.shape}"
-        raise ArgumentError("axis", expected, shown(axis)) from None
+        raise InputError("axis", expected, shown(axis)) from None
     with np.errstate(invalid="ignore"):
         found: FloatArray | np.float64 = 1 - fourth / (3 * second**2)
     return found

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_instance, as_path, as_text
-from flockesc_env.common.errors import RecordError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, simulate, simulate_line
 from flockesc_env.scenario.document import from_fields
 from flockesc_env.scenario.flock import FlockScenario
@@ -56,7 +56,7 @@ def save_run(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name:
         name: name of the run, for example of its policy.
 
     Raises:
-        ArgumentError: if an argument has the wrong type.
+        InputError: if an argument has the wrong type.
     """
     file_path = as_path(path)
     model = "flock" if isinstance(as_run(trajectory, "trajectory"), Trajectory) else "line"
@@ -76,12 +76,11 @@ def load_run(path: str | Path) -> RecordedRun:
     """Read a run that ``save_run`` wrote. Untrusted files are safe: no code in them is executed.
 
     Raises:
-        ArgumentError: if ``path`` is not a path.
+        InputError: if ``path`` is not a path; if the file is damaged, a part is missing or has a wrong form,
+            or a number is impossible: NaN, infinite (except distances without a predator), a negative
+            distance, range or count, or a fraction above 1; if the scenario is invalid in this version of the
+            package.
         FileNotFoundError: if the file does not exist.
-        RecordError: if the file is damaged, a part is missing or has a wrong form, or a number is impossible:
-            NaN, infinite (except distances without a predator), a negative distance, range or count, or a
-            fraction above 1.
-        ScenarioError: if the scenario is invalid in this version of the package.
     """
     path = as_path(path)
     header, columns = read_document(path, "a recorded run (npz)", "num_components")
@@ -91,7 +90,7 @@ def load_run(path: str | Path) -> RecordedRun:
         name, recorded_with = str(header["name"]), dict(header["versions"])
     except (ValueError, KeyError, TypeError) as error:
         expected = "model, scenario, seed, is_start_given, name and versions"
-        raise RecordError("header", expected, repr(error)) from None
+        raise InputError("header", expected, repr(error)) from None
     return RecordedRun(_trajectory(from_fields(model, fields), origin, columns), name, recorded_with)
 
 
@@ -101,7 +100,7 @@ def replay_run(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTraj
     If the initial state was given, the recorded one is used.
 
     Raises:
-        ArgumentError: if ``trajectory`` is not a run.
+        InputError: if ``trajectory`` is not a run.
     """
     as_run(trajectory, "trajectory")
     seed, is_given = trajectory.seed, trajectory.is_start_given
@@ -125,7 +124,7 @@ def run_differences(recorded: Trajectory | LineTrajectory, again: Trajectory | L
     There is one line per attribute that differs, with its first difference, and none if all bits are equal.
 
     Raises:
-        ArgumentError: if an argument is not a run, or the runs have different types.
+        InputError: if an argument is not a run, or the runs have different types.
     """
     as_instance(again, "again", type(as_run(recorded, "recorded")))
     found = []
@@ -149,21 +148,21 @@ def _trajectory(
     """Return the run with these columns after a check of their dtypes, shapes and numbers."""
     kind = Trajectory if isinstance(scenario, FlockScenario) else LineTrajectory
     if set(columns) != set(_columns(kind)):
-        raise RecordError("columns", ", ".join(_columns(kind)), ", ".join(sorted(columns)))
+        raise InputError("columns", ", ".join(_columns(kind)), ", ".join(sorted(columns)))
     seed, is_given = origin["seed"], origin["is_start_given"]
     if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**64:
-        raise RecordError("seed", "an integer from 0 to 2^64 - 1", shown(seed))
+        raise InputError("seed", "an integer from 0 to 2^64 - 1", shown(seed))
     if not isinstance(is_given, bool):
-        raise RecordError("is_start_given", "true or false", shown(is_given))
+        raise InputError("is_start_given", "true or false", shown(is_given))
     for name, (dtype, shape, low, high) in _layout(scenario, columns).items():
         column = columns[name]
         if column.dtype != dtype or column.shape != shape:
-            raise RecordError(name, f"{dtype} of shape {shape}", f"{column.dtype} of shape {column.shape}")
+            raise InputError(name, f"{dtype} of shape {shape}", f"{column.dtype} of shape {column.shape}")
         outside = np.argwhere(~((column >= low) & (column <= high)))
         if len(outside):
             at = tuple(map(int, outside[0]))
             expected = f"a number from {low:g} to {high:g}"
-            raise RecordError(f"{name}{list(at) if at else ''}", expected, column[at])
+            raise InputError(f"{name}{list(at) if at else ''}", expected, column[at])
     scalars = {name: value.item() if value.ndim == 0 else value for name, value in columns.items()}
     return kind(scenario=scenario, **origin, **scalars)  # type: ignore[arg-type]
 

@@ -20,7 +20,7 @@ from flockesc_env.common.checks import (
     as_threads,
     as_vector,
 )
-from flockesc_env.common.errors import ArgumentError, shown_name
+from flockesc_env.common.errors import InputError, shown_name
 from flockesc_env.common.extras import figure_style, require
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress, reporting
@@ -133,11 +133,10 @@ def scan(
             about twenty times per second; an exception that it raises stops the scan.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite, or the
-            field does not exist.
+        InputError: if an argument has the wrong type or shape, or is negative or not finite, or the field
+            does not exist; if the name is not a preset of a flock, a value is out of bounds, or the
+            scenario's ``randomization`` draws the field.
         MemoryError: for the polarizations.
-        ScenarioError: if the name is not a preset of a flock, a value is out of bounds, or the scenario's
-            ``randomization`` draws the field.
 
     Examples:
         >>> result = scan("vicsek", "angular_noise", [0.0, 3.0, 6.0], 10.0, seeds=range(5), skip=50)
@@ -147,7 +146,7 @@ def scan(
     model = as_scenario(scenario, FlockScenario)
     path = as_text(field, "field")
     if path == "num_steps":
-        raise ArgumentError("field", "a field other than num_steps, on which shapes depend", path)
+        raise InputError("field", "a field other than num_steps, on which shapes depend", path)
     given = as_vector(values, "values")
     check_not_drawn(model, [path])
     scenarios = [_replaced(model, path, value, path) for value in given.tolist()]
@@ -169,7 +168,7 @@ def _replaced(part: Any, path: str, value: float, field: str) -> Any:
     known = [each.name for each in dataclasses.fields(part)] if dataclasses.is_dataclass(part) else []
     if name not in known:
         expected = f"a number of the scenario; {name!r} is not one of {', '.join(known) or 'no fields'}"
-        raise ArgumentError("field", expected, shown_name(field, known))
+        raise InputError("field", expected, shown_name(field, known))
     old = getattr(part, name)
     if rest:
         new = _replaced(old, rest, value, field)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_threads
-from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import data_frame
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
@@ -157,22 +157,22 @@ class LineTrajectory(Displayed):
 def as_run(value: Any, field: str) -> Trajectory | LineTrajectory:
     """Return a run after a check of its type."""
     if not isinstance(value, Trajectory | LineTrajectory):
-        raise ArgumentError(field, "a Trajectory or LineTrajectory", shown(value))
+        raise InputError(field, "a Trajectory or LineTrajectory", shown(value))
     return value
 
 
 def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
     """Return a list of pairs (name, run of a flock) after a check of the types."""
     if not isinstance(value, Sequence) or isinstance(value, str | bytes):
-        raise ArgumentError("runs", "a list of runs", shown(value))
+        raise InputError("runs", "a list of runs", shown(value))
     if not value:
-        raise ArgumentError("runs", "at least one run", "none")
+        raise InputError("runs", "at least one run", "none")
     for index, run in enumerate(value):
         match run:
             case (str(), Trajectory()):
                 pass
             case _:
-                raise ArgumentError(f"runs[{index}]", "a name and a Trajectory", shown(run))
+                raise InputError(f"runs[{index}]", "a name and a Trajectory", shown(run))
     return list(value)
 
 
@@ -227,9 +227,9 @@ def simulate(
         ``Trajectory`` or, for a line, ``LineTrajectory``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
+        InputError: if an argument has the wrong type or shape, or is negative or not finite; if the name is
+            not a preset, or the scenario draws a number that is out of bounds.
         MemoryError: for the run.
-        ScenarioError: if the name is not a preset, or the scenario draws a number that is out of bounds.
 
     Examples:
         >>> run = simulate("paper-flock", 10.0, seed=7)
@@ -249,7 +249,7 @@ def simulate(
         }
         for name, value in given.items():
             if value is not None:
-                raise ArgumentError(name, "None for a line", shown(value))
+                raise InputError(name, "None for a line", shown(value))
         return simulate_line(model, interaction_range, seed=seed)  # type: ignore[arg-type]  # checked there
     shape = (model.num_agents, model.dimension)
     positions = _given(initial_positions, "initial_positions", shape)
@@ -323,15 +323,15 @@ def _ranges(
     """Return the ranges as a matrix of shape (1 or T, 1 or n)."""
     if (interaction_range is None) == (schedule is None):
         given = "neither" if schedule is None else "both"
-        raise ArgumentError("interaction_range", "either interaction_range or schedule", given)
+        raise InputError("interaction_range", "either interaction_range or schedule", given)
     agents, steps = scenario.num_agents, scenario.num_steps
     if schedule is None:
         ranges = as_floats(interaction_range, "interaction_range", least=0.0)
         if ranges.shape not in {(), (agents,)}:
             expected = f"a scalar or shape ({agents},)"
-            raise ArgumentError("interaction_range", expected, f"shape {ranges.shape}")
+            raise InputError("interaction_range", expected, f"shape {ranges.shape}")
         return np.atleast_2d(ranges)
     ranges = as_floats(schedule, "schedule", least=0.0)
     if ranges.shape not in {(steps, 1), (steps, agents)}:
-        raise ArgumentError("schedule", f"shape ({steps}, 1) or ({steps}, {agents})", f"shape {ranges.shape}")
+        raise InputError("schedule", f"shape ({steps}, 1) or ({steps}, {agents})", f"shape {ranges.shape}")
     return ranges

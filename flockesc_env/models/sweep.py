@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env import _core
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.checks import FloatArray, as_choice, as_path, as_seeds, as_threads, as_vector
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import data_frame, figure_style, require
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress, reporting
@@ -39,7 +39,7 @@ class SweepResult(Displayed):
     """Results of ``sweep`` for either model; arrays have shape (ranges, seeds) unless stated otherwise.
 
     Methods take the name of an objective, a key of ``objectives``; ``None``: the first one. They raise
-    ``ArgumentError`` for another name. Tables, figures and intervals raise ``MissingExtraError`` without the
+    ``InputError`` for another name. Tables, figures and intervals raise ``MissingExtraError`` without the
     ``analysis`` extra.
 
     Attributes:
@@ -77,11 +77,11 @@ class SweepResult(Displayed):
         """Return the best fixed range: the range with the largest mean over seeds; if tied, the smallest one.
 
         Raises:
-            ArgumentError: if the scenario has no predator; all distances are infinite then.
+            InputError: if the scenario has no predator; all distances are infinite then.
         """
         mean = self.values(objective).mean(axis=1)
         if not np.isfinite(mean).all():
-            raise ArgumentError("scenario", "a scenario with a predator", "no predators")
+            raise InputError("scenario", "a scenario with a predator", "no predators")
         return float(self.interaction_ranges[np.argmax(mean)])
 
     def hindsight_oracle(self, objective: str | None = None) -> FloatArray:
@@ -98,7 +98,7 @@ class SweepResult(Displayed):
         """Return the mean over seeds and the ends of its percentile bootstrap interval, shape (ranges,).
 
         Raises:
-            ArgumentError: if there is only one seed, or ``confidence`` is not between 0 and 1.
+            InputError: if there is only one seed, or ``confidence`` is not between 0 and 1.
         """
         require("analysis", ["scipy"])
         from flockesc_env.common.stats import mean_with_interval  # optional and slow to import
@@ -112,7 +112,7 @@ class SweepResult(Displayed):
         It shows the 95 % interval, except with one seed. ``figure.savefig("curve.png")`` writes it.
 
         Raises:
-            ArgumentError: if the scenario has no predator.
+            InputError: if the scenario has no predator.
         """
         require("analysis", ["matplotlib", "scipy"])
         from matplotlib.figure import Figure  # optional and slow to import
@@ -157,7 +157,7 @@ class SweepResult(Displayed):
         An existing file is replaced atomically.
 
         Raises:
-            ArgumentError: if ``path`` is not a path.
+            InputError: if ``path`` is not a path.
         """
         write_table(self.table(), as_path(path), {"scenario": self.scenario.to_json()})
 
@@ -231,9 +231,9 @@ def sweep(
         ``FlockSweepResult`` or, for a line, ``LineSweepResult``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or shape, or is negative or not finite.
+        InputError: if an argument has the wrong type or shape, or is negative or not finite; if the name is
+            not a preset, or the scenario draws a number that is out of bounds.
         MemoryError: for the outcomes.
-        ScenarioError: if the name is not a preset, or the scenario draws a number that is out of bounds.
 
     Examples:
         >>> result = sweep("paper-flock", [0, 10, 100], seeds=range(10))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_policy
-from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.episodes.predators import PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
@@ -62,7 +62,7 @@ class RowMemory:
             rows: whether an episode begins in each row of the next observations, shape (k,).
 
         Raises:
-            ArgumentError: if the number of rows changes while some episodes are running.
+            InputError: if the number of rows changes while some episodes are running.
         """
         before = self._begins
         if rows.all() or before is None:
@@ -70,17 +70,17 @@ class RowMemory:
         elif len(rows) == len(before):
             self._begins = before | rows
         else:
-            raise ArgumentError("rows", f"{len(before)} rows as before", len(rows))
+            raise InputError("rows", f"{len(before)} rows as before", len(rows))
 
     def _begin(self, count: int) -> NDArray[np.bool]:
         """Return whether an episode begins in each of ``count`` rows; if ``reset`` was never called, in all.
 
         Raises:
-            ArgumentError: if the number of rows has changed.
+            InputError: if the number of rows has changed.
         """
         begins = np.ones(count, bool) if self._begins is None else self._begins
         if len(begins) != count:
-            raise ArgumentError("observations", f"{len(begins)} rows as before", count)
+            raise InputError("observations", f"{len(begins)} rows as before", count)
         return begins
 
     def _recall(self, begins: NDArray[np.bool], *blank: Any) -> list[NDArray[Any]]:
@@ -121,12 +121,12 @@ class StoredPolicy:
         """Check that an environment has the view and the options of this policy; see ``check_options``.
 
         Raises:
-            ArgumentError: if the view or an option differs.
+            InputError: if the view or an option differs.
         """
         if self.per_agent is not None and per_agent != self.per_agent:
             rows = "agent" if self.per_agent else "flock"
             expected = f"{self.per_agent}, because the policy needs one observation per {rows}"
-            raise ArgumentError("per_agent", expected, per_agent)
+            raise InputError("per_agent", expected, per_agent)
         if self.options is not None:
             check_options(self.options, options, "saved (use **load_policy(path).options)")
 
@@ -137,13 +137,13 @@ def check_options(known: EnvOptions | LineOptions, options: EnvOptions | LineOpt
     The options in ``UNOBSERVED`` may differ.
 
     Raises:
-        ArgumentError: if an option differs.
+        InputError: if an option differs.
     """
     for field in fields(known):
         expected, given = (getattr(each, field.name, None) for each in (known, options))
         if expected != given and field.name not in UNOBSERVED:
             expected = f"{expected!r}, with which the policy was {origin}"
-            raise ArgumentError(field.name, expected, shown(given))
+            raise InputError(field.name, expected, shown(given))
 
 
 def is_per_agent(policy: Any) -> bool:
@@ -170,9 +170,9 @@ def _check_wrappers(env: Any, spec: PolicySpec | PredatorPolicySpec) -> None:
         found = space(env.possible_agents[0]) if callable(space) else space
         is_clipped = name == "action_space" and bool(np.isinf(getattr(found, "low", 0.0)).all())
         if found != expected and not is_clipped:
-            raise ArgumentError(f"env.{name}", "that of env.unwrapped, which no wrapper changes", found)
+            raise InputError(f"env.{name}", "that of env.unwrapped, which no wrapper changes", found)
     if normalizer_of(env) is not None:
-        raise ArgumentError("env", "observations that no VecNormalize changes", shown(env))
+        raise InputError("env", "observations that no VecNormalize changes", shown(env))
 
 
 def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
@@ -190,7 +190,7 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
             ``ClipAction``.
 
     Raises:
-        ArgumentError: if ``policy`` is not a policy; if ``env`` is not an environment of this package; if a
+        InputError: if ``policy`` is not a policy; if ``env`` is not an environment of this package; if a
             wrapper changes a space of ``env`` or normalizes its observations; or if the policy was read from
             a file and an option of the environment differs from the file's.
     """
@@ -202,7 +202,7 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
             inner.policy_spec if hasattr(inner, "policy_spec") else inner.get_attr("policy_spec")[0]
         )
     except (AttributeError, TypeError):
-        raise ArgumentError("env", "an environment of this package", shown(env)) from None
+        raise InputError("env", "an environment of this package", shown(env)) from None
     _check_wrappers(env, spec)
     if isinstance(policy, StoredPolicy):
         policy.check(spec.options, per_agent=spec.per_agent)
@@ -211,7 +211,7 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
 
     def act_on_rows(observations: Observations) -> NDArray[Any]:
         if len(observations) % rows_per_flock:
-            raise ArgumentError("observations", f"{rows_per_flock} rows per flock", len(observations))
+            raise InputError("observations", f"{rows_per_flock} rows per flock", len(observations))
         has_begun = (observations[:, time] == 0).reshape(-1, rows_per_flock).all(axis=1)
         if has_begun.any():
             reset_policy(policy, np.repeat(has_begun, rows_per_flock))
@@ -220,7 +220,7 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
     def act_on_agents(observations: dict[str, Observations]) -> dict[str, Any]:
         for agent in inner.agents:
             if agent not in observations:
-                raise ArgumentError("observations", f"one of {agent!r}", "none")
+                raise InputError("observations", f"one of {agent!r}", "none")
         flock = inner.possible_agents[: spec.num_agents]
         caught = np.zeros(len(spec.layout.names), np.float32)
         actions = act_on_rows(np.stack([observations.get(agent, caught) for agent in flock]))

@@ -11,7 +11,7 @@ import numpy as np
 
 from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_choice, as_instance, as_path
-from flockesc_env.common.errors import ArgumentError, InputError, RecordError, ScenarioError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import suffix_of
 from flockesc_env.episodes.options import View, env_options, line_options
 from flockesc_env.episodes.spaces import PolicySpec, flock_policy_spec, line_policy_spec
@@ -43,15 +43,15 @@ def save_policy(policy: NamedPolicy, path: str | Path) -> None:
         path: path of the file.
 
     Raises:
-        ArgumentError: if an argument has the wrong type.
-        RecordError: if the policy is of another class, has no scenario, or an option is not plain data.
+        InputError: if an argument has the wrong type; if the policy is of another class, has no scenario, or
+            an option is not plain data.
     """
     file_path = as_path(path)
     as_instance(policy, "policy", NamedPolicy)
     inner, scenario = policy.policy, policy.scenario
     if not isinstance(inner, Stored) or scenario is None:
         expected = f"a NetworkPolicy, {', '.join(_RULES)} with its scenario"
-        raise RecordError("policy", expected, type(inner).__name__)
+        raise InputError("policy", expected, type(inner).__name__)
     header = {
         "name": policy.name,
         "model": "flock" if isinstance(scenario, FlockScenario) else "line",
@@ -69,18 +69,17 @@ def save_policy(policy: NamedPolicy, path: str | Path) -> None:
     try:
         write_document(file_path, header, {"parameters": inner.parameters})
     except TypeError as error:
-        raise RecordError("policy.options", "plain numbers and strings", error) from None
+        raise InputError("policy.options", "plain numbers and strings", error) from None
 
 
 def load_policy(path: str | Path) -> NamedPolicy:
     """Read a policy that ``save_policy`` wrote. Untrusted files are safe: no code in them is executed.
 
     Raises:
-        ArgumentError: if ``path`` is not a path.
+        InputError: if ``path`` is not a path; if the file is damaged, is not a policy, contains an unknown
+            option, or its network cannot act in its scenario with its options, for example because it reads
+            an unknown input; if the scenario is invalid in this version of the package.
         FileNotFoundError: if the file does not exist.
-        RecordError: if the file is damaged, is not a policy, contains an unknown option, or its network
-            cannot act in its scenario with its options, for example because it reads an unknown input.
-        ScenarioError: if the scenario is invalid in this version of the package.
     """
     file = as_path(path)
     return parse_policy(file.read_bytes(), file)
@@ -91,12 +90,10 @@ def parse_policy(raw: bytes, path: Path) -> NamedPolicy:
     header, arrays = read_document(path, "a policy", "parameters", raw)
     try:
         return _named_policy(header, arrays["parameters"])
-    except ScenarioError:
-        raise
     except InputError as error:
-        raise RecordError(f"{path}: {error.field}", error.expected, error.given) from None
+        raise InputError(f"{path}: {error.field}", error.expected, error.given) from None
     except (AttributeError, TypeError, ValueError) as error:
-        raise RecordError(str(path), "a policy", repr(error)) from None
+        raise InputError(str(path), "a policy", repr(error)) from None
 
 
 def find_policy(spec: str, argument: str = "policies") -> NamedPolicy:
@@ -108,22 +105,22 @@ def find_policy(spec: str, argument: str = "policies") -> NamedPolicy:
         argument: name of the argument, for the error message.
 
     Raises:
-        ArgumentError: if ``spec`` is neither a built-in policy nor a file.
-        RecordError: if the file is damaged or is not a policy.
+        InputError: if ``spec`` is neither a built-in policy nor a file; if the file is damaged or is not a
+            policy.
     """
     if suffix_of(spec) != SUFFIX:
         return built_in(spec, argument)
     if not Path(spec).is_file():
-        raise ArgumentError(argument, f"one of {', '.join(NAMES)} or an existing policy file", repr(spec))
+        raise InputError(argument, f"one of {', '.join(NAMES)} or an existing policy file", repr(spec))
     return load_policy(spec)
 
 
 def _named_policy(header: dict[str, Any], parameters: Any) -> NamedPolicy:
     if not header.keys() >= _HEADER:
-        raise RecordError("header", ", ".join(sorted(_HEADER)), ", ".join(header) or "none")
+        raise InputError("header", ", ".join(sorted(_HEADER)), ", ".join(header) or "none")
     name, per_agent, options = header["name"], header["per_agent"], header["options"]
     if not isinstance(name, str) or not isinstance(per_agent, bool):
-        raise RecordError("header", "a string name, a bool per_agent", f"{name!r}, {per_agent!r}")
+        raise InputError("header", "a string name, a bool per_agent", f"{name!r}, {per_agent!r}")
     scenario = from_fields(MODELS[as_choice(header["model"], "model", MODELS)], header["scenario"])
     if isinstance(scenario, FlockScenario):
         spec = flock_policy_spec(scenario, env_options(scenario, options), View.of(per_agent))

@@ -50,7 +50,7 @@ class StubbornWitnesses(_Rule):
         agreement: decrease of rho in m with c: agents that agree with what they hear listen less far.
 
     Raises:
-        ArgumentError: if an argument is not a finite number >= 0.
+        InputError: if an argument is not a finite number >= 0.
     """
 
     patience: float = 0.125
@@ -95,7 +95,7 @@ class ListenWhileThreatened(_Rule):
         safe_distance: closest approach in m at which an agent stops listening.
 
     Raises:
-        ArgumentError: if an argument is not a finite number >= 0.
+        InputError: if an argument is not a finite number >= 0.
     """
 
     unaware_range: float = 150.0
@@ -139,7 +139,7 @@ class WinStayLoseShift(RangeRule, RowMemory):
         criterion: ``"closest_approach"`` or ``"escape_direction"``.
 
     Raises:
-        ArgumentError: if ``criterion`` is unknown, or another argument is not a finite number >= 0.
+        InputError: if ``criterion`` is unknown, or another argument is not a finite number >= 0.
     """
 
     def __init__(

@@ -21,7 +21,7 @@ from flockesc_env.common.checks import (
     as_instance,
     as_text,
 )
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import PolicySpec, RangeActions
 from flockesc_env.policies.base import Observations, RowMemory, StoredPolicy
 
@@ -51,7 +51,7 @@ class Architecture:
         ranges: ranges in m to choose from.
 
     Raises:
-        ArgumentError: if an attribute has the wrong type or is out of bounds.
+        InputError: if an attribute has the wrong type or is out of bounds.
     """
 
     inputs: tuple[str, ...]
@@ -67,7 +67,7 @@ class Architecture:
             for i, name in enumerate(as_instance(getattr(self, field), field, tuple)):
                 as_text(name, f"{field}[{i}]")
         if not self.inputs and not self.candidate_inputs:
-            raise ArgumentError("inputs", "at least one name", "none")
+            raise InputError("inputs", "at least one name", "none")
         widths = enumerate(as_instance(self.hidden, "hidden", tuple))
         hidden = tuple(as_count(width, f"hidden[{i}]") for i, width in widths)
         object.__setattr__(self, "hidden", hidden)
@@ -75,9 +75,9 @@ class Architecture:
         as_instance(self.ranges, "ranges", tuple)
         object.__setattr__(self, "ranges", tuple(as_floats(self.ranges, "ranges", least=0.0).tolist()))
         if self.ranges and self.candidate_inputs:
-            raise ArgumentError("ranges", "none for a network that scores candidates", self.ranges)
+            raise InputError("ranges", "none for a network that scores candidates", self.ranges)
         if self.memory and (self.ranges or self.candidate_inputs):
-            raise ArgumentError("memory", "0 for a network that scores ranges", self.memory)
+            raise InputError("memory", "0 for a network that scores ranges", self.memory)
         object.__setattr__(self, "mirror", as_flag(self.mirror, "mirror"))
         object.__setattr__(self, "squash", as_choice(self.squash, "squash", get_args(Squash)))
 
@@ -108,7 +108,7 @@ class NetworkPolicy(StoredPolicy, RowMemory):
         parameters: weights and biases, shape (architecture.size,).
 
     Raises:
-        ArgumentError: if an argument has the wrong type or shape, or a parameter is not a finite float32.
+        InputError: if an argument has the wrong type or shape, or a parameter is not a finite float32.
     """
 
     def __init__(self, architecture: Architecture, parameters: ArrayLike) -> None:
@@ -123,7 +123,7 @@ class NetworkPolicy(StoredPolicy, RowMemory):
         """Return one action per observation row; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if the view or an option differs from those of the policy's file; if an input is
+            InputError: if the view or an option differs from those of the policy's file; if an input is
                 not in the observation; if the network sets a value and the action mode is not
                 ``"normalized"``; if it scores candidates and there are none; if it has a memory and the
                 number of rows changes during an episode.
@@ -169,7 +169,7 @@ def torch_network(
             policy sets the range with the highest score.
 
     Raises:
-        ArgumentError: if the layers are of other types, or their sizes do not fit
+        InputError: if the layers are of other types, or their sizes do not fit
             ``inputs`` and ``ranges``.
     """
     found = list(layers)
@@ -177,7 +177,7 @@ def torch_network(
     if kinds != ["Linear", "Tanh"] * (len(kinds) // 2) + ["Linear"]:
         expected = "Linear and Tanh in turn, Linear first and last"
         advice = " (in stable-baselines3: policy_kwargs={'activation_fn': torch.nn.Tanh})"
-        raise ArgumentError("layers", expected + advice, ", ".join(kinds) or "none")
+        raise InputError("layers", expected + advice, ", ".join(kinds) or "none")
     hidden, parameters = layer_parameters(found[::2], None if ranges else 1)
     return NetworkPolicy(Architecture(inputs, hidden, squash=squash, ranges=ranges), parameters)
 

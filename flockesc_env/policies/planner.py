@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray, as_count, as_seed, as_vector
-from flockesc_env.common.errors import ArgumentError, ResetNeededError, shown
+from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.options import EnvOptionsDict, env_options
@@ -74,11 +74,9 @@ class Planner:
         futures: the same for ``futures``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value, or a scenario with ``Learned`` predators
-            has no ``predator_policy``.
-        OptionError: if an option is unknown, missing or out of bounds, or the reward needs one range per
-            agent.
-        ScenarioError: if the scenario has no predator.
+        InputError: if an argument has the wrong type or value, or a scenario with ``Learned`` predators has
+            no ``predator_policy``; if an option is unknown, missing or out of bounds, or the reward needs one
+            range per agent; if the scenario has no predator.
     """
 
     def __init__(
@@ -95,15 +93,15 @@ class Planner:
         self.scenario = as_scenario(scenario, FlockScenario)
         self.options = env_options(self.scenario, options)
         if predator_policy is None and self.scenario.num_learned:
-            raise ArgumentError("predator_policy", "a policy for the Learned predators", "None")
+            raise InputError("predator_policy", "a policy for the Learned predators", "None")
         if hasattr(predator_policy, "reset"):
             expected = "a policy without a memory (a method reset)"
-            raise ArgumentError("predator_policy", expected, shown(predator_policy))
+            raise InputError("predator_policy", expected, shown(predator_policy))
         self.steps = as_count(steps, "steps")
         self._num_actions, rest = divmod(self.steps, self.options.steps_per_action)
         if rest:
             expected = f"a multiple of steps_per_action = {self.options.steps_per_action}"
-            raise ArgumentError("steps", expected, self.steps)
+            raise InputError("steps", expected, self.steps)
         self._predator_policy = predator_policy
         self._num_threads = num_threads
         actions = self._batch(1).policy_spec.actions
@@ -129,7 +127,7 @@ class Planner:
                 have the scenario and options of the planner.
 
         Raises:
-            ArgumentError: if ``flock`` is neither, sets one range per agent, holds several flocks, or has
+            InputError: if ``flock`` is neither, sets one range per agent, holds several flocks, or has
                 another scenario or other options.
             ResetNeededError: if the environment was never reset, or the episode has ended.
         """
@@ -145,7 +143,7 @@ class Planner:
         ``env.reset(seed=seed)`` starts the same flock.
 
         Raises:
-            ArgumentError: if ``seed`` is not an integer in [0, 2^64).
+            InputError: if ``seed`` is not an integer in [0, 2^64).
         """
         one = self._batch(1)
         one.reset([0], [as_seed(seed)])
@@ -226,7 +224,7 @@ def _ranges(values: ArrayLike, name: str, actions: RangeActions) -> FloatArray:
     ranges = as_vector(values, name)
     if ranges.min() < actions.min_range or ranges.max() > actions.max_range:
         expected = f"ranges from {actions.min_range} to {actions.max_range}"
-        raise ArgumentError(name, expected, shown(ranges.tolist()))
+        raise InputError(name, expected, shown(ranges.tolist()))
     return ranges
 
 
@@ -236,9 +234,9 @@ def _snapshot(flock: Any) -> bytes:
     spec = getattr(inner, "policy_spec", None)
     if not isinstance(spec, PolicySpec):
         if not isinstance(flock, bytes | bytearray | memoryview):
-            raise ArgumentError("flock", "a FlockEscapeEnv or its snapshot", shown(flock))
+            raise InputError("flock", "a FlockEscapeEnv or its snapshot", shown(flock))
         return bytes(flock)
     if spec.per_agent:
-        raise ArgumentError("flock", "an environment with one range for the flock", "one range per agent")
+        raise InputError("flock", "an environment with one range for the flock", "one range per agent")
     state: bytes = inner.get_state()
     return state

@@ -160,7 +160,7 @@ def rollout_networks(
         The outcomes in ``Episodes`` or ``LineEpisodes`` and ``num_actions``, each of shape (seeds,).
 
     Raises:
-        ArgumentError: if the networks set values and the action mode is not ``"normalized"``, an input is not
+        InputError: if the networks set values and the action mode is not ``"normalized"``, an input is not
             in the observation, or ``parameters`` has the wrong shape or an entry that is not finite.
     """
     report = None if progress is None else lambda done: progress(done, len(seeds))

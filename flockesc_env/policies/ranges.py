@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import as_floats, as_seed
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations
 
@@ -20,7 +20,7 @@ class FixedRange:
         interaction_range: rho in m.
 
     Raises:
-        ArgumentError: if ``interaction_range`` is not a finite number >= 0.
+        InputError: if ``interaction_range`` is not a finite number >= 0.
     """
 
     def __init__(self, interaction_range: float) -> None:
@@ -38,7 +38,7 @@ class RandomRange:
         seed: seed of the random numbers; ``None``: a random seed from the operating system.
 
     Raises:
-        ArgumentError: if ``seed`` is neither None nor an integer in [0, 2^64).
+        InputError: if ``seed`` is neither None nor an integer in [0, 2^64).
     """
 
     def __init__(self, seed: int | None = None) -> None:
@@ -58,13 +58,13 @@ class ScheduledRange:
             action lasts several steps, the entry of the first step is used.
 
     Raises:
-        ArgumentError: if ``schedule`` has another shape, or an entry is not a finite number >= 0.
+        InputError: if ``schedule`` has another shape, or an entry is not a finite number >= 0.
     """
 
     def __init__(self, schedule: ArrayLike) -> None:
         self.schedule = as_floats(schedule, "schedule", least=0.0)
         if self.schedule.ndim not in {1, 2} or not self.schedule.size:
-            raise ArgumentError("schedule", "shape (T,) or (T, n)", f"shape {self.schedule.shape}")
+            raise InputError("schedule", "shape (T,) or (T, n)", f"shape {self.schedule.shape}")
 
     @property
     def per_agent(self) -> bool:
@@ -75,15 +75,15 @@ class ScheduledRange:
         """Return the action of the scheduled range for every row; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if the schedule does not match the number of steps or of agents.
+            InputError: if the schedule does not match the number of steps or of agents.
         """
         if len(self.schedule) != spec.num_steps:
-            raise ArgumentError("schedule", f"{spec.num_steps} steps", len(self.schedule))
+            raise InputError("schedule", f"{spec.num_steps} steps", len(self.schedule))
         time = observations[:, spec.layout.index("time")].astype(np.float64)
         steps = np.minimum(np.rint(time * spec.num_steps).astype(int), spec.num_steps - 1)
         if self.schedule.ndim == 1:
             return spec.actions.from_ranges(self.schedule[steps])
         agents = self.schedule.shape[1]
         if not spec.per_agent or agents != spec.num_agents or len(observations) % agents:
-            raise ArgumentError("schedule", f"rows of all {agents} agents of each flock", len(observations))
+            raise InputError("schedule", f"rows of all {agents} agents of each flock", len(observations))
         return spec.actions.from_ranges(self.schedule[steps, np.arange(len(steps)) % agents])

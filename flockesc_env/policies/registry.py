@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final, cast
 
 from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_seed, as_text, parse_number
-from flockesc_env.common.errors import ArgumentError, shown, shown_name
+from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.episodes.options import (
     PROFILE_RANGES,
     EnvOptions,
@@ -82,8 +82,8 @@ class NamedPolicy:
         scenario: the scenario in which the policy was trained; ``None``: none in particular.
 
     Raises:
-        ArgumentError: if an attribute has the wrong type, or the name contains control characters.
-        OptionError: if the policy was read from a file, and an option is unknown or out of bounds.
+        InputError: if an attribute has the wrong type, or the name contains control characters; if the policy
+            was read from a file, and an option is unknown or out of bounds.
     """
 
     name: str
@@ -94,7 +94,7 @@ class NamedPolicy:
 
     def __post_init__(self) -> None:
         if not as_text(self.name, "name").isprintable():
-            raise ArgumentError("name", "printable characters", shown(self.name))
+            raise InputError("name", "printable characters", shown(self.name))
         as_policy(self.policy)
         object.__setattr__(self, "per_agent", as_flag(self.per_agent, "per_agent"))
         as_instance(self.options, "options", dict)
@@ -115,10 +115,10 @@ class NamedPolicy:
             scenario: the flock model's parameters, or a preset's name; default: the paper's.
 
         Raises:
-            ArgumentError: if the policy was trained on a line.
+            InputError: if the policy was trained on a line.
         """
         if isinstance(self.scenario, LineScenario):
-            raise ArgumentError("policy", "a policy for a flock", f"{self.name!r}, a policy for a line")
+            raise InputError("policy", "a policy for a flock", f"{self.name!r}, a policy for a line")
         flock = as_scenario(scenario, FlockScenario)
         options = env_options(flock, cast("EnvOptionsDict", self.options))
         return record_flock(self.policy, as_seed(seed), flock, options, per_agent=self.per_agent)
@@ -132,7 +132,7 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
         argument: name of the argument, for the error message.
 
     Raises:
-        ArgumentError: if the name is unknown.
+        InputError: if the name is unknown.
     """
     name = as_text(name, as_text(argument, "argument"))
     if name.startswith("fixed:"):
@@ -144,7 +144,7 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
         policy = make()
         per_agent = getattr(policy, "per_agent", True)  # ``RandomRange`` fits both
         return NamedPolicy(name, policy, per_agent=per_agent, options=dict(options))
-    raise ArgumentError(argument, f"one of {', '.join(NAMES)}", shown_name(name, NAMES))
+    raise InputError(argument, f"one of {', '.join(NAMES)}", shown_name(name, NAMES))
 
 
 def _range(text: str) -> float | None:

@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 from typing import Any, Unpack, cast, overload
 
 from flockesc_env.common.checks import as_count, as_flag, as_policy, as_seed, as_seeds
-from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.episodes.options import (
     EnvOptions,
@@ -99,12 +99,10 @@ def rollout(
         ``Episodes`` or, for a line, ``LineEpisodes``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value, or if an option differs from those of
-            the policy's file.
+        InputError: if an argument has the wrong type or value, or if an option differs from those of the
+            policy's file; if an option is unknown, missing or out of bounds; if the scenario has no predator
+            or draws a number that is out of bounds, or the name is not a preset.
         MemoryError: for the seeds and outcomes.
-        OptionError: if an option is unknown, missing or out of bounds.
-        ScenarioError: if the scenario has no predator or draws a number that is out of bounds, or the name is
-            not a preset.
 
     Examples:
         >>> rollout("paper-flock", "stubborn-leaders", seeds=range(3)).min_mean_distance.round(2)
@@ -120,7 +118,7 @@ def rollout(
     if is_line:
         for name, value in (("per_agent", per_agent or None), ("predator_policy", predator_policy)):
             if value is not None:
-                raise ArgumentError(name, "None for a line", shown(value))
+                raise InputError(name, "None for a line", shown(value))
     checked_options = line_options(chosen) if isinstance(model, LineScenario) else env_options(model, chosen)
     with reporting(progress, "Rollout", len(checked)) as callback:
         columns = play(
@@ -158,9 +156,9 @@ def record(
         **options: see ``EnvOptions``.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value.
+        InputError: if an argument has the wrong type or value; if an option is unknown, missing or out of
+            bounds.
         MemoryError: for the run.
-        OptionError: if an option is unknown, missing or out of bounds.
     """
     entry = _named(policy, per_agent, options)
     chosen: Any = entry.scenario if scenario is None else scenario

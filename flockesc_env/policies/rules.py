@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray, as_floats, as_text
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, StoredPolicy
 
@@ -27,7 +27,7 @@ class RangeRule(StoredPolicy, ABC):
         """Return the action of every row; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if ``spec.per_agent`` is not the rule's, an option differs from those of the rule's
+            InputError: if ``spec.per_agent`` is not the rule's, an option differs from those of the rule's
                 file, the observation lacks an entry or a profile that the rule reads, or a rule has a memory
                 and the number of rows changes during an episode.
         """
@@ -51,7 +51,7 @@ class StubbornLeaders(RangeRule):
         interaction_range: rho in m of agents that listen.
 
     Raises:
-        ArgumentError: if an argument is not a finite number, or ``interaction_range`` is negative.
+        InputError: if an argument is not a finite number, or ``interaction_range`` is negative.
     """
 
     def __init__(self, min_cosine: float = 0.8, interaction_range: float = 10.0) -> None:
@@ -76,7 +76,7 @@ class ListenWhileFleeing(RangeRule):
         interaction_range: rho in m while they listen.
 
     Raises:
-        ArgumentError: if an argument is not a finite number, or ``interaction_range`` is negative.
+        InputError: if an argument is not a finite number, or ``interaction_range`` is negative.
     """
 
     per_agent = False
@@ -106,7 +106,7 @@ class BestCandidate(RangeRule):
         entry: name of an entry of the candidates, without ``profile_k_``.
 
     Raises:
-        ArgumentError: if ``entry`` is not a string.
+        InputError: if ``entry`` is not a string.
     """
 
     def __init__(self, entry: str) -> None:
@@ -130,7 +130,7 @@ class BestNextHeading(RangeRule):
             the paper.
 
     Raises:
-        ArgumentError: if ``turn`` is not a finite number >= 0.
+        InputError: if ``turn`` is not a finite number >= 0.
     """
 
     def __init__(self, turn: float = 0.5) -> None:
@@ -147,7 +147,7 @@ class BestNextHeading(RangeRule):
 def candidate_entries(entry: str, observations: Observations, spec: PolicySpec) -> FloatArray:
     """Return an entry of every candidate range, shape (rows, candidates)."""
     if not spec.profile_ranges:
-        raise ArgumentError("profile_ranges", "candidate ranges", "none")
+        raise InputError("profile_ranges", "candidate ranges", "none")
     columns = [spec.layout.index(f"profile_{k}_{entry}") for k in range(len(spec.profile_ranges))]
     values: FloatArray = observations[:, columns].astype(np.float64)
     return values

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_flag
-from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, flock_policy_spec
@@ -42,14 +42,14 @@ class SB3Policy(RowMemory):
         deterministic: True: the mode of the action distribution. False: a sample.
 
     Raises:
-        ArgumentError: if ``model`` has no method ``predict``, or ``vec_normalize`` is not a ``VecNormalize``.
+        InputError: if ``model`` has no method ``predict``, or ``vec_normalize`` is not a ``VecNormalize``.
     """
 
     def __init__(self, model: Any, *, vec_normalize: Any = None, deterministic: bool = True) -> None:
         if isinstance(model, type) or not callable(getattr(model, "predict", None)):
-            raise ArgumentError("model", "a model (an object with a method predict)", shown(model))
+            raise InputError("model", "a model (an object with a method predict)", shown(model))
         if vec_normalize is not None and not hasattr(vec_normalize, "norm_obs"):
-            raise ArgumentError("vec_normalize", "a VecNormalize or None", shown(vec_normalize))
+            raise InputError("vec_normalize", "a VecNormalize or None", shown(vec_normalize))
         self.model = model
         self.vec_normalize = vec_normalize
         self.deterministic = as_flag(deterministic, "deterministic")
@@ -59,7 +59,7 @@ class SB3Policy(RowMemory):
         """Return the model's action for every row; see ``Policy.act``.
 
         Raises:
-            ArgumentError: if the model's spaces differ from the environment's, the statistics of its
+            InputError: if the model's spaces differ from the environment's, the statistics of its
                 normalized observations are missing, or the number of rows changes during an episode.
         """
         if spec is not self._checked_spec:
@@ -82,7 +82,7 @@ class SB3Policy(RowMemory):
         """Return whether the model observes agents, not the flock, in a scenario with these options.
 
         Raises:
-            ArgumentError: if it observes neither of them.
+            InputError: if it observes neither of them.
         """
         trained = getattr(self.model, "observation_space", None)
         if trained is None:
@@ -103,7 +103,7 @@ class SB3Policy(RowMemory):
         ``VecNormalize(env, clip_obs=numpy.inf)``, or set this attribute and compare before and after.
 
         Raises:
-            ArgumentError: if the model is not a ``ScorerPolicy``, or an ``MlpPolicy`` of PPO, A2C, TRPO, SAC,
+            InputError: if the model is not a ``ScorerPolicy``, or an ``MlpPolicy`` of PPO, A2C, TRPO, SAC,
                 TQC, TD3, DDPG or DQN with tanh between its layers; if its actions are ranges in m; if neither
                 it nor ``vec_normalize`` holds its environment; if a wrapper changes the spaces; if the
                 statistics of normalized observations are missing, or observations can reach ``clip_obs``.
@@ -116,12 +116,12 @@ class SB3Policy(RowMemory):
         if env is None:
             name = type(self.model).__name__
             expected = f"the environment of the training, as after {name}.load(path, env=env)"
-            raise ArgumentError("model.env", expected, "none")
+            raise InputError("model.env", expected, "none")
         if spec is None:
-            raise ArgumentError("model.env", "an environment of this package that sets ranges", shown(env))
+            raise InputError("model.env", "an environment of this package that sets ranges", shown(env))
         if spec.actions.mode == "range":
             expected = "'normalized' or 'discrete'"
-            raise ArgumentError("model.env.options.action_mode", expected, repr(spec.actions.mode))
+            raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
         self._check_spaces(spec)
         if scorer is not None:  # of ``ScorerPolicy``
             return cast("NetworkPolicy", scorer())
@@ -147,15 +147,15 @@ class SB3Policy(RowMemory):
             raise _space_error(trained, {row: observed})
         trained = getattr(self.model, "action_space", None)
         if trained is not None and trained != actions:
-            raise ArgumentError("model.action_space", f"the environment's, {actions}", trained)
+            raise InputError("model.action_space", f"the environment's, {actions}", trained)
         normalizer, last = self._normalizer(), getattr(self.model, "_last_obs", None)
         if normalizer is not None and normalizer.obs_rms.mean.shape != spec.layout.low.shape:
             expected = f"statistics of {len(spec.layout.low)} entries"
-            raise ArgumentError("vec_normalize", expected, normalizer.obs_rms.mean.shape)
+            raise InputError("vec_normalize", expected, normalizer.obs_rms.mean.shape)
         is_plain = last is None or ((last >= spec.layout.low) & (last <= spec.layout.high)).all()
         if normalizer is None and not is_plain:
             expected = "VecNormalize.load(path, venv) of the training, whose observations were normalized"
-            raise ArgumentError("vec_normalize", expected, "none")
+            raise InputError("vec_normalize", expected, "none")
         trained_spec = _trained_spec(getattr(self.model, "env", None))
         if isinstance(spec, PolicySpec) and trained_spec is not None:
             check_options(trained_spec.options, spec.options, "trained")
@@ -169,11 +169,11 @@ def _trained_spec(env: Any) -> PolicySpec | None:
     return found if isinstance(found, PolicySpec) else None
 
 
-def _space_error(trained: Any, spaces: Mapping[Any, gymnasium.Space[Any]]) -> ArgumentError:
+def _space_error(trained: Any, spaces: Mapping[Any, gymnasium.Space[Any]]) -> InputError:
     """Return the error about a model whose observations are not those of a flock, an agent or a predator."""
     shapes = " or ".join(f"{space.shape} for one row per {name}" for name, space in spaces.items())
     is_known = trained.shape in {space.shape for space in spaces.values()}
-    return ArgumentError(
+    return InputError(
         "model.observation_space",
         f"shape {shapes}, with the options of the training and without a wrapper that changes observations"
         " (VecFrameStack, TimeAwareObservation)",
@@ -187,7 +187,7 @@ def _layers(model: Any) -> list[Any]:
     actor: Any = getattr(policy, "actor", None)
     extractor: Any = getattr(policy, "mlp_extractor", None)
     if hasattr(policy, "lstm_actor"):
-        raise ArgumentError("model", "a model without a memory", type(model).__name__)
+        raise InputError("model", "a model without a memory", type(model).__name__)
     if hasattr(actor, "mu"):  # TD3 and DDPG have all layers and a tanh in ``mu``
         parts = [actor.features_extractor, getattr(actor, "latent_pi", []), actor.mu]
     elif hasattr(policy, "q_net"):
@@ -196,7 +196,7 @@ def _layers(model: Any) -> list[Any]:
         parts = [policy.pi_features_extractor, extractor.policy_net, policy.action_net]
     else:
         expected = "an MlpPolicy of PPO, A2C, TRPO, SAC, TQC, TD3, DDPG or DQN"
-        raise ArgumentError("model", expected, type(model).__name__)
+        raise InputError("model", expected, type(model).__name__)
     layers = [layer for part in parts for layer in (part if hasattr(part, "__iter__") else [part])]
     if type(layers[0]).__name__ == "FlattenExtractor":
         del layers[0]
@@ -211,7 +211,7 @@ def _normalized(network: NetworkPolicy, layout: ObservationLayout, normalizer: A
     farthest = np.maximum(layout.high - mean, mean - layout.low) / scale
     if farthest.max() > normalizer.clip_obs:
         expected = f"numpy.inf, as a network cannot clip its input {layout.names[farthest.argmax()]!r}"
-        raise ArgumentError("vec_normalize.clip_obs", expected, normalizer.clip_obs)
+        raise InputError("vec_normalize.clip_obs", expected, normalizer.clip_obs)
     inputs, outputs = network.architecture.shapes[0]
     weights, biases, rest = np.split(network.parameters, [inputs * outputs, (inputs + 1) * outputs])
     weights = (weights.reshape(inputs, outputs) / scale[:, np.newaxis]).astype(np.float32)

@@ -9,7 +9,7 @@ from typing import Any, Final, Literal, cast, get_args
 import numpy as np
 
 from flockesc_env.common.checks import as_array, as_choice, as_count, as_floats
-from flockesc_env.common.errors import ScenarioError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import require
 from flockesc_env.models.simulate import IntArray
 
@@ -35,7 +35,7 @@ class RenderOptions:
             video, of all runs.
 
     Raises:
-        ScenarioError: if an option has a wrong type or is out of bounds; it names the option.
+        InputError: if an option has a wrong type or is out of bounds; it names the option.
     """
 
     size: int = 512
@@ -46,45 +46,45 @@ class RenderOptions:
     largest_range: float | None = None
 
     def __post_init__(self) -> None:
-        size = as_count(self.size, "size", ScenarioError, least=160, most=16_384)
+        size = as_count(self.size, "size", least=160, most=16_384)
         if size % 2:
-            raise ScenarioError("size", "an even number", size)
-        as_choice(self.show, "show", get_args(Show), ScenarioError)
+            raise InputError("size", "an even number", size)
+        as_choice(self.show, "show", get_args(Show))
         if self.agents is not None:
-            agents = as_array(self.agents, "agents", ScenarioError)
+            agents = as_array(self.agents, "agents")
             if agents.ndim != 1 or not agents.size or agents.dtype.kind not in "iu" or agents.min() < 0:
-                raise ScenarioError("agents", "indices of agents", shown(self.agents))
+                raise InputError("agents", "indices of agents", shown(self.agents))
             object.__setattr__(self, "agents", tuple(agents.tolist()))
-        as_choice(self.color, "color", get_args(ColorBy), ScenarioError)
+        as_choice(self.color, "color", get_args(ColorBy))
         if self.largest_range is not None:
-            largest = float(as_floats(self.largest_range, "largest_range", (), ScenarioError, least=0.0))
+            largest = float(as_floats(self.largest_range, "largest_range", (), least=0.0))
             object.__setattr__(self, "largest_range", largest)
-        trail = float(as_floats(self.trail, "trail", (), ScenarioError, least=0.0))
+        trail = float(as_floats(self.trail, "trail", (), least=0.0))
         object.__setattr__(self, "size", size)
         object.__setattr__(self, "trail", trail)
 
     def selected(self, num_agents: int) -> IntArray:
-        """Return the indices of the agents to draw; raise ``ScenarioError`` if one is out of bounds."""
+        """Return the indices of the agents to draw; raise ``InputError`` if one is out of bounds."""
         if self.agents is None:
             return np.arange(num_agents)
         if max(self.agents) >= num_agents:
-            raise ScenarioError("agents", f"indices below {num_agents}", max(self.agents))
+            raise InputError("agents", f"indices below {num_agents}", max(self.agents))
         return np.array(self.agents)
 
 
 def as_mode_and_options(mode: Any, options: Any) -> tuple[RenderMode | None, RenderOptions]:
-    """Return a render mode, or ``None``, and render options; anything else raises ``ScenarioError``."""
+    """Return a render mode, or ``None``, and render options; anything else raises ``InputError``."""
     if mode is not None and (not isinstance(mode, str) or mode not in RENDER_MODES):
-        raise ScenarioError("render_mode", f"one of {', '.join(RENDER_MODES)} or None", shown(mode))
+        raise InputError("render_mode", f"one of {', '.join(RENDER_MODES)} or None", shown(mode))
     return cast("RenderMode | None", mode), as_render_options(options)
 
 
 def as_render_options(value: Any) -> RenderOptions:
-    """Return render options, the defaults for ``None``; anything else raises ``ScenarioError``."""
+    """Return render options, the defaults for ``None``; anything else raises ``InputError``."""
     if value is None:
         return RenderOptions()
     if not isinstance(value, RenderOptions):
-        raise ScenarioError("render_options", "RenderOptions or None", shown(value))
+        raise InputError("render_options", "RenderOptions or None", shown(value))
     return value
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_callback, as_choice, as_count, as_floats, as_path, as_text
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import atomic_write, suffix_of
 from flockesc_env.common.progress import Progress
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, Objective
@@ -61,8 +61,8 @@ def draw(
         objective: the objective J in the picture of a flock; see ``EnvOptions``.
 
     Raises:
-        ArgumentError: if the run has no such step, or an argument has a wrong type.
-        ScenarioError: if the options do not fit the flock.
+        InputError: if the run has no such step, or an argument has a wrong type; if the options do not fit
+            the flock.
         DependencyNotInstalled: if pygame is missing.
     """
     as_run(run, "run")
@@ -105,8 +105,8 @@ def write_video(
         progress: called with (frames written, all frames). If it raises an exception, no file is written.
 
     Raises:
-        ArgumentError: if an argument has a wrong type or value; it names the argument.
-        ScenarioError: if the options do not fit a flock.
+        InputError: if an argument has a wrong type or value; it names the argument; if the options do not fit
+            a flock.
         DependencyNotInstalled: if pygame or imageio-ffmpeg is missing.
         OSError: if the file cannot be written; an older file stays as it was.
     """
@@ -115,14 +115,14 @@ def write_video(
     as_choice(objective, "objective", FLOCK_OBJECTIVES)
     suffix = suffix_of(path)
     if suffix not in _FORMATS:
-        raise ArgumentError("path", f"a file that ends in {' or '.join(_FORMATS)}", path)
+        raise InputError("path", f"a file that ends in {' or '.join(_FORMATS)}", path)
     if not path.parent.is_dir():
-        raise ArgumentError("path", "a file in a folder that exists", path)
+        raise InputError("path", "a file in a folder that exists", path)
     default_fps, size = (10, 400) if suffix == ".gif" else (20, 512)
     fps = as_count(default_fps if fps is None else fps, "fps")
     pace = float(as_floats(speed, "speed", ()))
     if pace <= 0:
-        raise ArgumentError("speed", "a number above 0", pace)
+        raise InputError("speed", "a number above 0", pace)
     runs = as_runs([(path.stem, runs)] if isinstance(runs, Trajectory) else runs)
     progress = as_callback(progress)
     ranges = np.concatenate([run.interaction_ranges.ravel() for _, run in runs])
@@ -139,7 +139,7 @@ def write_video(
 
     frames = max(float(run.times[-1]) for _, run in runs) / pace * fps
     if not frames < _MAX_FRAMES:
-        raise ArgumentError("fps", f"fewer than {_MAX_FRAMES} frames at speed {pace}", f"{frames:g} frames")
+        raise InputError("fps", f"fewer than {_MAX_FRAMES} frames at speed {pace}", f"{frames:g} frames")
     count = round(frames) + 1
     views = [recorded_view(run, run.scenario.num_steps) for _, run in runs]
     if len({view.shape for view in views}) == 1:

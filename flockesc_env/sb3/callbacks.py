@@ -11,7 +11,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import DummyVecEnv
 
 from flockesc_env.common.checks import as_count, as_path
-from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES
 from flockesc_env.episodes.splits import TUNING
@@ -44,7 +44,7 @@ class FlockEvalCallback(BaseCallback):
         history: actions of training and mean objective of every evaluation.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or value, or in ``learn`` if the training
+        InputError: if an argument has the wrong type or value, or in ``learn`` if the training
             environment is none of ``Task.vec_env``, which may be wrapped.
     """
 
@@ -71,7 +71,7 @@ class FlockEvalCallback(BaseCallback):
             objective = FLOCK_OBJECTIVES[env.options.objective]
             self._played = (dict.fromkeys(env.scenarios), env.options, objective, named)
         else:
-            raise ArgumentError("model.env", "an environment of Task.vec_env", shown(self.training_env))
+            raise InputError("model.env", "an environment of Task.vec_env", shown(self.training_env))
         self._evaluate()
 
     def _on_step(self) -> bool:

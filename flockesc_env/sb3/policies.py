@@ -61,7 +61,7 @@ class ScorerPolicy(ActorCriticPolicy):
             of both the scoring and the value network.
 
     Raises:
-        ArgumentError: if the observation lacks an input.
+        InputError: if the observation lacks an input.
     """
 
     def __init__(

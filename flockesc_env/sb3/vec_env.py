@@ -14,7 +14,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_array, as_choice, as_count
-from flockesc_env.common.errors import ActionError, ArgumentError, OptionError
+from flockesc_env.common.errors import InputError
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, needs_reset_if_interrupted
 from flockesc_env.envs.line import LineEscapeEnv
@@ -45,7 +45,7 @@ class BatchVecEnv(ManyFlocks, VecEnv):
         super().__init__(scenario, arguments, num_flocks=num_flocks, view=self._view)
         self.policy_spec = spec = self._batch.policy_spec
         self.predator_policy = arguments.get("predator_policy")
-        self._infos: Infos = as_choice(infos, "infos", get_args(Infos), OptionError)
+        self._infos: Infos = as_choice(infos, "infos", get_args(Infos))
         self._actions: NDArray[Any] | None = None
         kept = self.metadata, self.render_mode
         slots = self._batch.num_flocks * self._batch.rows
@@ -61,7 +61,7 @@ class BatchVecEnv(ManyFlocks, VecEnv):
         option ``episode``.
 
         Raises:
-            ArgumentError: if an option is invalid; the running episodes continue.
+            InputError: if an option is invalid; the running episodes continue.
         """
         rows, flocks = self._batch.rows, range(self._batch.num_flocks)
         starts = [self._batch.start(given, flock) for flock, given in enumerate(self._options[::rows])]
@@ -75,14 +75,14 @@ class BatchVecEnv(ManyFlocks, VecEnv):
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Set the actions of the next step, shape (num_envs, 1) or, for discrete actions, (num_envs,)."""
-        self._actions = as_array(actions, "action", ActionError).copy()  # the caller may reuse its array
+        self._actions = as_array(actions, "action").copy()  # the caller may reuse its array
 
     @needs_reset_if_interrupted
     def step_wait(self) -> VecEnvStepReturn:
         """Step all flocks; a flock whose episode ends starts the next one in the same step.
 
         Raises:
-            ActionError: if the action is outside the action space.
+            InputError: if the action is outside the action space.
             ResetNeededError: if called before ``reset``.
         """
         step = _autoreset.step(self._batch, self._actions, AutoresetMode.SAME_STEP)
@@ -128,10 +128,10 @@ class BatchVecEnv(ManyFlocks, VecEnv):
         """Set an attribute for all slots, which share it.
 
         Raises:
-            ArgumentError: if ``indices`` does not include all slots.
+            InputError: if ``indices`` does not include all slots.
         """
         if set(self._get_indices(indices)) != set(range(self.num_envs)):
-            raise ArgumentError("indices", f"all slots, which share {attr_name!r}", indices)
+            raise InputError("indices", f"all slots, which share {attr_name!r}", indices)
         setattr(self, attr_name, value)
 
     def env_method(
@@ -162,7 +162,7 @@ class FlockVecEnv(BatchVecEnv):
         **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
 
     Raises:
-        InputError: as ``FlockEscapeEnv``, and ``ScenarioError`` if scenarios of a list do not agree.
+        InputError: as ``FlockEscapeEnv``, and ``InputError`` if scenarios of a list do not agree.
     """
 
     _view = View.FLOCK

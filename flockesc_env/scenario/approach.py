@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 from flockesc_env.common.checks import as_floats, as_integer
-from flockesc_env.common.errors import ArgumentError, shown
+from flockesc_env.common.errors import InputError, shown
 
 Vector = tuple[float, ...]
 
@@ -43,7 +43,7 @@ def approach(
         Position and velocity, tuples of D numbers.
 
     Raises:
-        ArgumentError: if an argument has the wrong type or shape, is not finite or is negative, or if the
+        InputError: if an argument has the wrong type or shape, is not finite or is negative, or if the
             direction has length 0.
     """
     target = None if isinstance(aim, str) else as_floats(aim, "aim")
@@ -51,7 +51,7 @@ def approach(
         dimension = target.size if target is not None and target.ndim else 2
     dimension = as_integer(dimension, "dimension")
     if dimension not in {2, 3}:
-        raise ArgumentError("dimension", "2 or 3", dimension)
+        raise InputError("dimension", "2 or 3", dimension)
     heading = [1.0] * dimension
     if direction is not None:
         heading = as_floats(direction, "direction", (dimension,)).tolist()
@@ -61,7 +61,7 @@ def approach(
     squares = [entry * entry for entry in heading]
     flat, norm = math.sqrt(squares[0] + squares[1]), math.sqrt(squares[0] + squares[1] + sum(squares[2:]))
     if norm == 0:
-        raise ArgumentError("direction", "a nonzero vector", direction)
+        raise InputError("direction", "a nonzero vector", direction)
     distance = 80 * math.sqrt(dimension) if distance is None else _length(distance, "distance")
     speed = 10 * math.sqrt(dimension) if speed is None else _length(speed, "speed")
     half = _length(initial_side, "initial_side") / 2
@@ -73,10 +73,10 @@ def approach(
     elif aim == "edge":
         offset = half * (abs(heading[0]) + abs(heading[1])) / (flat or 1.0)
     elif aim != "center":
-        raise ArgumentError("aim", "center, edge, a number or a point", shown(aim))
+        raise InputError("aim", "center, edge, a number or a point", shown(aim))
     left = [-heading[1], heading[0], 0.0][:dimension]
     if flat == 0 and (offset != 0 or aim == "edge"):
-        raise ArgumentError(
+        raise InputError(
             "direction", "a direction that is not vertical, because the aim is to its left", direction
         )
     position = tuple(

@@ -22,7 +22,7 @@ import tomli_w
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_text, parse_json
-from flockesc_env.common.errors import ScenarioError, shown, shown_name
+from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
 from flockesc_env.scenario.motion import Motion
 from flockesc_env.scenario.neighbors import NeighborRule
@@ -78,7 +78,7 @@ class Document:
         """Return the scenario of a JSON document; missing fields get their defaults.
 
         Raises:
-            ScenarioError: if a field is unknown, has the wrong type or is out of bounds.
+            InputError: if a field is unknown, has the wrong type or is out of bounds.
         """
         return from_fields(cls, parse_document(document, is_toml=False))
 
@@ -95,7 +95,7 @@ class Document:
         """Return a copy with some fields changed.
 
         Raises:
-            ScenarioError: if a changed field has the wrong type or is out of bounds, or ``randomization``
+            InputError: if a changed field has the wrong type or is out of bounds, or ``randomization``
                 draws it.
             TypeError: if a field does not exist.
         """
@@ -113,7 +113,7 @@ def check_not_drawn(scenario: Document, paths: Iterable[str]) -> None:
     drawn = {_names(each.field): each for each in distributions}
     for path in paths:
         if _names(path) in drawn:
-            raise ScenarioError(path, "a field that randomization does not draw", shown(drawn[_names(path)]))
+            raise InputError(path, "a field that randomization does not draw", shown(drawn[_names(path)]))
 
 
 def _names(path: str) -> tuple[str, ...]:
@@ -123,12 +123,12 @@ def _names(path: str) -> tuple[str, ...]:
 
 
 def parse_document(document: str, *, is_toml: bool) -> Any:
-    """Return the value of a TOML or JSON document; every parser error becomes a ScenarioError."""
-    text = as_text(document, "document", ScenarioError)
+    """Return the value of a TOML or JSON document; every parser error becomes a InputError."""
+    text = as_text(document, "document")
     try:
         return _replace_values(tomllib.loads(text), "None", None) if is_toml else parse_json(text)
     except (ValueError, RecursionError) as error:
-        raise ScenarioError("document", f"valid {'TOML' if is_toml else 'JSON'}", error) from None
+        raise InputError("document", f"valid {'TOML' if is_toml else 'JSON'}", error) from None
 
 
 def from_fields(cls: type[_D], fields: Any) -> _D:
@@ -189,22 +189,22 @@ def _required(cls: Any) -> tuple[str, ...]:
 def _check_names(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
     """Return the fields of a scenario or part after a check that all are known and none is missing."""
     if not isinstance(fields, Mapping):
-        raise ScenarioError(prefix.rstrip(".") or "document", "an object with its fields", shown(fields))
+        raise InputError(prefix.rstrip(".") or "document", "an object with its fields", shown(fields))
     known = _converters(cls)
     for name in fields:
         if name not in known:
-            raise ScenarioError(f"{prefix}{name}", f"one of {', '.join(known)}", shown_name(name, known))
+            raise InputError(f"{prefix}{name}", f"one of {', '.join(known)}", shown_name(name, known))
     for name in _required(cls):
         if name not in fields:
-            raise ScenarioError(f"{prefix}{name}", "a value", "none")
+            raise InputError(f"{prefix}{name}", "a value", "none")
     return fields
 
 
 def _convert_parts(family: str, convert: Converter, value: Any, path: str) -> tuple[Any, ...]:
     if not isinstance(value, list | tuple):
-        raise ScenarioError(path, f"a tuple of {family}", type(value).__name__)
+        raise InputError(path, f"a tuple of {family}", type(value).__name__)
     if len(value) > _core.MAX_PARTS:
-        raise ScenarioError(path, f"at most {_core.MAX_PARTS} {family}", len(value))
+        raise InputError(path, f"at most {_core.MAX_PARTS} {family}", len(value))
     return tuple(convert(entry, f"{path}[{index}]") for index, entry in enumerate(value))
 
 
@@ -213,7 +213,7 @@ def _convert_part(kinds: dict[str, Any], value: Any, path: str) -> Any:
         value = _to_document(value)
     kind = next(iter(value)) if isinstance(value, Mapping) and len(value) == 1 else value
     if not isinstance(kind, str) or kind is value or kind not in kinds:
-        raise ScenarioError(path, f"one of {', '.join(kinds)}", shown_name(kind, kinds))
+        raise InputError(path, f"one of {', '.join(kinds)}", shown_name(kind, kinds))
     cls, prefix = kinds[kind], f"{path}.{kind}."
     fields, converters = _check_names(cls, value[kind], prefix), _converters(cls)
     return cls(**{name: converters[name](entry, prefix + name) for name, entry in fields.items()})
@@ -222,14 +222,14 @@ def _convert_part(kinds: dict[str, Any], value: Any, path: str) -> Any:
 def _convert_word(words: Sequence[str], value: Any, path: str) -> str:
     word: str = _plain(value, path)
     if word not in words:
-        raise ScenarioError(path, f"one of {', '.join(words)}", shown_name(word, words))
+        raise InputError(path, f"one of {', '.join(words)}", shown_name(word, words))
     return word
 
 
 def _convert_plain(expected: str, conversions: dict[type, Converter], value: Any, path: str) -> Any:
     value = _plain(value, path)
     if type(value) not in conversions:
-        raise ScenarioError(path, expected, shown(value))
+        raise InputError(path, expected, shown(value))
     return conversions[type(value)](value, path)
 
 
@@ -245,19 +245,19 @@ def _plain(value: Any, path: str) -> Any:
         value = np.float64(value).tolist() if value.dtype.kind == "f" else value.tolist()
     match value:
         case float() if not math.isfinite(value):
-            raise ScenarioError(path, "a finite number", value)
+            raise InputError(path, "a finite number", value)
         case bool() | None:
             return value
         case list() | tuple():
             return list(value)
         case int() if abs(value) >= _INTEGER_LIMIT:
-            raise ScenarioError(path, "an integer between -2^63 and 2^63", value)
+            raise InputError(path, "an integer between -2^63 and 2^63", value)
         case str() if not value.isascii():
-            raise ScenarioError(path, "a string of ASCII characters", shown(value))
+            raise InputError(path, "a string of ASCII characters", shown(value))
         case float():
             return float(value)
         case int():
             return int(value)
         case str():
             return str(value)
-    raise ScenarioError(path, "a number, a string or a part of a scenario", shown(value))
+    raise InputError(path, "a number, a string or a part of a scenario", shown(value))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_seed
-from flockesc_env.common.errors import ScenarioError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.document import Document
 from flockesc_env.scenario.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
@@ -63,10 +63,10 @@ class FlockScenario(Document):
         randomization: fields that are drawn from the seed in every episode, in this order. A tuple of
             ``Uniform(field, low, high)``, ``LogUniform(field, low, high)`` and ``Choice(field, values)``. Any
             number of the scenario can be drawn except ``initial_side`` and ``time_step``. An episode that
-            draws a number out of bounds raises ``ScenarioError`` at its reset.
+            draws a number out of bounds raises ``InputError`` at its reset.
 
     Raises:
-        ScenarioError: if a field has the wrong type or is out of bounds.
+        InputError: if a field has the wrong type or is out of bounds.
     """
 
     num_agents: int = 300
@@ -99,7 +99,7 @@ class FlockScenario(Document):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.dimension not in {2, 3}:
-            raise ScenarioError("dimension", "2 or 3", self.dimension)
+            raise InputError("dimension", "2 or 3", self.dimension)
         predators = tuple(
             _with_start(predator, k, self.dimension) for k, predator in enumerate(self.predators)
         )
@@ -117,8 +117,7 @@ class FlockScenario(Document):
         ``simulate(scenario.drawn(k), .., seed=k)`` equals ``simulate(scenario, .., seed=k)``, bit for bit.
 
         Raises:
-            ArgumentError: if ``seed`` is not an integer in [0, 2^64).
-            ScenarioError: if a drawn number is out of bounds.
+            InputError: if ``seed`` is not an integer in [0, 2^64); if a drawn number is out of bounds.
         """
         document = _core.drawn_flock_scenario(self.to_json(), as_seed(seed)) if self.randomization else None
         return self if document is None else FlockScenario.from_json(document)
@@ -127,15 +126,15 @@ class FlockScenario(Document):
         """Return a copy in which every predator is ``Learned``, with the same initial position and velocity.
 
         Raises:
-            ScenarioError: if the scenario has no predator, or one with a prescribed path.
+            InputError: if the scenario has no predator, or one with a prescribed path.
         """
         if not self.predators:
-            raise ScenarioError("predators", "at least one predator", "none")
+            raise InputError("predators", "at least one predator", "none")
         learned = list(self.predators)
         for index, predator in enumerate(self.predators):
             if not isinstance(predator, Start):
                 expected = "a predator without a prescribed path, which no policy can control"
-                raise ScenarioError(f"predators[{index}]", expected, type(predator).__name__)
+                raise InputError(f"predators[{index}]", expected, type(predator).__name__)
             if not isinstance(predator, Learned):
                 learned[index] = Learned(position=predator.position, velocity=predator.velocity)
         return self.replace(predators=tuple(learned))
@@ -152,5 +151,5 @@ def _with_start(predator: Predator, index: int, dimension: int) -> Predator:
         if len(vector) != dimension:
             field = f"predators[{index}].{predator.kind}.{name}"
             expected = f"{dimension} numbers, because the dimension is {dimension}"
-            raise ScenarioError(field, expected, shown(vector))
+            raise InputError(field, expected, shown(vector))
     return dataclasses.replace(predator, position=position, velocity=velocity)

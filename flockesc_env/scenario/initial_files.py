@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.array_files import read_npy, read_npz
 from flockesc_env.common.checks import FloatArray, as_floats, as_path, parse_number
-from flockesc_env.common.errors import RecordError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.files import suffix_of
 from flockesc_env.scenario.initial import GivenHeadings, GivenPositions
 
@@ -40,9 +40,8 @@ def read_initial_state(path: str | Path) -> dict[str, Any]:
         at the scenario's speed.
 
     Raises:
-        ArgumentError: if ``path`` is not a path.
+        InputError: if ``path`` is not a path; if the file is damaged or has another form.
         FileNotFoundError: if the file does not exist.
-        RecordError: if the file is damaged or has another form.
     """
     path = as_path(path)
     arrays = _read(path)
@@ -57,7 +56,7 @@ def read_initial_state(path: str | Path) -> dict[str, Any]:
         velocities = _vectors(arrays["velocities"], field, positions.shape)
         at_rest = np.flatnonzero(~velocities.any(axis=1))
         if at_rest.size:
-            raise RecordError(f"{field}[{at_rest[0]}]", "a nonzero vector", "0")
+            raise InputError(f"{field}[{at_rest[0]}]", "a nonzero vector", "0")
         state["initial_headings"] = GivenHeadings(_rows(velocities))
     return state
 
@@ -67,7 +66,7 @@ def _read(path: Path) -> dict[str, NDArray[Any]]:
     readers = {".csv": _read_csv, ".npy": _read_npy, ".npz": _read_npz}
     suffix = suffix_of(path)
     if suffix not in readers:
-        raise RecordError(str(path), f"a file that ends in {' or '.join(readers)}", shown(path.suffix))
+        raise InputError(str(path), f"a file that ends in {' or '.join(readers)}", shown(path.suffix))
     return readers[suffix](path)
 
 
@@ -75,10 +74,10 @@ def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
     try:
         head, *lines = path.read_text(encoding="utf-8-sig").splitlines() or [""]
     except UnicodeDecodeError as error:
-        raise RecordError(str(path), _form(path), error) from None
+        raise InputError(str(path), _form(path), error) from None
     names = tuple(name.strip() for name in head.split(","))
     if names not in _COLUMNS.values():
-        raise RecordError(str(path), f"the first line {_HEADS}", shown(head))
+        raise InputError(str(path), f"the first line {_HEADS}", shown(head))
     rows = []
     for number, line in enumerate(lines, 2):
         row: list[float] = []
@@ -86,10 +85,10 @@ def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
             row = [parse_number(entry, float) for entry in line.split(",")]
         if line.strip() and len(row) != len(names):
             expected = f"{len(names)} numbers, as many as names in the first line"
-            raise RecordError(f"{path}: line {number}", expected, shown(line))
+            raise InputError(f"{path}: line {number}", expected, shown(line))
         rows += [row] if row else []
     if not rows:
-        raise RecordError(str(path), _TABLE, "no rows")
+        raise InputError(str(path), _TABLE, "no rows")
     return _split(np.array(rows), path)
 
 
@@ -101,7 +100,7 @@ def _read_npz(path: Path) -> dict[str, NDArray[Any]]:
     arrays = read_npz(path, _form(path))
     if "positions" not in arrays or not arrays.keys() <= {"positions", "velocities"}:
         expected = "the arrays positions and, optionally, velocities"
-        raise RecordError(str(path), expected, ", ".join(arrays) or "none")
+        raise InputError(str(path), expected, ", ".join(arrays) or "none")
     return arrays
 
 
@@ -111,7 +110,7 @@ def _form(path: Path) -> str:
 
 def _split(table: NDArray[Any], path: Path) -> dict[str, NDArray[Any]]:
     if table.ndim != 2 or table.shape[1] not in _COLUMNS:
-        raise RecordError(str(path), _TABLE, f"shape {table.shape}")
+        raise InputError(str(path), _TABLE, f"shape {table.shape}")
     if table.shape[1] <= 3:
         return {"positions": table}
     positions, velocities = np.hsplit(table, 2)
@@ -119,9 +118,9 @@ def _split(table: NDArray[Any], path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _vectors(array: NDArray[Any], field: str, shape: tuple[int, ...] | None = None) -> FloatArray:
-    vectors = as_floats(array, field, shape, RecordError)
+    vectors = as_floats(array, field, shape)
     if vectors.ndim != 2 or not len(vectors) or vectors.shape[1] not in {2, 3}:
-        raise RecordError(field, "shape (n, 2) or (n, 3) with n >= 1", f"shape {vectors.shape}")
+        raise InputError(field, "shape (n, 2) or (n, 3) with n >= 1", f"shape {vectors.shape}")
     return vectors
 
 

@@ -26,7 +26,7 @@ class LineScenario(Document):
         max_steps: number of steps after which a run stops if it has not reached its steady state.
 
     Raises:
-        ScenarioError: if a field has the wrong type or is out of bounds.
+        InputError: if a field has the wrong type or is out of bounds.
     """
 
     num_agents: int = 100

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple, TypeVar
 
-from flockesc_env.common.errors import ScenarioError, shown, shown_name
+from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial import AlignedHeadings, Clusters, Disc
@@ -179,10 +179,10 @@ def preset(name: str) -> Scenario:
     """Return the scenario of a preset, a key of ``PRESETS``.
 
     Raises:
-        ScenarioError: if the name is unknown.
+        InputError: if the name is unknown.
     """
     if not isinstance(name, str) or name not in PRESETS:
-        raise ScenarioError("scenario", f"one of {', '.join(PRESETS)}", shown_name(name, PRESETS))
+        raise InputError("scenario", f"one of {', '.join(PRESETS)}", shown_name(name, PRESETS))
     return PRESETS[name].scenario
 
 
@@ -190,7 +190,7 @@ def as_model(value: Any) -> Scenario:
     """Return a scenario of either model, given as a scenario or as the name of a preset."""
     scenario = preset(value) if isinstance(value, str) else value
     if not isinstance(scenario, FlockScenario | LineScenario):
-        raise ScenarioError("scenario", "a FlockScenario, a LineScenario or a preset's name", shown(value))
+        raise InputError("scenario", "a FlockScenario, a LineScenario or a preset's name", shown(value))
     return scenario
 
 
@@ -201,5 +201,5 @@ def as_scenario(value: _T | str | None, model: type[_T]) -> _T:
     scenario = preset(value) if isinstance(value, str) else value
     if not isinstance(scenario, model):
         known = [name for name, (_, known) in PRESETS.items() if isinstance(known, model)]
-        raise ScenarioError("scenario", f"a {model.__name__} or one of {', '.join(known)}", shown(value))
+        raise InputError("scenario", f"a {model.__name__} or one of {', '.join(known)}", shown(value))
     return scenario

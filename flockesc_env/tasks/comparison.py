@@ -12,7 +12,7 @@ import numpy as np
 from flockesc_env.common import stats
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.checks import as_choice, as_count
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import data_frame, require
 from flockesc_env.common.files import write_text
 from flockesc_env.common.progress import progress_bar
@@ -150,7 +150,7 @@ def entry_of(policy: Any, task: TaskDefinition) -> NamedPolicy:
         task: the task.
 
     Raises:
-        ArgumentError: if it is no policy, or does not fit the task.
+        InputError: if it is no policy, or does not fit the task.
     """
     if isinstance(policy, str):
         policy = find_policy(policy)
@@ -159,7 +159,7 @@ def entry_of(policy: Any, task: TaskDefinition) -> NamedPolicy:
         policy = NamedPolicy(type(policy).__name__, found, task.per_agent, dict(task.options), task.scenario)
     try:
         entry = fitted(policy, task)
-    except ArgumentError as error:
-        raise ArgumentError(f"{policy.name}: {error.field}", error.expected, error.given) from None
+    except InputError as error:
+        raise InputError(f"{policy.name}: {error.field}", error.expected, error.given) from None
     is_line = isinstance(task.scenario, LineScenario)
     return entry if is_line else replace(entry, options={"objective": task.spec.name, **entry.options})

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import msgspec
 
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.envs.gymnasium import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.objectives import ObjectiveSpec
@@ -130,14 +130,13 @@ class TaskDefinition:
             **options: options beside the task's, such as ``reward`` and ``render_mode``.
 
         Raises:
-            ArgumentError: if every agent sets its own range.
-            OptionError: if an option is unknown or out of bounds.
+            InputError: if every agent sets its own range; if an option is unknown or out of bounds.
         """
         options = {**self.options, **options}
         if isinstance(self.scenario, LineScenario):
             return LineEscapeEnv(self.scenario, **options)
         if self.per_agent:
-            raise ArgumentError(
+            raise InputError(
                 "task", "one range per flock; parallel_env and vec_env have one per agent", self.name
             )
         return FlockEscapeEnv(self.scenario, **options)
@@ -145,7 +144,7 @@ class TaskDefinition:
     def parallel_env(self, **options: Any) -> FlockParallelEnv:
         """Return the PettingZoo environment of a task with one range per agent; see ``env``."""
         if not self.per_agent or isinstance(self.scenario, LineScenario):
-            raise ArgumentError("task", "one range per agent; env has one per flock or line", self.name)
+            raise InputError("task", "one range per agent; env has one per flock or line", self.name)
         from flockesc_env.envs.pettingzoo import parallel_env  # fails in a deleted working folder
 
         options = {**self.options, **options}
@@ -161,7 +160,7 @@ class TaskDefinition:
 
         Raises:
             MissingExtraError: if stable-baselines3 is not installed.
-            OptionError: if an option is unknown or out of bounds.
+            InputError: if an option is unknown or out of bounds.
         """
         from flockesc_env.sb3.vec_env import AgentVecEnv, FlockVecEnv, line_vec_env
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import data_frame, require
 from flockesc_env.envs.vector import AgentVectorEnv
 from flockesc_env.episodes.options import UNOBSERVED, EnvOptions
@@ -47,18 +47,18 @@ def record_episodes(
     are those of ``environment``, as JSON. ``report`` gets each policy's text before it plays. Needs polars.
 
     Raises:
-        ArgumentError: if a policy does not fit the task, names agree, a seed is held out, or files exist.
+        InputError: if a policy does not fit the task, names agree, a seed is held out, or files exist.
     """
     require("analysis", ["polars"])
     import polars as pl
 
     refuse_held_out(seeds)
     if output.exists() and not (output.is_dir() and not any(output.iterdir())):
-        raise ArgumentError("output", "a new or empty folder", repr(str(output)))
+        raise InputError("output", "a new or empty folder", repr(str(output)))
     stems = (Path(each.spec).stem if each.sha256 else each.entry.name for each in policies)
     names = [re.sub(r"[^A-Za-z0-9_]+", "-", stem) for stem in stems]
     if len({"episodes", "policies", *names}) < 2 + len(names):
-        raise ArgumentError("policies", "different names, not episodes or policies", ", ".join(names))
+        raise InputError("policies", "different names, not episodes or policies", ", ".join(names))
     entries = [_fitted(policy, task) for policy in policies]
     output.mkdir(parents=True, exist_ok=True)
     ends, facts = [], []
@@ -88,8 +88,8 @@ def _fitted(policy: LoadedPolicy, task: Task) -> NamedPolicy:
     """Return a policy with the options of the environment in which it plays."""
     try:
         entry = fitted(policy.entry, task)
-    except ArgumentError as error:
-        raise ArgumentError(f"{policy.spec}: {error.field}", error.expected, error.given) from None
+    except InputError as error:
+        raise InputError(f"{policy.spec}: {error.field}", error.expected, error.given) from None
     own = {name: value for name, value in entry.options.items() if name not in UNOBSERVED}
     if not isinstance(task.scenario, LineScenario):  # agents that see less than allowed stay such agents
         own = {"predator_sensing_range": EnvOptions.predator_sensing_range, **own}

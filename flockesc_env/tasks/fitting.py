@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.policies.base import Policy
 from flockesc_env.policies.files import Stored
@@ -42,7 +42,7 @@ def fitted(entry: NamedPolicy, task: TaskDefinition) -> NamedPolicy:
     take the view and the options of the task.
 
     Raises:
-        ArgumentError: if the policy does not fit; see ``check_fits``.
+        InputError: if the policy does not fit; see ``check_fits``.
     """
     if isinstance(entry.policy, FixedRange | RandomRange):
         options = {**task.options, **entry.options}
@@ -72,14 +72,14 @@ def check_fits(entry: NamedPolicy, task: TaskDefinition) -> None:
     """
     model = task.scenario
     if entry.scenario is not None and type(entry.scenario) is not type(model):
-        raise ArgumentError("scenario", f"a {type(model).__name__}", type(entry.scenario).__name__)
+        raise InputError("scenario", f"a {type(model).__name__}", type(entry.scenario).__name__)
     if entry.per_agent is not task.per_agent:
-        raise ArgumentError("per_agent", f"{task.per_agent}, as in the task", entry.per_agent)
+        raise InputError("per_agent", f"{task.per_agent}, as in the task", entry.per_agent)
     options: Any = EnvOptions if isinstance(model, FlockScenario) else LineOptions
     names = [field.name for field in dataclasses.fields(options)]
     unknown = sorted(set(entry.options) - set(names))
     if unknown:
-        raise ArgumentError("options", f"some of {', '.join(names)}", ", ".join(unknown))
+        raise InputError("options", f"some of {', '.join(names)}", ", ".join(unknown))
     chosen, shown = options(**entry.options), options(**task.options)
     if not isinstance(model, FlockScenario):
         return
@@ -89,12 +89,12 @@ def check_fits(entry: NamedPolicy, task: TaskDefinition) -> None:
     follows = ("closest_approach",) if task.per_agent and is_alone else ()
     _check_some("extra_entries", chosen.extra_entries, (*shown.extra_entries, *follows))
     if "objective" in entry.options and chosen.objective != shown.objective:
-        raise ArgumentError("objective", f"{shown.objective!r}, as in the task", repr(chosen.objective))
+        raise InputError("objective", f"{shown.objective!r}, as in the task", repr(chosen.objective))
     if shown.predator_sensing_range is not None:
         sensing, most = chosen.predator_sensing_range, model.predator_range
         if sensing is None or (sensing != "predator_range" and float(sensing) > most):
             expected = f"at most the task's, 'predator_range' or {most:g} m"
-            raise ArgumentError("predator_sensing_range", expected, sensing)
+            raise InputError("predator_sensing_range", expected, sensing)
 
 
 def _check_some(name: str, chosen: tuple[Any, ...], shown: tuple[Any, ...]) -> None:
@@ -102,7 +102,7 @@ def _check_some(name: str, chosen: tuple[Any, ...], shown: tuple[Any, ...]) -> N
     more = [entry for entry in chosen if entry not in shown]
     if more:
         allowed = f"some of {', '.join(map(str, shown))}" if shown else "none"
-        raise ArgumentError(name, f"{allowed}, as in the task", ", ".join(map(str, chosen)))
+        raise InputError(name, f"{allowed}, as in the task", ", ".join(map(str, chosen)))
 
 
 def content(entry: NamedPolicy, task: TaskDefinition) -> Any:

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import msgspec
 
-from flockesc_env.common.errors import ArgumentError, shown_name
+from flockesc_env.common.errors import InputError, shown_name
 from flockesc_env.common.extras import require
 from flockesc_env.tasks.definition import TaskDefinition
 
@@ -59,12 +59,12 @@ def learner_of(task: TaskDefinition, name: str) -> Learner:
     """Return a learner of a task.
 
     Raises:
-        ArgumentError: if the task has no such learner.
+        InputError: if the task has no such learner.
     """
     known = learners(task)
     if name not in known:
         given = shown_name(name, list(known))
-        raise ArgumentError("learner", f"one of {', '.join(known) or 'none'} for {task.name}", given)
+        raise InputError("learner", f"one of {', '.join(known) or 'none'} for {task.name}", given)
     return known[name]
 
 
@@ -72,7 +72,7 @@ def arguments(task: TaskDefinition, name: str, learner: Learner) -> dict[str, An
     """Return the keyword arguments of the class of stable-baselines3; see ``Task.hyperparameters``."""
     if learner.algorithm in OWN_ALGORITHMS:
         expected = "one of stable-baselines3 or sb3-contrib"
-        raise ArgumentError("learner", expected, f"{name}, {learner.algorithm}")
+        raise InputError("learner", expected, f"{name}, {learner.algorithm}")
     require("sb3", ["stable_baselines3"])
     found = {key: _value(value) for key, value in learner.hyperparameters.items()}
     if learner.policy.endswith("ScorerPolicy"):
@@ -85,13 +85,13 @@ def read_learners(text: str, field: str) -> dict[str, Learner]:
     """Return the learners of a file's text.
 
     Raises:
-        ArgumentError: if a table has an unknown field or a wrong type; it names the table and the field.
+        InputError: if a table has an unknown field or a wrong type; it names the table and the field.
     """
     try:
         return msgspec.convert(tomllib.loads(text), dict[str, Learner])
     except (tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
         expected = f"tables with {', '.join(Learner.__struct_fields__)}"
-        raise ArgumentError(field, expected, error) from None
+        raise InputError(field, expected, error) from None
 
 
 @cache

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from rliable import metrics
 from rliable.library import get_interval_estimates
 
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import figure_style
 from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import Estimate, FloatArray
@@ -68,14 +68,14 @@ def rows(results: Sequence[Result]) -> dict[str, list[Row]]:
     """Return the rows of every task, the highest score first.
 
     Raises:
-        ArgumentError: if a learner has two results on a task.
+        InputError: if a learner has two results on a task.
     """
     found: dict[str, list[Row]] = {}
     for task in dict.fromkeys(result.task for result in results):
         ranked = sorted((one for one in results if one.task == task), key=lambda one: -one.scores().mean())
         names = [one.learner for one in ranked]
         if len(set(names)) < len(names):
-            raise ArgumentError("results", f"one result per learner on {task}", ", ".join(names))
+            raise InputError("results", f"one result per learner on {task}", ", ".join(names))
         found[task] = list(map(_row, ranked))
     return found
 

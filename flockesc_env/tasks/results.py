@@ -15,7 +15,7 @@ import numpy as np
 from msgspec import Meta
 
 from flockesc_env.common.checks import FloatArray, parse_json
-from flockesc_env.common.errors import ArgumentError, RecordError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.files import suffix_of, write_text
 from flockesc_env.policies.files import SUFFIX as POLICY_SUFFIX
 from flockesc_env.policies.registry import built_in
@@ -111,23 +111,23 @@ def read_result(path: Path) -> Result:
 
     Raises:
         FileNotFoundError: if the file does not exist.
-        RecordError: if the file is damaged, or is not about the tasks and flocks of this version.
+        InputError: if the file is damaged, or is not about the tasks and flocks of this version.
     """
     try:
         result = msgspec.convert(parse_json(path.read_text("utf-8")), Result)
     except (ValueError, msgspec.ValidationError) as error:
-        raise RecordError(str(path), "a result on a task", error) from None
+        raise InputError(str(path), "a result on a task", error) from None
     try:
         _check(result)
-    except ArgumentError as error:
-        raise RecordError(f"{path}: {error.field}", error.expected, error.given) from None
+    except InputError as error:
+        raise InputError(f"{path}: {error.field}", error.expected, error.given) from None
     return result
 
 
 def check_learner(name: str) -> None:
     """Check the name of a learner, which gets into tables and names of folders."""
     if not re.fullmatch(r"[\w.+:-]+", name, re.ASCII):
-        raise ArgumentError("learner", "letters, digits and _ . + : -", shown(name))
+        raise InputError("learner", "letters, digits and _ . + : -", shown(name))
 
 
 def is_file(policy: str) -> bool:
@@ -140,10 +140,10 @@ def check_source(policy: str, sha256: str) -> None:
     path = PurePosixPath(policy)
     if is_file(policy) and (path.is_absolute() or ".." in path.parts or str(path) != policy):
         expected = "a relative path of a file in or below the result's folder, such as policies/ppo-0.npz"
-        raise ArgumentError("policy", expected, shown(policy))
+        raise InputError("policy", expected, shown(policy))
     if not re.fullmatch(r"[0-9a-f]{64}" if is_file(policy) else "", sha256):
         expected = "64 hexadecimal digits" if is_file(policy) else "no checksum for a policy without a file"
-        raise ArgumentError("sha256", expected, shown(sha256))
+        raise InputError("sha256", expected, shown(sha256))
 
 
 def check_different(contents: Sequence[tuple[str, Any]]) -> None:
@@ -153,35 +153,31 @@ def check_different(contents: Sequence[tuple[str, Any]]) -> None:
         contents: the text that names every policy, and what is compared.
 
     Raises:
-        ArgumentError: if two policies agree in what is compared.
+        InputError: if two policies agree in what is compared.
     """
     for at, (name, own) in enumerate(contents):
         for other, same in contents[:at]:
             if own == same:
-                raise ArgumentError(
-                    "policies", "different policies", f"one of them twice ({other} and {name})"
-                )
+                raise InputError("policies", "different policies", f"one of them twice ({other} and {name})")
 
 
 def _check(result: Result) -> None:
     if result.version != VERSION:
-        raise ArgumentError("version", VERSION, shown(result.version))
+        raise InputError("version", VERSION, shown(result.version))
     check_learner(result.learner)
     task = tasks[result.task]
     if result.task_sha256 != task.sha256:
-        raise ArgumentError(
-            "task_sha256", f"{task.sha256}, of the task {task.name}", shown(result.task_sha256)
-        )
+        raise InputError("task_sha256", f"{task.sha256}, of the task {task.name}", shown(result.task_sha256))
     flocks = (FLOCKS.start, len(FLOCKS))
     if result.flocks != flocks:
-        raise ArgumentError("flocks", f"first seed and number {flocks}", result.flocks)
+        raise InputError("flocks", f"first seed and number {flocks}", result.flocks)
     if not result.policies:
-        raise ArgumentError("policies", "at least one", "none")
+        raise InputError("policies", "at least one", "none")
     for index, policy in enumerate(result.policies):
         try:
             check_source(policy.policy, policy.sha256)
-        except ArgumentError as error:
-            raise ArgumentError(f"policies[{index}].{error.field}", error.expected, error.given) from None
+        except InputError as error:
+            raise InputError(f"policies[{index}].{error.field}", error.expected, error.given) from None
         _check_objectives(policy, task, f"policies[{index}].objectives")
     check_different([(policy.policy, _content(policy, task)) for policy in result.policies])
     check_training(result.training, len(result.policies))
@@ -193,7 +189,7 @@ def _content(policy: PolicyResult, task: Task) -> Any:
         return policy.sha256
     try:
         return content(built_in(policy.policy), task)
-    except ArgumentError:  # code, or a rule that does not fit
+    except InputError:  # code, or a rule that does not fit
         return policy.policy
 
 
@@ -204,21 +200,19 @@ def check_training(training: Training | None, policies: int) -> None:
     try:
         msgspec.convert(msgspec.to_builtins(training), Training)
     except msgspec.ValidationError as error:
-        raise ArgumentError("training", "numbers of a training", error) from None
+        raise InputError("training", "numbers of a training", error) from None
     if not len(set(training.seeds)) == len(training.seeds) == policies:
-        raise ArgumentError("training.seeds", f"{policies} different seeds, one per policy", training.seeds)
+        raise InputError("training.seeds", f"{policies} different seeds, one per policy", training.seeds)
     if len(training.cpu_minutes) != policies:
-        raise ArgumentError(
-            "training.cpu_minutes", f"{policies} numbers, one per policy", training.cpu_minutes
-        )
+        raise InputError("training.cpu_minutes", f"{policies} numbers, one per policy", training.cpu_minutes)
 
 
 def _check_objectives(policy: PolicyResult, task: Task, field: str) -> None:
     if set(policy.objectives) != set(task.scales):
-        raise ArgumentError(field, f"the scenarios {', '.join(task.scales)}", ", ".join(policy.objectives))
+        raise InputError(field, f"the scenarios {', '.join(task.scales)}", ", ".join(policy.objectives))
     for name, values in policy.objectives.items():
         finite, given = sum(map(math.isfinite, values)), len(values)
         if not finite == given == len(FLOCKS):
-            raise ArgumentError(
+            raise InputError(
                 f"{field}.{name}", f"{len(FLOCKS)} finite numbers", f"{finite} finite of {given}"
             )

@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from flockesc_env.common.checks import FloatArray, as_count, as_seed, as_seeds
-from flockesc_env.common.errors import ArgumentError, RecordError, shown
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.models.records import versions
 from flockesc_env.policies.files import parse_policy
 from flockesc_env.policies.ranges import RandomRange
@@ -61,13 +61,12 @@ class LoadedPolicy(NamedTuple):
             find: returns the policy of a text that is not the path of a policy file.
 
         Raises:
-            ArgumentError: if there is no such policy.
-            RecordError: if the file is damaged or is not a policy.
+            InputError: if there is no such policy; if the file is damaged or is not a policy.
         """
         if not is_file(spec):
             return cls(spec, "", find(spec))
         if not Path(spec).is_file():
-            raise ArgumentError("policies", "an existing policy file", shown(spec))
+            raise InputError("policies", "an existing policy file", shown(spec))
         raw = Path(spec).read_bytes()
         return cls(spec, hashlib.sha256(raw).hexdigest(), parse_policy(raw, Path(spec)))
 
@@ -105,7 +104,7 @@ def score(
         report: called with the name of every policy before it plays.
 
     Raises:
-        ArgumentError: if a policy does not fit the task, two policies are the same, a policy file is not in
+        InputError: if a policy does not fit the task, two policies are the same, a policy file is not in
             or below the folder of ``output``, or the training does not have one seed per policy.
     """
     check_training(training, len(policies))
@@ -117,8 +116,8 @@ def score(
             fitting.append((source, fitted(entry, task)))
             if output is not None:
                 check_source(source, sha256)
-        except ArgumentError as error:
-            raise ArgumentError(f"{spec}: {error.field}", error.expected, error.given) from None
+        except InputError as error:
+            raise InputError(f"{spec}: {error.field}", error.expected, error.given) from None
     check_different([(one.spec, one.content(task)) for one in policies])
     found = []
     for (spec, sha256, _), (source, entry) in zip(policies, fitting, strict=True):
@@ -158,21 +157,20 @@ def verify(path: Path, *, flocks: Sequence[int] | None = None, report: Report = 
         report: called with the name of every policy before it plays.
 
     Raises:
-        ArgumentError: if ``flocks`` is empty or has other seeds than the held-out flocks.
-        RecordError: if the result is not about this version's tasks and flocks, a policy file has another
-            checksum, a policy does not fit the task, two policies are the same, an objective differs, or the
-            policies are code.
+        InputError: if ``flocks`` is empty or has other seeds than the held-out flocks; if the result is not
+            about this version's tasks and flocks, a policy file has another checksum, a policy does not fit
+            the task, two policies are the same, an objective differs, or the policies are code.
     """
     result = read_result(path)
     task = tasks[result.task]
     drawn = [seed - FLOCKS.start for seed in (FLOCKS if flocks is None else as_seeds(flocks, "flocks"))]
     if not set(drawn) <= {*range(len(FLOCKS))}:
-        raise ArgumentError("flocks", f"seeds from {FLOCKS[0]} to {FLOCKS[-1]}", shown(flocks))
+        raise InputError("flocks", f"seeds from {FLOCKS[0]} to {FLOCKS[-1]}", shown(flocks))
     found = [_find(policy, task, path, f"policies[{at}]") for at, policy in enumerate(result.policies)]
     try:
         check_different([(one.spec, one.content(task)) for one in found])
-    except ArgumentError as error:
-        raise RecordError(f"{path}: {error.field}", error.expected, error.given) from None
+    except InputError as error:
+        raise InputError(f"{path}: {error.field}", error.expected, error.given) from None
     for index, (policy, one) in enumerate(zip(result.policies, found, strict=True)):
         field = f"{path}: policies[{index}]"
         report(policy.policy)
@@ -187,7 +185,7 @@ def verify(path: Path, *, flocks: Sequence[int] | None = None, report: Report = 
                     for at in differs[:_SHOWN]
                 )
                 expected = f"objectives in {name} with the bits that {policy.policy} reaches"
-                raise RecordError(field, expected, f"{len(differs)} of {len(drawn)} others ({named})")
+                raise InputError(field, expected, f"{len(differs)} of {len(drawn)} others ({named})")
     return result
 
 
@@ -203,19 +201,19 @@ def _find(policy: PolicyResult, task: Task, path: Path, field: str) -> LoadedPol
     spec = str(path.parent / policy.policy) if is_file(policy.policy) else policy.policy
     try:
         found = LoadedPolicy.of(spec)
-    except ArgumentError:
+    except InputError:
         if is_file(spec):
-            raise RecordError(f"{path}: {field}", "an existing policy file", shown(policy.policy)) from None
+            raise InputError(f"{path}: {field}", "an existing policy file", shown(policy.policy)) from None
         expected = "a policy file or a built-in policy, which can be played again"
         given = f"{shown(policy.policy)}, played by its author's code"
-        raise RecordError(f"{path}: {field}", expected, given) from None
+        raise InputError(f"{path}: {field}", expected, given) from None
     if found.sha256 != policy.sha256:
         expected = f"{policy.policy} with the sha256 {policy.sha256}"
-        raise RecordError(f"{path}: {field}", expected, found.sha256)
+        raise InputError(f"{path}: {field}", expected, found.sha256)
     try:
         fitted(found.entry, task)
-    except ArgumentError as error:
-        raise RecordError(f"{path}: {field}: {error.field}", error.expected, error.given) from None
+    except InputError as error:
+        raise InputError(f"{path}: {field}: {error.field}", error.expected, error.given) from None
     return found
 
 

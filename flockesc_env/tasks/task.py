@@ -14,7 +14,7 @@ import msgspec
 import tomli_w
 
 from flockesc_env.common.checks import as_choice
-from flockesc_env.common.errors import ArgumentError, shown_name
+from flockesc_env.common.errors import InputError, shown_name
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import PRESETS, Scenario
@@ -34,7 +34,7 @@ class Task(TaskDefinition):
         Example: ``PPO("MlpPolicy", task.vec_env(4), **task.hyperparameters("ppo"))``.
 
         Raises:
-            ArgumentError: if the task has no such learner, or it is none of stable-baselines3.
+            InputError: if the task has no such learner, or it is none of stable-baselines3.
         """
         return learners.arguments(self, learner, learners.learner_of(self, learner))
 
@@ -55,7 +55,7 @@ class Task(TaskDefinition):
             num_threads: number of threads; ``None``: one per core.
 
         Raises:
-            ArgumentError: if a policy does not fit the task, or an argument is out of bounds.
+            InputError: if a policy does not fit the task, or an argument is out of bounds.
         """
         from flockesc_env.tasks.comparison import compare
 
@@ -93,10 +93,10 @@ class Tasks(Mapping[str, Task]):
         """Return a task.
 
         Raises:
-            ArgumentError: if the name is unknown. It names the near ones.
+            InputError: if the name is unknown. It names the near ones.
         """
         if name not in self._tasks:
-            raise ArgumentError("task", f"one of {', '.join(self)}", shown_name(name, list(self)))
+            raise InputError("task", f"one of {', '.join(self)}", shown_name(name, list(self)))
         return self._tasks[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -120,12 +120,12 @@ def read_tasks(text: str) -> dict[str, Task]:
     """Return the tasks of a file's text.
 
     Raises:
-        ArgumentError: if a field is unknown, missing or of a wrong type, or names nothing that exists.
+        InputError: if a field is unknown, missing or of a wrong type, or names nothing that exists.
     """
     try:
         file = msgspec.convert(tomllib.loads(text), _File)
     except (tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
-        raise ArgumentError("tasks", "a file of tasks", error) from None
+        raise InputError("tasks", "a file of tasks", error) from None
     scenarios = {name: preset.scenario for name, preset in PRESETS.items()}
     scenarios |= {name: _scenario(dict(document)) for name, document in file.scenarios.items()}
     return {name: _task(name, entry, file.version, scenarios) for name, entry in file.tasks.items()}

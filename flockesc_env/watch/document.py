@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_instance, as_text
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.models.graph import component_labels
 from flockesc_env.models.simulate import Trajectory, as_runs
@@ -30,7 +30,7 @@ def check_runs(runs: Sequence[Run]) -> None:
     """Check that there are runs of flocks with names, all in the plane or all in space."""
     dimensions = {trajectory.scenario.dimension for _, trajectory in as_runs(runs)}
     if len(dimensions) > 1:
-        raise ArgumentError("runs", "all in the plane or all in space", "both")
+        raise InputError("runs", "all in the plane or all in space", "both")
 
 
 def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from flockesc_env.common.errors import ScenarioError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import suffix_of
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.files import SUFFIX
@@ -112,7 +112,7 @@ def _steered(scenario: FlockScenario) -> str | None:
     """Return the scenario with learned predators, or ``None`` where the reader cannot steer them."""
     try:
         return scenario.with_learned_predators().to_json() if scenario.dimension == 2 else None
-    except ScenarioError:
+    except InputError:
         return None
 
 

@@ -62,7 +62,7 @@ def write_page(runs: Trajectory | Sequence[Run], path: str | Path) -> None:
         path: the HTML file.
 
     Raises:
-        ArgumentError: if there are no runs, they cannot be shown side by side, or ``path`` is not a path.
+        InputError: if there are no runs, they cannot be shown side by side, or ``path`` is not a path.
     """
     target = as_path(path)
     shown = [(target.stem, runs)] if isinstance(runs, Trajectory) else runs

@@ -10,7 +10,7 @@ from tyro.conf import arg
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend, Progress
 from flockesc_env.cli.output import note
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from studies.flags import prepare
 
@@ -34,7 +34,7 @@ def run(
     Example: python -m studies findings --scale 0.1
     """
     if not 0 < scale <= 1:
-        raise ArgumentError("scale", "a number in (0, 1]", scale)
+        raise InputError("scale", "a number in (0, 1]", scale)
     runs_on = prepare(output, "train", page=page, backend=backend)
     require("video", ["pygame", "imageio_ffmpeg"])
     from studies.findings.page import FINDINGS

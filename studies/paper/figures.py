@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.jobs import Arrays, Backend, Cache
 from studies.measurements import Runner
 from studies.paper import flock_figures, line_figures, mechanism_figures
@@ -115,7 +115,7 @@ def measure_and_draw(
     """
     for name in names:
         if name not in FIGURES:
-            raise ArgumentError("figures", f"some of {', '.join(FIGURES)}", repr(name))
+            raise InputError("figures", f"some of {', '.join(FIGURES)}", repr(name))
     plan = measurements(trials)
     needed = {need: plan[need] for name in names for need in FIGURES[name][0]}
     output.mkdir(parents=True, exist_ok=True)

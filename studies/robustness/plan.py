@@ -10,7 +10,7 @@ from typing import Final, TypeGuard
 import numpy as np
 
 from flockesc_env.cli.flags import scenario_named
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.predators import ConstantVelocity, Learned
 from flockesc_env.scenario.presets import LITERATURE, PRESETS
@@ -44,10 +44,10 @@ def attacked_presets(names: Iterable[str] | None = None) -> dict[str, FlockScena
     for name in names or ():
         scenario = scenario_named(name) if Path(name).suffix else known.get(name)
         if not _is_attacked(scenario):
-            raise ArgumentError("presets", f"any of {', '.join(known)}, or files of such flocks", repr(name))
+            raise InputError("presets", f"any of {', '.join(known)}, or files of such flocks", repr(name))
         chosen[name] = scenario
     if not chosen:
-        raise ArgumentError("presets", f"any of {', '.join(known)}", "none")
+        raise InputError("presets", f"any of {', '.join(known)}", "none")
     return chosen
 
 

@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 
 import msgspec
 
-from flockesc_env import ArgumentError
+from flockesc_env import InputError
 from flockesc_env.cli.output import note
 from flockesc_env.common.files import atomic_write
 from flockesc_env.jobs import Arrays
@@ -70,8 +70,7 @@ def load_board(folder: Path = BOARD) -> list[Entrant]:
     """Read the scoreboard; results are checked, but not played again.
 
     Raises:
-        RecordError: if a result is damaged.
-        ArgumentError: if a card is.
+        InputError: if a result is damaged; if a card is.
     """
     found = []
     for path in sorted(folder.iterdir()):
@@ -79,7 +78,7 @@ def load_board(folder: Path = BOARD) -> list[Entrant]:
         try:
             read = msgspec.toml.decode(card.read_bytes(), type=Card)
         except (FileNotFoundError, msgspec.DecodeError) as error:
-            raise ArgumentError(str(card), "kind, summary, authors, code and license", error) from None
+            raise InputError(str(card), "kind, summary, authors, code and license", error) from None
         results = {file.stem: read_result(file) for file in sorted(path.glob("*.json"))}
         found.append(Entrant(path.name, read, results))
     return found

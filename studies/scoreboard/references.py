@@ -15,11 +15,11 @@ import numpy as np
 from cmaes import CMA
 
 from flockesc_env import (
-    ArgumentError,
     ConstantVelocity,
     FlockEscapeEnv,
     FlockScenario,
     FlockVectorEnv,
+    InputError,
     rollout,
 )
 from flockesc_env.common.stats import FloatArray
@@ -130,7 +130,7 @@ def free_headings(task: str, scenario: str, flocks: range) -> Arrays:
     """
     model = _flock(task, scenario)
     if not is_bounded(model):
-        raise ArgumentError("scenario", "predators that fly straight on and a constant speed", scenario)
+        raise InputError("scenario", "predators that fly straight on and a constant speed", scenario)
     env, is_mean = FlockEscapeEnv(model), tasks[task].spec.name == "mean"
     return {"objective": np.array([_bound(env, flock, is_mean=is_mean) for flock in flocks])}
 
@@ -158,5 +158,5 @@ def is_bounded(model: FlockScenario) -> bool:
 def _flock(task: str, scenario: str) -> FlockScenario:
     model = tasks[task].scenarios[scenario]
     if not isinstance(model, FlockScenario):
-        raise ArgumentError("scenario", "a flock", scenario)
+        raise InputError("scenario", "a flock", scenario)
     return model

@@ -18,7 +18,7 @@ from option_table import AGENT_REWARDS, DIMENSIONS, INDIVIDUAL_REWARDS, OBJECTIV
 from reference import Floats, FlockState, unit
 
 from flockesc_env import EnvOptions, FlockScenario, Learned, parallel_env, simulate
-from flockesc_env.common.errors import ActionError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.batch import FlockBatch
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
@@ -154,7 +154,7 @@ def test_rounding_in_float32_is_clipped(dimension: int) -> None:
     spec = FlockBatch(scenario, EnvOptions()).predator_policy_spec
     np.testing.assert_array_equal(spec.plain(ends[0] * (1 + 3e-7), 2), ends[0])
     for refused in (np.nan, 1 + 1e-6):
-        with pytest.raises(ActionError, match=r"predator_actions\[1\]"):
+        with pytest.raises(InputError, match=r"predator_actions\[1\]"):
             spec.plain([[0.0] * dimension, [refused] * dimension], 2)
 
 

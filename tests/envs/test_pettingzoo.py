@@ -13,7 +13,7 @@ from pettingzoo.utils import aec_to_parallel
 from pettingzoo.utils.wrappers import ClipOutOfBoundsWrapper
 
 from flockesc_env import FlockEscapeEnv, FlockParallelEnv, env, parallel_env
-from flockesc_env.common.errors import EpisodeError
+from flockesc_env.common.errors import FlockescError
 
 
 def test_types_of_an_episode() -> None:
@@ -115,5 +115,5 @@ def test_arrays_equal_the_dicts(mode: str, reward: str, steps_per_action: int) -
             is_array_turn = not is_array_turn
             assert arrays.agents == mixed.agents == dicts.agents
     for call in (lambda: arrays.step_array(np.stack(list(actions.values()))), lambda: mixed.step(actions)):
-        with pytest.raises(EpisodeError):
+        with pytest.raises(FlockescError):
             call()

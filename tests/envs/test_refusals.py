@@ -22,7 +22,7 @@ from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.vec_env import VecMonitor
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError, OptionError, ScenarioError
+from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict
 from flockesc_env.sb3 import AgentVecEnv
 
@@ -35,7 +35,7 @@ BAD_ENTRIES = {
 
 
 def refused_field(environment: Any, actions: Any) -> str:
-    with pytest.raises(ActionError) as caught:
+    with pytest.raises(InputError) as caught:
         environment.step(actions)
     return caught.value.field
 
@@ -72,7 +72,7 @@ def test_who_acts() -> None:
     np.testing.assert_equal(environment.step(actions), twin.step(actions))
     alone = fe.parallel_env(FLOCK)
     alone.reset(seed=0)
-    with pytest.raises(ActionError, match="predator_actions"):
+    with pytest.raises(InputError, match="predator_actions"):
         alone.step_array(np.zeros((5, 1), np.float32), np.zeros((1, 2)))
 
 
@@ -101,7 +101,7 @@ def test_bounds_are_actions_also_after_rounding_in_float32() -> None:
 def test_nan_is_not_told_to_clip() -> None:
     env = fe.FlockEscapeEnv(FLOCK)
     for bad, hint in ((np.nan, "a policy that returns NaN has diverged"), (np.inf, "ClipAction clips it")):
-        with pytest.raises(ActionError, match=hint):
+        with pytest.raises(InputError, match=hint):
             env.step(np.array([bad]))
 
 
@@ -117,7 +117,7 @@ def test_step_before_reset_and_after_the_end(make: Any) -> None:
         actions = draw(environment, rng)
         if has_ended(environment, step(environment, actions)):
             for _ in range(2):
-                with pytest.raises(EpisodeError, match="after the end"):
+                with pytest.raises(FlockescError, match="after the end"):
                     step(environment, actions)
             start(environment)
 
@@ -137,7 +137,7 @@ def test_a_refused_step_leaves_the_memory_of_policies(interface: str) -> None:
         bad["agent_4"] = np.full(1, np.nan)
     else:
         bad[-1] = np.nan
-    with pytest.raises(ActionError):
+    with pytest.raises(InputError):
         environment.step(bad)
     assert weave.calls == calls
     np.testing.assert_equal(*(play(each, np.random.default_rng(2), 12) for each in (environment, twin)))
@@ -169,24 +169,24 @@ HUNTED = small_flock(predators=(fe.PurePursuit(),))
 def test_options_that_do_not_fit_are_named(interface: str) -> None:
     model = "LineScenario" if interface in LINES else "FlockScenario"
     refusals: list[tuple[Any, dict[str, Any], type[Exception], str, str]] = [
-        (None, {"rewards": "terminal"}, OptionError, "rewards", "did you mean reward"),
-        (None, {"xyz": 3}, OptionError, "xyz", "expected one of action_mode, "),
-        (None, {"num_agents": 3}, OptionError, "num_agents", rf"pass scenario={model}\(num_agents=\.\.\.\)"),
+        (None, {"rewards": "terminal"}, "rewards", "did you mean reward"),
+        (None, {"xyz": 3}, "xyz", "expected one of action_mode, "),
+        (None, {"num_agents": 3}, "num_agents", rf"pass scenario={model}\(num_agents=\.\.\.\)"),
     ]
     if interface in LINES:
         alone = fe.LineScenario(predator_position=None)
-        refusals.append((alone, {}, ScenarioError, "predator_position", "expected"))
+        refusals.append((alone, {}, "predator_position", "expected"))
     else:
         counted = small_flock(neighbor_rule=fe.Topological())
         chased = {"predator_policy": fe.Pursue()}
         words = r"with_learned_predators\(\) makes one, got PurePursuit"
-        refusals.append((small_flock(predators=()), {}, ScenarioError, "predators", "expected"))
-        refusals.append((counted, {}, OptionError, "max_range", "number of neighbors"))
+        refusals.append((small_flock(predators=()), {}, "predators", "expected"))
+        refusals.append((counted, {}, "max_range", "number of neighbors"))
         if interface != "pursuit":
-            refusals.append((HUNTED, chased, ArgumentError, "predator_policy", words))
+            refusals.append((HUNTED, chased, "predator_policy", words))
             MADE[interface](HUNTED.with_learned_predators(), **chased)
         if interface in {"gymnasium", "vector", "flock slots", "rollout"}:
-            refusals.append((None, {"reward": "individual_distance"}, OptionError, "reward", "expected"))
+            refusals.append((None, {"reward": "individual_distance"}, "reward", "expected"))
     for scenario, options, error, field, words in refusals:
         with pytest.raises(error, match=words) as caught:
             MADE[interface](*(() if scenario is None else (scenario,)), **options)
@@ -209,7 +209,7 @@ def test_settings_are_not_assigned_after_creation(make: Callable[[], Any]) -> No
     for each in (env, copy.deepcopy(env)):
         before = {name: getattr(each, name, None) for name in names}
         for name in [*names, "render_mode"]:
-            with pytest.raises(OptionError, match=f"^{name}: expected no assignment after creation"):
+            with pytest.raises(InputError, match=f"^{name}: expected no assignment after creation"):
                 setattr(each, name, "another")
         assert {name: getattr(each, name, None) for name in names} == before
         each.note = 7  # other names are free
@@ -223,7 +223,7 @@ def test_settings_are_not_assigned_through_wrappers() -> None:
     slots = AgentVecEnv(1, small_flock())
     for name in ("scenario", "max_range"):
         for call in (alone.set_wrapper_attr, several.set_attr, slots.set_attr, VecMonitor(slots).set_attr):
-            with pytest.raises(OptionError, match=f"{name}: .*environment with {name}=.."):
+            with pytest.raises(InputError, match=f"{name}: .*environment with {name}=.."):
                 call(name, None)
     alone.set_wrapper_attr("note", 7)
     assert alone.get_wrapper_attr("note") == 7
@@ -241,7 +241,7 @@ def test_a_subclass_can_replace_its_spaces() -> None:
     env = Doubled()
     env.reset(seed=0)
     env.step(np.float32([2.0]))
-    with pytest.raises(OptionError, match=r"action_space: .* \(create a new environment\)"):
+    with pytest.raises(InputError, match=r"action_space: .* \(create a new environment\)"):
         env.action_space = gymnasium.spaces.Box(-4.0, 4.0, (1,))
 
 
@@ -261,7 +261,7 @@ SIMULATE: list[tuple[Any, dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("rho", "arguments", "field"), SIMULATE)
 def test_an_entry_of_an_array_is_named(rho: Any, arguments: dict[str, Any], field: str) -> None:
-    with pytest.raises(ArgumentError) as caught:
+    with pytest.raises(InputError) as caught:
         fe.simulate(FLOCK, rho, seed=0, **arguments)
     assert caught.value.field == field
     assert isinstance(caught.value, ValueError)

@@ -17,7 +17,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecMonitor, Ve
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import Pursue
 from flockesc_env.sb3 import AgentVecEnv, FlockEvalCallback, FlockVecEnv
@@ -148,12 +148,12 @@ def test_a_refused_reset_leaves_no_trace(make: type[VecEnv], options: dict[str, 
     for each in (env, twin):
         each.seed(3)
         each.reset()
-        with pytest.raises(ArgumentError, match="seed of the last flock"):
+        with pytest.raises(InputError, match="seed of the last flock"):
             env.seed(2**64 - 1)
         each.seed(8)
     half = env.num_envs // 2
     env.set_options([{}] * half + [options] * half)
-    with pytest.raises(ArgumentError) as caught:
+    with pytest.raises(InputError) as caught:
         env.reset()
     assert caught.value.field == field
     env.set_options()
@@ -258,7 +258,7 @@ def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float
 
 def test_the_callback_refuses_other_environments() -> None:
     model = A2C("MlpPolicy", DummyVecEnv([lambda: fe.FlockEscapeEnv(small_flock())]), device="cpu")
-    with pytest.raises(ArgumentError, match=r"model.env: expected an environment of Task.vec_env"):
+    with pytest.raises(InputError, match=r"model.env: expected an environment of Task.vec_env"):
         model.learn(5, callback=FlockEvalCallback(5))
 
 

@@ -13,7 +13,7 @@ from option_table import AGENT_REWARDS, FLOCK_REWARDS, UNLIKE, covering, label, 
 from same import plain, same
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ArgumentError, ScenarioError
+from flockesc_env.common.errors import InputError
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 HUNTED = small_flock(
@@ -120,7 +120,7 @@ def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dic
     ],
 )
 def test_scenarios_that_differ_too_much(make: Any, field: str, other: fe.FlockScenario) -> None:
-    with pytest.raises(ScenarioError) as raised:
+    with pytest.raises(InputError) as raised:
         make(3, [SCENARIOS[0], HUNTED, other], max_range=4.0)
     assert raised.value.field == f"scenario[2].{field}"
 
@@ -134,7 +134,7 @@ def test_snapshots_belong_to_scenarios() -> None:
     state, one = envs.get_state(), envs.get_state(1)
     before = other.get_state()
     for refused, flocks in ((state, None), (one, 3), (one, [0, 1]), (envs.get_state([0, 1]), [0, 1])):
-        with pytest.raises(ArgumentError, match="same scenario"):
+        with pytest.raises(InputError, match="same scenario"):
             other.set_state(refused, flocks)
     assert other.get_state() == before
     other.set_state(one, [0, 2])  # both have the scenario HUNTED

@@ -27,7 +27,7 @@ from hypothesis.stateful import (
 )
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError
+from flockesc_env.common.errors import FlockescError, InputError
 
 NAMES = (
     *("pictures", "different agents with noise and delay", "pursuit", "vector", "vector without autoreset"),
@@ -81,24 +81,24 @@ class Machine(RuleBasedStateMachine):
     @precondition(lambda self: self.has_ended)
     @rule(part=parts)
     def step_after_the_end(self, part: float) -> None:
-        with pytest.raises(EpisodeError):
+        with pytest.raises(FlockescError):
             self.env.step(action_of(self.env, part))
 
     @precondition(lambda self: not self.has_ended and not self.ignores_actions())
     @rule(part=st.sampled_from([np.nan, np.inf, -1.5, 1e300]))
     def step_out_of_bounds(self, part: float) -> None:
-        with pytest.raises(ActionError), np.errstate(over="ignore"):
+        with pytest.raises(InputError), np.errstate(over="ignore"):
             self.env.step(action_of(self.env, part))
 
     @rule(seed=st.sampled_from([-1, 2**64, 1.5, "7"]))
     def reset_with_a_bad_seed(self, seed: Any) -> None:
-        with pytest.raises(ArgumentError):
+        with pytest.raises(InputError):
             self.env.reset(seed=seed)
 
     @rule()
     def reset_to_a_bad_start(self) -> None:
         name = "initial_state" if isinstance(self.env, fe.LineEscapeEnv) else "initial_positions"
-        with pytest.raises(ArgumentError):
+        with pytest.raises(InputError):
             self.env.reset(seed=1, options={name: [np.nan]})
 
     @rule()

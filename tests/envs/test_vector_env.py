@@ -14,7 +14,7 @@ from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
 from option_table import ACTION_MODES, FLOCK_REWARDS, doomed, small_flock
 
 from flockesc_env import AgentVectorEnv, FlockEscapeEnv, FlockVectorEnv
-from flockesc_env.common.errors import ActionError, ArgumentError, EpisodeError
+from flockesc_env.common.errors import FlockescError, InputError
 
 NAME = "flockesc_env:flockesc/FlockEscape-v0"
 SLOTS = 4
@@ -188,7 +188,7 @@ def test_actions_of_slots_that_are_reset_are_ignored(action_mode: str) -> None:
     spoilt[1::2] = 10**6 if action_mode == "discrete" else np.nan
     bad = spoilt.copy()
     bad[2] = bad[1]
-    with pytest.raises(ActionError) as caught:
+    with pytest.raises(InputError) as caught:
         twins.native.step(bad)
     assert caught.value.field == "action[2]"
     assert data_equivalence(twins.native.step(spoilt), twins.sync.step(actions), exact=True)
@@ -201,7 +201,7 @@ def test_ended_slots_are_not_stepped_without_autoreset() -> None:
     twins.step(4)
     twins.reset(mask=MASK)
     twins.step(6)
-    with pytest.raises(EpisodeError, match="flock 1"):
+    with pytest.raises(FlockescError, match="flock 1"):
         twins.native.step(twins.sync.action_space.sample())
     twins.step(20)
 
@@ -220,7 +220,7 @@ def test_refused_resets_leave_no_trace(seed: Any, options: dict[str, Any], field
     env, twin = (FlockVectorEnv(SLOTS, small_flock()) for _ in range(2))
     for each in (env, twin):
         each.reset(seed=6)
-    with pytest.raises(ArgumentError) as caught:
+    with pytest.raises(InputError) as caught:
         env.reset(seed=seed, options=options)
     assert caught.value.field == field
     actions = np.zeros((SLOTS, 1), np.float32)
@@ -232,10 +232,10 @@ def test_a_mask_contains_whole_flocks() -> None:
     num_agents = small_flock().num_agents
     env = AgentVectorEnv(3 * num_agents, small_flock())
     mask = np.arange(3 * num_agents) < num_agents
-    with pytest.raises(EpisodeError, match="reset_mask"):
+    with pytest.raises(FlockescError, match="reset_mask"):
         env.reset(options={"reset_mask": mask})
     env.reset(seed=0)
     env.reset(seed=0, options={"reset_mask": mask})
     mask[num_agents] = True
-    with pytest.raises(ArgumentError, match=r"options\['reset_mask'\]: expected equal entries"):
+    with pytest.raises(InputError, match=r"options\['reset_mask'\]: expected equal entries"):
         env.reset(options={"reset_mask": mask})

@@ -23,7 +23,7 @@ import pytest
 from backends import SQUARE, calls, contents, jobs_of, note_calls, square, sweep_jobs
 from cli_runs import SMALL_FLAGS, small_files
 
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.jobs import Cache, Job, JobError, cache, find_backend, run, run_jobs
 
 NUMBERS = [(number,) for number in range(12)]
@@ -121,7 +121,7 @@ class Doubled:
     ids=["partial", "object", "method", "itemgetter", "lambda", "None", "str"],
 )
 def test_a_function_that_others_cannot_import_is_refused(function: Any, tmp_path: Path) -> None:
-    with pytest.raises(ArgumentError, match="function: expected a function of a module"):
+    with pytest.raises(InputError, match="function: expected a function of a module"):
         run_jobs(function, [(1,)], cache=tmp_path)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from backends import note_calls
 
-from flockesc_env.common.errors import ArgumentError, JobError
+from flockesc_env.common.errors import InputError, JobError
 from flockesc_env.jobs import Cache, Job, find_backend, run
 
 pytest.importorskip("submitit", reason="no submitit (extra slurm)")
@@ -119,7 +119,7 @@ def test_what_cannot_run_is_refused(
 ) -> None:
     if command:
         (commands / command).write_text("#!/bin/sh\necho no such partition >&2; exit 1\n")
-    with pytest.raises(ArgumentError, match="backend: expected a cluster that answers and options") as caught:
+    with pytest.raises(InputError, match="backend: expected a cluster that answers and options") as caught:
         run(JOBS, Cache(tmp_path), find_backend(f"slurm:{options}"))
     assert reason in str(caught.value)
 

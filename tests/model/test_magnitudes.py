@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from option_table import small_flock
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ScenarioError
+from flockesc_env.common.errors import InputError
 from flockesc_env.policies.predators import Pursue
 
 BELOW, ABOVE = math.nextafter(SMALLEST, 0), math.nextafter(LARGEST, math.inf)
@@ -41,7 +41,7 @@ def test_bounds(make: Any, field: str, good: tuple[float, ...], bad: tuple[float
     for value in good:
         assert getattr(make(**{field: value}), field) == value
     for value in bad:
-        with pytest.raises(ScenarioError) as caught:
+        with pytest.raises(InputError) as caught:
             make(**{field: value})
         assert caught.value.field == field
 

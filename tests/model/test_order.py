@@ -9,7 +9,7 @@ import pytest
 from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ArgumentError, FlockescError
+from flockesc_env.common.errors import FlockescError, InputError
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
@@ -39,7 +39,7 @@ def test_a_ring_rotates_and_a_parallel_flock_does_not() -> None:
         assert fe.rotation(run_of(7 * place(points), 3 * place(points)))[0] == pytest.approx(0)
         counter = place(tangents) * np.repeat([1, -1, 1, 1], 3)[:, None]
         assert fe.rotation(run_of(place(points), counter))[0] == pytest.approx(0.5)
-    with pytest.raises(ArgumentError, match="periodic"):
+    with pytest.raises(InputError, match="periodic"):
         fe.rotation(run_of(7 * points, tangents, periodic_side=30.0))
 
 

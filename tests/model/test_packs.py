@@ -121,7 +121,7 @@ def test_rounding_errors_of_a_path_do_not_accumulate(interval: float | None) -> 
 def test_a_start_that_contradicts_a_path_is_refused(name: str) -> None:
     path = fe.PrescribedPath(((0.0, 0.0), (1.0, 2.0)))
     env = fe.FlockEscapeEnv(small_flock(predators=(fe.PurePursuit(), path)))
-    with pytest.raises(fe.ArgumentError, match=r"predators\[1\] has a prescribed path") as caught:
+    with pytest.raises(fe.InputError, match=r"predators\[1\] has a prescribed path") as caught:
         env.reset(options={name: np.zeros((2, 2))})
     assert caught.value.field == name
 

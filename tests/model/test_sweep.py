@@ -11,7 +11,7 @@ from objective_values import COLUMNS
 from option_table import small_flock
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 
 RANGES = [0.0, 5.0, 30.0]
 SEEDS = [4, 2**64 - 1, 17, 3]
@@ -99,7 +99,7 @@ def test_a_plot_shows_the_means_and_the_best_range(
         np.testing.assert_array_equal(curve.get_xdata(), result.interaction_ranges)
         np.testing.assert_array_equal(curve.get_ydata(), result.values(objective).mean(axis=1))
         assert best.get_xdata()[0] == result.best_range(objective)
-    with pytest.raises(ArgumentError, match="predator"):
+    with pytest.raises(InputError, match="predator"):
         fe.sweep(small_flock(num_agents=9, predators=()), RANGES, SEEDS).plot()
 
 

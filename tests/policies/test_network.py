@@ -15,7 +15,7 @@ from rounding import choose_alike, float32_error
 from torch import nn
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import torch_network
 from flockesc_env.policies.network import Architecture, NetworkPolicy
@@ -144,7 +144,7 @@ def test_memory_starts_at_zero_and_is_kept() -> None:
     np.testing.assert_allclose(remembered(policy, [0.75, 0.1]), [np.tanh(0.5), 0], atol=EPS)
     policy.reset(np.ones(3, bool))
     np.testing.assert_array_equal(remembered(policy, [0.0, 0.0, 0.0]), [0, 0, 0])  # other rows
-    with pytest.raises(ArgumentError, match="rows: expected 3 rows as before, got 2"):
+    with pytest.raises(InputError, match="rows: expected 3 rows as before, got 2"):
         policy.reset(np.array([False, True]))
 
 
@@ -162,7 +162,7 @@ def test_memory_starts_at_zero_and_is_kept() -> None:
 )
 def test_networks_that_cannot_act_are_refused(fields: dict[str, Any], parameters: Any, message: str) -> None:
     shared = fe.FlockEscapeEnv(SCENARIO).policy_spec
-    with pytest.raises(ArgumentError, match=message):
+    with pytest.raises(InputError, match=message):
         NetworkPolicy(Architecture(**{"inputs": ("time",), "hidden": (), **fields}), parameters).act(
             np.zeros((2, len(shared.layout.names)), np.float32), shared
         )
@@ -203,7 +203,5 @@ def test_the_range_with_the_highest_output_is_set() -> None:
     "layers", [[], [nn.Linear(4, 2), nn.ReLU(), nn.Linear(2, 1)], [nn.Linear(4, 2), nn.Tanh()], [nn.Tanh()]]
 )
 def test_other_layers_are_refused(layers: list[nn.Module]) -> None:
-    with pytest.raises(
-        ArgumentError, match="layers: expected Linear and Tanh in turn, Linear first and last"
-    ):
+    with pytest.raises(InputError, match="layers: expected Linear and Tanh in turn, Linear first and last"):
         torch_network(layers, ("time",))

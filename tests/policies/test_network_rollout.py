@@ -54,7 +54,7 @@ def test_python_and_the_networks_above_have_every_field_of_an_architecture() -> 
     plain = fe.Architecture(("time",))
     policy, spec = fe.NetworkPolicy(plain, np.zeros(plain.size)), fe.FlockEscapeEnv().policy_spec
     policy._document = '{"no_such_field": 0}'
-    with pytest.raises(fe.ArgumentError, match="no_such_field") as caught:
+    with pytest.raises(fe.InputError, match="no_such_field") as caught:
         policy.act(np.zeros((1, len(spec.layout.names)), np.float32), spec)
     names = {field.name for field in dataclasses.fields(plain)}
     assert set(re.findall(r"`(\w+)`", caught.value.expected)) == names

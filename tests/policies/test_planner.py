@@ -100,10 +100,10 @@ def test_the_planner_is_never_worse_than_a_constant_range(mode: str, objective: 
 @pytest.mark.parametrize(
     ("scenario", "arguments", "error", "field"),
     [
-        ("paper-line", {}, fe.ScenarioError, "scenario"),
-        (FLOCK.replace(predators=()), {}, fe.ScenarioError, "predators"),
-        (FLOCK, {"steps_per_action": 5}, fe.ArgumentError, "steps"),
-        (FLOCK, {"reward": "difference"}, fe.OptionError, "reward"),
+        ("paper-line", {}, fe.InputError, "scenario"),
+        (FLOCK.replace(predators=()), {}, fe.InputError, "predators"),
+        (FLOCK, {"steps_per_action": 5}, fe.InputError, "steps"),
+        (FLOCK, {"reward": "difference"}, fe.InputError, "reward"),
     ],
 )
 def test_wrong_arguments(scenario: Any, arguments: dict[str, Any], error: type, field: str) -> None:

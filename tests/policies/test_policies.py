@@ -16,7 +16,7 @@ from same import outcome
 from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNormalize
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.policies import (
     FixedRange,
     RandomRange,
@@ -204,7 +204,7 @@ def test_policies_by_name_set_their_options() -> None:
     ],
 )
 def test_bind_refuses_wrappers_that_change_observations_or_actions(wrap: Any, field: str) -> None:
-    with pytest.raises(ArgumentError) as caught:
+    with pytest.raises(InputError) as caught:
         bind(FixedRange(12.0), wrap(fe.FlockEscapeEnv(SCENARIO)))
     assert caught.value.field == field
 

@@ -13,7 +13,7 @@ import pytest
 from option_table import small_flock
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ArgumentError, RecordError
+from flockesc_env.common.errors import InputError
 from flockesc_env.policies import FixedRange, ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
 from flockesc_env.policies.files import find_policy
 from flockesc_env.policies.network import Architecture, NetworkPolicy
@@ -105,7 +105,7 @@ def test_a_loaded_policy_refuses_environments_with_other_options(
         lambda: fe.FlockPursuitEnv(SCENARIO, flock_policy=loaded.policy, **{**own, **view}),
     ]
     for call in calls:
-        with pytest.raises(ArgumentError) as caught:
+        with pytest.raises(InputError) as caught:
             call()
         assert caught.value.field == name
         assert per_agent is ("(use **load_policy(path).options)" in caught.value.expected)
@@ -129,14 +129,14 @@ def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
     given = fe.rollout(other, loaded, range(3), steps_per_action=3)
     np.testing.assert_equal(vars(fe.rollout(other, slower, range(3))), vars(given))
     fe.bind(slower.policy, fe.parallel_env(other, **options))
-    with pytest.raises(ArgumentError, match="steps_per_action: expected 2"):
+    with pytest.raises(InputError, match="steps_per_action: expected 2"):
         fe.rollout(other, loaded.policy, range(3), steps_per_action=3)
 
 
 @pytest.mark.parametrize("changes", [{"policy": FixedRange(3)}, {"scenario": None}])
 def test_policies_that_cannot_be_saved_are_refused(changes: dict[str, Any], tmp_path: Path) -> None:
     entry = dataclasses.replace(flock_policy(), **changes)
-    with pytest.raises(RecordError, match="policy: expected a NetworkPolicy, StubbornWitnesses, "):
+    with pytest.raises(InputError, match="policy: expected a NetworkPolicy, StubbornWitnesses, "):
         fe.save_policy(entry, tmp_path / "policy.npz")
     assert not list(tmp_path.iterdir())
 
@@ -170,7 +170,7 @@ def test_a_network_that_cannot_act_is_refused(
     if network := changes.get("architecture"):
         size = Architecture(**{name: tuple(entries) for name, entries in network.items()}).size
         changes = {**changes, "parameters": np.zeros(size)}
-    with pytest.raises(RecordError) as caught:
+    with pytest.raises(InputError) as caught:
         fe.load_policy(rewritten(tmp_path / "policy.npz", **changes))
     assert message in str(caught.value)
 
@@ -186,7 +186,7 @@ def test_another_file_is_named(tmp_path: Path) -> None:
         (fe.load_policy, "arrays", "expected a policy, got the arrays first, second"),
         (fe.load_run, "policy", r"expected a recorded run \(npz\), got a policy"),
     ):
-        with pytest.raises(RecordError, match=f"{name}.npz: {message}$"):
+        with pytest.raises(InputError, match=f"{name}.npz: {message}$"):
             call(tmp_path / f"{name}.npz")
     for changes, message in (
         ({"model": "fish"}, "model: expected one of flock, line, got 'fish'"),
@@ -194,7 +194,7 @@ def test_another_file_is_named(tmp_path: Path) -> None:
         ({"options": {"max_rang": 3.0}}, "max_rang: .*did you mean max_range"),
     ):
         fe.save_policy(flock_policy(), tmp_path / "policy.npz")
-        with pytest.raises(RecordError, match=message):
+        with pytest.raises(InputError, match=message):
             fe.load_policy(rewritten(tmp_path / "policy.npz", **changes))
 
 
@@ -207,6 +207,6 @@ def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
         assert type(found.policy) is type(expected.policy)
         assert (found.name, found.per_agent, found.options) == (name, expected.per_agent, expected.options)
     for spec in ("lost.npz", str(tmp_path), "fixed:far", "policy"):
-        with pytest.raises(ArgumentError, match=r"which: expected one of fixed:RHO, .* got '") as caught:
+        with pytest.raises(InputError, match=r"which: expected one of fixed:RHO, .* got '") as caught:
             find_policy(spec, "which")
         assert caught.value.given.startswith(repr(spec))

@@ -11,7 +11,7 @@ from envs import FLOCKS, info_of, same_action, start, state, step
 from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ActionError
+from flockesc_env.common.errors import InputError
 from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.policies.predators import Pursue
 
@@ -97,7 +97,7 @@ def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
     environment = fe.FlockEscapeEnv(hunted().with_learned_predators(), predator_policy=bad)
     environment.reset(seed=0)
     before = state(environment.flock)
-    with pytest.raises(ActionError) as caught:
+    with pytest.raises(InputError) as caught:
         environment.step(np.zeros(1, np.float32))
     assert caught.value.field == "actions of the predator policy[0]"
     np.testing.assert_equal(state(environment.flock), before)

@@ -10,7 +10,7 @@ import pytest
 from option_table import small_flock
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View
 from flockesc_env.policies import (
@@ -78,10 +78,10 @@ def test_a_memory_refuses_rows_added_within_an_episode() -> None:
     observations, _ = env.reset(seed=0)
     policy, rows = StubbornWitnesses(), np.stack(list(observations.values()))
     policy.act(rows, env.policy_spec)
-    with pytest.raises(ArgumentError, match="observations: expected 4 rows as before, got 3"):
+    with pytest.raises(InputError, match="observations: expected 4 rows as before, got 3"):
         policy.act(rows[:3], env.policy_spec)
     del observations["agent_3"]
-    with pytest.raises(ArgumentError, match="observations: expected one of 'agent_3', got none"):
+    with pytest.raises(InputError, match="observations: expected one of 'agent_3', got none"):
         bind(policy, env)(observations)
 
 

@@ -19,7 +19,7 @@ from stable_baselines3 import A2C, DDPG, PPO, SAC, TD3
 from stable_baselines3.common.vec_env import DummyVecEnv, VecFrameStack, VecMonitor, VecNormalize
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.policies import SB3Policy, ScheduledRange, bind
 from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
@@ -108,7 +108,7 @@ def test_a_recurrent_model_of_sb3_plays_like_its_own_loop(monkeypatch: pytest.Mo
 def test_a_model_of_another_environment_is_refused(options: dict[str, Any], field: str) -> None:
     policy = SB3Policy(PPO("MlpPolicy", FlockVecEnv(1, SCENARIO), n_steps=8, batch_size=8, device="cpu"))
     assert len(fe.rollout(SCENARIO, policy, [1]).seeds) == 1
-    with pytest.raises(ArgumentError) as caught:
+    with pytest.raises(InputError) as caught:
         fe.rollout(SCENARIO, policy, [1], **options)
     assert caught.value.field == field
 
@@ -156,10 +156,10 @@ def test_a_model_without_the_statistics_of_its_observations_is_refused(
     env = VecNormalize(AgentVecEnv(1, SCENARIO))
     algorithm("MlpPolicy", env, device="cpu", seed=0).learn(1).save(tmp_path / "model.zip")
     policy = SB3Policy(algorithm.load(tmp_path / "model.zip"))
-    with pytest.raises(ArgumentError, match=r"^vec_normalize: expected VecNormalize.load\(path, venv\)"):
+    with pytest.raises(InputError, match=r"^vec_normalize: expected VecNormalize.load\(path, venv\)"):
         fe.rollout(SCENARIO, policy, [1])
     policy = SB3Policy(policy.model, vec_normalize=VecNormalize(FlockVecEnv(1, SCENARIO)))
-    with pytest.raises(ArgumentError, match=r"^vec_normalize: expected statistics of 13 entries"):
+    with pytest.raises(InputError, match=r"^vec_normalize: expected statistics of 13 entries"):
         fe.rollout(SCENARIO, policy, [1])
 
 
@@ -226,7 +226,7 @@ def alone() -> Any:
 )
 def test_models_that_are_no_network_of_the_package_are_refused(make: Any, message: str) -> None:
     policy = SB3Policy(make())
-    with pytest.raises(ArgumentError, match=f"^{message}"):
+    with pytest.raises(InputError, match=f"^{message}"):
         policy.network()
 
 
@@ -247,5 +247,5 @@ def test_the_model_knows_whether_it_sets_the_ranges_of_agents() -> None:
 )
 def test_a_model_of_wrapped_observations_fits_neither_view(env: Any) -> None:
     message = r"shape \(18,\) for one row per flock or \(13,\) for one row per agent, .*VecFrameStack.* got"
-    with pytest.raises(ArgumentError, match=f"{message} {re.escape(str(env.observation_space.shape))}"):
+    with pytest.raises(InputError, match=f"{message} {re.escape(str(env.observation_space.shape))}"):
         fe.rollout(SCENARIO, SB3Policy(model_of(PPO, env)), [1])

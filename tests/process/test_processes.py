@@ -99,7 +99,7 @@ def test_fork_while_another_thread_is_busy(busy: str) -> None:
 ROUNDING = """
 import ctypes, platform
 from flockesc_env import (
-    EpisodeError, FlockEscapeEnv, FlockScenario, LineEscapeEnv, LineScenario,
+    FlockescError, FlockEscapeEnv, FlockScenario, LineEscapeEnv, LineScenario,
     rollout, simulate, simulate_line, sweep,
 )
 from flockesc_env.policies import FixedRange
@@ -128,7 +128,7 @@ for mode in (DOWN, UP, TO_ZERO):
         assert fesetround(mode if platform.machine() == "x86_64" else mode << 12) == 0
         try:
             call()
-        except EpisodeError as error:
+        except FlockescError as error:
             assert "does not round to nearest" in str(error), error
         else:
             raise AssertionError(f"{name} under {mode:#x}")

@@ -110,14 +110,14 @@ def test_threads_sharing_an_environment_take_turns_or_are_refused(name: str) -> 
     shared.reset(seed=5, options=options)
     alone.reset(seed=5, options=options)
 
-    refusals: list[fe.EpisodeError] = []
+    refusals: list[fe.FlockescError] = []
 
     def step(index: int) -> list[bytes]:
         stepped = []
         for _ in range(12):
             try:
                 stepped.append(shared.step(action)[0].tobytes())
-            except fe.EpisodeError as error:
+            except fe.FlockescError as error:
                 refusals.append(error)
         return stepped
 
@@ -145,7 +145,7 @@ def test_reading_during_a_long_step_is_refused(name: str) -> None:
     while stepping.is_alive():
         try:
             env.get_state()
-        except fe.EpisodeError as error:
+        except fe.FlockescError as error:
             refusals.append(error)
     stepping.join()
     assert refusals

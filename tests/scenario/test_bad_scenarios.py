@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ScenarioError
+from flockesc_env.common.errors import InputError
 
 PATH, POINTS = ((0.0, 0.0), (1.0, 2.0)), ((1.0, 2.0),) * 4
 IN_PLANE = {"dimension": 3, "initial_plane": True}
@@ -63,7 +63,7 @@ CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("changes", "field"), CONTRADICTIONS)
 def test_contradictions(changes: dict[str, Any], field: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
+    with pytest.raises(InputError) as caught:
         fe.FlockScenario(**{"num_agents": 5, **changes})
     assert caught.value.field == field
 
@@ -84,7 +84,7 @@ def test_contradictions(changes: dict[str, Any], field: str) -> None:
     ],
 )
 def test_documents(document: Any, field: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
+    with pytest.raises(InputError) as caught:
         fe.FlockScenario.from_json(json.dumps(document))
     assert caught.value.field == field
 
@@ -99,7 +99,7 @@ def test_documents(document: Any, field: str) -> None:
     ],
 )
 def test_errors_name_type_and_value(changes: dict[str, Any], message: str) -> None:
-    with pytest.raises(ScenarioError, match=re.escape(message)):
+    with pytest.raises(InputError, match=re.escape(message)):
         fe.FlockScenario(**changes)
 
 
@@ -116,7 +116,7 @@ def test_hostile_texts_have_short_errors(model: Any, language: str) -> None:
     """Deep, huge, repeated and foreign values."""
     read = model.from_json if language == "json" else model.from_toml
     for text in HOSTILE[language]:
-        with pytest.raises(ScenarioError) as caught:
+        with pytest.raises(InputError) as caught:
             read(text)
         assert len(str(caught.value)) < 1000
 

@@ -120,7 +120,7 @@ def test_refused_files(tmp_path: Path, name: str, content: Any, where: str, expe
         np.savez(path, **content)
     else:
         np.save(path, content)
-    with pytest.raises(fe.RecordError) as caught:
+    with pytest.raises(fe.InputError) as caught:
         fe.read_initial_state(path)
     assert caught.value.field == f"{path}{where}"
     assert expected in caught.value.expected

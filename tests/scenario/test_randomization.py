@@ -80,7 +80,7 @@ def test_environments_play_and_show_the_drawn_scenario(make: Any, sensing: Any) 
     ],
 )
 def test_refused_distributions(part: Any, field: str) -> None:
-    with pytest.raises(fe.ScenarioError) as caught:
+    with pytest.raises(fe.InputError) as caught:
         randomized(randomization=(fe.Uniform("speed", 5.0, 10.0), part))
     assert caught.value.field == f"randomization[1].{field}"
 
@@ -98,7 +98,7 @@ def test_a_draw_out_of_bounds_is_refused_before_its_episode(make: Any) -> None:
     envs.reset(seed=[0])
     envs.step([[0.0]])
     before = env.get_state(), envs.get_state()
-    with pytest.raises(fe.ScenarioError, match="got 11, drawn by the episode with seed 1") as caught:
+    with pytest.raises(fe.InputError, match="got 11, drawn by the episode with seed 1") as caught:
         env.reset(seed=1)
     assert caught.value.field == WIDTH
     for call in (
@@ -108,16 +108,14 @@ def test_a_draw_out_of_bounds_is_refused_before_its_episode(make: Any) -> None:
         lambda: fe.rollout(scenario, fe.policies.FixedRange(1.0), [1]),
         lambda: scenario.drawn(1),
     ):
-        with pytest.raises(fe.ScenarioError, match=WIDTH):
+        with pytest.raises(fe.InputError, match=WIDTH):
             call()
     assert (env.get_state(), envs.get_state()) == before
 
 
 def test_a_change_without_effect_is_refused() -> None:
     scenario = small_flock(randomization=(fe.Uniform("predator_range", 5.0, 60.0),))
-    with pytest.raises(
-        fe.ScenarioError, match="predator_range: expected a field that randomization does not"
-    ):
+    with pytest.raises(fe.InputError, match="predator_range: expected a field that randomization does not"):
         scenario.replace(predator_range=9.0)
     assert scenario.replace(predator_range=9.0, randomization=()).predator_range == 9.0
 
@@ -130,5 +128,5 @@ def test_a_change_without_effect_is_refused() -> None:
     ],
 )
 def test_long_lists_are_refused(field: str, what: str, part: Any) -> None:
-    with pytest.raises(fe.ScenarioError, match=f"{field}: expected at most 10000 {what}, got 10001"):
+    with pytest.raises(fe.InputError, match=f"{field}: expected at most 10000 {what}, got 10001"):
         small_flock(**{field: (part,) * 10_001})

@@ -18,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import flockesc_env as fe
-from flockesc_env.common.errors import ScenarioError
+from flockesc_env.common.errors import InputError
 from studies.paper.plan import aimed
 
 BOUNDS = Bounds()
@@ -83,11 +83,11 @@ def test_a_part_may_be_given_as_its_document() -> None:
 @pytest.mark.parametrize("name", ["position", "velocity"])
 def test_predators_have_as_many_coordinates_as_the_world(make: Any, name: str) -> None:
     with pytest.raises(
-        fe.ScenarioError, match=r"expected 3 numbers, because the dimension is 3, got \(1.0, 2.0\)"
+        fe.InputError, match=r"expected 3 numbers, because the dimension is 3, got \(1.0, 2.0\)"
     ) as caught:
         fe.FlockScenario(dimension=3, predators=(fe.ConstantVelocity(), make(**{name: (1.0, 2.0)})))
     assert caught.value.field == f"predators[1].{make.kind}.{name}"
-    with pytest.raises(fe.ScenarioError) as caught:
+    with pytest.raises(fe.InputError) as caught:
         fe.FlockScenario().replace(dimension=3)
     assert caught.value.field == "predators[0].constant_velocity.position"
 
@@ -96,7 +96,7 @@ def test_learned_predators_keep_their_starts() -> None:
     swift = fe.Learned((1.0, 2.0), max_speed=40.0)
     made = fe.FlockScenario(predators=(fe.PurePursuit((5.0, 6.0)), swift)).with_learned_predators()
     assert made == fe.FlockScenario(predators=(fe.Learned((5.0, 6.0), (10.0, 10.0)), swift))
-    with pytest.raises(fe.ScenarioError, match="predators: expected at least one predator"):
+    with pytest.raises(fe.InputError, match="predators: expected at least one predator"):
         fe.FlockScenario(predators=()).with_learned_predators()
 
 
@@ -127,7 +127,7 @@ def test_flock_environments_take_names(interface: str) -> None:
     for name in ("two-predators", None):
         assert FLOCKS[interface](name).unwrapped.scenario == fe.preset(name or "paper-flock")
     for wrong in ("escape", "paper-line", fe.LineScenario(), 5):
-        with pytest.raises(ScenarioError) as caught:
+        with pytest.raises(InputError) as caught:
             FLOCKS[interface](wrong)
         assert caught.value.field == "scenario"
         assert "paper-flock, " in str(caught.value)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from flockesc_env import ArgumentError, FlockScenario, PurePursuit, rollout, simulate
+from flockesc_env import FlockScenario, InputError, PurePursuit, rollout, simulate
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.policies import find_policy
 from flockesc_env.scenario.approach import approach
@@ -74,7 +74,7 @@ def test_free_headings_need_straight_predators_and_a_constant_speed() -> None:
         assert not is_bounded(SMALL.replace(**change))
     assert not is_bounded(SMALL.replace(predators=(PurePursuit(*approach("center")),)))
     assert is_bounded(SMALL)
-    with pytest.raises(ArgumentError, match="straight"):
+    with pytest.raises(InputError, match="straight"):
         free_headings("steering-predator", "pursuit", HELD_OUT[:2])
 
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from cli_runs import Ran
 
-from flockesc_env import PRESETS, ArgumentError, FlockScenario, sweep
+from flockesc_env import PRESETS, FlockScenario, sweep
 from flockesc_env.cli.exits import Exit
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import Estimate
 from flockesc_env.scenario.presets import LITERATURE
 from studies.__main__ import STUDIES
@@ -28,7 +29,7 @@ def test_every_flock_preset_without_learned_predators_is_surveyed() -> None:
     assert list(attacked_presets()) == [name for name in flocks if name not in excluded]
     assert list(attacked_presets(["pursuit"])) == ["pursuit"]
     for names in (["paper-line"], ["learned-predator"], ["wings"], []):
-        with pytest.raises(ArgumentError, match="presets"):
+        with pytest.raises(InputError, match="presets"):
             attacked_presets(names)
 
 

@@ -15,7 +15,7 @@ from cli_runs import Ran
 from flockesc_env import NamedPolicy, PolicySpec
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.episodes import run
-from flockesc_env.common.errors import ArgumentError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.splits import HELD_OUT, TRAINING
 from flockesc_env.tasks.definition import Shortcut
 from flockesc_env.tasks.episodes import environment, record_episodes
@@ -135,13 +135,13 @@ def test_the_folder_of_a_link_gets_all_files(tmp_path: Path) -> None:
 def test_errors(tmp_path: Path) -> None:
     Path(tmp_path, "mine.txt").touch()
     data = tmp_path / "data"
-    with pytest.raises(ArgumentError, match="seeds outside of the held-out ones"):
+    with pytest.raises(InputError, match="seeds outside of the held-out ones"):
         record_episodes([LoadedPolicy.of("random")], tasks["line"], HELD_OUT[:1], data)
-    with pytest.raises(ArgumentError, match="output: expected a new or empty folder"):
+    with pytest.raises(InputError, match="output: expected a new or empty folder"):
         record("line", tmp_path, "random")
-    with pytest.raises(ArgumentError, match="policies: expected different names"):
+    with pytest.raises(InputError, match="policies: expected different names"):
         record("line", data, "fixed:0.5", "fixed:0.5")
-    with pytest.raises(ArgumentError, match="stubborn-leaders: per_agent: expected False"):
+    with pytest.raises(InputError, match="stubborn-leaders: per_agent: expected False"):
         record("shared", data, "stubborn-leaders")
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from flockesc_env import ArgumentError, FlockScenario, LineScenario, NamedPolicy
+from flockesc_env import FlockScenario, InputError, LineScenario, NamedPolicy
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.policies import NAMES, FixedRange, RandomRange, ScheduledRange, StubbornLeaders, built_in
 from flockesc_env.tasks import fitting
@@ -52,7 +52,7 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> Named
     ],
 )
 def test_policies_that_see_more_do_not(entry: NamedPolicy, task: Task, field: str, message: str) -> None:
-    with pytest.raises(ArgumentError) as caught:
+    with pytest.raises(InputError) as caught:
         fitting.check_fits(entry, task)
     assert caught.value.field == field
     assert message in str(caught.value)
@@ -93,7 +93,7 @@ FITTING = {
 def fits(entry: NamedPolicy, task: Task) -> bool:
     try:
         fitted(entry, task)
-    except ArgumentError:
+    except InputError:
         return False
     return True
 

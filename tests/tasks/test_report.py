@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from flockesc_env import ArgumentError
+from flockesc_env import InputError
 from flockesc_env.tasks import report
 from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.report import aggregates, improvement, page, rows
@@ -131,5 +131,5 @@ def test_a_page_ranks_learners_and_marks_code() -> None:
     table = [line for line in page(results).splitlines() if line.startswith("| ")]
     assert table[1].startswith("| high (played by its author's code) | 3 | 0.")
     assert table[2].startswith("| low | 3 | 0.")
-    with pytest.raises(ArgumentError, match="results: expected one result per learner on shared, got"):
+    with pytest.raises(InputError, match="results: expected one result per learner on shared, got"):
         rows([*results, results[0]])

@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 from cli_runs import policy_file
 
-from flockesc_env import ArgumentError, load_policy, rollout, save_policy
-from flockesc_env.common.errors import RecordError
+from flockesc_env import InputError, load_policy, rollout, save_policy
 from flockesc_env.policies import StubbornWitnesses
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.scenario.flock import FlockScenario
@@ -166,7 +165,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
 def test_a_changed_result_is_refused_with_a_line_that_names_the_change(name: str, path: Path) -> None:
     changes, message = REFUSED[name]
     change(path, changes)
-    with pytest.raises(RecordError) as caught:
+    with pytest.raises(InputError) as caught:
         verify(path)
     assert str(caught.value).startswith(f"{path}: ")
     assert message in str(caught.value)
@@ -177,16 +176,16 @@ def test_another_policy_under_the_name_of_the_file_is_refused(path: Path) -> Non
     file = path.parent / FILE
     other = NamedPolicy("mine", StubbornWitnesses(), True, {}, FlockScenario())
     save_policy(other, file)
-    with pytest.raises(RecordError, match="with the sha256"):
+    with pytest.raises(InputError, match="with the sha256"):
         verify(path)
     change(path, {"policies.0.sha256": hashlib.sha256(file.read_bytes()).hexdigest()})
-    with pytest.raises(RecordError, match="got 6 of 6 others"):
+    with pytest.raises(InputError, match="got 6 of 6 others"):
         verify(path)
 
 
 def test_damaged_files_are_refused(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-100])
-    with pytest.raises(RecordError, match="expected a result on a task"):
+    with pytest.raises(InputError, match="expected a result on a task"):
         verify(path)
 
 
@@ -202,13 +201,13 @@ def test_a_policy_counts_once_whatever_its_file_is_called(path: Path) -> None:
     file, copy = path.parent / FILE, path.parent / "policies/mine-1.npz"
     same_content(file, copy)
     policies = [LoadedPolicy.of(str(one)) for one in (file, copy)]
-    with pytest.raises(ArgumentError, match="different policies, got one of them twice"):
+    with pytest.raises(InputError, match="different policies, got one of them twice"):
         score(policies, TASK, learner="mine", output=path)
     sha256 = hashlib.sha256(copy.read_bytes()).hexdigest()
     change(path, {"policies.1": {**json.loads(path.read_text())["policies"][0]}})
     change(path, {"policies.1.policy": "policies/mine-1.npz", "policies.1.sha256": sha256})
     assert read_result(path).policies[1].sha256 == sha256
-    with pytest.raises(RecordError, match="different policies, got one of them twice"):
+    with pytest.raises(InputError, match="different policies, got one of them twice"):
         verify(path)
 
 
@@ -226,7 +225,7 @@ def test_the_checksum_is_that_of_the_bytes_that_play(path: Path) -> None:
 
 def test_files_lie_below_the_folder_of_the_result(path: Path) -> None:
     policies, elsewhere = [LoadedPolicy.of(str(path.parent / FILE))], path.parent / "other" / "result.json"
-    with pytest.raises(ArgumentError, match=f"mine-0.npz: policy: expected .* {BELOW}"):
+    with pytest.raises(InputError, match=f"mine-0.npz: policy: expected .* {BELOW}"):
         score(policies, TASK, learner="mine", output=elsewhere)
 
 
@@ -249,7 +248,7 @@ def test_some_flocks_are_drawn_by_whoever_verifies(path: Path, monkeypatch: pyte
 
 @pytest.mark.parametrize("flocks", [[], [2_000_006]])
 def test_verifying_without_a_flock_is_refused(flocks: list[int], path: Path) -> None:
-    with pytest.raises(ArgumentError, match="flocks: expected"):
+    with pytest.raises(InputError, match="flocks: expected"):
         verify(path, flocks=flocks)
 
 
@@ -258,5 +257,5 @@ def test_some_flocks_of_a_random_policy_are_verified(few_flocks: range, tmp_path
     path = scored(tmp_path, "random")
     assert isinstance(verify(path, flocks=[2_000_003]), Result)
     change(path, {f"policies.0.objectives.{world}": [80.0] * 6 for world in TASK.scales})
-    with pytest.raises(RecordError, match="got 1 of 1 others"):
+    with pytest.raises(InputError, match="got 1 of 1 others"):
         verify(path, flocks=[2_000_003])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import flockesc_env
-from flockesc_env import ArgumentError, built_in, sweep
+from flockesc_env import InputError, built_in, sweep
 from flockesc_env.episodes.splits import HELD_OUT, TRAINING, TUNING, refuse_held_out
 from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.tasks.comparison import grid_of
@@ -88,16 +88,16 @@ def test_an_environment_of_each_kind_has_the_tasks_options_or_says_what_to_call(
     if task.per_agent:
         env = task.parallel_env()
         assert env.observation_space(env.possible_agents[0]) == spec.layout.space()
-        with pytest.raises(ArgumentError, match="parallel_env and vec_env have one per agent"):
+        with pytest.raises(InputError, match="parallel_env and vec_env have one per agent"):
             task.env()
     else:
         assert task.env().observation_space == spec.layout.space()
-        with pytest.raises(ArgumentError, match="env has one per flock or line"):
+        with pytest.raises(InputError, match="env has one per flock or line"):
             task.parallel_env()
 
 
 def test_an_unknown_task_lists_the_near_ones() -> None:
-    with pytest.raises(ArgumentError, match=r"task: expected one of .* \(did you mean per-agent-visible\?\)"):
+    with pytest.raises(InputError, match=r"task: expected one of .* \(did you mean per-agent-visible\?\)"):
         tasks["per-agent-visibel"]
     assert "per-agent-visible" in tasks
     assert all(name in repr(tasks) for name in tasks)
@@ -132,14 +132,14 @@ def test_a_change_of_the_file_changes_the_checksums_of_the_tasks_that_it_is_abou
 )
 def test_a_bad_field_of_a_task_is_named(old: str, new: str, message: str) -> None:
     text = files("flockesc_env.tasks").joinpath(f"{VERSION}.toml").read_text("utf-8")
-    with pytest.raises(ArgumentError, match=message):
+    with pytest.raises(InputError, match=message):
         read_tasks(text.replace(old, new, 1))
 
 
 @pytest.mark.parametrize("seed", [HELD_OUT[0], HELD_OUT[-1]])
 def test_nothing_is_chosen_on_held_out_flocks(seed: int) -> None:
     message = f"seeds: expected seeds outside of the held-out ones, 2000000 to 2999999, got {seed}"
-    with pytest.raises(ArgumentError, match=message):
+    with pytest.raises(InputError, match=message):
         refuse_held_out([TUNING[-1], seed])
     refuse_held_out([TUNING[-1], TRAINING[0]])
 

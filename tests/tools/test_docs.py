@@ -22,7 +22,7 @@ from flockesc_env import (
     FixedRange,
     FlockEscapeEnv,
     FlockScenario,
-    ScenarioError,
+    InputError,
     parallel_env,
     rollout,
 )
@@ -111,7 +111,7 @@ def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) ->
         flock = scenario.replace(num_agents=8, num_steps=9, capture_radius=70.0, **unlike)
         try:
             env: Any = parallel_env(flock, **options) if entry.per_agent else FlockEscapeEnv(flock, **options)
-        except ScenarioError:  # this preset has no profile
+        except InputError:  # this preset has no profile
             assert "profile_ranges" in options
             continue
         act = bind(entry.policy, env)

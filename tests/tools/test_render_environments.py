@@ -129,14 +129,14 @@ def test_the_window_shows_the_same_pixels_as_arrays(interface: str) -> None:
 
 @every
 def test_bad_modes_options_and_calls_are_refused(interface: str) -> None:
-    with pytest.raises(fe.ScenarioError, match="render_mode: expected one of human, rgb_array or None"):
+    with pytest.raises(fe.InputError, match="render_mode: expected one of human, rgb_array or None"):
         make(interface, render_mode="ansi")
-    with pytest.raises(fe.ScenarioError, match="render_options"):
+    with pytest.raises(fe.InputError, match="render_options"):
         make(interface, render_mode="rgb_array", render_options={"size": 512})
     if interface != "line":
-        with pytest.raises(fe.ScenarioError, match="agents: expected indices below 5, got 5"):
+        with pytest.raises(fe.InputError, match="agents: expected indices below 5, got 5"):
             make(interface, render_options=RenderOptions(agents=(0, 5)))
-    with pytest.raises(fe.EpisodeError, match="render"):
+    with pytest.raises(fe.FlockescError, match="render"):
         make(interface, render_mode="rgb_array").render()
 
 

@@ -81,9 +81,9 @@ def test_a_comparison_is_that_of_rollouts_and_sweeps(run: Path) -> None:
     assert f"{row.objective:.2f} | {row.difference:.2f}" in line
     table = found.to_polars().filter(policy="fixed:3").sort("seed")
     assert (table["seed"].to_list(), table["objective"].to_list()) == (list(HELD_OUT), three.tolist())
-    with pytest.raises(fe.ArgumentError, match="turn-away: profile_ranges: expected none, as in the task"):
+    with pytest.raises(fe.InputError, match="turn-away: profile_ranges: expected none, as in the task"):
         task.compare("turn-away")
-    with pytest.raises(fe.ArgumentError, match="num_flocks: expected an integer from 1 to 1000"):
+    with pytest.raises(fe.InputError, match="num_flocks: expected an integer from 1 to 1000"):
         task.compare(num_flocks=1001)
 
 

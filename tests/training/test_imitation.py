@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from small_runs import small_run, small_task
 
-from flockesc_env import ArgumentError, built_in
+from flockesc_env import InputError, built_in
 from flockesc_env.tasks.learners import Learner
 from training.branches import Branches
 from training.imitation import ImitationArguments, ImitationRounds, fit
@@ -89,11 +89,9 @@ def test_the_network_sets_the_better_candidate(hidden: tuple[int, ...], tmp_path
 
 def test_imitation_refuses_what_it_cannot_learn(tmp_path: Path) -> None:
     run = dataclasses.replace(small_run(tmp_path / "run", "imitation"), task=small_task("per-agent-visible"))
-    with pytest.raises(ArgumentError, match="task: expected one range for a flock, got per-agent-visible"):
+    with pytest.raises(InputError, match="task: expected one range for a flock, got per-agent-visible"):
         Branches(run, RANGES, 3)
-    with pytest.raises(
-        ArgumentError, match=r"imitation\.hyperparameters: .* missing required field `teacher`"
-    ):
+    with pytest.raises(InputError, match=r"imitation\.hyperparameters: .* missing required field `teacher`"):
         ImitationRounds(
             dataclasses.replace(
                 run, learner=Learner(algorithm="imitation", hyperparameters={"ranges": [1.0]})

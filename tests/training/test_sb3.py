@@ -14,7 +14,7 @@ import pytest
 from rounding import actor_layers, choose_alike, float32_error
 from small_runs import LEARNERS, SMALL, small_run
 
-from flockesc_env import ArgumentError, load_policy
+from flockesc_env import InputError, load_policy
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import SB3Policy
 from flockesc_env.tasks import tasks
@@ -136,7 +136,7 @@ def test_an_interrupted_run_goes_on_from_its_last_whole_checkpoint(
         (run.folder / "checkpoints").glob("model_*_steps.zip"), key=lambda file: file.stat().st_mtime
     )
     newest.write_bytes(newest.read_bytes()[:100])  # cut off by a crash
-    with pytest.raises(ArgumentError, match="run: expected a new folder, or --resume"):
+    with pytest.raises(InputError, match="run: expected a new folder, or --resume"):
         train(run)
     before, log = run.load_checkpoint(), (run.folder / "progress.csv").read_bytes()
     train(run, resume=True)
@@ -148,7 +148,7 @@ def test_an_interrupted_run_goes_on_from_its_last_whole_checkpoint(
     assert measured["cpu_seconds"] > before.cpu_seconds
     assert (run.folder / "progress.csv").read_bytes() == log
     assert measured["samples"] >= run.learner.samples
-    with pytest.raises(ArgumentError, match="run: expected a folder without a finished run"):
+    with pytest.raises(InputError, match="run: expected a folder without a finished run"):
         train(run, resume=True)
 
 
@@ -195,16 +195,16 @@ def test_a_bad_table_is_refused_before_anything_is_written(name: str, tmp_path: 
     if "table" in changes:
         learner = msgspec.structs.replace(run.learner, algorithm=changes["table"])
         run = dataclasses.replace(run, learner=learner)
-    with pytest.raises((ArgumentError, ValueError), match=message):
+    with pytest.raises((InputError, ValueError), match=message):
         train(run)
     assert not (tmp_path / "run").exists()
 
 
 def test_an_unknown_learner_or_field_lists_the_known_ones() -> None:
-    with pytest.raises(ArgumentError, match=r"learner: expected one of ppo, .* \(did you mean ppo\?\)"):
+    with pytest.raises(InputError, match=r"learner: expected one of ppo, .* \(did you mean ppo\?\)"):
         tasks["shared"].hyperparameters("pp0")
-    with pytest.raises(ArgumentError, match="one of stable-baselines3 or sb3-contrib, got search"):
+    with pytest.raises(InputError, match="one of stable-baselines3 or sb3-contrib, got search"):
         tasks["shared"].hyperparameters("search")
-    with pytest.raises(ArgumentError, match=r"a\.toml: expected tables with .*unknown field `seed`"):
+    with pytest.raises(InputError, match=r"a\.toml: expected tables with .*unknown field `seed`"):
         read_learners('[ppo]\nalgorithm = "PPO"\nseed = 3\n', "a.toml")
     assert read_learners('[ppo]\nalgorithm = "PPO"\n', "a.toml") == {"ppo": Learner(algorithm="PPO")}

@@ -14,7 +14,8 @@ from cmaes import CMA
 from numpy.typing import NDArray
 from small_runs import SMALL, small_run
 
-from flockesc_env import Architecture, ArgumentError, RecordError, load_policy
+from flockesc_env import Architecture, load_policy
+from flockesc_env.common.errors import InputError
 from flockesc_env.policies import WinStayLoseShift
 from training.families import Family, Networks, Rules
 from training.imitation import ImitationRounds
@@ -110,9 +111,9 @@ def test_a_resumed_run_ends_as_one_that_nobody_interrupts(
         patch.setattr(kind, "round", lambda rounds: stop() if rounds.completed == 3 else round_(rounds))
         with pytest.raises(KeyboardInterrupt, match=r"2 of 4 rounds are saved in .*; --resume"):
             train(run)
-    with pytest.raises(ArgumentError, match="run: expected a new folder, or --resume"):
+    with pytest.raises(InputError, match="run: expected a new folder, or --resume"):
         train(run)
-    with pytest.raises(ArgumentError, match=r"run: expected the task, learner, seed .*, got others"):
+    with pytest.raises(InputError, match=r"run: expected the task, learner, seed .*, got others"):
         train(dataclasses.replace(run, seed=1), resume=True)
     resumed = load_policy(train(run, resume=True)).policy
     assert resumed.parameters.tobytes() == whole.parameters.tobytes()
@@ -141,6 +142,6 @@ def test_a_damaged_file_of_a_run_is_named(
             train(run)
     path = run.folder / file
     path.write_bytes(damage(path.read_bytes()))
-    with pytest.raises(RecordError, match=message) as caught:
+    with pytest.raises(InputError, match=message) as caught:
         train(run, resume=True)
     assert caught.value.field == str(path)

@@ -101,7 +101,7 @@ impl RangeMap {
     /// Returns the map from normalized actions to ranges.
     ///
     /// # Errors
-    /// `ArgumentError` on `action_mode` if it is not `"normalized"`.
+    /// `InputError` on `action_mode` if it is not `"normalized"`.
     pub(crate) fn normalized(&self) -> Result<NormalizedRange, CoreError> {
         let given = match (self.is_normalized, &self.grid) {
             (true, None) => return Ok(self.map),
@@ -176,7 +176,7 @@ impl RangeMap {
     /// Converts actions into a new contiguous array of float64, or int64 with a grid.
     ///
     /// # Errors
-    /// `ActionError` on `label` if the dtype or shape is wrong.
+    /// `InputError` on `label` if the dtype or shape is wrong.
     fn plain<'py>(&self, actions: &Bound<'py, PyAny>, shape: &[usize], label: &str) -> Object<'py> {
         let py = actions.py();
         let shape = PyTuple::new(py, shape)?;

@@ -17,7 +17,7 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::actions::RangeMap;
 use crate::arrays::{Dict, Object, Tuple, column, overwrite, shaped};
-use crate::errors::{CoreError, option_error, try_borrow, try_borrow_mut};
+use crate::errors::{CoreError, try_borrow, try_borrow_mut};
 use crate::info::{self, columns, metric_columns};
 use crate::long_call::{long_call, read};
 use crate::rollout::{NetworkArguments, names, outcome_columns};
@@ -65,7 +65,7 @@ impl FlockBatch {
             .iter()
             .map(|document| Ok(Arc::new(FlockConfig::from_json(document)?)))
             .collect::<flockesc_core::Result<Vec<_>>>()?;
-        let config = EpisodeConfig::from_json(&options).map_err(option_error)?;
+        let config = EpisodeConfig::from_json(&options).map_err(CoreError::from)?;
         let per_slot: Option<Vec<_>> = slots
             .iter()
             .map(|index| parsed.get(*index).cloned())

@@ -28,19 +28,21 @@ impl From<PyErr> for CoreError {
 impl From<CoreError> for PyErr {
     fn from(error: CoreError) -> Self {
         match error {
-            CoreError::Core(Error::Config {
-                field,
-                expected,
-                given,
-            }) => raised("ScenarioError", (field, expected, given)),
-            CoreError::Core(Error::Argument {
-                field,
-                expected,
-                given,
-            }) => raised("ArgumentError", (field, expected, given)),
+            CoreError::Core(
+                Error::Config {
+                    field,
+                    expected,
+                    given,
+                }
+                | Error::Argument {
+                    field,
+                    expected,
+                    given,
+                },
+            ) => raised("InputError", (field, expected, given)),
             CoreError::Core(Error::Episode { message }) => raised("ResetNeededError", (message,)),
             CoreError::Core(error @ Error::Rounding) => {
-                raised("EpisodeError", (error.to_string(),))
+                raised("FlockescError", (error.to_string(),))
             }
             CoreError::Core(error @ Error::Memory { .. }) => {
                 PyMemoryError::new_err(error.to_string())
@@ -48,27 +50,6 @@ impl From<CoreError> for PyErr {
             CoreError::Core(Error::Interrupted) => PyKeyboardInterrupt::new_err(()),
             CoreError::Python(error) => error,
         }
-    }
-}
-
-/// Converts a core error about options into an `OptionError`.
-pub(crate) fn option_error(error: Error) -> PyErr {
-    config_error("OptionError", error)
-}
-
-/// A core error about a document that one argument became.
-pub(crate) fn argument_error(error: Error) -> PyErr {
-    config_error("ArgumentError", error)
-}
-
-fn config_error(class: &str, error: Error) -> PyErr {
-    match error {
-        Error::Config {
-            field,
-            expected,
-            given,
-        } => raised(class, (field, expected, given)),
-        error => CoreError::Core(error).into(),
     }
 }
 
@@ -101,7 +82,7 @@ pub(crate) fn forked_within() -> PyErr {
 /// Borrows the object behind a method that changes it.
 ///
 /// # Errors
-/// `EpisodeError` if another call is using it.
+/// `FlockescError` if another call is using it.
 pub(crate) fn try_borrow_mut<'py, T: PyClass<Frozen = False>>(
     object: &Bound<'py, T>,
 ) -> Result<PyRefMut<'py, T>, CoreError> {
@@ -111,7 +92,7 @@ pub(crate) fn try_borrow_mut<'py, T: PyClass<Frozen = False>>(
 /// Borrows the object behind a method that only reads it.
 ///
 /// # Errors
-/// `EpisodeError` if another call is changing it.
+/// `FlockescError` if another call is changing it.
 pub(crate) fn try_borrow<'py, T: PyClass>(
     object: &Bound<'py, T>,
 ) -> Result<PyRef<'py, T>, CoreError> {
@@ -122,5 +103,5 @@ pub(crate) fn try_borrow<'py, T: PyClass>(
 /// signal handler.
 fn busy() -> CoreError {
     let message = "environment is in use by another call; use one environment per thread";
-    raised("EpisodeError", (message,)).into()
+    raised("FlockescError", (message,)).into()
 }

@@ -4,7 +4,7 @@ use flockesc_core::bindings::memory;
 use flockesc_core::{Entry, EpisodeConfig, line_entries, predator_entries};
 use pyo3::prelude::*;
 
-use crate::errors::{CoreError, option_error};
+use crate::errors::CoreError;
 
 /// Returns the seed of the `episode`-th episode after an episode with seed `seed`.
 #[pyfunction]
@@ -15,13 +15,13 @@ pub(crate) fn episode_seed(seed: u64, episode: u64) -> u64 {
 /// Returns the name, lower and upper bound of every entry of an observation row.
 ///
 /// # Errors
-/// `OptionError` naming the option that is wrong.
+/// `InputError` naming the option that is wrong.
 #[pyfunction]
 pub(crate) fn observation_entries(
     options: &str,
     dimension: usize,
 ) -> PyResult<Vec<(String, f32, f32)>> {
-    let options = EpisodeConfig::from_json(options).map_err(option_error)?;
+    let options = EpisodeConfig::from_json(options).map_err(CoreError::from)?;
     Ok(bounds(options.entries(dimension)))
 }
 

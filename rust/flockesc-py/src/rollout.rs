@@ -13,7 +13,7 @@ use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::actions::RangeMap;
 use crate::arrays::{Dict, Object, column, shaped};
-use crate::errors::{CoreError, argument_error, option_error};
+use crate::errors::CoreError;
 use crate::long_call::{long_call, run};
 
 /// Networks of one architecture, one per row of `parameters`. `choices` are the ranges in m that they choose from.
@@ -24,10 +24,10 @@ impl NetworkArguments<'_> {
     /// Returns the networks for rows with these entries.
     ///
     /// # Errors
-    /// `ArgumentError` naming the argument that is wrong.
+    /// `InputError` naming the argument that is wrong.
     pub(crate) fn networks(self, names: &[String], actions: &RangeMap) -> PyResult<Networks> {
         let Self(architecture, parameters, choices) = self;
-        let architecture = Architecture::from_json(&architecture).map_err(argument_error)?;
+        let architecture = Architecture::from_json(&architecture).map_err(CoreError::from)?;
         let (count, parameters) = (parameters.shape()[0], parameters.as_slice()?);
         let ranges = match architecture.head() {
             Head::Value => NetworkRanges::Normalized(actions.normalized()?),
@@ -126,7 +126,7 @@ pub(crate) fn rollout_line<'py>(
     report: Option<&Bound<'py, PyAny>>,
 ) -> Dict<'py> {
     let scenario = Arc::new(LineConfig::from_json(&documents.0).map_err(CoreError::from)?);
-    let options = LineEpisodeConfig::from_json(&documents.1).map_err(option_error)?;
+    let options = LineEpisodeConfig::from_json(&documents.1).map_err(CoreError::from)?;
     let entries = names(line_entries(scenario.num_agents));
     let networks = network.networks(&entries, actions.get())?;
     let seeds = seeds.as_slice()?.to_vec();
