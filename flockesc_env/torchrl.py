@@ -62,7 +62,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         group_map: names of the agents of each group; empty with one range per flock.
 
     Raises:
-        InputError: as ``FlockEscapeEnv``, and ``InputError`` if scenarios of a list do not agree.
+        InputError: as ``FlockEscapeEnv``, and if scenarios of a list do not agree.
     """
 
     def __init__(

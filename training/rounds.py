@@ -79,7 +79,7 @@ class Rounds(ABC, Generic[A]):
         """Train, or continue an unfinished run, and return the path of the policy file.
 
         Raises:
-            InputError, InputError: see ``Run.begin``.
+            InputError: see ``Run.begin``.
             KeyboardInterrupt: on Ctrl-C, saying how much is saved.
         """
         run, total = self.run, self.total

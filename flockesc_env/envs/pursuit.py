@@ -35,7 +35,7 @@ class FlockPursuitEnv(GymnasiumEnv):
         **arguments: see ``FlockArguments`` (without ``predator_policy``) and ``EnvOptions``.
 
     Raises:
-        InputError: as ``FlockEscapeEnv``, and ``InputError`` if several predators are ``Learned``.
+        InputError: as ``FlockEscapeEnv``, and if several predators are ``Learned``.
     """
 
     _flock_observations: Observations

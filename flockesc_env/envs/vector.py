@@ -223,7 +223,7 @@ class FlockVectorEnv(_BatchVectorEnv):
         **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.
 
     Raises:
-        InputError: as ``FlockEscapeEnv``, and ``InputError`` if scenarios of a list do not agree.
+        InputError: as ``FlockEscapeEnv``, and if scenarios of a list do not agree.
     """
 
     _view = View.FLOCK

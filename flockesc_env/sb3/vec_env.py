@@ -162,7 +162,7 @@ class FlockVecEnv(BatchVecEnv):
         **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
 
     Raises:
-        InputError: as ``FlockEscapeEnv``, and ``InputError`` if scenarios of a list do not agree.
+        InputError: as ``FlockEscapeEnv``, and if scenarios of a list do not agree.
     """
 
     _view = View.FLOCK
