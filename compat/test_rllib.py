@@ -116,7 +116,7 @@ def test_one_iteration_of_ppo() -> None:
         PPOConfig()
         .environment("flock")
         .env_runners(num_env_runners=0)
-        .multi_agent(policies={"shared"}, policy_mapping_fn=lambda *_, **__: "shared")
+        .multi_agent(policies={"one-range"}, policy_mapping_fn=lambda *_, **__: "one-range")
         .training(train_batch_size_per_learner=steps, minibatch_size=steps, num_epochs=1)
         .debugging(seed=0)
     )
@@ -128,7 +128,7 @@ def test_one_iteration_of_ppo() -> None:
     assert result["env_runners"]["num_episodes"] >= 1
     assert result["env_runners"]["episode_len_mean"] == SCENARIO.num_steps
     assert math.isfinite(result["env_runners"]["episode_return_mean"])
-    assert math.isfinite(result["learners"]["shared"]["total_loss"])
+    assert math.isfinite(result["learners"]["one-range"]["total_loss"])
 
 
 # RLlib registers its own environment once per algorithm.

@@ -71,7 +71,7 @@ def test_specs(options: dict[str, Any], per_agent: bool) -> None:
 @pytest.mark.parametrize("action_mode", ["normalized", "discrete"])
 @pytest.mark.parametrize("scenario", [SCENARIO, DOOMED], ids=["default", "capture"])
 def test_episodes_equal_those_of_the_parallel_environment(scenario: FlockScenario, action_mode: str) -> None:
-    options: dict[str, Any] = {"action_mode": action_mode, "reward": "individual_running_minimum"}
+    options: dict[str, Any] = {"action_mode": action_mode, "reward": "individual"}
     env = FlockTorchRLEnv(3, scenario, **options)
     env.set_seed(3)
     torch.manual_seed(0)

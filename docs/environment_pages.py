@@ -1,6 +1,7 @@
 """Generates one page per environment, with its spaces from the code, and copies the notebooks."""
 
 import inspect
+import math
 import re
 import shutil
 from functools import partial
@@ -170,7 +171,7 @@ def _picture(view: str) -> Any:
         env, policy = fe.FlockPursuitEnv(**PICTURE), fe.Pursue("centroid")
     elif view == "Agent view":
         colors = PICTURE | {"render_options": fe.RenderOptions(size=640, color="range")}
-        env, policy = fe.parallel_env(predator_sensing_range=None, **colors), fe.StubbornLeaders()
+        env, policy = fe.parallel_env(predator_sensing_range=math.inf, **colors), fe.StubbornLeaders()
     else:
         env, policy = fe.FlockEscapeEnv(**PICTURE), fe.FixedRange(12.0)
     act = fe.bind(policy, env)

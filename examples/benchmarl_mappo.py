@@ -6,6 +6,7 @@ python examples/benchmarl_mappo.py --algorithm ippo --iterations 45
 ```
 """
 
+import math
 import time
 from pathlib import Path
 from typing import Literal
@@ -24,8 +25,8 @@ from flockesc_env.benchmarl import FlockTaskClass
 from flockesc_env.policies import torch_network
 
 OPTIONS = {
-    "reward": "individual_running_minimum",
-    "predator_sensing_range": None,
+    "reward": "individual",
+    "predator_sensing_range": math.inf,
     "max_range": 20.0,
     "steps_per_action": 4,
 }

@@ -10,6 +10,7 @@ python examples/ppo_single_file.py --iterations 45
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,8 +28,8 @@ from flockesc_env import FixedRange, FlockScenario, NamedPolicy, parallel_env, r
 from flockesc_env.policies import torch_network
 
 OPTIONS: dict[str, Any] = {
-    "reward": "individual_running_minimum",
-    "predator_sensing_range": None,
+    "reward": "individual",
+    "predator_sensing_range": math.inf,
     "max_range": 20.0,
     "steps_per_action": 4,
 }

@@ -10,6 +10,7 @@ With a slot per agent, RLlib's single-agent runner steps all flocks as one vecto
 
 from __future__ import annotations
 
+import math
 import time
 from pathlib import Path
 from typing import Any, Literal
@@ -37,8 +38,8 @@ from flockesc_env import (
 from flockesc_env.policies import NetworkPolicy, torch_network
 
 OPTIONS: dict[str, Any] = {
-    "reward": "individual_running_minimum",
-    "predator_sensing_range": None,
+    "reward": "individual",
+    "predator_sensing_range": math.inf,
     "max_range": 20.0,
     "steps_per_action": 4,
 }
@@ -100,8 +101,8 @@ def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOCon
         config.environment("flock")
         .env_runners(num_envs_per_env_runner=flocks)
         .multi_agent(
-            policies={"shared"},
-            policy_mapping_fn=lambda *_, **__: "shared",
+            policies={"one-range"},
+            policy_mapping_fn=lambda *_, **__: "one-range",
             count_steps_by="agent_steps",
         )
     )
@@ -135,7 +136,7 @@ def main(
     seconds, count = time.process_time() - start, iterations * flocks * AGENTS * STEPS
     print(f"{count} samples in {seconds:.1f} s of CPU time, {count / seconds:.0f} samples/s")
 
-    policy = mean_action(algorithm.get_module("default_policy" if interface == "slots" else "shared"))
+    policy = mean_action(algorithm.get_module("default_policy" if interface == "slots" else "one-range"))
     if output:
         save_policy(NamedPolicy("RLlib PPO", policy, True, OPTIONS, FlockScenario()), output)
     flock_seeds = range(2_000_000, 2_000_000 + held_out)

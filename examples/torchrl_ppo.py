@@ -6,6 +6,7 @@ python examples/torchrl_ppo.py --iterations 45
 ```
 """
 
+import math
 import time
 from itertools import pairwise
 from pathlib import Path
@@ -32,8 +33,8 @@ from flockesc_env.policies import torch_network
 from flockesc_env.torchrl import FlockTorchRLEnv
 
 OPTIONS = {
-    "reward": "individual_running_minimum",
-    "predator_sensing_range": None,
+    "reward": "individual",
+    "predator_sensing_range": math.inf,
     "max_range": 20.0,
     "steps_per_action": 4,
 }

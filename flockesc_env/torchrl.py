@@ -28,7 +28,7 @@ GROUP: Final = "agents"
 
 ENDS: Final = ("done", "terminated", "truncated")
 
-INFO: Final = tuple(spec.column for spec in FLOCK_OBJECTIVES.values())
+INFO: Final = tuple(spec.name for spec in FLOCK_OBJECTIVES.values())
 """Names of the entries of ``"info"``: the objectives so far."""
 
 Ended = NDArray[np.bool]

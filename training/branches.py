@@ -42,7 +42,7 @@ class Branches:
             raise InputError("task", "one range for a flock", run.task.name)
         if not ranges:
             raise InputError("ranges", "candidate ranges", "none")
-        self._candidates, self._count, self._column = np.array(ranges), count, run.task.spec.column
+        self._candidates, self._count, self._column = np.array(ranges), count, run.task.spec.name
         self._model, self._options = model, env_options(model, options)
         self.spec: PolicySpec = run.policy_spec
 

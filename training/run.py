@@ -115,7 +115,7 @@ class Run:
             per_agent=per_agent,
             num_threads=1,
         )
-        values = columns[self.task.spec.column].reshape(len(vectors), -1)
+        values = columns[self.task.spec.name].reshape(len(vectors), -1)
         return values, (model.num_agents if per_agent else 1) * int(columns["num_actions"].sum())
 
     def record(self) -> dict[str, Any]:

@@ -37,7 +37,7 @@ def run(
 
     A policy from a file gets the file's name, for example medium or best.
 
-    Example: flockesc episodes shared --policies random rule --output data
+    Example: flockesc episodes one-range --policies random rule --output data
     """
     require("analysis", ["polars"])
     import polars as pl

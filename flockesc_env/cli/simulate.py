@@ -22,7 +22,7 @@ BEST_RANGE = 12.0
 """The best fixed range for J_mean in the paper's flock, in m (docs/scoreboard.md)."""
 
 _MEANINGS = {
-    **{spec.column: f"{spec.with_unit(spec.symbol)}: {spec.definition}" for spec in OBJECTIVES},
+    **{spec.name: f"{spec.with_unit(spec.symbol)}: {spec.definition}" for spec in OBJECTIVES},
     "num_components": "number of connected components of the neighbor graph at the end",
     "polarization": "norm of the mean heading at the end, from 0 to 1",
     "converged": "whether the line reached its steady state",
@@ -115,7 +115,7 @@ def _outcome(run: Trajectory | LineTrajectory) -> dict[str, Any]:
             "steps": run.steps,
         }
     return {
-        **{spec.column: float(getattr(run, spec.series).min()) for spec in FLOCK_OBJECTIVES.values()},
+        **{spec.name: float(getattr(run, spec.series).min()) for spec in FLOCK_OBJECTIVES.values()},
         "num_components": int(run.num_components[-1]),
         "polarization": float(run.polarization[-1]),
     }

@@ -230,7 +230,7 @@ def _plain(task: Task) -> dict[str, object]:
     return {
         "asks": task.asks,
         "per_agent": task.per_agent,
-        "objective": task.spec.column,
+        "objective": task.spec.name,
         "samples": task.samples,
         "options": dict(task.options),
         "scenario": json_format.loads(task.scenario.to_json()),

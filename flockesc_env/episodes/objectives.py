@@ -16,7 +16,7 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
-Objective = Literal["mean", "minimum", "survival"]
+Objective = Literal["min_mean_distance", "min_min_distance", "fraction_surviving"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -41,14 +41,14 @@ class ObjectiveSpec:
     """An objective. A larger one is better.
 
     Attributes:
-        name: value of the option ``objective``.
+        name: value of the option ``objective``, and column of J so far, in ``info``, ``Episodes`` and
+            ``SweepResult``.
         model: ``"flock"`` or ``"line"``.
         symbol: symbol of the objective J.
         label: name of the value at one time. J of a flock is its minimum over time.
         definition: definition of J.
         unit: unit of J; empty for a number without a unit.
         series: column of the value at one time, in ``info`` and ``Trajectory``.
-        column: column of J so far, in ``info``, ``Episodes`` and ``SweepResult``.
         requires: field of the scenario without which J is the same under all ranges.
     """
 
@@ -59,7 +59,6 @@ class ObjectiveSpec:
     definition: str
     unit: str
     series: str
-    column: str
     requires: str
 
     def with_unit(self, name: str) -> str:
@@ -81,7 +80,7 @@ class ObjectiveSpec:
 
     def values(self, results: Any) -> FloatArray:
         """Return J of ``Episodes``, ``LineEpisodes`` or the results of ``sweep``."""
-        values: FloatArray = getattr(results, self.column)
+        values: FloatArray = getattr(results, self.name)
         return values
 
     def is_defined_in(self, scenario: FlockScenario | LineScenario) -> bool:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from numbers import Real
 from typing import Any, Literal, Self, TypedDict, get_args
 
 import numpy as np
@@ -20,17 +22,16 @@ from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.neighbors import Topological
 
 ActionMode = Literal["normalized", "range", "discrete"]
-TeamReward = Literal["running_minimum", "distance", "terminal"]
+TeamReward = Literal["team", "distance", "terminal"]
 IndividualReward = Literal[
     "individual_distance",
     "individual_distance_change",
-    "individual_running_minimum",
+    "individual",
     "neighborhood_distance_change",
     "difference",
 ]
 Reward = Literal[TeamReward, IndividualReward]
 LineReward = Literal["change", "terminal"]
-SensingRange = float | Literal["predator_range"] | None
 ExtraEntries = Literal["escape_direction", "closest_approach"]
 
 
@@ -89,9 +90,9 @@ class ActionOptions:
 
     action_mode: ActionMode = "normalized"
     min_range: float = 0.0
-    max_range: float = 100.0
+    max_range: float = 40.0
     range_grid: Sequence[float] | None = None
-    steps_per_action: int = 1
+    steps_per_action: int = 4
 
     def __post_init__(self) -> None:
         as_choice(self.action_mode, "action_mode", get_args(ActionMode))
@@ -126,19 +127,19 @@ class EnvOptions(ActionOptions):
         objective: name of the objective (docs/model.md, "Objectives"). J is the minimum over time of a value.
         reward: one of the team rewards, which are equal for all agents. Let v_t be the value of the objective
             at time t and m_t its running minimum.
-            ``"running_minimum"``: m_t - m_(t-1), so that the return is the objective minus v_0;
+            ``"team"``: m_t - m_(t-1), so that the return is the objective minus v_0;
             ``"distance"``: v_t, divided by the number of steps;
             ``"terminal"``: the objective minus v_0, in the last step.
             With one range per agent also an individual reward, where d_i is the predator distance of agent i:
             ``"individual_distance"``: d_i, divided by the number of steps;
             ``"individual_distance_change"``: d_i(t) - d_i(t-1);
-            ``"individual_running_minimum"``: the agent's part of ``"running_minimum"`` of the mean distance;
+            ``"individual"``: the agent's part of ``"team"`` of the mean distance;
             ``"neighborhood_distance_change"``: the mean of d_j(t) - d_j(t-1) over the agents j within
             ``max_range``, including j = i;
             ``"difference"``: the difference reward (Wolpert and Tumer): v_t minus its value if this agent had
             range 0 during the action. It simulates the action once more per agent.
-        predator_sensing_range: distance in m up to which agents observe a predator;
-            ``"predator_range"``: the scenario's predator range; ``None``: any distance.
+        predator_sensing_range: distance in m up to which agents observe a predator; ``math.inf``: any
+            distance.
         count_components: whether ``info`` contains ``num_components``. The count costs a graph search per
             action.
         profile_ranges: candidate ranges, in ascending order and up to ``max_range``, for example
@@ -152,9 +153,9 @@ class EnvOptions(ActionOptions):
         InputError: if an option is out of bounds.
     """
 
-    objective: Objective = "mean"
-    reward: Reward = "running_minimum"
-    predator_sensing_range: SensingRange = "predator_range"
+    objective: Objective = "min_mean_distance"
+    reward: Reward = "team"
+    predator_sensing_range: float = math.inf
     count_components: bool = False
     profile_ranges: Sequence[float] | None = None
     extra_entries: Sequence[ExtraEntries] = ()
@@ -163,8 +164,11 @@ class EnvOptions(ActionOptions):
         super().__post_init__()
         as_choice(self.objective, "objective", get_args(Objective))
         as_choice(self.reward, "reward", get_args(Reward))
-        sensing = self.predator_sensing_range
-        if sensing is not None and not (isinstance(sensing, str) and sensing == "predator_range"):
+        sensing: Any = self.predator_sensing_range
+        if isinstance(sensing, bool) or not isinstance(sensing, Real):
+            expected = "a distance in m (math.inf: agents see the predator at any distance)"
+            raise InputError("predator_sensing_range", expected, shown(sensing))
+        if sensing != math.inf:
             sensing = float(as_floats(sensing, "predator_sensing_range", (), least=0.0))
         self._convert(
             predator_sensing_range=sensing,
@@ -177,6 +181,7 @@ class EnvOptions(ActionOptions):
         """Return the options as JSON, for the compiled core."""
         names = ("objective", "reward", "max_range", "predator_sensing_range", "steps_per_action")
         document = {name: getattr(self, name) for name in (*names, "extra_entries")}
+        document["predator_sensing_range"] = finite_or_none(self.predator_sensing_range)
         return json.dumps({"view": view, "profile_ranges": self.profile_ranges or (), **document})
 
 
@@ -186,6 +191,7 @@ class LineOptions(ActionOptions):
 
     Attributes:
         max_range: largest range; the default 1 is the length of the initial interval.
+        steps_per_action: see ``ActionOptions``; the default is 1.
         reward: ``"change"``: d(t) - d(t-1), where d is the escape distance, so that the return is
             d_ss - d(0). ``"terminal"``: the same sum, in the last step.
 
@@ -194,6 +200,7 @@ class LineOptions(ActionOptions):
     """
 
     max_range: float = 1.0
+    steps_per_action: int = 1
     reward: LineReward = "change"
 
     def __post_init__(self) -> None:
@@ -204,6 +211,11 @@ class LineOptions(ActionOptions):
         """Return the options as JSON, for the compiled core."""
         names = ("reward", "max_range", "steps_per_action")
         return json.dumps({name: getattr(self, name) for name in names})
+
+
+def finite_or_none(number: float) -> float | None:
+    """Return a number, or ``None`` for infinity, which JSON does not have."""
+    return number if math.isfinite(number) else None
 
 
 def _as_profile_ranges(ranges: Sequence[float] | None, max_range: float) -> tuple[float, ...] | None:
@@ -245,7 +257,7 @@ class EnvOptionsDict(ActionOptionsDict, total=False):
 
     objective: Objective
     reward: Reward
-    predator_sensing_range: SensingRange
+    predator_sensing_range: float
     count_components: bool
     profile_ranges: Sequence[float] | None
     extra_entries: Sequence[ExtraEntries]

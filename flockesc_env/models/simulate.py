@@ -77,7 +77,7 @@ class Trajectory(Displayed):
             "num_steps": self.scenario.num_steps,
             "seed": self.seed,
             **{
-                spec.column: float(getattr(self, spec.series).min())
+                spec.name: float(getattr(self, spec.series).min())
                 for spec in FLOCK_OBJECTIVES.values()
                 if spec.is_defined_in(self.scenario)
             },

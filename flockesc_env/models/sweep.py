@@ -140,7 +140,7 @@ class SweepResult(Displayed):
 
     def table(self) -> pl.DataFrame:
         """Return a polars DataFrame with one row per run: range, seed and outcomes."""
-        columns = [*(spec.column for spec in self.objectives.values()), "num_components"]
+        columns = [*(spec.name for spec in self.objectives.values()), "num_components"]
         if isinstance(self, LineSweepResult):
             columns.append("converged")
         return data_frame(
@@ -239,7 +239,7 @@ def sweep(
         >>> result = sweep("paper-flock", [0, 10, 100], seeds=range(10))
         >>> result.best_range()
         10.0
-        >>> result.values("minimum").shape
+        >>> result.values("min_min_distance").shape
         (3, 10)
     """
     model = as_model(scenario)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from pathlib import Path
 from typing import Any, get_args
 
@@ -25,6 +26,7 @@ from flockesc_env.scenario.presets import MODELS
 
 SUFFIX = ".npz"
 _SHORT_LINE = 1000
+_SENSING = "predator_sensing_range"  # infinity is null in the file
 _HEADER = {"name", "model", "scenario", "per_agent", "options", "architecture"}
 
 Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift
@@ -57,7 +59,7 @@ def save_policy(policy: NamedPolicy, path: str | Path) -> None:
         "model": "flock" if isinstance(scenario, FlockScenario) else "line",
         "scenario": json.loads(scenario.to_json()),
         "per_agent": policy.per_agent,
-        "options": policy.options,
+        "options": {name: None if value == math.inf else value for name, value in policy.options.items()},
         "architecture": (
             dataclasses.asdict(inner.architecture)
             if isinstance(inner, NetworkPolicy)
@@ -118,7 +120,9 @@ def find_policy(spec: str, argument: str = "policies") -> NamedPolicy:
 def _named_policy(header: dict[str, Any], parameters: Any) -> NamedPolicy:
     if not header.keys() >= _HEADER:
         raise InputError("header", ", ".join(sorted(_HEADER)), ", ".join(header) or "none")
-    name, per_agent, options = header["name"], header["per_agent"], header["options"]
+    name, per_agent, options = header["name"], header["per_agent"], dict(header["options"])
+    if options.get(_SENSING, 0.0) is None:
+        options[_SENSING] = math.inf
     if not isinstance(name, str) or not isinstance(per_agent, bool):
         raise InputError("header", "a string name, a bool per_agent", f"{name!r}, {per_agent!r}")
     scenario = from_fields(MODELS[as_choice(header["model"], "model", MODELS)], header["scenario"])

@@ -201,7 +201,7 @@ class Planner:
 
     def _objective(self, branches: FlockBatch) -> FloatArray:
         """Return the objective so far, shape (branches,). It never rises during an episode."""
-        values: FloatArray = branches.metrics()[FLOCK_OBJECTIVES[self.options.objective].column]
+        values: FloatArray = branches.metrics()[FLOCK_OBJECTIVES[self.options.objective].name]
         return values
 
     def _copies(self, source: FlockBatch, slots: NDArray[np.int64]) -> FlockBatch:

@@ -55,7 +55,7 @@ class Episodes(FlockOutcomes, _Rows):
     mean_return: FloatArray
 
     def _summary(self) -> dict[str, object]:
-        names = (spec.column for spec in FLOCK_OBJECTIVES.values())
+        names = (spec.name for spec in FLOCK_OBJECTIVES.values())
         return {"num_seeds": len(self.seeds), **{name: float(getattr(self, name).mean()) for name in names}}
 
 

@@ -27,22 +27,23 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model, as_scenario
 
-_VISIBLE: Final = {"predator_sensing_range": None}
-_PROFILE: Final = {**_VISIBLE, "profile_ranges": PROFILE_RANGES}
+_EVERY_STEP: Final = {"max_range": 100.0, "steps_per_action": 1}
+_LOCAL: Final = {"predator_sensing_range": 30.0}
+_PROFILE: Final = {"profile_ranges": PROFILE_RANGES}
 _ESCAPE: Final = {"extra_entries": ("escape_direction",)}
 _APPROACH: Final = {"extra_entries": ("closest_approach",)}
 
 _BUILT_IN: Final[dict[str, tuple[Callable[[], Policy], dict[str, Any]]]] = {
     "random": (lambda: RandomRange(0), {}),
-    "stubborn-leaders": (StubbornLeaders, _VISIBLE),
-    "stubborn-leaders-local": (StubbornLeaders, {}),
-    "stubborn-witnesses": (StubbornWitnesses, {"steps_per_action": 1}),
-    "listen-while-fleeing": (ListenWhileFleeing, _VISIBLE),
-    "listen-while-threatened": (ListenWhileThreatened, {**_APPROACH, "max_range": 150.0}),
-    "win-stay-lose-shift": (WinStayLoseShift, {**_APPROACH, **_VISIBLE}),
+    "stubborn-leaders": (StubbornLeaders, {}),
+    "stubborn-leaders-local": (StubbornLeaders, _LOCAL),
+    "stubborn-witnesses": (StubbornWitnesses, _LOCAL),
+    "listen-while-fleeing": (ListenWhileFleeing, {}),
+    "listen-while-threatened": (ListenWhileThreatened, {**_APPROACH, **_LOCAL, "max_range": 150.0}),
+    "win-stay-lose-shift": (WinStayLoseShift, _APPROACH),
     "win-stay-lose-shift-escape": (
         lambda: WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="escape_direction"),
-        {**_ESCAPE, **_VISIBLE},
+        _ESCAPE,
     ),
     "turn-away": (lambda: BestCandidate("escape_cosine"), {**_PROFILE, **_ESCAPE}),
     "keep-distance": (lambda: BestCandidate("closest_approach"), {**_PROFILE, **_APPROACH}),
@@ -56,11 +57,11 @@ NAMES = ("fixed:RHO", *_BUILT_IN)
 - ``fixed:RHO``: the fixed range RHO in m, for example ``fixed:10``.
 - ``random``: a random range for every agent and action.
 - ``stubborn-leaders``: ``StubbornLeaders``, with the predator visible at any distance.
-- ``stubborn-leaders-local``: ``StubbornLeaders``, with the predator visible within its range only.
-- ``stubborn-witnesses``: ``StubbornWitnesses``, with the predator visible within its range only.
+- ``stubborn-leaders-local``: ``StubbornLeaders``, with the predator visible within 30 m only.
+- ``stubborn-witnesses``: ``StubbornWitnesses``, with the predator visible within 30 m only.
 - ``listen-while-fleeing``: ``ListenWhileFleeing``, one range for the flock, with the predator visible at any
   distance.
-- ``listen-while-threatened``: ``ListenWhileThreatened``, with the predator visible within its range only.
+- ``listen-while-threatened``: ``ListenWhileThreatened``, with the predator visible within 30 m only.
 - ``win-stay-lose-shift``: ``WinStayLoseShift``, with the predator visible at any distance.
 - ``win-stay-lose-shift-escape``: the same with the criterion ``"escape_direction"``.
 - ``turn-away``: ``BestCandidate("escape_cosine")``, with a profile and the predator visible at any distance.
@@ -138,12 +139,15 @@ def built_in(name: str, argument: str = "policies") -> NamedPolicy:
     if name.startswith("fixed:"):
         rho = _range(name.removeprefix("fixed:"))
         if rho is not None:
-            return NamedPolicy(name, FixedRange(rho), options={"max_range": max(rho, EnvOptions.max_range)})
+            longest = max(rho, _EVERY_STEP["max_range"])
+            return NamedPolicy(name, FixedRange(rho), options={**_EVERY_STEP, "max_range": longest})
     if name in _BUILT_IN:
         make, options = _BUILT_IN[name]
         policy = make()
-        per_agent = getattr(policy, "per_agent", True)  # ``RandomRange`` fits both
-        return NamedPolicy(name, policy, per_agent=per_agent, options=dict(options))
+        if isinstance(policy, RandomRange):  # it fits both views and all options
+            return NamedPolicy(name, policy, per_agent=True)
+        per_agent = getattr(policy, "per_agent", True)
+        return NamedPolicy(name, policy, per_agent=per_agent, options={**_EVERY_STEP, **options})
     raise InputError(argument, f"one of {', '.join(NAMES)}", shown_name(name, NAMES))
 
 

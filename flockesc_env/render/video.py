@@ -49,7 +49,7 @@ def draw(
     *,
     options: RenderOptions | None = None,
     title: str = "",
-    objective: Objective = "mean",
+    objective: Objective = "min_mean_distance",
 ) -> NDArray[np.uint8]:
     """Return a picture of a recorded run, shape (size, size, 3).
 
@@ -86,7 +86,7 @@ def write_video(
     fps: int | None = None,
     speed: float = 1.0,
     options: RenderOptions | None = None,
-    objective: Objective = "mean",
+    objective: Objective = "min_mean_distance",
     progress: Progress | None = None,
 ) -> None:
     """Write a video of runs in a grid, side by side if they are two, all at the same scale.

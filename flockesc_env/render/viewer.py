@@ -61,7 +61,7 @@ class FlockViewer(Viewer):
 
     def update(self) -> None:
         """Read the state of every flock, after a reset or a step."""
-        objectives, caught = self._batch.metrics()[self._spec.column], self._batch.caught()
+        objectives, caught = self._batch.metrics()[self._spec.name], self._batch.caught()
         for slot, last in enumerate(self._frames):
             state = self._batch.state(slot)
             del state["distances"]

@@ -93,13 +93,13 @@ class FlockEvalCallback(BaseCallback):
                 batch_size=64,
                 num_threads=None,
                 **{"per_agent": False, **copy(named)},
-            )[spec.column]
+            )[spec.name]
             for scenario in scenarios
         ]
         objective = float(np.mean(objectives))
         self.num_episodes += np.size(objectives)
         self.history.append((self.num_timesteps, objective))
-        self.logger.record(f"eval/{spec.column}", objective)
+        self.logger.record(f"eval/{spec.name}", objective)
         self.logger.record("eval/episodes", self.num_episodes)
         self.logger.dump(self.num_timesteps)
         if objective > self.best_objective:

@@ -111,7 +111,7 @@ _VARIATIONS = {
     "reynolds": _flock("the Reynolds model (boids), with cohesion and separation", motion=Reynolds()),
     "noisy-hearing": _flock("neighbors' velocities are sensed with noise of size v0", sensing_noise=1.0),
     "delayed-hearing": _flock("agents react to their neighbors with a delay of 0.5 s", sensing_delay=10),
-    "stubborn-leaders": _flock(
+    "leaders": _flock(
         "a tenth of the agents ignore their neighbors", alignment_strength=(0.0,) * 30 + (1.0,) * 270
     ),
     "fearless": _flock("a control: a flock that does not flee", repulsion_strength=0.0),

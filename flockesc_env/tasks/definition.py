@@ -176,7 +176,7 @@ class TaskDefinition:
         """The reward of training by default: what an agent, or the flock, adds to its objective."""
         if isinstance(self.scenario, LineScenario):
             return "change"
-        return "individual_running_minimum" if self.per_agent else "running_minimum"
+        return "individual" if self.per_agent else "team"
 
     def policy_spec(self, **options: Any) -> PolicySpec:
         """Return what a policy observes and sets; ``options`` replace the task's."""

@@ -113,5 +113,5 @@ def _play(name: str, entry: NamedPolicy, spec: Any, env: Any, task: Task, seed: 
     rows |= {"agent": agent} if task.per_agent else {}
     columns = ("observation", "action", "range", "reward", "terminated", "truncated")
     rows |= zip(columns, map(np.concatenate, zip(*steps, strict=True)), strict=True)
-    objective = float(np.atleast_1d(info[task.spec.column])[0])
+    objective = float(np.atleast_1d(info[task.spec.name])[0])
     return data_frame(rows), (name, seed, len(steps), objective, np.ravel(observation).tolist())

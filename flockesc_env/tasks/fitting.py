@@ -90,11 +90,9 @@ def check_fits(entry: NamedPolicy, task: TaskDefinition) -> None:
     _check_some("extra_entries", chosen.extra_entries, (*shown.extra_entries, *follows))
     if "objective" in entry.options and chosen.objective != shown.objective:
         raise InputError("objective", f"{shown.objective!r}, as in the task", repr(chosen.objective))
-    if shown.predator_sensing_range is not None:
-        sensing, most = chosen.predator_sensing_range, model.predator_range
-        if sensing is None or (sensing != "predator_range" and float(sensing) > most):
-            expected = f"at most the task's, 'predator_range' or {most:g} m"
-            raise InputError("predator_sensing_range", expected, sensing)
+    sensing, most = chosen.predator_sensing_range, shown.predator_sensing_range
+    if sensing > most:
+        raise InputError("predator_sensing_range", f"at most {most:g} m, as in the task", sensing)
 
 
 def _check_some(name: str, chosen: tuple[Any, ...], shown: tuple[Any, ...]) -> None:

@@ -144,7 +144,7 @@ def _task(name: str, entry: _Entry, version: str, scenarios: Mapping[str, Scenar
     specs = LINE_OBJECTIVES if is_line else FLOCK_OBJECTIVES
     spec = specs[as_choice(entry.objective, f"{name}.objective", specs)]
     spec.check_defined_in(model)
-    options = {option: None if value == "None" else value for option, value in entry.options.items()}
+    options = dict(entry.options)
     if not is_line:
         options["objective"] = entry.objective
     defining = {

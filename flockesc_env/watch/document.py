@@ -22,7 +22,7 @@ from flockesc_env.render.frames import policy_title
 Run = tuple[str, Trajectory]
 """A name and a run."""
 
-_OBJECTIVE = FLOCK_OBJECTIVES["mean"]
+_OBJECTIVE = FLOCK_OBJECTIVES["min_mean_distance"]
 """The objective that the page shows. A recorded run does not say what its policy maximizes."""
 
 

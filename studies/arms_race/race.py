@@ -30,14 +30,14 @@ from training.families import Population
 SCENARIO: Final = FlockScenario().with_learned_predators()
 FIXED: Final = "best fixed range"
 LEARNED: Final = {
-    "shared": "scoreboard/imitation/policies/shared-1.npz",
-    "shared, searched": "scoreboard/search/policies/shared-1.npz",
+    "one-range": "scoreboard/imitation/policies/one-range-1.npz",
+    "one-range, searched": "scoreboard/search/policies/one-range-1.npz",
     "per agent": "scoreboard/search/policies/per-agent-visible-1.npz",
     "per agent, derived": "scoreboard/searched-rule/policies/per-agent-visible-derived-2.npz",
 }
 """Files of the learned flock policies from the project's root: the best of their tasks on tuning flocks."""
 
-TRACKS: Final = {"per agent": None, "shared, searched": "search"}
+TRACKS: Final = {"per agent": None, "one-range, searched": "search"}
 """Flock policies that are trained, small networks; the learner of one that is not the best of its setting."""
 
 UNTRAINED: Final = ("straight", "nearest", "centroid", "lead")

@@ -118,7 +118,7 @@ def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output:
             names = [re.sub(r"^profile_\d+_", "", name) for name in layout.names]
             shown = [(k, float(means[k])) for k, name in enumerate(names) if name.startswith(beginnings)]
             if shown or group == NOTHING:
-                arguments = (headline.content, headline.column, tuple(shown), flocks)
+                arguments = (headline.content, headline.task.spec.name, tuple(shown), flocks)
                 jobs[headline.task.name, group] = Job(f"{__name__}:hide", arguments, len(flocks) * 0.05)
     played = runner.each(jobs, "Hidden entries")
     tables = [

@@ -45,8 +45,8 @@ def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output:
         for strength in STRENGTHS:
             scenario = headline.task.scenario.replace(repulsion_strength=strength)
             fixed = f"fixed:{headline.best_fixed_range:.12g}"
-            jobs[name, strength, "objective"] = play_job(policy, scenario, headline.column, flocks)
-            jobs[name, strength, "fixed"] = play_job(fixed, scenario, headline.column, flocks)
+            jobs[name, strength, "objective"] = play_job(policy, scenario, headline.task.spec.name, flocks)
+            jobs[name, strength, "fixed"] = play_job(fixed, scenario, headline.task.spec.name, flocks)
     found = {key: values["objective"] for key, values in runner.each(jobs, "Escape force").items()}
     tables = [
         rows(flocks, found[name, strength, "objective"], policy=name, strength=strength).with_columns(

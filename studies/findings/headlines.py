@@ -23,14 +23,14 @@ HEADLINES: Final = "headlines.json"
 TUNING_FLOCKS: Final = 200
 
 EXPLAINED: Final = (
-    "shared",
-    "shared-minimum",
+    "one-range",
+    "one-range-minimum",
     "per-agent-visible",
     "per-agent-visible-derived",
     "per-agent-visible-minimum",
     "per-agent-local",
     "per-agent-visible-profile",
-    "steering-predator",
+    "pursuit",
 )
 """Tasks whose headline policies the study explains."""
 
@@ -56,11 +56,6 @@ class Headline:
     def entry(self) -> NamedPolicy:
         """The policy."""
         return policy_of(self.content)
-
-    @property
-    def column(self) -> str:
-        """The column of the task's objective."""
-        return self.task.spec.column
 
     @property
     def best_fixed_range(self) -> float:
@@ -98,7 +93,7 @@ def measure(names: Iterable[str], scale: float, runner: Runner, output: Path) ->
     flocks = share_of(TUNING, TUNING_FLOCKS, scale)
     jobs = {
         (name, learner, file): play_job(
-            (BOARD / file).read_bytes(), tasks[name].scenario, tasks[name].spec.column, flocks
+            (BOARD / file).read_bytes(), tasks[name].scenario, tasks[name].spec.name, flocks
         )
         for name in names
         for learner, files in candidates(name).items()

@@ -97,7 +97,9 @@ def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output:
     objective, and fixed, the objective under that range.
     """
     started = [
-        one for one in headlines if one.task.scenario == FlockScenario() and one.task.spec.name == "mean"
+        one
+        for one in headlines
+        if one.task.scenario == FlockScenario() and one.task.spec.name == "min_mean_distance"
     ]
     write_table(play(started, starts(), 2 * FLOCKS, scale, runner), output / STARTS_FILE)
     write_table(play(headlines, scenarios(), FLOCKS, scale, runner), output / TRANSFER_FILE)
@@ -132,8 +134,8 @@ def play(
         "Fixed ranges",
     )
     jobs = {
-        (headline.task.name, headline.column, name): [
-            play_job(headline.content, scenario, headline.column, part)
+        (headline.task.name, headline.task.spec.name, name): [
+            play_job(headline.content, scenario, headline.task.spec.name, part)
             for part in chunks(held_out[name], _CHUNK)
         ]
         for headline in headlines

@@ -87,8 +87,8 @@ FIGURES: Final[dict[str, tuple[Iterable[str], Callable[[Measured], Figure]]]] = 
     "6": (_FLOCKS, _snapshots(100.0)),
     "7": (_FLOCKS, _snapshots(10.0)),
     "8": (_FLOCKS, _snapshots(0.0)),
-    "9": (_FLOCKS, _distances("mean")),
-    "10": (_FLOCKS, _distances("minimum")),
+    "9": (_FLOCKS, _distances("min_mean_distance")),
+    "10": (_FLOCKS, _distances("min_min_distance")),
     "edge": (
         _OFFSETS.values(),
         lambda m: flock_figures.aimed_beside({offset: m[name] for offset, name in _OFFSETS.items()}),

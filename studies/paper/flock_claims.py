@@ -39,7 +39,7 @@ def flock_claims(results: dict[str, Arrays]) -> list[Claim]:
         *_mean_distance(curves["mean_distance"], grid["min_mean_distance"]),
         *_minimum_distance(grid["min_min_distance"]),
         *(
-            _edge(spec, {offset: found[spec.column] for offset, found in aimed.items()})
+            _edge(spec, {offset: found[spec.name] for offset, found in aimed.items()})
             for spec in PAPER_OBJECTIVES
         ),
     ]

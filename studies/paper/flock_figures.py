@@ -51,7 +51,7 @@ def snapshots(seed: int, rho: float) -> Figure:
 def distances(objective: str, curves: Arrays, grid: Arrays, seed: int) -> Figure:
     """Figures 9 and 10: distance against time, objective against range, and the best ranges of flocks."""
     spec = FLOCK_OBJECTIVES[objective]
-    symbol, values = spec.symbol, grid[spec.column]
+    symbol, values = spec.symbol, grid[spec.name]
     figure = Figure(figsize=(WIDTH, 6.0), layout="constrained")
     (over_time, over_range), (best, spare) = figure.subplots(2, 2)
     spare.set_axis_off()
@@ -103,7 +103,7 @@ def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
     for column, spec in enumerate(PAPER_OBJECTIVES):
         symbol = spec.symbol
         above, below = panels[:, column]
-        values = [aimed[offset][spec.column] for offset in OFFSETS]
+        values = [aimed[offset][spec.name] for offset in OFFSETS]
         _points(above, [stats.argmax(_AIMED, rows) for rows in values])
         full, short = AIMED_GRID.index(100.0), AIMED_GRID.index(10.0)
         _points(below, [stats.mean(rows[full] - rows[short]) for rows in values])

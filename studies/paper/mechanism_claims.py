@@ -62,7 +62,11 @@ class Controlled:
         value = value if isinstance(value, Estimate) else stats.mean(value)
         if self.spec.unit:
             return Quantity(what, value, self.spec.unit)
-        return Quantity(what, value, "%") if self.spec.name == "survival" else Quantity(what, value, digits=4)
+        return (
+            Quantity(what, value, "%")
+            if self.spec.name == "fraction_surviving"
+            else Quantity(what, value, digits=4)
+        )
 
 
 def flock_values(
@@ -70,7 +74,7 @@ def flock_values(
 ) -> FloatArray:
     """Return an objective of a world under an escape force, shape (ranges, flocks)."""
     name = captures if spec.requires == "capture_radius" else control
-    values: FloatArray = results[name(world, strength)][spec.column]
+    values: FloatArray = results[name(world, strength)][spec.name]
     return values
 
 
@@ -106,7 +110,7 @@ def mechanism_claims(results: Mapping[str, Arrays]) -> list[Claim]:
             if world != PAPER_WORLD and is_measured:
                 rows.append(_trade_off(flock(world, spec)))
     spec = LINE_OBJECTIVES["escape_distance"]
-    both = (results[name][spec.column] for name in ("fearless line", "grid linear"))
+    both = (results[name][spec.name] for name in ("fearless line", "grid linear"))
     line = Controlled(f"{SECTION}the line", spec, LINE_GRID, 0.1, 1.0, *both)
     return [*rows, _warning(line), _masking(line), _trade_off(line)]
 
@@ -152,7 +156,7 @@ def _difference(found: Controlled, says: str, ends: tuple[float, float], what: s
         found.quantity(f"{pair}, with the force", found.fleeing[first] - found.fleeing[second]),
         in_expectation=average.mean > 0,
         mean_is_clear=not average.low < 0 < average.high,
-        is_reading=found.spec.name != "minimum",  # which favors the claim most
+        is_reading=found.spec.name != "min_min_distance",  # which favors the claim most
     )
 
 

@@ -19,7 +19,7 @@ from flockesc_env.scenario.presets import as_scenario
 from studies.measurements import Measurement
 
 CURVES, CONSENSUS, ANATOMY = (f"studies.paper.jobs:{name}" for name in ("curves", "consensus", "anatomy"))
-PAPER_OBJECTIVES: Final = (FLOCK_OBJECTIVES["mean"], FLOCK_OBJECTIVES["minimum"])
+PAPER_OBJECTIVES: Final = (FLOCK_OBJECTIVES["min_mean_distance"], FLOCK_OBJECTIVES["min_min_distance"])
 
 FLOCK: Final = FlockScenario()
 LINE: Final = LineScenario()

@@ -29,7 +29,7 @@ from studies.style import caption
 from training.figure_style import WIDTH
 
 FIGURE = "robustness"
-OBJECTIVES = {spec.symbol: spec.column for spec in PAPER_OBJECTIVES}
+OBJECTIVES = {spec.symbol: spec.name for spec in PAPER_OBJECTIVES}
 """Symbol and column of every objective."""
 
 

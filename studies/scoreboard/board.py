@@ -35,7 +35,7 @@ RULES: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """Built-in rules that are scored beside the shortcut and random ranges."""
 
-TRANSFERRED: Final = ("held-out-worlds", "held-out-sizes")
+TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
 """Tasks on which nobody trains: they score the policies of ``per-agent-visible``."""
 
 

@@ -27,7 +27,7 @@ def freeze(
 ) -> Exit:
     """Measure again what normalizes scores, and write it into the file of the tasks (about 15 minutes).
 
-    Example: python -m studies scoreboard-freeze shared
+    Example: python -m studies scoreboard-freeze one-range
     """
     jobs = prepare(runs, "train", backend=backend)
     from studies.measurements import Runner
@@ -50,7 +50,7 @@ def train(
 
     Interrupted, it continues.
 
-    Example: python -m studies scoreboard-train --learners ppo --tasks shared
+    Example: python -m studies scoreboard-train --learners ppo --tasks one-range
     """
     jobs = prepare(runs, "train", backend=backend)
     from studies.measurements import Runner

@@ -40,7 +40,7 @@ LEARNERS: Final[Mapping[str, External]] = {
     },
     "rllib-ppo": External(_TASK, 3, ".compat/rllib", "examples/rllib_ppo.py", ("ray", "torch")),
     _ZOO: External(
-        "shared",
+        "one-range",
         3,
         ".compat/rl_zoo3",
         "-m rl_zoo3.train --algo ppo --env flockesc/FlockEscape-v0 --gym-packages flockesc_env"
@@ -93,7 +93,7 @@ def train(learner: str, seed: int) -> Arrays:
 
 def _store(folder: Path, file: Path, name: str) -> int:
     """Write the policy file of the model that rl_zoo3 saved; return the number of samples."""
-    task: Any = tasks["shared"]
+    task: Any = tasks["one-range"]
     (saved,) = folder.rglob("flockesc-FlockEscape-v0.zip")
     model = PPO.load(saved, task.vec_env(1), device="cpu", custom_objects=_SCHEDULES)
     network = SB3Policy(model).network()

@@ -64,7 +64,7 @@ def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
     grid, model = grid_of(task), task.scenarios[scenario]
     tuning = first_seeds(TUNING, 200 if model.num_agents > 500 else 1000)  # large flocks are slow
     jobs = {"": seed_jobs(OUTCOMES, model, grid, tuning)}
-    tuned = runner.groups(jobs, f"Fixed ranges in {scenario}")[""][task.spec.column]
+    tuned = runner.groups(jobs, f"Fixed ranges in {scenario}")[""][task.spec.name]
     best = grid[int(tuned.mean(axis=1).argmax())]
     fixed = _play(task, f"fixed:{best:.12g}", scenario, FLOCKS, runner)
     kind = _kind(task, model)
@@ -89,7 +89,7 @@ def _play(
     model = task.scenarios[scenario]
     if strength is not None:
         model = model.replace(repulsion_strength=strength)
-    jobs = {part: play_job(policy, model, task.spec.column, part) for part in chunks(flocks, 250)}
+    jobs = {part: play_job(policy, model, task.spec.name, part) for part in chunks(flocks, 250)}
     return np.concatenate([found["objective"] for found in runner.each(jobs, policy).values()])
 
 
@@ -129,7 +129,7 @@ def _reference(task: Task, kind: str, scenario: str, runner: Runner) -> FloatArr
 def _hindsight(task: Task, scenario: str, runner: Runner) -> FloatArray:
     """Return the largest objective on every line, of all fixed ranges and all policies of the scoreboard."""
     jobs = {"": seed_jobs(OUTCOMES, task.scenarios[scenario], grid_of(task), FLOCKS)}
-    fixed = runner.groups(jobs, "Fixed ranges on held-out lines")[""][task.spec.column]
+    fixed = runner.groups(jobs, "Fixed ranges on held-out lines")[""][task.spec.name]
     results = [one.results[task.name] for one in load_board() if task.name in one.results]
     best: FloatArray = np.concatenate([fixed, *(result.values(scenario) for result in results)]).max(axis=0)
     return best

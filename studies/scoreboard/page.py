@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -29,7 +30,7 @@ RESULTS: Final = Path("results/scoreboard")
 IN_README: Final = {
     "per-agent-local": "one range per agent, predator visible within 30 m",
     "per-agent-visible-derived": "one range per agent, predator always visible, escape direction",
-    "shared": "one range for the flock",
+    "one-range": "one range for the flock",
     "per-agent-visible": "one range per agent, predator always visible",
 }
 """Tasks of the README's table and how it calls them."""
@@ -145,7 +146,7 @@ def _seen(task: Task) -> str:
     if task.spec.model == "line":
         return "whole line"
     words: list[Any] = [
-        "predator" if task.options["predator_sensing_range"] is None else "predator within 30 m"
+        "predator" if task.options["predator_sensing_range"] == math.inf else "predator within 30 m"
     ]
     if "profile_ranges" in task.options:
         words.append(f"{len(task.options['profile_ranges'])} candidate ranges")

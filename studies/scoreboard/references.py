@@ -9,6 +9,7 @@ Every function takes the names of a task and of one of its scenarios. They are j
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,7 @@ class _Replays:
     """Copies of one flock, which play schedules."""
 
     def __init__(self, task: str, scenario: str, flock: int, count: int) -> None:
-        self._model, self._column = _flock(task, scenario), tasks[task].spec.column
+        self._model, self._column = _flock(task, scenario), tasks[task].spec.name
         self._max_range = float(tasks[task].options["max_range"])
         self._copies = FlockVectorEnv(
             count,
@@ -99,11 +100,11 @@ def informed_greedy(task: str, scenario: str, flocks: range) -> Arrays:
     whose heard heading keeps the predator farthest away. The agents know what few policies know: what they
     would hear under each range, and where the predator is, at any distance. They do not look ahead.
     """
-    is_mean = tasks[task].spec.name == "mean"
+    is_mean = tasks[task].spec.name == "min_mean_distance"
     options: Any = {
         "profile_ranges": tuple(map(float, _CANDIDATES)),
         "extra_entries": ("escape_direction" if is_mean else "closest_approach",),
-        "predator_sensing_range": None,
+        "predator_sensing_range": math.inf,
         "max_range": float(max(_CANDIDATES)),
     }
     policy = BestCandidate("escape_cosine" if is_mean else "closest_approach")
@@ -131,7 +132,7 @@ def free_headings(task: str, scenario: str, flocks: range) -> Arrays:
     model = _flock(task, scenario)
     if not is_bounded(model):
         raise InputError("scenario", "predators that fly straight on and a constant speed", scenario)
-    env, is_mean = FlockEscapeEnv(model), tasks[task].spec.name == "mean"
+    env, is_mean = FlockEscapeEnv(model), tasks[task].spec.name == "min_mean_distance"
     return {"objective": np.array([_bound(env, flock, is_mean=is_mean) for flock in flocks])}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,7 @@ def test_rollout(dimension: int, per_agent: bool) -> None:
     scenario = small_flock(dimension, num_agents=40)
     policy = StubbornLeaders() if per_agent else FixedRange(9.0)
     names = ("seeds", "min_mean_distance", "min_min_distance", "num_components", "mean_return")
-    options: dict[str, Any] = {"per_agent": per_agent, "predator_sensing_range": None}
+    options: dict[str, Any] = {"per_agent": per_agent, "predator_sensing_range": math.inf}
     first, *others = (
         columns(fe.rollout(scenario, policy, SEEDS, batch_size=size, num_threads=count, **options), *names)
         for size, count in [(64, None), (1, 1), (1, 2), (5, 1), (5, 3), (13, 2)]

@@ -64,7 +64,7 @@ def test_infos_at_the_end_only(scenario: fe.FlockScenario) -> None:
 
 @dimensions
 @pytest.mark.parametrize("objective", OBJECTIVES)
-@pytest.mark.parametrize("reward", ["running_minimum", *INDIVIDUAL_REWARDS])
+@pytest.mark.parametrize("reward", ["team", *INDIVIDUAL_REWARDS])
 def test_dicts_and_arrays_play_one_episode(dimension: int, objective: str, reward: str) -> None:
     scenario = hunted(dimension)
     options = {"objective": objective, "reward": reward, "steps_per_action": 2}
@@ -120,9 +120,7 @@ def test_individual_running_minimum_is_0_for_caught_agents() -> None:
         own = np.stack([reference.predator_distances(*at) for at in places])
         is_caught = (run.caught_at >= 0) & (run.caught_at <= np.arange(len(own))[:, None])
         own[is_caught] = 0.0
-        for t, step in zip(
-            steps, play_array(scenario, seed, reward="individual_running_minimum"), strict=False
-        ):
+        for t, step in zip(steps, play_array(scenario, seed, reward="individual"), strict=False):
             before = max((fall for fall in falls if fall < t), default=0)
             expected = (
                 np.where(is_caught[t - 1], 0.0, own[t] - own[before]) if t in falls else np.zeros(len(own[t]))
@@ -140,7 +138,7 @@ def test_survival_rewards_the_fraction_surviving(reward: str, steps_per_action: 
         scenario = doomed()
         run = fe.simulate(scenario, 3.0, seed=seed)
         options: dict[str, Any] = {"reward": reward, "steps_per_action": steps_per_action}
-        env = fe.FlockEscapeEnv(scenario, objective="survival", action_mode="range", **options)
+        env = fe.FlockEscapeEnv(scenario, objective="fraction_surviving", action_mode="range", **options)
         env.reset(seed=seed)
         total, is_over, steps = 0.0, False, 0
         while not is_over:
@@ -166,7 +164,7 @@ def test_predators_stay_while_agents_are_caught(dimension: int, radius: float) -
     hunters = (fe.Learned((10.0, 10.0), (5.0, 0.0)), fe.Learned((20.0, 20.0), (0.0, -5.0)))
     scenario = small_flock(dimension, num_agents=12, predators=hunters, capture_radius=radius)
     rng = np.random.default_rng(0)
-    for reward in ("running_minimum", "distance", "individual_distance"):
+    for reward in ("team", "distance", "individual_distance"):
         environment, arrays = (fe.parallel_env(scenario, reward=reward) for _ in range(2))
         environment.reset(seed=1)
         arrays.reset_array(seed=1)

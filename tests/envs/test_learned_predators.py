@@ -174,7 +174,7 @@ def test_predators_get_the_opposite_reward(reward: str, objective: str, steps_pe
         assert rewards["predator_0"] == rewards["predator_1"] == -mean
         assert reward in INDIVIDUAL_REWARDS or set(flock) == {mean}
         total += rewards["predator_0"]
-    if reward in {"running_minimum", "terminal"}:
+    if reward in {"team", "terminal"}:
         start = environment.reset(seed=0)[1]["agent_00"]
         name = COLUMNS[objective]
         change = start[name] - infos["agent_00"][name]

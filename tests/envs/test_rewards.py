@@ -56,7 +56,7 @@ PER_AGENT: dict[str, Play] = {name: INTERFACES[name] for name in ("parallel", "a
 SLOTS_ARE_FLOAT32 = {"rtol": 0, "atol": 1e-4}
 
 # Survival: tests/envs/test_capture_interfaces.py.
-DISTANCES = sorted({*OBJECTIVES} - {"survival"})
+DISTANCES = sorted({*OBJECTIVES} - {"fraction_surviving"})
 SPEEDS = (4.0, 14.0)
 """Of the agents, in m/s: predators come near."""
 
@@ -73,7 +73,7 @@ def distances(objective: str, scenario: fe.FlockScenario = SCENARIO) -> np.ndarr
 @every_pair(
     interface=INTERFACES,
     objective=DISTANCES,
-    reward=("running_minimum", "terminal", "distance"),
+    reward=("team", "terminal", "distance"),
     steps_per_action=STEPS_PER_ACTION,
     speed=SPEEDS,
 )
@@ -132,7 +132,7 @@ def test_individual_running_minimum_pays_what_agents_lost_since_it_fell_last(
 ) -> None:
     scenario = SCENARIO.replace(speed=speed, predators=TWO_WAVES)
     options = {"objective": objective, "steps_per_action": steps_per_action}
-    rewards = PER_AGENT[interface](scenario, reward="individual_running_minimum", **options)
+    rewards = PER_AGENT[interface](scenario, reward="individual", **options)
     own, times = agent_distances(scenario), falls(distances(objective, scenario))
     assert sorted(set(np.diff(times)))[0] == 1 < np.diff(times).max()  # it falls, rests and falls again
     expected = np.zeros((scenario.num_steps, scenario.num_agents))

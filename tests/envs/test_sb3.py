@@ -226,7 +226,10 @@ def test_the_loop_of_stable_baselines3(algorithm: Any, settings: Any, tmp_path: 
 def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float, tmp_path: Path) -> None:
     settings = {"n_steps": 10, "batch_size": 50, "seed": 0, "device": "cpu", "learning_rate": learning_rate}
     hunted = small_flock(predators=(fe.Learned(),))
-    scenarios, options = [hunted, hunted.replace(num_steps=9)], {"objective": "minimum", "max_range": 40.0}
+    scenarios, options = (
+        [hunted, hunted.replace(num_steps=9)],
+        {"objective": "min_min_distance", "max_range": 40.0},
+    )
     callback = FlockEvalCallback(10, 3, best_model_save_path=tmp_path / "best")
     models = []
     for chosen in (None, callback):

@@ -91,7 +91,7 @@ OPTIONS: dict[str, tuple[Any, ...]] = {
 def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dict[str, Any]) -> None:
     options = dict(options)
     per_agent, reward = options.pop("per_agent"), options.pop("reward")
-    reward = reward if per_agent or reward in FLOCK_REWARDS else "running_minimum"
+    reward = reward if per_agent or reward in FLOCK_REWARDS else "team"
     make = partial(Gymnasium, per_agent, mode, reward=reward, count_components=True, **options)
     together, alone = make(scenarios=SCENARIOS), [make(scenarios=[scenario]) for scenario in SCENARIOS]
     rng = np.random.default_rng(0)

@@ -89,7 +89,7 @@ def test_options(autoreset_mode: AutoresetMode, dimension: int, reward: str, ste
 @pytest.mark.parametrize("steps_per_action", [1, 3])
 def test_captures(autoreset_mode: AutoresetMode, steps_per_action: int) -> None:
     """Some flocks lose all agents and terminate; the others are truncated."""
-    options = {"scenario": doomed(), "objective": "survival", "steps_per_action": steps_per_action}
+    options = {"scenario": doomed(), "objective": "fraction_surviving", "steps_per_action": steps_per_action}
     twins = Twins(autoreset_mode, num_threads=3, **options)
     twins.reset(3)
     twins.step(120)

@@ -47,11 +47,11 @@ def lines() -> fe.LineSweepResult:
 def test_best_range_and_hindsight_oracle() -> None:
     """The largest mean, of equal ones the first, and the largest value of each seed."""
     result = result_of(np.array([[1.0, 2.0], [4.0, 0.0], [0.0, 5.0], [5.0, 0.0]]))
-    assert result.best_range() == result.best_range("mean") == 2.0
-    assert result.best_range("minimum") == 0.0
+    assert result.best_range() == result.best_range("min_mean_distance") == 2.0
+    assert result.best_range("min_min_distance") == 0.0
     assert type(result.best_range()) is float
     np.testing.assert_array_equal(result.hindsight_oracle(), [5.0, 5.0])
-    np.testing.assert_array_equal(result.hindsight_oracle("minimum"), [0.0, 0.0])
+    np.testing.assert_array_equal(result.hindsight_oracle("min_min_distance"), [0.0, 0.0])
 
 
 def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
@@ -93,7 +93,7 @@ def test_parquet_round_trip(flocks: fe.FlockSweepResult, lines: fe.LineSweepResu
 def test_a_plot_shows_the_means_and_the_best_range(
     flocks: fe.FlockSweepResult, lines: fe.LineSweepResult
 ) -> None:
-    for result, objective in ((flocks, None), (flocks, "survival"), (lines, None)):
+    for result, objective in ((flocks, None), (flocks, "fraction_surviving"), (lines, None)):
         (axes,) = result.plot(objective).axes
         curve, best = axes.lines
         np.testing.assert_array_equal(curve.get_xdata(), result.interaction_ranges)

@@ -18,11 +18,11 @@ NOISY = FLOCK.replace(angular_noise=1.0, predators=(fe.Wandering(angular_diffusi
 LEARNED = FLOCK.with_learned_predators()
 CASES: list[tuple[fe.FlockScenario, dict[str, Any]]] = [
     (FLOCK, {}),
-    (FLOCK, {"objective": "minimum"}),
-    (NOISY, {"objective": "minimum"}),
+    (FLOCK, {"objective": "min_min_distance"}),
+    (NOISY, {"objective": "min_min_distance"}),
     (LEARNED, {"predator_policy": fe.Pursue()}),
-    (hunted(), {"objective": "survival"}),
-    (doomed(), {"objective": "mean"}),
+    (hunted(), {"objective": "fraction_surviving"}),
+    (doomed(), {"objective": "min_mean_distance"}),
 ]
 SEEDS = [3, 4, 5]
 
@@ -34,7 +34,7 @@ def value_of(env: fe.FlockEscapeEnv, actions: list[Any]) -> float:
         _, _, terminated, truncated, info = env.step(actions[0])
         actions = actions[1:] or actions
         has_ended = terminated or truncated
-    return float(info[FLOCK_OBJECTIVES[env.options.objective].column])
+    return float(info[FLOCK_OBJECTIVES[env.options.objective].name])
 
 
 def best_value(env: fe.FlockEscapeEnv, planner: Planner, holds: int) -> float:
@@ -72,14 +72,14 @@ def test_every_choice_is_the_best_of_all_branches_and_is_kept(
                 has_ended = terminated or truncated
                 if has_ended:
                     break
-        reached = info[FLOCK_OBJECTIVES[env.options.objective].column]
+        reached = info[FLOCK_OBJECTIVES[env.options.objective].name]
         assert [plan.value for plan in plans] == sorted(plan.value for plan in plans)
         assert plans[-1].value == reached == played.objective
         assert [plan.interaction_range for plan in plans] == [plan.interaction_range for plan in played.plans]
 
 
 @pytest.mark.parametrize("mode", ACTION_MODES)
-@pytest.mark.parametrize("objective", ["mean", "minimum"])
+@pytest.mark.parametrize("objective", ["min_mean_distance", "min_min_distance"])
 def test_the_planner_is_never_worse_than_a_constant_range(mode: str, objective: str) -> None:
     options: dict[str, Any] = {"action_mode": mode, "max_range": 20.0, "objective": objective}
     planner = Planner(FLOCK, **options, num_threads=1)
@@ -88,9 +88,7 @@ def test_the_planner_is_never_worse_than_a_constant_range(mode: str, objective: 
     assert (planner.ranges.min(), planner.ranges.max()) == (0.0, 20.0)
     planned = np.array([planner.play(seed).objective for seed in range(10)])
     constant = [
-        getattr(
-            fe.rollout(FLOCK, fe.FixedRange(rho), range(10), **options), FLOCK_OBJECTIVES[objective].column
-        )
+        getattr(fe.rollout(FLOCK, fe.FixedRange(rho), range(10), **options), FLOCK_OBJECTIVES[objective].name)
         for rho in planner.futures
     ]
     assert (planned >= np.max(constant, axis=0)).all()

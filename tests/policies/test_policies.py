@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import gymnasium
@@ -92,7 +93,7 @@ def play_slots(env: Any, policy: Any, steps: int) -> np.ndarray:
 def options_for(name: str, mode: str) -> dict[str, Any]:
     if name == "model" and mode != "normalized":
         return {"action_mode": "normalized", **EXACT}  # this model returns only normalized actions
-    return {"action_mode": mode, "predator_sensing_range": None, **EXACT}
+    return {"action_mode": mode, "predator_sensing_range": math.inf, **EXACT}
 
 
 @every_pair(name=AGENT_POLICIES, mode=ACTION_MODES, steps_per_action=STEPS_PER_ACTION)
@@ -180,7 +181,7 @@ def test_rules_set_the_same_bits_with_every_instruction_set() -> None:
 
 def test_policies_by_name_set_their_options() -> None:
     for name, policy, options in (
-        ("stubborn-leaders", StubbornLeaders(), {"predator_sensing_range": None}),
+        ("stubborn-leaders", StubbornLeaders(), {"predator_sensing_range": math.inf}),
         ("fixed:120", FixedRange(120.0), {"max_range": 120.0}),
         ("fixed:1.7e308", FixedRange(1.7e308), {"max_range": 1.7e308}),
     ):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -25,7 +26,7 @@ LINE = Architecture(("time", "offset_0"), ())
 
 
 def flock_policy() -> NamedPolicy:
-    options = {"max_range": 30.0, "predator_sensing_range": None, "steps_per_action": 2}
+    options = {"max_range": 30.0, "predator_sensing_range": math.inf, "steps_per_action": 2}
     numbers = np.random.default_rng(0).normal(size=ARCHITECTURE.size)
     policy = NetworkPolicy(ARCHITECTURE, numbers)
     return NamedPolicy("mine", policy, per_agent=True, options=options, scenario=SCENARIO)
@@ -74,7 +75,7 @@ OTHER_OPTIONS: dict[str, Any] = {
     "max_range": 31.0,
     "range_grid": (0.0, 10.0),
     "steps_per_action": 3,
-    "objective": "minimum",
+    "objective": "min_min_distance",
     "predator_sensing_range": 12.0,
     "profile_ranges": (0.0, 10.0),
     "extra_entries": (),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -147,7 +148,7 @@ CANDIDATES = np.array([0.0, 8.0, 16.0, 32.0])
 PREDATOR = np.array([10.0, 12.0])  # v0 is 10 m/s
 OPTIONS: Any = {
     "profile_ranges": tuple(CANDIDATES),
-    "predator_sensing_range": None,
+    "predator_sensing_range": math.inf,
     "extra_entries": ("escape_direction", "closest_approach"),
 }
 

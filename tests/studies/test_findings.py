@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -54,16 +55,16 @@ def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> 
     for strength in fear.STRENGTHS:
         scenario = one.task.scenario.replace(repulsion_strength=strength)
         kept = table.filter(strength=strength)[: len(flocks)]
-        played = play(one.content, scenario, one.column, flocks)["objective"]
+        played = play(one.content, scenario, one.name, flocks)["objective"]
         assert kept["objective"].to_list() == played.tolist()
-        fixed = play(f"fixed:{one.best_fixed_range:g}", scenario, one.column, flocks)["objective"]
+        fixed = play(f"fixed:{one.best_fixed_range:g}", scenario, one.name, flocks)["objective"]
         assert kept["fixed"].to_list() == fixed.tolist()
 
 
 @pytest.mark.parametrize(
     ("file", "name", "task"),
     [
-        (losses.STARTS_FILE, "half the side", "shared"),
+        (losses.STARTS_FILE, "half the side", "one-range"),
         (losses.TRANSFER_FILE, "encircled", "per-agent-visible-minimum"),
         (losses.TRANSFER_FILE, "mutual", "per-agent-visible"),
     ],
@@ -71,18 +72,18 @@ def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> 
 def test_losses_replay_bit_for_bit(file: str, name: str, task: str) -> None:
     scenario, one = (losses.starts() | losses.scenarios())[name], HEADLINES[task]
     kept = pl.read_parquet(COMMITTED / file).filter(task=task, scenario=name)[:2]
-    played = play(one.content, scenario, one.column, HELD_OUT[:2])["objective"]
+    played = play(one.content, scenario, one.name, HELD_OUT[:2])["objective"]
     assert kept["objective"].to_list() == played.tolist()
     fixed = fe.sweep(scenario, kept["interaction_range"][:1], HELD_OUT[:2])
     assert kept["fixed"].to_list() == one.task.spec.values(fixed)[0].tolist()
 
 
 def test_the_best_fixed_range_is_that_of_tuning_flocks(tmp_path: Path) -> None:
-    one, runner = HEADLINES["shared"], Runner(Cache(tmp_path), find_backend("serial"))
+    one, runner = HEADLINES["one-range"], Runner(Cache(tmp_path), find_backend("serial"))
     table = losses.play([one], {"small": SCENARIO}, 6, 1.0, runner)
     tuned = fe.sweep(SCENARIO, FLOCK_RANGES, TUNING[:12]).min_mean_distance.mean(axis=1)
     assert set(table["interaction_range"]) == {FLOCK_RANGES[int(tuned.argmax())]}
-    played = play(one.content, SCENARIO, one.column, HELD_OUT[:6])["objective"]
+    played = play(one.content, SCENARIO, one.name, HELD_OUT[:6])["objective"]
     assert table["objective"].to_list() == played.tolist()
     fixed = fe.sweep(SCENARIO, table["interaction_range"][:1], HELD_OUT[:6]).min_mean_distance[0]
     assert table["fixed"].to_list() == fixed.tolist()
@@ -93,7 +94,7 @@ def test_policies_that_cannot_run_are_left_out() -> None:
     assert {name for name, world in scenarios.items() if not losses.can_run(profile, world)} == {
         "frozen-graph"
     }
-    assert all(losses.can_run(HEADLINES["shared"], world) for world in scenarios.values())
+    assert all(losses.can_run(HEADLINES["one-range"], world) for world in scenarios.values())
 
 
 @pytest.mark.parametrize("neighbors", [1, 2])
@@ -122,7 +123,7 @@ def listener(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[NamedPolic
     options = {
         "max_range": 20.0,
         "steps_per_action": STEPS,
-        "predator_sensing_range": None if request.param else "predator_range",
+        "predator_sensing_range": math.inf if request.param else 30.0,
     }
     policy = NetworkPolicy(Architecture(names, ()), [-3.0, 3.0, -0.8, -0.8])
     entry = NamedPolicy("it", policy, per_agent=True, options=options, scenario=SCENARIO)
@@ -151,7 +152,7 @@ def test_hidden_entries_are_constants(listener: tuple[NamedPolicy, bytes]) -> No
 def test_ranges_over_time_and_by_place(listener: tuple[NamedPolicy, bytes]) -> None:
     """Against loops over flocks, actions and agents."""
     entry, content = listener
-    visible = entry.options["predator_sensing_range"] is None
+    visible = entry.options["predator_sensing_range"] == math.inf
     kept = listening.listen(content, HELD_OUT[:12])
     options: Any = entry.options
     runs = [record(SCENARIO, entry.policy, seed, per_agent=True, **options) for seed in HELD_OUT[:12]]
@@ -217,7 +218,7 @@ def test_all_is_measured_and_an_interrupted_study_continues(
     assert not {job.key for job in jobs} & {job.key for job in again}
     chosen = headlines.load(tmp_path)[0]
     means = {
-        file: play((headlines.BOARD / file).read_bytes(), chosen.task.scenario, chosen.column, TUNING[:2])
+        file: play((headlines.BOARD / file).read_bytes(), chosen.task.scenario, chosen.name, TUNING[:2])
         for file in files["per-agent-visible"]
     }
     best = max(means, key=lambda file: means[file]["objective"].mean())

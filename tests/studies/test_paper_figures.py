@@ -58,9 +58,11 @@ def test_flock_table(flocks: fe.FlockSweepResult, rho: float) -> None:
 
 
 def test_best_fixed_range_of_the_mean_distance_is_in_the_interior(flocks: fe.FlockSweepResult) -> None:
-    assert 5 <= flocks.best_range("mean") <= 20
+    assert 5 <= flocks.best_range("min_mean_distance") <= 20
     # No fixed range is best for every flock: a policy can gain up to the oracle's lead.
-    lead = flocks.hindsight_oracle("mean") - flocks.values("mean").mean(axis=1).max()
+    lead = (
+        flocks.hindsight_oracle("min_mean_distance") - flocks.values("min_mean_distance").mean(axis=1).max()
+    )
     assert lead.mean() > 3 * lead.std(ddof=1) / np.sqrt(len(lead))
 
 

@@ -79,7 +79,7 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert (output / "robustness.png").is_file()
     for row in results.presets:
         measured = sweep(attacked_presets()[row.name], row.grid.actions, range(2, 4))
-        for symbol, objective in (("J_mean", "mean"), ("J_min", "minimum")):
+        for symbol, objective in (("J_mean", "min_mean_distance"), ("J_min", "min_min_distance")):
             means = [point.mean for point in row.outcomes[symbol].curve]
             assert means == pytest.approx(measured.values(objective).mean(axis=1), abs=1e-9)
             assert all(f"| {question} | {a} |" in page for question, a in answers(results, symbol).items())

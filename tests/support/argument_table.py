@@ -204,7 +204,7 @@ BY_NAME: dict[str, Kind] = {
     "predator_actions": floats(np.full((10, 1, 2), 0.5)),
     "order_parameter": Kind([0.5, 0.25], ([0.5, np.nan], np.array(["1"])), accepts=(np.ndarray,)),
     "axis": Kind(0, (1, -2, (0, 0), 0.5), accepts=(tuple,)),
-    "objective": choice("mean"),
+    "objective": choice("min_mean_distance"),
     "target": choice("nearest"),
     "render_mode": choice("rgb_array"),
     "autoreset_mode": choice("SameStep"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -58,7 +59,7 @@ def policy_file(path: Path, scenario: FlockScenario | LineScenario = SMALL) -> P
     is_line = isinstance(scenario, LineScenario)
     architecture = Architecture(("offset_0" if is_line else "predator_distance", "time"), (3,), memory=1)
     policy = NetworkPolicy(architecture, np.random.default_rng(0).normal(size=architecture.size))
-    options = {} if is_line else {"max_range": 30.0, "predator_sensing_range": None}
+    options = {} if is_line else {"max_range": 30.0, "predator_sensing_range": math.inf}
     entry = NamedPolicy("random", policy, per_agent=not is_line, options=options, scenario=scenario)
     save_policy(entry, path)
     return path

@@ -87,7 +87,7 @@ ADAPTERS = {
         lambda: fe.FlockVectorEnv(3, [FLOCK, CAPTURE, small_flock(num_steps=7)], num_threads=2)
     ),
     "a slot per agent": Adapter(lambda: fe.AgentVectorEnv(10, CAPTURE, num_threads=2)),
-    "parallel": Adapter(lambda: fe.parallel_env(small_flock(3), reward="individual_running_minimum")),
+    "parallel": Adapter(lambda: fe.parallel_env(small_flock(3), reward="individual")),
     "parallel with capture": Adapter(lambda: fe.parallel_env(CAPTURE, reward="difference")),
     "parallel with predators": Adapter(lambda: fe.parallel_env(FLOCK.with_learned_predators())),
     "agent by agent": Adapter(lambda: fe.env(FLOCK), has_states=False),

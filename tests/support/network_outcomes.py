@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import sys
 from dataclasses import fields
 from typing import Any
@@ -43,7 +44,7 @@ def policy_of(architecture: Architecture) -> NetworkPolicy:
 def cases() -> dict[str, Case]:
     """Return scenario, architecture and options of every case by name."""
     paper = FlockScenario(num_agents=70, num_steps=120)
-    seen = {"max_range": 20.0, "predator_sensing_range": None}
+    seen = {"max_range": 20.0, "predator_sensing_range": math.inf}
     found: dict[str, Case] = {
         name: (paper, architecture, {**seen, "per_agent": name.startswith("agents"), "steps_per_action": 4})
         for name, architecture in ARCHITECTURES.items()

@@ -9,16 +9,16 @@ import numpy as np
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 
 VALUES: dict[str, Callable[[np.ndarray, int], float]] = {
-    "mean": lambda distances, _: float(distances.mean()),
-    "minimum": lambda distances, _: float(distances.min()),
-    "survival": lambda distances, num_agents: len(distances) / num_agents,
+    "min_mean_distance": lambda distances, _: float(distances.mean()),
+    "min_min_distance": lambda distances, _: float(distances.min()),
+    "fraction_surviving": lambda distances, num_agents: len(distances) / num_agents,
 }
 """The value at one time, from the distances of the agents that are not caught and the number of agents."""
 
 SERIES = {name: spec.series for name, spec in FLOCK_OBJECTIVES.items()}
-COLUMNS = {name: spec.column for name, spec in FLOCK_OBJECTIVES.items()}
+COLUMNS = {name: spec.name for name, spec in FLOCK_OBJECTIVES.items()}
 INFO_KEYS = {*SERIES.values(), *COLUMNS.values(), "polarization", "interaction_range"}
-IN_GOLDEN_DATA = {"mean", "minimum", "survival"}
+IN_GOLDEN_DATA = {"min_mean_distance", "min_min_distance", "fraction_surviving"}
 LATER = {
     prefix + each[name]
     for prefix in ("", "_")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -43,13 +44,6 @@ def closest_approach(offset: Floats, relative: Floats) -> tuple[float, float]:
 
 def nearest_predator(state: FlockState, position: Floats) -> int:
     return int(np.argmin(np.linalg.norm(state.predator_positions - position, axis=1)))
-
-
-def sensing_range(scenario: FlockScenario, options: EnvOptions) -> float:
-    sensing = options.predator_sensing_range
-    if sensing is None:
-        return np.inf
-    return scenario.predator_range if isinstance(sensing, str) else sensing
 
 
 class Reference:
@@ -119,7 +113,7 @@ class Reference:
             "spread": squash(spread, side),
             "neighbor_count": (counts / (counts + HALF_COUNT)).mean(),
             "heard_alignment": np.mean(alignment),
-            "predator_sensed": float(distances.min() <= sensing_range(scenario, self.options)),
+            "predator_sensed": float(distances.min() <= self.options.predator_sensing_range),
         }
         if not row["predator_sensed"]:
             return [row | dict.fromkeys(PREDATOR_ENTRIES, 0.0)]
@@ -174,7 +168,7 @@ class Reference:
         )
         offsets = position - state.predator_positions
         distances = np.linalg.norm(offsets, axis=1)
-        sensed = np.flatnonzero(distances <= sensing_range(scenario, self.options))
+        sensed = np.flatnonzero(distances <= self.options.predator_sensing_range)
         predator = nearest_predator(state, position)
         sight = chase = escape = np.zeros_like(heard)
         if predator in sensed:
@@ -254,7 +248,7 @@ def flocks(draw: st.DrawFn) -> tuple[FlockScenario, EnvOptions, np.random.Genera
     options = EnvOptions(
         action_mode="range",
         objective=draw(st.sampled_from(OBJECTIVES)),
-        predator_sensing_range=draw(st.sampled_from(["predator_range", None, 35.0])),
+        predator_sensing_range=draw(st.sampled_from([30.0, math.inf, 35.0])),
     )
     return scenario, options, rng
 

@@ -1,6 +1,7 @@
 """Small flocks, and covering arrays of options: every combination of two values is in a row."""
 
 import dataclasses
+import math
 from collections.abc import Iterable
 from typing import Any, get_args
 
@@ -19,7 +20,7 @@ OBJECTIVES = get_args(Objective)
 FLOCK_REWARDS = get_args(TeamReward)
 INDIVIDUAL_REWARDS = get_args(IndividualReward)
 AGENT_REWARDS = FLOCK_REWARDS + INDIVIDUAL_REWARDS
-SENSING_RANGES = ("predator_range", None, 5.0)
+SENSING_RANGES = (30.0, math.inf, 5.0)
 STEPS_PER_ACTION = (1, 4, 7)
 DIMENSIONS = (2, 3)
 

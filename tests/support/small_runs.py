@@ -41,13 +41,13 @@ _IMITATION = {
 }
 LEARNERS: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
     "PPO": ("per-agent-visible", {}, _PPO),
-    "A2C": ("shared", {}, {"n_steps": 6}),
-    "SAC": ("shared", {}, _REPLAY),
-    "TQC": ("shared", {}, _REPLAY),
-    "DQN": ("shared", {"action_mode": "discrete"}, _REPLAY),
+    "A2C": ("one-range", {}, {"n_steps": 6}),
+    "SAC": ("one-range", {}, _REPLAY),
+    "TQC": ("one-range", {}, _REPLAY),
+    "DQN": ("one-range", {"action_mode": "discrete"}, _REPLAY),
     "RecurrentPPO": ("per-agent-local", {}, _PPO),
     "search": ("per-agent-visible", {}, _SEARCH),
-    "imitation": ("shared", {}, _IMITATION),
+    "imitation": ("one-range", {}, _IMITATION),
 }
 """Task, options and hyperparameters by algorithm."""
 

@@ -61,7 +61,7 @@ def options(folder: Path) -> dict[str, dict[str, Any]]:
 @pytest.mark.parametrize(
     ("task", "policy"),
     [
-        ("shared", "random"),
+        ("one-range", "random"),
         ("per-agent-visible", "stubborn-leaders"),
         ("per-agent-visible", "fixed:12"),
         ("line", alternate()),
@@ -87,7 +87,7 @@ def test_replayed_actions_give_the_recorded_bits(task: str, policy: Any, tmp_pat
             )
         assert (step["terminated"] | step["truncated"]).all()
         assert end["steps"] == len(steps)
-        assert end["objective"] == np.atleast_1d(info[tasks[task].spec.column])[0]
+        assert end["objective"] == np.atleast_1d(info[tasks[task].spec.name])[0]
         np.testing.assert_array_equal(np.float32(end["last_observation"]), np.ravel(observation))
 
 
@@ -105,7 +105,7 @@ def test_a_policy_that_sees_less_than_the_task_allows_still_does(tmp_path: Path)
     chosen = options(tmp_path / "data")
     task = tasks["per-agent-visible"].options
     assert chosen["random"] == chosen["stubborn-leaders"] == dict(task)
-    assert chosen["stubborn-leaders-local"] == {**task, "predator_sensing_range": "predator_range"}
+    assert chosen["stubborn-leaders-local"] == {**task, "predator_sensing_range": 30.0}
 
 
 def test_rows_are_in_order_over_all_parts(tmp_path: Path) -> None:
@@ -142,7 +142,7 @@ def test_errors(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="policies: expected different names"):
         record("line", data, "fixed:0.5", "fixed:0.5")
     with pytest.raises(InputError, match="stubborn-leaders: per_agent: expected False"):
-        record("shared", data, "stubborn-leaders")
+        record("one-range", data, "stubborn-leaders")
 
 
 def test_the_command_plays_the_rule_of_the_task(

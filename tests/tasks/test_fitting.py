@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Any
 
 import pytest
@@ -19,10 +20,10 @@ def changed(task: Task, **options: Any) -> Task:
     return dataclasses.replace(task, options={**task.options, **options})
 
 
-LOCAL, VISIBLE, SHARED = (tasks[name] for name in ("per-agent-local", "per-agent-visible", "shared"))
+LOCAL, VISIBLE, SHARED = (tasks[name] for name in ("per-agent-local", "per-agent-visible", "one-range"))
 PROFILE = changed(VISIBLE, profile_ranges=[0.0, 5.0, 10.0])
 LINE = tasks["line"]
-WORLDS = tasks["held-out-worlds"]  # in one of them are two predators
+WORLDS = tasks["held-out-predators"]  # in one of them are two predators
 RHO = FixedRange(0.1)
 
 
@@ -33,7 +34,7 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> Named
 @pytest.mark.parametrize(
     ("entry", "task", "field", "message"),
     [
-        (named(predator_sensing_range=None), LOCAL, "predator_sensing_range", "or 30 m, got None"),
+        (named(predator_sensing_range=math.inf), LOCAL, "predator_sensing_range", "or 30 m, got None"),
         (named(predator_sensing_range=30.5), LOCAL, "predator_sensing_range", "or 30 m, got 30.5"),
         (named(per_agent=False), LOCAL, "per_agent", "True, as in the task, got False"),
         (named(per_agent=True), SHARED, "per_agent", "False, as in the task, got True"),
@@ -44,10 +45,10 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> Named
         (named(extra_entries=("escape_direction",)), VISIBLE, "extra_entries", "closest_approach, as in"),
         (named(False, extra_entries=("closest_approach",)), SHARED, "extra_entries", "none, as in"),
         (named(extra_entries=("closest_approach",)), WORLDS, "extra_entries", "none, as in"),
-        (named(objective="minimum"), VISIBLE, "objective", "'mean', as in the task, got 'minimum'"),
+        (named(objective="min_min_distance"), VISIBLE, "objective", "'mean', as in the task, got 'minimum'"),
         (named(scenario=LineScenario()), VISIBLE, "scenario", "a FlockScenario, got LineScenario"),
         (named(False, FlockScenario()), LINE, "scenario", "a LineScenario, got FlockScenario"),
-        (named(False, predator_sensing_range=None), LINE, "options", "got predator_sensing_range"),
+        (named(False, predator_sensing_range=math.inf), LINE, "options", "got predator_sensing_range"),
         (named(max_rage=1.0), LOCAL, "options", "got max_rage"),
     ],
 )
@@ -72,16 +73,16 @@ VISIBLE_RULES = NO_APPROACH | {"listen-while-threatened", "win-stay-lose-shift"}
 EIGHT_RULES = VISIBLE_RULES | {"win-stay-lose-shift-escape", "turn-away", "keep-distance", "head-away"}
 FLOCK_RULES = BLIND | {"listen-while-fleeing"}
 FITTING = {
-    "shared": FLOCK_RULES,
-    "shared-minimum": FLOCK_RULES,
+    "one-range": FLOCK_RULES,
+    "one-range-minimum": FLOCK_RULES,
     "per-agent-visible": VISIBLE_RULES,
     "per-agent-visible-derived": VISIBLE_RULES | {"win-stay-lose-shift-escape"},
     "per-agent-visible-minimum": VISIBLE_RULES,
     "per-agent-local": LOCAL_RULES | {"listen-while-threatened"},
     "per-agent-visible-profile": EIGHT_RULES,
-    "steering-predator": VISIBLE_RULES,
+    "pursuit": VISIBLE_RULES,
     "line": BLIND,
-    "held-out-worlds": NO_APPROACH,
+    "held-out-predators": NO_APPROACH,
     "held-out-sizes": VISIBLE_RULES,
     "warned-flock": FLOCK_RULES,
     "warned-agents": LOCAL_RULES | {"listen-while-threatened"},

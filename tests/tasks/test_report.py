@@ -17,7 +17,7 @@ from flockesc_env.tasks.results import PolicyResult, Result, Training
 from flockesc_env.tasks.task import tasks
 
 NUM_FLOCKS = 40
-TASKS = ("held-out-worlds", "line", "shared")
+TASKS = ("held-out-predators", "line", "one-range")
 """They differ in the number of scenarios and in the objective."""
 
 
@@ -127,7 +127,7 @@ def test_aggregates_are_over_all_tasks_and_as_many_training_seeds_as_all_have() 
 
 @pytest.mark.usefixtures("_few_resamples")
 def test_a_page_ranks_learners_and_marks_code() -> None:
-    results = [made_up("shared", "low", 0.1, 3), made_up("shared", "high", 0.9, 3, is_code=True)]
+    results = [made_up("one-range", "low", 0.1, 3), made_up("one-range", "high", 0.9, 3, is_code=True)]
     table = [line for line in page(results).splitlines() if line.startswith("| ")]
     assert table[1].startswith("| high (played by its author's code) | 3 | 0.")
     assert table[2].startswith("| low | 3 | 0.")

@@ -23,7 +23,7 @@ from flockesc_env.tasks.results import Result, Training, read_result, write_resu
 from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks, score, verify
 from flockesc_env.tasks.task import tasks
 
-TASK = tasks["held-out-worlds"]
+TASK = tasks["held-out-predators"]
 FILE, RULE = "policies/mine-0.npz", "stubborn-leaders"
 BELOW = "below the result's folder"
 
@@ -123,8 +123,8 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "fewer flocks": ({"flocks": [2_000_000, 5]}, "number (2000000, 6), got (2000000, 5)"),
     "version": ({"version": "v2"}, "version: expected v1, got 'v2'"),
     "task": ({"task": "held-out-sizes"}, "of the task held-out-sizes, got '"),
-    "unknown task": ({"task": "held-out-world"}, "(did you mean held-out-worlds?)"),
-    "checksum of the task": ({"task_sha256": "0" * 64}, f"of the task held-out-worlds, got '{'0' * 64}'"),
+    "unknown task": ({"task": "held-out-world"}, "(did you mean held-out-predators?)"),
+    "checksum of the task": ({"task_sha256": "0" * 64}, f"of the task held-out-predators, got '{'0' * 64}'"),
     "unknown field": ({"note": "mine"}, "unknown field `note`"),
     "no policies": ({"policies": []}, "policies: expected at least one, got none"),
     "rule twice": (

@@ -22,7 +22,7 @@ from flockesc_env.tasks.task import read_tasks, tasks
 
 TASKS = tasks
 ROOT = Path(flockesc_env.__file__).parents[1]
-HELD_OUT_TASKS = {"held-out-worlds", "held-out-sizes"}
+HELD_OUT_TASKS = {"held-out-predators", "held-out-sizes"}
 
 
 @pytest.mark.parametrize("name", TASKS)
@@ -107,7 +107,7 @@ CHANGES = {
     "size": ("num_agents = 1000\n", "num_agents = 999\n", {"held-out-sizes"}),
     "scenario": ('preset = "pursuit"', 'preset = "intercept"', {"warned-agents"}),
     "option": ("max_range = 100.0", "max_range = 50.0", {"per-agent-visible-profile"}),
-    "sentence": ('asks = "One range for the flock: ', 'asks = "One range: ', {"shared"}),
+    "sentence": ('asks = "One range for the flock: ', 'asks = "One range: ', {"one-range"}),
     "version": (f'version = "{VERSION}"', 'version = "v2"', set(TASKS)),
 }
 
@@ -124,8 +124,12 @@ def test_a_change_of_the_file_changes_the_checksums_of_the_tasks_that_it_is_abou
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('objective = "mean"', 'objective = "survival"', "scenario: expected capture_radius"),
-        ('objective = "mean"', 'objective = "means"', r"shared.objective: .*'means'"),
+        (
+            'objective = "min_mean_distance"',
+            'objective = "fraction_surviving"',
+            "scenario: expected capture_radius",
+        ),
+        ('objective = "min_mean_distance"', 'objective = "means"', r"shared.objective: .*'means'"),
         ('scenario = "paper-flock"', 'scenario = "paper-flok"', r"shared.scenario: .*'paper-flok'"),
         ("samples = ", "sample = ", "unknown field `sample`"),
     ],

@@ -127,19 +127,19 @@ def test_a_scenario_comes_from_a_file_and_is_changed(
 def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     result = fe.sweep(SMALL, [0, 5.5, 100], range(3, 40))
     path = tmp_path / "sweep.parquet"
-    ran = Ran(capsys, *sweep_flags("--json", "--output", path, "--objective", "minimum"))
+    ran = Ran(capsys, *sweep_flags("--json", "--output", path, "--objective", "min_min_distance"))
     document = ran.json()
     assert ran.code == Exit.DONE
-    mean, low, high = result.mean_with_interval("minimum")
+    mean, low, high = result.mean_with_interval("min_min_distance")
     columns = (result.interaction_ranges, mean, low, high, result.num_components.mean(axis=1))
     assert [list(row.values()) for row in document["ranges"]] == np.transpose(columns).tolist()
-    assert document["best_range"] == result.best_range("minimum")
-    assert document["hindsight_oracle"] == result.hindsight_oracle("minimum").mean()
+    assert document["best_range"] == result.best_range("min_min_distance")
+    assert document["hindsight_oracle"] == result.hindsight_oracle("min_min_distance").mean()
     assert (document["seeds"], document["interrupted"]) == ({"start": 3, "stop": 40}, False)
 
-    rows = Ran(capsys, *sweep_flags("--objective", "minimum")).out.splitlines()
+    rows = Ran(capsys, *sweep_flags("--objective", "min_min_distance")).out.splitlines()
     (marked,) = [row for row in rows if row.lstrip().startswith("* ") and "[" in row]
-    assert float(marked.split()[1]) == result.best_range("minimum")
+    assert float(marked.split()[1]) == result.best_range("min_min_distance")
 
     other = tmp_path / "library.parquet"
     result.to_parquet(other)

@@ -157,8 +157,8 @@ def test_all_files_have_the_version_of_the_crates() -> None:
             [f'"{reward}"' for kind in (TeamReward, IndividualReward) for reward in get_args(kind)],
         ),
         ("policies", NAMES),
-        ("environments", [name for spec in OBJECTIVES for name in (spec.series, spec.column)]),
-        ("model", [name for spec in OBJECTIVES for name in (spec.series, spec.column)]),
+        ("environments", [name for spec in OBJECTIVES for name in (spec.series, spec.name)]),
+        ("model", [name for spec in OBJECTIVES for name in (spec.series, spec.name)]),
     ],
     ids=["presets", "fields", "options", "rewards", "policies", "info", "columns"],
 )

@@ -147,7 +147,7 @@ def network_case(
         "parameters": policy.parameters.tolist(),
         "ranges": candidates.tolist() or [chosen.min_range, chosen.max_range],
     }
-    lowest = played.min_min_distance if chosen.objective == "minimum" else played.min_mean_distance
+    lowest = played.min_min_distance if chosen.objective == "min_min_distance" else played.min_mean_distance
     return case, [lowest[0], played.num_components[0]]
 
 

@@ -68,7 +68,7 @@ def test_a_page_on_a_server_reads_the_files_beside_it(tab: Page, playground: str
             open_page(tab, f"http://127.0.0.1:{server.server_port}/#seed={SEED}&policies={spec}&t=12")
         finally:
             server.shutdown()
-    expected = fe.load_policy(BOARD / "search/policies/shared-0.npz").record(SEED, "paper-flock")
+    expected = fe.load_policy(BOARD / "search/policies/one-range-0.npz").record(SEED, "paper-flock")
     assert tab.evaluate("[page.panels[0].run.spec, page.panels[0].run.objective]") == [spec, lowest(expected)]
 
 
@@ -214,9 +214,9 @@ def test_invalid_entries_of_a_link_fall_back(
 def test_a_link_to_numbers_that_a_world_cannot_have_flies_the_world(
     tab: Page, open_at: Callable[..., None]
 ) -> None:
-    open_at("world=stubborn-leaders&agents=2")
+    open_at("world=leaders&agents=2")
     assert text(tab, "#message").startswith("alignment_strength: expected")
-    assert tab.evaluate(STATE)[:3] == ["stubborn-leaders", "242", {}]
+    assert tab.evaluate(STATE)[:3] == ["leaders", "242", {}]
     tab.evaluate("page.seek(1)")
     assert tab.evaluate("page.panels[0].run.numAgents") == 300
 

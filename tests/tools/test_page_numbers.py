@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import re
 from collections.abc import Callable
 from importlib.metadata import version
@@ -137,7 +138,7 @@ def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
     pairs = neighbor_pairs(run.scenario, run.positions[80], 9.0, velocities=run.velocities[80])
     assert sorted(heard) == pairs[pairs[:, 0] == agent, 1].tolist()
     env = fe.parallel_env(
-        name, action_mode="range", max_range=100.0, predator_sensing_range=None, steps_per_action=1
+        name, action_mode="range", max_range=100.0, predator_sensing_range=math.inf, steps_per_action=1
     )
     rows = [env.reset_array(seed=SEED)[0]]
     rows += [env.step_array(np.full((300, 1), 9.0, np.float32))[0] for _ in range(100)]

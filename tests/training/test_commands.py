@@ -120,20 +120,20 @@ def test_the_commands_train_list_and_refuse(tmp_path: Path, capsys: pytest.Captu
     few = ["--learner", "schedule", "--run", str(tmp_path / "run"), "--no-progress"]
     listed = Ran(capsys, "learners", "per-agent-visible", run=TRAINING.main)
     assert "ppo-difference" in listed.out
-    bad = Ran(capsys, "train", "shared", *few[:1], "ppx", *few[2:], run=TRAINING.main)
+    bad = Ran(capsys, "train", "one-range", *few[:1], "ppx", *few[2:], run=TRAINING.main)
     assert (bad.code, bad.err.count("\n")) == (2, 1)
     assert "expected one of ppo, ppo-tuned, tqc, search, schedule, imitation for shared, got" in bad.err
     assert not (tmp_path / "run").exists()
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "mine.txt").write_text("mine")
-    full = Ran(capsys, "train", "shared", *few, run=TRAINING.main)
+    full = Ran(capsys, "train", "one-range", *few, run=TRAINING.main)
     assert "run: expected an empty folder or one of a run" in full.err
     output = Ran(
         capsys,
         "compare",
         "fixed:5",
         "--task",
-        "shared",
+        "one-range",
         "--output",
         tmp_path / "run/mine.txt",
         run=TRAINING.main,

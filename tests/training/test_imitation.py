@@ -18,14 +18,14 @@ RANGES = (0.0, 5.0, 10.0)
 NAMES = ["polarization", "mean_distance", "heading_away"]
 
 
-@pytest.mark.parametrize("objective", ["mean", "minimum"])
+@pytest.mark.parametrize("objective", ["min_mean_distance", "min_min_distance"])
 def test_values_equal_single_episodes(
     tmp_path: Path, objective: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each flock is played again in an environment of its own, up to where it was copied and to the end."""
     monkeypatch.setattr("training.branches.EXPLORATION", 0.0)
     run = small_run(tmp_path / "run", "imitation")
-    task = small_task("shared" if objective == "mean" else "shared-minimum")
+    task = small_task("one-range" if objective == "min_mean_distance" else "one-range-minimum")
     run = dataclasses.replace(run, task=task)
     visitor, teacher = built_in("listen-while-fleeing").policy, built_in("fixed:5").policy
     flocks = range(100, 104)
@@ -52,7 +52,7 @@ def test_values_equal_single_episodes(
                     observation, *_, has_ended, info = env.step(action)
                     action = teacher.act(observation[np.newaxis], spec)[0]
                     taken += 1
-                assert info[task.spec.column] == expected[k]
+                assert info[task.spec.name] == expected[k]
             assert len(set(before)) == 1
             actions_before.add(before[0])
             taken += before[0]

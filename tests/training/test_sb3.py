@@ -202,9 +202,9 @@ def test_a_bad_table_is_refused_before_anything_is_written(name: str, tmp_path: 
 
 def test_an_unknown_learner_or_field_lists_the_known_ones() -> None:
     with pytest.raises(InputError, match=r"learner: expected one of ppo, .* \(did you mean ppo\?\)"):
-        tasks["shared"].hyperparameters("pp0")
+        tasks["one-range"].hyperparameters("pp0")
     with pytest.raises(InputError, match="one of stable-baselines3 or sb3-contrib, got search"):
-        tasks["shared"].hyperparameters("search")
+        tasks["one-range"].hyperparameters("search")
     with pytest.raises(InputError, match=r"a\.toml: expected tables with .*unknown field `seed`"):
         read_learners('[ppo]\nalgorithm = "PPO"\nseed = 3\n', "a.toml")
     assert read_learners('[ppo]\nalgorithm = "PPO"\n', "a.toml") == {"ppo": Learner(algorithm="PPO")}

@@ -27,7 +27,7 @@ SEEDS = [4, 5]
 INPUTS = ("time", "predator_sensed", "predator_direction_ahead", "predator_direction_left")
 OPTIONS = {
     "max_range": 30.0,
-    "predator_sensing_range": "predator_range",
+    "predator_sensing_range": 30.0,
     "steps_per_action": 1,
     "extra_entries": ("closest_approach", "escape_direction"),
 }

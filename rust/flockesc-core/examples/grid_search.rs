@@ -12,7 +12,7 @@ fn main() -> Result<()> {
     for (range, flocks) in ranges.iter().zip(outcomes.chunks(seeds.len())) {
         let values = flocks
             .iter()
-            .map(|flock| flock.objectives[Objective::Mean as usize]);
+            .map(|flock| flock.objectives[Objective::MinMeanDistance as usize]);
         let sum: f64 = values.sum();
         println!("{range} m: J_mean = {:.2} m", sum / seeds.len() as f64);
     }

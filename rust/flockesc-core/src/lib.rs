@@ -40,9 +40,7 @@ pub use neighbor::{Metric, NeighborRule, Ranges, Topological, Voronoi};
 pub use network::{
     Architecture, Head, NetworkRanges, Networks, NormalizedRange, Squash, tanh_layers,
 };
-pub use observation::{
-    ExtraEntries, SensingRange, View, ViewSpec, flock_entries, predator_entries, views,
-};
+pub use observation::{ExtraEntries, View, ViewSpec, flock_entries, predator_entries, views};
 pub use parallel::Progress;
 pub use predator::*;
 pub use reward::{Objective, ObjectiveSpec, Reward, objectives};

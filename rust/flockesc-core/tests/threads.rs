@@ -140,7 +140,7 @@ fn a_large_flock_with_captures_in_many_steps() {
 fn episodes(view: View, reward: Reward) -> EpisodeConfig {
     EpisodeConfig {
         view,
-        objective: Objective::Mean,
+        objective: Objective::MinMeanDistance,
         reward,
         max_range: 40.0,
         predator_sensing_range: None,
@@ -250,7 +250,7 @@ fn assert_slots_do_not_matter<const D: usize>(side: f64, capture_radius: Option<
     // A permutation of the seeds, because 5 and 23 have no common divisor.
     let permuted: Vec<u64> = seeds.iter().map(|seed| seed * 5 % 23).collect();
     for (view, reward) in [
-        (View::Flock, Reward::RunningMinimum),
+        (View::Flock, Reward::Team),
         (View::Agent, Reward::IndividualDistance),
         (View::Agent, Reward::NeighborhoodDistanceChange),
         (View::Agent, Reward::Difference),

@@ -33,7 +33,7 @@ fn fields(py: Python<'_>) -> &'static [(Py<PyString>, usize)] {
     FIELDS.get_or_init(py, || {
         let flock = || objectives().take(Objective::COUNT);
         let now = flock().map(|objective| objective.series);
-        let minima = flock().map(|objective| objective.column);
+        let minima = flock().map(|objective| objective.name);
         let names = now.chain(minima).chain(["polarization"]).zip(0..);
         // A value that never rises has one name for both.
         let places: BTreeMap<&str, usize> = names.collect();

@@ -172,7 +172,7 @@ pub(crate) fn sweep_flock<'py>(
         .enumerate()
     {
         let values = grid(py, &cells, shape, |cell| cell.objectives[index])?;
-        dict.set_item(objective.column, values)?;
+        dict.set_item(objective.name, values)?;
     }
     let components = grid(py, &cells, shape, |cell| cell.num_components as i64)?;
     dict.set_item("num_components", components)?;

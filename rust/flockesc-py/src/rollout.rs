@@ -98,7 +98,7 @@ pub(crate) fn outcome_columns<'py>(py: Python<'py>, outcomes: &[EpisodeOutcome])
     let dict = PyDict::new(py);
     for (index, objective) in objectives().take(Objective::COUNT).enumerate() {
         let minimum = |flock: &EpisodeOutcome| flock.metrics.objectives[index].minimum;
-        dict.set_item(objective.column, column(py, outcomes, minimum))?;
+        dict.set_item(objective.name, column(py, outcomes, minimum))?;
     }
     let count =
         |count: fn(&EpisodeOutcome) -> usize| column(py, outcomes, |flock| count(flock) as i64);

@@ -7,7 +7,7 @@ use crate::base::document::parse;
 use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
 use crate::flock::FlockConfig;
-use crate::observation::{self, ExtraEntries, Extras, SensingRange, View};
+use crate::observation::{self, ExtraEntries, Extras, View};
 use crate::reward::{Objective, Reward};
 
 /// Options of an episode: reward, observation and action (docs/model.md). Every field has a default in
@@ -16,8 +16,8 @@ use crate::reward::{Objective, Reward};
 /// ```
 /// use flockesc_core::{EpisodeConfig, Objective};
 ///
-/// let config = EpisodeConfig { objective: Objective::Minimum, ..EpisodeConfig::default() };
-/// assert_eq!(EpisodeConfig::from_json(r#"{"objective": "minimum"}"#)?, config);
+/// let config = EpisodeConfig { objective: Objective::MinMinDistance, ..EpisodeConfig::default() };
+/// assert_eq!(EpisodeConfig::from_json(r#"{"objective": "min_min_distance"}"#)?, config);
 /// # Ok::<(), flockesc_core::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,8 +32,8 @@ pub struct EpisodeConfig {
     /// Largest interaction range in m that an action can set, above 0. The observed last range is divided by
     /// it.
     pub max_range: f64,
-    /// Distance up to which agents sense a predator; `None` is any distance.
-    pub predator_sensing_range: Option<SensingRange>,
+    /// Distance in m up to which agents sense a predator; `None` is any distance.
+    pub predator_sensing_range: Option<f64>,
     /// Number of model steps per action, at least 1.
     pub steps_per_action: usize,
     /// Candidate ranges in m, in ascending order, at most [`crate::MAX_CANDIDATES`]. The observation shows what
@@ -50,10 +50,10 @@ impl Default for EpisodeConfig {
     fn default() -> Self {
         Self {
             view: View::Flock,
-            objective: Objective::Mean,
-            reward: Reward::RunningMinimum,
+            objective: Objective::MinMeanDistance,
+            reward: Reward::Team,
             max_range: 100.0,
-            predator_sensing_range: Some(SensingRange::PredatorRange),
+            predator_sensing_range: None,
             steps_per_action: 1,
             profile_ranges: Vec::new(),
             extra_entries: Vec::new(),
@@ -78,7 +78,7 @@ impl EpisodeConfig {
     /// [`Error::Config`] if a field is out of bounds.
     pub fn check(&self) -> Result<()> {
         positive("max_range", self.max_range)?;
-        if let Some(SensingRange::Length(range)) = self.predator_sensing_range {
+        if let Some(range) = self.predator_sensing_range {
             not_negative("predator_sensing_range", range)?;
         }
         within("steps_per_action", self.steps_per_action, 1, MAX_STEPS)?;

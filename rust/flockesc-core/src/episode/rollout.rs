@@ -49,7 +49,7 @@ impl<const D: usize> Batch<D> {
     /// // The range grows from 0 m to 100 m during the episode.
     /// let networks = Networks::new(&architecture, &names, ranges, &[2.0, -1.0], 1)?;
     /// let outcomes = batch.rollout(&networks, &[0, 1], &Progress::default())?;
-    /// assert!(outcomes[0].metrics.objectives[Objective::Mean as usize].minimum > 0.0);
+    /// assert!(outcomes[0].metrics.objectives[Objective::MinMeanDistance as usize].minimum > 0.0);
     /// # Ok::<(), flockesc_core::Error>(())
     /// ```
     ///

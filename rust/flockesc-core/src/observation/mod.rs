@@ -19,7 +19,6 @@ use crate::parallel::Progress;
 pub use extras::ExtraEntries;
 pub(crate) use extras::Extras;
 pub(crate) use scene::Scene;
-pub use scene::SensingRange;
 pub use view::{View, ViewSpec, views};
 
 /// Returns the entries of an observation row, in order, for dimension 2 or 3.

@@ -2,23 +2,10 @@
 
 use std::sync::OnceLock;
 
-use serde::{Deserialize, Serialize};
-
 use super::Extras;
 use super::row::squash;
 use crate::flock::{Summary, World};
 use crate::reward::Objective;
-
-/// Distance up to which agents sense a predator.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SensingRange {
-    /// The predator range rho_p of the episode's scenario.
-    PredatorRange,
-    /// A length in m.
-    #[serde(untagged)]
-    Length(f64),
-}
 
 /// The input of observations.
 #[derive(Debug, Clone, Copy)]
@@ -33,7 +20,7 @@ pub(crate) struct Scene<'a, const D: usize> {
     /// Largest range of an action in m.
     pub(crate) max_range: f64,
     /// Distance up to which agents sense predators. `None` is an infinite distance.
-    pub(crate) sensing_range: Option<SensingRange>,
+    pub(crate) sensing_range: Option<f64>,
     /// The optional entries.
     pub(crate) extras: Extras<'a>,
     /// Number of steps so far.
@@ -74,11 +61,7 @@ impl<'a, const D: usize> Scene<'a, D> {
                 self.minimum
             },
             max_range: self.max_range,
-            sensing_length: match self.sensing_range {
-                None => f64::INFINITY,
-                Some(SensingRange::PredatorRange) => scenario.predator_range,
-                Some(SensingRange::Length(range)) => range,
-            },
+            sensing_length: self.sensing_range.unwrap_or(f64::INFINITY),
             length,
             speed: scenario.speed.largest(),
         }

@@ -30,16 +30,16 @@ pub(crate) use total::exact_sum;
 #[strum(serialize_all = "snake_case")]
 pub enum Reward {
     /// m_t - m_(t-1), where m is the running minimum of the objective. Sums to J - m_0 exactly.
-    RunningMinimum,
+    Team,
     /// The objective's value divided by the number of steps. Sums to the time average of the objective.
     Distance,
     /// d_i divided by the number of steps. Sums to the time average of d_i.
     IndividualDistance,
     /// d_i(t) - d_i(t-1). Sums to d_i(T) - d_i(0).
     IndividualDistanceChange,
-    /// Each agent's part of `RunningMinimum` of the mean distance: when the minimum falls, d_i minus d_i at
+    /// Each agent's part of `Team` of the mean distance: when the minimum falls, d_i minus d_i at
     /// the previous fall; 0 otherwise.
-    IndividualRunningMinimum,
+    Individual,
     /// `IndividualDistanceChange`, averaged over the agent's neighborhood.
     NeighborhoodDistanceChange,
     /// G - G_-i: the objective's value after an action minus its value with a range of 0 for agent i.
@@ -55,10 +55,10 @@ impl Reward {
     /// Returns whether agents have different rewards, which needs the view of the agents.
     pub(crate) fn is_individual(self) -> bool {
         match self {
-            Self::RunningMinimum | Self::Distance | Self::Terminal => false,
+            Self::Team | Self::Distance | Self::Terminal => false,
             Self::IndividualDistance
             | Self::IndividualDistanceChange
-            | Self::IndividualRunningMinimum
+            | Self::Individual
             | Self::NeighborhoodDistanceChange
             | Self::Difference => true,
         }
@@ -80,13 +80,13 @@ impl Reward {
     /// Returns the reward of a step that all agents share; 0 for individual terms.
     pub(crate) fn of_team<const D: usize>(self, step: &StepContext<'_, D>) -> f64 {
         match self {
-            Self::RunningMinimum => step.minimum - step.minimum_before,
+            Self::Team => step.minimum - step.minimum_before,
             Self::Distance => step.value * step.share(),
             Self::Terminal if step.is_last => step.minimum - step.minimum_at_start,
             Self::Terminal
             | Self::IndividualDistance
             | Self::IndividualDistanceChange
-            | Self::IndividualRunningMinimum
+            | Self::Individual
             | Self::NeighborhoodDistanceChange
             | Self::Difference => 0.0,
         }
@@ -106,15 +106,11 @@ impl Reward {
                 }
             }
             Self::IndividualDistanceChange => step.add_changes(step.distances_before, rewards),
-            Self::IndividualRunningMinimum if step.minimum < step.minimum_before => {
+            Self::Individual if step.minimum < step.minimum_before => {
                 step.add_changes(step.distances_at_minimum, rewards);
             }
             Self::NeighborhoodDistanceChange => step.add_neighborhood_changes(rewards),
-            Self::IndividualRunningMinimum
-            | Self::RunningMinimum
-            | Self::Distance
-            | Self::Terminal
-            | Self::Difference => {}
+            Self::Individual | Self::Team | Self::Distance | Self::Terminal | Self::Difference => {}
         }
     }
 }

@@ -22,17 +22,17 @@ use crate::flock::World;
 #[strum(serialize_all = "snake_case")]
 pub enum Objective {
     /// Mean predator distance over the agents in m (Eq. 12).
-    Mean,
+    MinMeanDistance,
     /// Minimum predator distance over the agents in m (Eq. 13).
-    Minimum,
+    MinMinDistance,
     /// Fraction of the agents that were not caught.
-    Survival,
+    FractionSurviving,
 }
 
 /// A row of the table of objectives, which all reports read. A larger objective is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct ObjectiveSpec {
-    /// Name in documents.
+    /// Name in documents, and column of the objective so far, in `info`, rollouts and sweeps.
     pub name: &'static str,
     /// Model: `flock` or `line`.
     pub model: &'static str,
@@ -46,8 +46,6 @@ pub struct ObjectiveSpec {
     pub unit: &'static str,
     /// Column of the value at one time, in `info` and in recorded runs.
     pub series: &'static str,
-    /// Column of the objective so far, in `info`, rollouts and sweeps.
-    pub column: &'static str,
     /// Field of the scenario without which the objective is the same under all ranges.
     pub requires: &'static str,
 }
@@ -71,7 +69,7 @@ impl Objective {
     fn spec(self) -> ObjectiveSpec {
         let name = self.into();
         match self {
-            Self::Mean => ObjectiveSpec {
+            Self::MinMeanDistance => ObjectiveSpec {
                 name,
                 model: "flock",
                 symbol: "J_mean",
@@ -79,10 +77,9 @@ impl Objective {
                 definition: "minimum over time of the mean predator distance (Eq. 12)",
                 unit: "m",
                 series: "mean_distance",
-                column: "min_mean_distance",
                 requires: "predators",
             },
-            Self::Minimum => ObjectiveSpec {
+            Self::MinMinDistance => ObjectiveSpec {
                 name,
                 model: "flock",
                 symbol: "J_min",
@@ -90,10 +87,9 @@ impl Objective {
                 definition: "minimum over time of the minimum predator distance (Eq. 13)",
                 unit: "m",
                 series: "min_distance",
-                column: "min_min_distance",
                 requires: "predators",
             },
-            Self::Survival => ObjectiveSpec {
+            Self::FractionSurviving => ObjectiveSpec {
                 name,
                 model: "flock",
                 symbol: "J_survival",
@@ -101,7 +97,6 @@ impl Objective {
                 definition: "fraction of the agents that are not caught",
                 unit: "",
                 series: "fraction_surviving",
-                column: "fraction_surviving",
                 requires: "capture_radius",
             },
         }
@@ -115,9 +110,9 @@ impl Objective {
     /// Returns the current value of the objective in a flock.
     pub(crate) fn value_of<const D: usize>(self, world: &World<D>) -> f64 {
         match self {
-            Self::Mean => world.predator_distance().mean,
-            Self::Minimum => world.predator_distance().minimum,
-            Self::Survival => world.fraction_surviving(),
+            Self::MinMeanDistance => world.predator_distance().mean,
+            Self::MinMinDistance => world.predator_distance().minimum,
+            Self::FractionSurviving => world.fraction_surviving(),
         }
     }
 
@@ -135,7 +130,6 @@ const LINE: ObjectiveSpec = ObjectiveSpec {
     definition: "distance between the predator and the nearest agent at the end",
     unit: "",
     series: "escape_distance",
-    column: "escape_distance",
     requires: "predator_position",
 };
 
