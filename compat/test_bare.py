@@ -28,7 +28,7 @@ def flockesc(*arguments: str) -> tuple[int, str]:
 
 
 def test_environments_play() -> None:
-    env = gymnasium.make("flockesc_env:flockesc/FlockEscape-v0", scenario="pursuit", action_mode="range")
+    env = gymnasium.make("flockesc_env:flockesc/FlockEscape-v1", scenario="pursuit", action_mode="range")
     env.reset(seed=7)
     env.step([10.0])
     parallel = flockesc_env.parallel_env()

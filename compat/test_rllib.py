@@ -39,7 +39,7 @@ def slots() -> PPOConfig:
     options = {"scenario": SCENARIO, "reward": "individual_distance_change"}
     return (
         PPOConfig()
-        .environment("flockesc_env:flockesc/FlockAgents-v0", env_config=options)
+        .environment("flockesc_env:flockesc/FlockAgents-v1", env_config=options)
         .env_runners(
             num_env_runners=0, num_envs_per_env_runner=8, gym_env_vectorize_mode="vector_entry_point"
         )

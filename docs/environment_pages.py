@@ -55,7 +55,7 @@ def write(docs: Path) -> None:
 def _registered(name: str) -> dict[str, Any]:
     """Return what the page of a registered environment shows."""
     spec = gymnasium.spec(name)
-    is_single = name != "flockesc/FlockAgents-v0"
+    is_single = name != "flockesc/FlockAgents-v1"
     if not is_single:
         count = fe.FlockScenario().num_agents
         call = f'gymnasium.make_vec("flockesc_env:{name}", num_envs={count})'
@@ -168,7 +168,7 @@ def _picture(view: str) -> Any:
     if view == "Line view":
         env, policy = fe.LineEscapeEnv(**PICTURE), fe.FixedRange(0.05)
     elif view == "Predator view":
-        env, policy = fe.FlockPursuitEnv(**PICTURE), fe.Pursue("centroid")
+        env, policy = fe.PredatorEnv(**PICTURE), fe.Pursue("centroid")
     elif view == "Agent view":
         colors = PICTURE | {"render_options": fe.RenderOptions(size=640, color="range")}
         env, policy = fe.parallel_env(predator_sensing_range=math.inf, **colors), fe.StubbornLeaders()

@@ -176,7 +176,7 @@ def train(args: Args) -> Agent:
     torch.manual_seed(args.seed)
     slots = AGENTS * args.flocks
     envs = gymnasium.make_vec(
-        "flockesc_env:flockesc/FlockAgents-v0",
+        "flockesc_env:flockesc/FlockAgents-v1",
         num_envs=slots,
         autoreset_mode="SameStep",
         **OPTIONS,

@@ -3,8 +3,8 @@
 - Models: ``simulate``, ``simulate_line``, ``sweep``, ``scan``; neighbor graphs by ``component_labels``,
   ``neighbor_pairs``, ``laplacian`` and ``perron_matrix``; measures of order by ``rotation``, ``density``,
   ``nearest_neighbor_distances``, ``correlation_length`` and ``binder_cumulant``.
-- Environments: ``flockesc/FlockEscape-v0``, ``flockesc/FlockAgents-v0``, ``flockesc/FlockPursuit-v0`` and
-  ``flockesc/LineEscape-v0`` (Gymnasium), ``parallel_env`` and ``env`` (PettingZoo), ``flockesc_env.sb3``
+- Environments: ``flockesc/FlockEscape-v1``, ``flockesc/FlockAgents-v1``, ``flockesc/Predator-v1`` and
+  ``flockesc/LineEscape-v1`` (Gymnasium), ``parallel_env`` and ``env`` (PettingZoo), ``flockesc_env.sb3``
   (stable-baselines3).
 - Scenarios: ``FlockScenario``, ``LineScenario`` and the named ones in ``PRESETS``.
 - Policies: ``FixedRange``, ``StubbornLeaders`` and others (``flockesc_env.policies``); ``rollout`` and
@@ -25,7 +25,7 @@ from flockesc_env.common.errors import (
 )
 from flockesc_env.envs.gymnasium import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
-from flockesc_env.envs.pursuit import FlockPursuitEnv
+from flockesc_env.envs.predator import PredatorEnv
 from flockesc_env.envs.vector import AgentVectorEnv, FlockVectorEnv
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.episodes.seeds import episode_seed
@@ -106,7 +106,6 @@ __all__ = [
     "FixedRange",
     "FlockEscapeEnv",
     "FlockParallelEnv",
-    "FlockPursuitEnv",
     "FlockScenario",
     "FlockSweepResult",
     "FlockVectorEnv",
@@ -133,6 +132,7 @@ __all__ = [
     "NetworkPolicy",
     "Policy",
     "PolicySpec",
+    "PredatorEnv",
     "PreferredDistance",
     "PrescribedPath",
     "PurePursuit",
@@ -193,17 +193,17 @@ __all__ = [
 ]
 
 _gymnasium.register(
-    "flockesc/FlockEscape-v0",
+    "flockesc/FlockEscape-v1",
     "flockesc_env.envs.gymnasium:FlockEscapeEnv",
     vector_entry_point="flockesc_env.envs.vector:FlockVectorEnv",
 )
 _gymnasium.register(
-    "flockesc/FlockAgents-v0",
+    "flockesc/FlockAgents-v1",
     "flockesc_env.envs.vector:_no_single_env",
     vector_entry_point="flockesc_env.envs.vector:AgentVectorEnv",
 )
-_gymnasium.register("flockesc/FlockPursuit-v0", "flockesc_env.envs.pursuit:FlockPursuitEnv")
-_gymnasium.register("flockesc/LineEscape-v0", "flockesc_env.envs.line:LineEscapeEnv")
+_gymnasium.register("flockesc/Predator-v1", "flockesc_env.envs.predator:PredatorEnv")
+_gymnasium.register("flockesc/LineEscape-v1", "flockesc_env.envs.line:LineEscapeEnv")
 
 
 def __getattr__(name: str) -> object:

@@ -21,7 +21,7 @@ AGENTS, FLOCKS = 300, 64
 RANGE = 10.0
 STEPS = 240
 
-_ID = "flockesc_env:flockesc/FlockEscape-v0"
+_ID = "flockesc_env:flockesc/FlockEscape-v1"
 _INPUTS = (
     *("last_range", "neighbor_count", "heard_velocity_ahead", "heard_velocity_left", "predator_distance"),
     *("predator_direction_ahead", "predator_direction_left"),

@@ -49,7 +49,7 @@ class GymnasiumEnv(Registered, OneFlock[Observations], gymnasium.Env[Observation
 
 
 class FlockEscapeEnv(GymnasiumEnv):
-    """A flock under attack, ``flockesc/FlockEscape-v0``; the action is its interaction range.
+    """A flock under attack, ``flockesc/FlockEscape-v1``; the action is its interaction range.
 
     docs/model.md describes observations, rewards and ``info``. An episode terminates when all agents are
     caught and is truncated after ``scenario.num_steps`` model steps.

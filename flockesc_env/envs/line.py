@@ -29,7 +29,7 @@ FRAMES_PER_SECOND = 5
 
 
 class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any]):
-    """A line under attack, ``flockesc/LineEscape-v0``; the action is its interaction range.
+    """A line under attack, ``flockesc/LineEscape-v1``; the action is its interaction range.
 
     An episode terminates when the line reaches its steady state and is truncated after
     ``scenario.max_steps`` model steps. The return is d_ss - d(0).

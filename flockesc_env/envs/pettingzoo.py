@@ -70,7 +70,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     """
 
     _arguments: ClassVar[type] = ParallelArguments
-    metadata: dict[str, Any] = {**Rendered.metadata, "name": "flockesc_v0", "is_parallelizable": True}
+    metadata: dict[str, Any] = {**Rendered.metadata, "name": "flockesc_v1", "is_parallelizable": True}
 
     def __init__(
         self, scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]

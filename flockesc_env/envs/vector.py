@@ -204,7 +204,7 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
 
 
 class FlockVectorEnv(_BatchVectorEnv):
-    """Many flocks under attack, ``flockesc/FlockEscape-v0`` with ``gymnasium.make_vec``; one range per flock.
+    """Many flocks under attack, ``flockesc/FlockEscape-v1`` with ``gymnasium.make_vec``; one range per flock.
 
     It returns the same values as ``SyncVectorEnv`` over ``FlockEscapeEnv``, bit for bit, and is faster.
     An episode terminates when all agents are caught and is truncated after ``scenario.num_steps`` model
@@ -230,7 +230,7 @@ class FlockVectorEnv(_BatchVectorEnv):
 
 
 class AgentVectorEnv(_BatchVectorEnv):
-    """Many flocks with a slot per agent, ``flockesc/FlockAgents-v0`` with ``gymnasium.make_vec``.
+    """Many flocks with a slot per agent, ``flockesc/FlockAgents-v1`` with ``gymnasium.make_vec``.
 
     Slot ``f * num_agents + i`` is agent i of flock f; one shared policy sets the range of each agent. It
     returns the same values as ``FlockParallelEnv``, bit for bit. ``reset(seed=s)`` gives flock f the seed
@@ -255,10 +255,10 @@ class AgentVectorEnv(_BatchVectorEnv):
 
 
 def _no_single_env(**_: Any) -> NoReturn:
-    """Refuse ``gymnasium.make("flockesc/FlockAgents-v0")``, which has no environment of one slot."""
-    way = 'gymnasium.make_vec("flockesc/FlockAgents-v0", num_envs=300 * flocks)'
+    """Refuse ``gymnasium.make("flockesc/FlockAgents-v1")``, which has no environment of one slot."""
+    way = 'gymnasium.make_vec("flockesc/FlockAgents-v1", num_envs=300 * flocks)'
     expected = f"an environment of one slot; for a slot per agent, 300 per flock by default, call {way}"
-    raise InputError("id", expected, "flockesc/FlockAgents-v0")
+    raise InputError("id", expected, "flockesc/FlockAgents-v1")
 
 
 def _mode(mode: Any) -> AutoresetMode:

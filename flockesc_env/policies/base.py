@@ -26,8 +26,8 @@ class Policy(Protocol):
     """Protocol of range policies: objects that turn observation rows into actions.
 
     Only ``act`` is required. A policy that keeps a memory between actions also has a method ``reset(rows)``,
-    see ``RowMemory``; rollouts, ``bind`` and ``FlockPursuitEnv`` call it before the first action of every
-    episode, ``FlockPursuitEnv`` also after ``set_state``. A policy that chooses one range per agent has an
+    see ``RowMemory``; rollouts, ``bind`` and ``PredatorEnv`` call it before the first action of every
+    episode, ``PredatorEnv`` also after ``set_state``. A policy that chooses one range per agent has an
     attribute ``per_agent = True``.
     """
 

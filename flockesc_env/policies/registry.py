@@ -11,7 +11,6 @@ from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_seed,
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.episodes.options import (
     PROFILE_RANGES,
-    EnvOptions,
     EnvOptionsDict,
     LineOptions,
     env_options,

@@ -35,8 +35,8 @@ from stable_baselines3.common.env_checker import check_env as check_sb3
 import flockesc_env
 from flockesc_env import FlockScenario, Learned, LineScenario
 
-FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v0"
-LINE_ID = "flockesc_env:flockesc/LineEscape-v0"
+FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v1"
+LINE_ID = "flockesc_env:flockesc/LineEscape-v1"
 
 Options = dict[str, Any]
 
@@ -105,8 +105,8 @@ def test_captures(dimension: int, objective: str, capture_radius: float) -> None
     "options", [{}, {"per_agent": True, "reward": "individual_distance", "steps_per_action": 3}]
 )
 def test_learned_predators(dimension: int, options: dict[str, Any]) -> None:
-    check_gymnasium(flockesc_env.FlockPursuitEnv(small_flock(dimension), **options), skip_render_check=True)
-    check_sb3(flockesc_env.FlockPursuitEnv(small_flock(dimension), **options))
+    check_gymnasium(flockesc_env.PredatorEnv(small_flock(dimension), **options), skip_render_check=True)
+    check_sb3(flockesc_env.PredatorEnv(small_flock(dimension), **options))
     hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
     captured = small_flock(dimension, num_agents=12, predators=hunters, capture_radius=12.0)
     parallel_api_test(flockesc_env.parallel_env(captured), num_cycles=30)

@@ -67,7 +67,7 @@ WRAPPERS: dict[str, dict[str, Any]] = {
     "DelayObservation": {"delay": 2},
 }
 MAKERS: list[tuple[Any, Callable[[], Any]]] = [
-    (wrappers, lambda: gymnasium.make("flockesc/FlockEscape-v0", scenario=small_flock())),
+    (wrappers, lambda: gymnasium.make("flockesc/FlockEscape-v1", scenario=small_flock())),
     (wrappers.vector, lambda: fe.FlockVectorEnv(2, small_flock())),
     (wrappers.vector, lambda: fe.AgentVectorEnv(10, small_flock())),
 ]
@@ -159,7 +159,7 @@ def test_a_flock_equals_the_simulation(dimension: int) -> None:
 
 def test_shapes_and_read_only_arrays() -> None:
     scenario = small_flock(3, predators=PREDATORS)
-    for env, rows in ((fe.parallel_env(scenario), 5), (fe.FlockPursuitEnv(small_flock(3)), 1)):
+    for env, rows in ((fe.parallel_env(scenario), 5), (fe.PredatorEnv(small_flock(3)), 1)):
         env.reset(seed=0)
         now = state(env.flock)
         shapes = {name: value.shape for name, value in now.items() if isinstance(value, np.ndarray)}

@@ -182,7 +182,7 @@ def test_options_that_do_not_fit_are_named(interface: str) -> None:
         words = r"with_learned_predators\(\) makes one, got PurePursuit"
         refusals.append((small_flock(predators=()), {}, "predators", "expected"))
         refusals.append((counted, {}, "max_range", "number of neighbors"))
-        if interface != "pursuit":
+        if interface != "predator":
             refusals.append((HUNTED, chased, "predator_policy", words))
             MADE[interface](HUNTED.with_learned_predators(), **chased)
         if interface in {"gymnasium", "vector", "flock slots", "rollout"}:
@@ -218,8 +218,8 @@ def test_settings_are_not_assigned_after_creation(make: Callable[[], Any]) -> No
 
 
 def test_settings_are_not_assigned_through_wrappers() -> None:
-    alone = gymnasium.make("flockesc/FlockEscape-v0", scenario=small_flock())
-    several = gymnasium.make_vec("flockesc/LineEscape-v0", num_envs=2)
+    alone = gymnasium.make("flockesc/FlockEscape-v1", scenario=small_flock())
+    several = gymnasium.make_vec("flockesc/LineEscape-v1", num_envs=2)
     slots = AgentVecEnv(1, small_flock())
     for name in ("scenario", "max_range"):
         for call in (alone.set_wrapper_attr, several.set_attr, slots.set_attr, VecMonitor(slots).set_attr):

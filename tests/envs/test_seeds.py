@@ -24,7 +24,7 @@ def curves(infos: list[dict[str, Any]]) -> dict[str, list[Any]]:
     return {name: [info[name] for info in infos] for name in CURVES}
 
 
-INTERFACES = [name for name in FLOCKS if name not in {"pursuit", "vector", "agent vector"}]
+INTERFACES = [name for name in FLOCKS if name not in {"predator", "vector", "agent vector"}]
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ import flockesc_env as fe
 from flockesc_env.common.errors import FlockescError, InputError
 
 NAMES = (
-    *("pictures", "different agents with noise and delay", "pursuit", "vector", "vector without autoreset"),
+    *("pictures", "different agents with noise and delay", "predator", "vector", "vector without autoreset"),
     *("a slot per agent", "parallel with capture", "line in pictures"),
 )
 seeds = st.integers(0, 2**64 - 4) | st.none()

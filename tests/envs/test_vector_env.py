@@ -16,7 +16,7 @@ from option_table import ACTION_MODES, FLOCK_REWARDS, doomed, small_flock
 from flockesc_env import AgentVectorEnv, FlockEscapeEnv, FlockVectorEnv
 from flockesc_env.common.errors import FlockescError, InputError
 
-NAME = "flockesc_env:flockesc/FlockEscape-v0"
+NAME = "flockesc_env:flockesc/FlockEscape-v1"
 SLOTS = 4
 START = {"initial_positions": np.arange(10.0).reshape(5, 2), "predator_velocities": np.array([[3.0, 4.0]])}
 MASK = np.array([True, False, True, False])

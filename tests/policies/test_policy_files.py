@@ -103,7 +103,7 @@ def test_a_loaded_policy_refuses_environments_with_other_options(
         lambda: loaded.policy.act(rows, env.policy_spec),
         lambda: fe.rollout(SCENARIO, loaded.policy, [0], **view),
         lambda: fe.record(SCENARIO, loaded.policy, 0, **view),
-        lambda: fe.FlockPursuitEnv(SCENARIO, flock_policy=loaded.policy, **{**own, **view}),
+        lambda: fe.PredatorEnv(SCENARIO, flock_policy=loaded.policy, **{**own, **view}),
     ]
     for call in calls:
         with pytest.raises(InputError) as caught:

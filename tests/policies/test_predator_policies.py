@@ -29,7 +29,7 @@ def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> fe.FlockScenar
 def test_pursuit_is_the_parallel_environment_with_a_fixed_flock(dimension: int, per_agent: bool) -> None:
     scenario = hunted(dimension)
     policy = StubbornLeaders() if per_agent else FixedRange(10.0)
-    pursuit = fe.FlockPursuitEnv(scenario, flock_policy=policy, per_agent=per_agent)
+    pursuit = fe.PredatorEnv(scenario, flock_policy=policy, per_agent=per_agent)
     parallel = fe.parallel_env(scenario.with_learned_predators())
     observation, _ = pursuit.reset(seed=5)
     observations, _ = parallel.reset(seed=5)
@@ -82,7 +82,7 @@ def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
 
 
 def test_a_bound_policy_steers_the_predator_of_the_pursuit() -> None:
-    pursuit, twin = (fe.FlockPursuitEnv(hunted(), flock_policy=FixedRange(10.0)) for _ in range(2))
+    pursuit, twin = (fe.PredatorEnv(hunted(), flock_policy=FixedRange(10.0)) for _ in range(2))
     act = fe.bind(Pursue(), pursuit)
     observation, _ = pursuit.reset(seed=5)
     twin.reset(seed=5)

@@ -18,8 +18,8 @@ from flockesc_env.render.video import write_video
 # imageio leaves the pipes of its reader open until garbage collection.
 pytestmark = pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 
-FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v0"
-LINE_ID = "flockesc_env:flockesc/LineEscape-v0"
+FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v1"
+LINE_ID = "flockesc_env:flockesc/LineEscape-v1"
 SMALL = RenderOptions(size=160)
 RUN = simulate(small_flock(), 5.0, seed=0)
 

@@ -27,7 +27,7 @@ from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
 
 FLOCKS: dict[str, Callable[..., Any]] = {
     "gymnasium": fe.FlockEscapeEnv,
-    "pursuit": fe.FlockPursuitEnv,
+    "predator": fe.PredatorEnv,
     "parallel": fe.parallel_env,
     "aec": fe.env,
     "vector": lambda scenario=None, num_flocks=1, **given: fe.FlockVectorEnv(num_flocks, scenario, **given),
@@ -67,7 +67,7 @@ def _vector(mode: str, **options: Any) -> fe.FlockVectorEnv:
 ADAPTERS = {
     "gymnasium": Adapter(lambda: fe.FlockEscapeEnv(FLOCK)),
     "gymnasium.make": Adapter(
-        lambda: gymnasium.make("flockesc/FlockEscape-v0", scenario=FLOCK), has_states=False
+        lambda: gymnasium.make("flockesc/FlockEscape-v1", scenario=FLOCK), has_states=False
     ),
     "different agents with noise and delay": Adapter(
         lambda: fe.FlockEscapeEnv(small_flock(3, predators=RANDOM, capture_radius=2.0, **UNLIKE))
@@ -75,7 +75,7 @@ ADAPTERS = {
     "chased": Adapter(lambda: fe.FlockEscapeEnv(FLOCK.with_learned_predators(), predator_policy=fe.Pursue())),
     "discrete": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, action_mode="discrete", range_grid=[1.0, 5.0, 9.0])),
     "pictures": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, **PICTURES), has_pictures=True),
-    "pursuit": Adapter(lambda: fe.FlockPursuitEnv(FLOCK)),
+    "predator": Adapter(lambda: fe.PredatorEnv(FLOCK)),
     "line": Adapter(lambda: fe.LineEscapeEnv(LINE)),
     "line in pictures": Adapter(lambda: fe.LineEscapeEnv(LINE, **PICTURES), has_pictures=True),
     "vector": Adapter(lambda: _vector("NextStep")),
@@ -119,7 +119,7 @@ HUNT, LONG_HUNT = (small_flock(num_steps=steps).with_learned_predators() for ste
 
 REMEMBERING: dict[str, Callable[[Weave], Any]] = {
     "gymnasium": lambda weave: fe.FlockEscapeEnv(HUNT, predator_policy=weave),
-    "pursuit": lambda weave: fe.FlockPursuitEnv(HUNT, flock_policy=weave, per_agent=True),
+    "predator": lambda weave: fe.PredatorEnv(HUNT, flock_policy=weave, per_agent=True),
     "vector": lambda weave: fe.FlockVectorEnv(3, HUNT, predator_policy=weave),
     "vector in the same step": lambda weave: fe.FlockVectorEnv(
         3, HUNT, autoreset_mode="SameStep", predator_policy=weave

@@ -52,7 +52,7 @@ def versioned_ids() -> set[str]:
 
 def registered(_: int, seed: int, name: str) -> Iterator[Any]:
     """Play an environment as its id makes it; one without single environments as 300 slots."""
-    single = name != "flockesc/FlockAgents-v0"
+    single = name != "flockesc/FlockAgents-v1"
     env: Any = gymnasium.make(name) if single else gymnasium.make_vec(name, num_envs=300)
     yield env.reset(seed=seed)
     size = int(np.prod(env.action_space.shape))

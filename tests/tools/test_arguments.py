@@ -198,7 +198,7 @@ def method_rows(name: str) -> dict[str, Row]:
 
 
 WITH_METHODS = (
-    *("gymnasium", "pursuit", "line", "vector", "a slot per agent", "parallel", "parallel with predators"),
+    *("gymnasium", "predator", "line", "vector", "a slot per agent", "parallel", "parallel with predators"),
     *("stable-baselines3", "stable-baselines3, a slot per agent"),
 )
 CALLABLES = {name: row_of(call) for name, call in _public().items() if name not in MADE_HERE | ELSEWHERE} | {
@@ -306,9 +306,9 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: fe.approach(direction=(0.0, 0.0)), "direction"),
     (lambda: fe.approach("edge", direction=(0.0, 0.0, 1.0), dimension=3), "direction"),
     (lambda: fe.FlockEscapeEnv(action_mode="range", max_range=1e39), "max_range"),
-    (lambda: fe.FlockPursuitEnv(LEAGUE), "predators"),
-    (lambda: fe.FlockPursuitEnv(predator_policy=fe.FlyStraight()), "predator_policy"),
-    (lambda: fe.FlockPursuitEnv(reward="individual_distance"), "reward"),
+    (lambda: fe.PredatorEnv(LEAGUE), "predators"),
+    (lambda: fe.PredatorEnv(predator_policy=fe.FlyStraight()), "predator_policy"),
+    (lambda: fe.PredatorEnv(reward="individual_distance"), "reward"),
     (lambda: fe.FlockEscapeEnv(profile_ranges=[0.0, 5.0]), "profile_ranges"),
     (lambda: fe.LineEscapeEnv(profile_ranges=[0.0, 0.5]), "profile_ranges"),  # type: ignore[call-arg]
     (lambda: fe.rollout(FLOCK, fe.StubbornLeaders(), [0], per_agent=False), "per_agent"),

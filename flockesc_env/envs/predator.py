@@ -20,8 +20,8 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
 
 
-class FlockPursuitEnv(GymnasiumEnv):
-    """A predator that attacks a flock, ``flockesc/FlockPursuit-v0``; the action is its acceleration.
+class PredatorEnv(GymnasiumEnv):
+    """A predator that attacks a flock, ``flockesc/Predator-v1``; the action is its acceleration.
 
     docs/model.md describes observations ("Predator view") and ``info``. The reward is minus the mean reward
     of the flock. An episode terminates when all agents are caught and is truncated after
