@@ -66,10 +66,10 @@ def run(only: tuple[Section, ...] = get_args(Section), quick: bool = False, outp
     output.mkdir(parents=True, exist_ok=True)
     write_text(output / _FILE, json.dumps(asdict(measurements), indent=1) + "\n")
     rows = [
-        [r.section, str(r.case), r.contender, f"{1e6 * r.median:#,.4g}".rstrip("."), r.unit]
+        [r.section, str(r.case), r.implementation, f"{1e6 * r.median:#,.4g}".rstrip("."), r.unit]
         for r in measurements.records
     ]
-    show(*table(["section", "case", "contender", "us", "per"], rows))
+    show(*table(["section", "case", "implementation", "us", "per"], rows))
     for path in plots.draw(measurements.records, output):
         print("Figure:", path)
 

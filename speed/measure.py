@@ -83,7 +83,7 @@ class Record:
     """
 
     section: str
-    contender: str
+    implementation: str
     case: Case
     unit: str
     clock: Clock

@@ -26,8 +26,8 @@ IN_AVX2 = (PROJECT, "plain Rust, cell list", "Numba, cell list, fastmath")
 def rendered(page: str, run: Measurements) -> str:
     """Return the page with the blocks of a run, each between ``<!-- its name -->`` and ``<!-- end -->``."""
     records = run.records
-    avx2 = [record for record in Measurements.read(AVX2).records if record.contender in IN_AVX2]
-    (vector,) = (record for record in records if record.contender == VECTOR)
+    avx2 = [record for record in Measurements.read(AVX2).records if record.implementation in IN_AVX2]
+    (vector,) = (record for record in records if record.implementation == VECTOR)
     blocks = {
         "microseconds": _number(1e6 * vector.median / vector.case["flocks"]),
         "kernel": _kernel(records),
@@ -54,15 +54,15 @@ def with_counts(page: str, counts: dict[str, int]) -> str:
     return with_table(page, table(["one step of the paper's flock", "instructions"], rows))
 
 
-def _of(records: list[Record], section: str, contender: str = "") -> list[Record]:
-    return [r for r in records if r.section == section and contender in ("", r.contender)]
+def _of(records: list[Record], section: str, implementation: str = "") -> list[Record]:
+    return [r for r in records if r.section == section and implementation in ("", r.implementation)]
 
 
 def _medians(records: list[Record], section: str) -> dict[str, dict[float, float]]:
-    """Return the medians in s by contender and by range."""
+    """Return the medians in s by implementation and by range."""
     medians: dict[str, dict[float, float]] = {}
     for record in _of(records, section):
-        medians.setdefault(record.contender, {})[record.case["rho"]] = record.median
+        medians.setdefault(record.implementation, {})[record.case["rho"]] = record.median
     return medians
 
 
@@ -104,8 +104,8 @@ def _grid_and_line(records: list[Record]) -> str:
     one, two = _of(records, "grid")
     line = _medians(records, "line")
 
-    def limits(contender: str) -> str:
-        micros = [1e6 * seconds for seconds in line[contender].values()]
+    def limits(implementation: str) -> str:
+        micros = [1e6 * seconds for seconds in line[implementation].values()]
         return " to ".join(dict.fromkeys(map(_number, (min(micros), max(micros))))) + " us"
 
     return fill(
@@ -123,14 +123,14 @@ def _in_short(records: list[Record]) -> str:
         for r in _of(records, "kernel")
         if r.case["rho"] == 10
     ]
-    return _environments(r for r in [*_of(records, "environments"), *jax] if r.contender in IN_README)
+    return _environments(r for r in [*_of(records, "environments"), *jax] if r.implementation in IN_README)
 
 
 def _environments(records: Iterable[Record]) -> str:
     rows = []
     for record in sorted(records, key=lambda record: record.median / record.case["flocks"]):
         agents, flocks = record.case["agents"], record.case["flocks"]
-        name = record.contender.replace(PROJECT, f"**{PROJECT}**")
+        name = record.implementation.replace(PROJECT, f"**{PROJECT}**")
         figure = _number(1e6 * record.median / flocks)
         rows.append([name, str(agents), str(flocks), f"**{figure}**" if "*" in name else figure])
     return table(["environment", "agents", "flocks", "us per step"], rows)
@@ -138,11 +138,11 @@ def _environments(records: Iterable[Record]) -> str:
 
 def _run(run: Measurements) -> str:
     machine = run.machine
-    first = {(r.section, r.contender, str(r.case)): r.median for r in run.records}
+    first = {(r.section, r.implementation, str(r.case)): r.median for r in run.records}
     changes = []
     for record in run.again:
-        ratio = first[record.section, record.contender, str(record.case)] / record.median
-        changes.append((100 * (max(ratio, 1 / ratio) - 1), record.contender))
+        ratio = first[record.section, record.implementation, str(record.case)] / record.median
+        changes.append((100 * (max(ratio, 1 / ratio) - 1), record.implementation))
     typical = statistics.median(change for change, _ in changes)
     largest, name = max(changes)
     widest = [flag for flag in machine["instruction_sets"] if flag in ("avx512f", "avx2", "sse2")][-1]

@@ -13,7 +13,7 @@ from speed.measure import PROJECT, Record
 from training.figure_style import WIDTH, label_ends, label_points, save_figure
 
 _NUMPY, _NUMBA, _JAX, _RUST, _SCIPY = LIGHT.others
-# A color per library and a marker per contender.
+# A color per library and a marker per implementation.
 _STYLES = {
     PROJECT: (LIGHT.ink, "o"),
     "NumPy, all pairs": (_NUMPY, "s"),
@@ -52,7 +52,7 @@ def draw(records: list[Record], folder: Path) -> list[Path]:
 def _costs(
     points: Sequence[tuple[Record, float, float]], labels: tuple[str, str], title: str, xscale: str = "linear"
 ) -> Figure:
-    """Draw a line per contender, with its name right of the axes, or of its end if that is earlier."""
+    """Draw a line per implementation, with its name right of the axes, or of its end if that is earlier."""
     figure = Figure(figsize=(WIDTH, 5.4), layout="constrained")
     axes = figure.subplots()
     axes.grid(which="major", color=LIGHT.grid)
@@ -62,8 +62,8 @@ def _costs(
     axes.yaxis.set_major_formatter(StrMethodFormatter("{x:,g}"))
     last = max(x for _, x, _ in points)
     ends, early = [], []
-    for name in dict.fromkeys(record.contender for record, _, _ in points):
-        line = [(x, y) for record, x, y in points if record.contender == name]
+    for name in dict.fromkeys(record.implementation for record, _, _ in points):
+        line = [(x, y) for record, x, y in points if record.implementation == name]
         color, marker = _STYLES[name]
         width, size, zorder = (3.5, 7, 3) if name == PROJECT else (1.5, 5, 2)
         axes.plot(

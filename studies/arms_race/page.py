@@ -17,7 +17,7 @@ from matplotlib.patches import Rectangle
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.render.palette import LIGHT
-from studies.arms_race.players import WIDTHS
+from studies.arms_race.opponents import WIDTHS
 from studies.arms_race.race import SCENARIO, UNTRAINED, arms_race
 from studies.pages import path_from, render, signed
 from studies.study import Study

@@ -20,7 +20,7 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.splits import HELD_OUT, TUNING, first_seeds, training_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models import records
-from studies.arms_race.players import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
+from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
 from studies.measurements import Runner, chunks
 from studies.study import document, machine
 from studies.tables import rows
@@ -38,7 +38,7 @@ LEARNED: Final = {
 """Files of the learned flock policies from the project's root: the best of their tasks on tuning flocks."""
 
 TRACKS: Final = {"per agent": None, "one-range, searched": "search"}
-"""Flock policies that are trained, small networks; the learner of one that is not the best of its setting."""
+"""Flock policies that are trained, small networks; the learner of one that is not the best of its task."""
 
 UNTRAINED: Final = ("straight", "nearest", "centroid", "lead")
 LEADS: Final = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)  # tried against the best fixed range
@@ -51,7 +51,7 @@ EPISODE: Final = 5e-3  # estimated seconds
 
 
 Value = Callable[[FloatArray, range], FloatArray]
-"""J_mean in m, shape (k, flocks), by changes of a player's parameters, shape (k, size), and by flocks."""
+"""J_mean in m, shape (k, flocks), by changes of one side's parameters, shape (k, size), and by flocks."""
 
 
 @dataclass(frozen=True)
@@ -140,11 +140,11 @@ def learner(kind: str, flock: Flock, predator: Predator) -> tuple[FloatArray, Va
         for group in np.split(origin + changes, range(size, len(changes), size)):
             if kind == "flock":
                 networks = Population([NetworkPolicy(network.architecture, vector) for vector in group])
-                players: tuple[Any, Any] = dataclasses.replace(entry, policy=networks), opponent
+                sides: tuple[Any, Any] = dataclasses.replace(entry, policy=networks), opponent
             else:
                 predators: Any = [NetworkPredator(vector, pursuit) for vector in group]
-                players = entry, Population(predators)
-            values.append(_played(*players, list(flocks) * len(group)).reshape(len(group), -1))
+                sides = entry, Population(predators)
+            values.append(_played(*sides, list(flocks) * len(group)).reshape(len(group), -1))
         return np.concatenate(values)
 
     return origin, value

@@ -82,7 +82,7 @@ def _moves_otherwise(scenario: FlockScenario) -> bool:
 
 _BLIND = ("constant_velocity", "wandering", "prescribed_path")
 QUESTIONS: Final[dict[str, Callable[[FlockScenario], bool]]] = {
-    "the paper's own setting": lambda scenario: scenario == FlockScenario(),
+    "the paper's own scenario": lambda scenario: scenario == FlockScenario(),
     "an attack on the edge": _misses_the_center,
     "predators that catch agents": lambda scenario: scenario.capture_radius is not None,
     "predators that cooperate": _cooperate,

@@ -69,7 +69,7 @@ def test_line(options: Options) -> None:
 
 @pytest.mark.parametrize("name", [FLOCK_ID, LINE_ID])
 def test_gymnasium_defaults(name: str) -> None:
-    """``gymnasium.make`` without arguments gives the paper's setting."""
+    """``gymnasium.make`` without arguments gives the task one-range."""
     check_gymnasium(gymnasium.make(name).unwrapped)
 
 

@@ -19,7 +19,7 @@ from flockesc_env.jobs import find_backend
 from flockesc_env.policies.predators import Pursue
 from studies.arms_race import race
 from studies.arms_race.page import ARMS_RACE, RaceResults, load_race, markdown_page
-from studies.arms_race.players import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
+from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
 from studies.arms_race.race import FIXED, LEARNED, Budget, RaceOptions, learner, play, train
 
 ROOT = Path(__file__).parents[2]

@@ -57,7 +57,7 @@ def test_a_peer_in_float32_agrees_up_to_its_rounding_errors() -> None:
 
 def test_the_limits_of_equal_numbers_are_one_number() -> None:
     def changed(record: Record) -> Record:
-        return replace(record, seconds=[2.7e-5 if record.contender == PROJECT else 2.66e-5])
+        return replace(record, seconds=[2.7e-5 if record.implementation == PROJECT else 2.66e-5])
 
     records = [changed(record) if record.section == "line" else record for record in RUN.records]
     assert "takes 27 us; all pairs in NumPy take 27 us." in page.rendered(

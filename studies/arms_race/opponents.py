@@ -1,4 +1,4 @@
-"""Players of the arms race as plain data, lead pursuit, and a network that corrects it."""
+"""Both sides of the arms race as plain data, lead pursuit, and a network that corrects it."""
 
 from __future__ import annotations
 
