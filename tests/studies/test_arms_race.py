@@ -18,8 +18,8 @@ from flockesc_env.episodes.predators import Observations, PredatorPolicySpec
 from flockesc_env.jobs import find_backend
 from flockesc_env.policies.predators import Pursue
 from studies.arms_race import race
-from studies.arms_race.page import ARMS_RACE, RaceResults, load_race, markdown_page
 from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
+from studies.arms_race.page import ARMS_RACE, RaceResults, load_race, markdown_page
 from studies.arms_race.race import FIXED, LEARNED, Budget, RaceOptions, learner, play, train
 
 ROOT = Path(__file__).parents[2]
@@ -145,7 +145,7 @@ def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None
     assert {file: file.read_bytes() for file in files} == before
 
 
-def test_the_committed_players_repeat_their_games() -> None:
+def test_the_committed_policies_repeat_their_episodes() -> None:
     """A policy and a predator of the last round, bit for bit."""
     objective, last = load_race(COMMITTED).objective, "per agent, round 2"
     with np.load(COMMITTED / "policies" / "predators.npz") as stored:
