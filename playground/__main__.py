@@ -12,8 +12,9 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from flockesc_env import load_policy, preset
+from flockesc_env import load_policy
 from flockesc_env.common.files import write_text
+from flockesc_env.scenario import preset
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.watch.live import file_document, page_spec, worlds
 from flockesc_env.watch.page import Content, render

@@ -12,7 +12,8 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from flockesc_env import AgentVectorEnv, Architecture, FlockScenario, NetworkPolicy, parallel_env, rollout
+from flockesc_env import AgentVectorEnv, FlockScenario, NetworkPolicy, parallel_env, rollout
+from flockesc_env.policies import Architecture
 from flockesc_env.sb3 import FlockVecEnv
 from speed.measure import PROJECT, Call, Candidate, Comparison
 from speed.peers import Peer

@@ -20,21 +20,19 @@ import numpy as np
 
 from flockesc_env import (
     AgentVectorEnv,
-    Architecture,
     FlockScenario,
     FlockVectorEnv,
     LineScenario,
     NetworkPolicy,
-    Reynolds,
-    Topological,
-    Voronoi,
-    component_labels,
     parallel_env,
     rollout,
     simulate,
     sweep,
 )
 from flockesc_env.episodes.options import PROFILE_RANGES
+from flockesc_env.models import component_labels
+from flockesc_env.policies import Architecture
+from flockesc_env.scenario import Reynolds, Topological, Voronoi
 
 RESULTS: Final = Path("speed/results/instructions.json")
 MARGIN: Final = 1.03

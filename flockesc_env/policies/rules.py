@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import FloatArray, as_floats, as_text
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies.base import Observations, StoredPolicy
+from flockesc_env.policies.base import BasePolicy, Observations
 
 
-class RangeRule(StoredPolicy, ABC):
+class RangeRule(BasePolicy, ABC):
     """Base of rules that return a range for every observation row.
 
     Attributes:
         per_agent: True: the rule requires one observation per agent. False: one per flock.
     """
 
-    per_agent: bool = True
+    per_agent: bool | None = True
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the action of every row; see ``Policy.act``.

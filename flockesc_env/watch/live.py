@@ -14,10 +14,11 @@ import numpy as np
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import suffix_of
 from flockesc_env.models.simulate import Trajectory
+from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.files import SUFFIX
 from flockesc_env.policies.network import NetworkPolicy
 from flockesc_env.policies.ranges import FixedRange
-from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.policies.registry import policy_file
 from flockesc_env.render.frames import policy_title
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import PRESETS
@@ -43,15 +44,15 @@ def has_engine() -> bool:
     return (ENGINE / "flockesc_wasm.js").is_file()
 
 
-def page_spec(spec: str, policy: NamedPolicy) -> str | None:
+def page_spec(spec: str, policy: BasePolicy) -> str | None:
     """Return the text by which a page runs a policy that ``spec`` gave, or ``None`` if it cannot.
 
     A page runs fixed ranges, ``RULES`` and files of a flock's network.
     """
-    if isinstance(policy.policy, FixedRange):
-        return f"fixed:{policy.policy.interaction_range!r}".removesuffix(".0")
-    is_network = isinstance(policy.policy, NetworkPolicy) and isinstance(policy.scenario, FlockScenario)
-    return spec if spec in RULES or (is_network and suffix_of(spec) == SUFFIX) else None
+    if isinstance(policy, FixedRange):
+        return f"fixed:{policy.interaction_range!r}".removesuffix(".0")
+    is_network = isinstance(policy, NetworkPolicy) and isinstance(policy.scenario, FlockScenario)
+    return spec if spec in RULES or (is_network and policy_file(spec) is not None) else None
 
 
 def world_document(name: str, scenario: FlockScenario, best: float | None = None) -> dict[str, Any]:

@@ -75,7 +75,7 @@ class Entry:
         task, policy = tasks[self.result.task], self.result.policies[0].policy
         file = BOARD / self.entrant.name / policy
         loaded = LoadedPolicy.of(str(file) if self.result.policies[0].sha256 else policy)
-        options: Any = fitted(loaded.entry, task).options
+        options: Any = fitted(loaded.policy, task).options
         kind: Any = LineOptions if task.spec.model == "line" else EnvOptions
         return int(kind(**options).steps_per_action)
 

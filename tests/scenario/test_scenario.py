@@ -145,7 +145,7 @@ def test_the_command_prints_a_file_to_start_from(
     assert type(known.scenario).from_json(json.dumps(entry["scenario"])) == known.scenario
     path = tmp_path / "mine.toml"
     path.write_text(document)
-    flags = ["--interaction-range", 0.2, "--set", "repulsion_strength=3", "--seed", 1, "--json"]
+    flags = ["fixed:0.2", "--set", "repulsion_strength=3", "--seed", 1, "--json"]
     runs = [
         Ran(capsys, "simulate", "--scenario", name, *flags).json(),
         Ran(capsys, "simulate", "--scenario", path, *flags).json(),

@@ -152,7 +152,7 @@ def test_the_command_plays_the_rule_of_the_task(
     task = dataclasses.replace(tasks["line"], shortcut=rule)
     monkeypatch.setattr("flockesc_env.cli.episodes.tasks", {"line": task})
     program = Application("flockesc tasks", "", {"episodes": run}).main
-    flags = ("--policies", "random", "rule", "--flocks", 3, "--output", tmp_path / "data")
+    flags = ("random", "rule", "--flocks", 3, "--output", tmp_path / "data")
     ran = Ran(capsys, "episodes", "line", *flags, run=program)
     assert ran.code == 0, ran.err
     ends = pl.read_parquet(tmp_path / "data" / "episodes.parquet")

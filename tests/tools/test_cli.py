@@ -21,7 +21,7 @@ from flockesc_env.tasks import tasks
 
 def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
-    flags = ["--interaction-range", 10, "--seed", 7, *SMALL_FLAGS]
+    flags = ["fixed:10", "--seed", 7, *SMALL_FLAGS]
     ran = Ran(capsys, "simulate", *flags, "--json", "--output", path)
     run = fe.simulate(SMALL, 10.0, seed=7)
     document = ran.json()
@@ -52,9 +52,7 @@ def test_a_policy_is_simulated(
     monkeypatch.chdir(tmp_path)
     policy = fe.load_policy(policy_file(Path(spec))) if spec.endswith("NPZ") else built_in(spec)
     path = tmp_path / "run.npz"
-    document = Ran(
-        capsys, "simulate", "--policy", spec, "--seed", 7, *SMALL_FLAGS, "--json", "--output", path
-    ).json()
+    document = Ran(capsys, "simulate", spec, "--seed", 7, *SMALL_FLAGS, "--json", "--output", path).json()
     run, saved = policy.record(7, SMALL), load_run(path)
     assert (document["policy"], document["interaction_range"], saved.name) == (spec, None, spec)
     assert document["min_mean_distance"] == run.mean_distance.min()
@@ -105,7 +103,7 @@ def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture
     is_line = isinstance(scenario, fe.LineScenario)
     own = ["--scenario", "paper-line", *SMALL_FLAGS[:2]] if is_line else SMALL_FLAGS
     flags = [word for change in changes for word in ("--set", change)]
-    ran = Ran(capsys, "simulate", "--interaction-range", 0.3, "--seed", 1, *own, *flags, "--json")
+    ran = Ran(capsys, "simulate", "fixed:0.3", "--seed", 1, *own, *flags, "--json")
     assert ran.json()["model"] == ("line" if is_line else "flock")
     assert type(scenario).from_json(json.dumps(ran.json()["scenario"])) == scenario
 
@@ -120,7 +118,7 @@ def test_a_scenario_comes_from_a_file_and_is_changed(
     written = scenario.replace(num_steps=30)
     path.write_text(written.to_toml() if suffix == ".TOML" else written.to_json(), encoding)
     flags = ["--scenario", path, "--set", "num_steps=9", "--seed", 1]
-    document = Ran(capsys, "simulate", "--interaction-range", 3, *flags, "--json").json()
+    document = Ran(capsys, "simulate", "fixed:3", *flags, "--json").json()
     assert fe.FlockScenario.from_json(json.dumps(document["scenario"])) == scenario
 
 

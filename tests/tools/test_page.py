@@ -246,7 +246,7 @@ def watched(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> str:
     specs = ["fixed:10", policy_file(tmp_path / "mine.npz"), "stubborn-witnesses"]
     page = tmp_path / "page.html"
     flags = ["--scenario", tmp_path / "small.json", "--seed", SEED, "--output", page]
-    assert Ran(capsys, "watch", "--policies", *specs, *flags).code == 0
+    assert Ran(capsys, "watch", *specs, *flags).code == 0
     return page.as_uri()
 
 

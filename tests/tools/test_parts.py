@@ -38,7 +38,7 @@ def test_a_part_is_simulated_played_stored_and_drawn(
     draw(run, run.scenario.num_steps)
     file = tmp_path / "scenario.toml"
     file.write_text(scenario.to_toml())
-    ran = Ran(capsys, "simulate", "--scenario", file, "--interaction-range", 2.0, "--seed", SEED, "--json")
+    ran = Ran(capsys, "simulate", "--scenario", file, "fixed:2.0", "--seed", SEED, "--json")
     assert ran.json()["min_mean_distance"] == run.mean_distance.min()
 
 

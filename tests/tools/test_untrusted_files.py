@@ -198,11 +198,11 @@ def hostile_files(name: str, path: Path) -> Iterator[bytes]:
         yield f"x,y\n1,{ESCAPES}".encode()
 
 
-SIMULATE = ["simulate", "--interaction-range", "1", "--seed", "1", "--scenario", "FILE"]
-STATE = ["simulate", "--interaction-range", "1", "--set", "num_steps=1", "--initial-state", "FILE"]
+SIMULATE = ["simulate", "fixed:1", "--seed", "1", "--scenario", "FILE"]
+STATE = ["simulate", "fixed:1", "--set", "num_steps=1", "--initial-state", "FILE"]
 PAGE = ["--output", "FILE.html"]
 READERS = {
-    "policy.npz": [["simulate", "--policy", "FILE"], ["watch", "--policies", "FILE", *PAGE]],
+    "policy.npz": [["simulate", "FILE"], ["watch", "FILE", *PAGE]],
     "run.npz": [["replay", "FILE"], ["watch", "FILE", *PAGE]],
     "line.npz": [["replay", "FILE"]],
     "state.npz": [STATE],
@@ -211,7 +211,7 @@ READERS = {
     "scenario.toml": [SIMULATE],
     "scenario.json": [
         SIMULATE,
-        ["watch", "--policies", "fixed:1", "--scenario", "FILE", *PAGE],
+        ["watch", "fixed:1", "--scenario", "FILE", *PAGE],
         ["sweep", "--seeds", "0:1", "--interaction-ranges", "1", "--scenario", "FILE"],
     ],
 }

@@ -93,7 +93,7 @@ def test_a_page_of_policies_records_those_that_it_cannot_run(
     code = "from flockesc_env import load_policy\ndef mine():\n    return load_policy('mine.npz')\n"
     (tmp_path / "user_code.py").write_text(code)
     specs = ["fixed:1e1", "stubborn-witnesses", mine, "stubborn-leaders", "user_code:mine"]
-    command = ["watch", "--policies", *specs, "--seed", 2**64 - 1, *SMALL_FLAGS, "--no-browser", *flags]
+    command = ["watch", *specs, "--seed", 2**64 - 1, *SMALL_FLAGS, "--no-browser", *flags]
     ran = Ran(capsys, *command)
     assert ran.code == Exit.DONE
     assert ran.out.startswith("" if flags else "The page is ")
@@ -116,7 +116,7 @@ def test_without_the_engine_a_page_of_policies_is_recorded(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     page, specs = tmp_path / "page.html", ["fixed:10", str(policy_file(tmp_path / "mine.npz"))]
-    ran = Ran(capsys, "watch", "--policies", *specs, *SMALL_FLAGS, "--output", page)
+    ran = Ran(capsys, "watch", *specs, *SMALL_FLAGS, "--output", page)
     assert ran.code == Exit.DONE
     assert "make engine" in ran.err
     text = page.read_text("utf-8")
@@ -145,7 +145,7 @@ def test_a_video(
     suffix: str, frames: int, duration: float, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = tmp_path / f"flock.{suffix}"
-    ran = Ran(capsys, "watch", "--policies", "fixed:10", *SMALL_FLAGS, "--output", path)
+    ran = Ran(capsys, "watch", "fixed:10", *SMALL_FLAGS, "--output", path)
     assert (ran.code, ran.out) == (Exit.DONE, "")
     count, seconds = imageio_ffmpeg.count_frames_and_secs(path)
     assert count == frames

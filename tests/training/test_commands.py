@@ -99,7 +99,7 @@ def test_the_command_compares_models_and_files(
     expected = fe.rollout(task.scenario, SB3Policy(model), HELD_OUT[:2], **task.options)
     assert table.filter(policy="model")["objective"].to_list() == expected.min_mean_distance.tolist()
     assert ran.out.startswith((tmp_path / "out/table.md").read_text())
-    assert Ran(capsys, "watch", "--policies", f"A2C:{file}").code == 2
+    assert Ran(capsys, "watch", f"A2C:{file}").code == 2
 
 
 def test_figures_and_recorded_runs_follow_a_comparison(
