@@ -24,7 +24,7 @@ from flockesc_env.policies import (
 
 
 def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
-    predators = (fe.ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
+    predators = (fe.scenario.ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
     env = fe.parallel_env(scenario, action_mode="range", predator_sensing_range=20.0)
     act = bind(StubbornWitnesses(patience=0.25, first_range=30.0, interaction_range=14.0), env)
@@ -154,7 +154,7 @@ OPTIONS: Any = {
 
 
 def test_the_best_next_heading_is_the_best_of_all_simulated_ones() -> None:
-    predators = (fe.ConstantVelocity((-20.0, -10.0), tuple(PREDATOR)),)
+    predators = (fe.scenario.ConstantVelocity((-20.0, -10.0), tuple(PREDATOR)),)
     flock = small_flock(
         num_agents=20, num_steps=8, initial_side=60.0, predator_range=0.0, predators=predators
     )

@@ -12,11 +12,11 @@ import polars as pl
 import pytest
 from cli_runs import Ran
 
-from flockesc_env import NamedPolicy, PolicySpec
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.episodes import run
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.splits import HELD_OUT, TRAINING
+from flockesc_env.policies import PolicySpec
 from flockesc_env.tasks.definition import Shortcut
 from flockesc_env.tasks.episodes import environment, record_episodes
 from flockesc_env.tasks.scoring import LoadedPolicy
@@ -42,10 +42,9 @@ class Alternate:
 
 
 def alternate(fails_in: int | None = None) -> LoadedPolicy:
-    options = {"action_mode": "discrete", "range_grid": GRID, "reward": "terminal"}
-    return LoadedPolicy(
-        "module:alternate", "", NamedPolicy("alternate", Alternate(fails_in), options=options)
-    )
+    options: Any = {"action_mode": "discrete", "range_grid": GRID, "reward": "terminal"}
+    policy = as_policy(Alternate(fails_in)).with_options(name="alternate", per_agent=False, **options)
+    return LoadedPolicy("module:alternate", "", policy)
 
 
 def record(task: str, output: Path, *policies: str | LoadedPolicy, flocks: int = 2) -> None:
@@ -153,7 +152,7 @@ def test_the_command_plays_the_rule_of_the_task(
     monkeypatch.setattr("flockesc_env.cli.episodes.tasks", {"line": task})
     program = Application("flockesc tasks", "", {"episodes": run}).main
     flags = ("random", "rule", "--flocks", 3, "--output", tmp_path / "data")
-    ran = Ran(capsys, "episodes", "line", *flags, run=program)
+    ran = Ran(capsys, "episodes", *flags, "--task", "line", run=program)
     assert ran.code == 0, ran.err
     ends = pl.read_parquet(tmp_path / "data" / "episodes.parquet")
     assert ends["seed"].unique(maintain_order=True).to_list() == list(TRAINING[:3])

@@ -16,7 +16,6 @@ from cli_runs import policy_file
 
 from flockesc_env import InputError, load_policy, rollout, save_policy
 from flockesc_env.policies import StubbornWitnesses
-from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.tasks import scoring
 from flockesc_env.tasks.results import Result, Training, read_result, write_result
@@ -174,7 +173,9 @@ def test_a_changed_result_is_refused_with_a_line_that_names_the_change(name: str
 
 def test_another_policy_under_the_name_of_the_file_is_refused(path: Path) -> None:
     file = path.parent / FILE
-    other = NamedPolicy("mine", StubbornWitnesses(), True, {}, FlockScenario())
+    other = StubbornWitnesses().with_options(
+        name="mine", scenario=FlockScenario(), predator_sensing_range=30.0
+    )
     save_policy(other, file)
     with pytest.raises(InputError, match="with the sha256"):
         verify(path)
@@ -216,7 +217,10 @@ def test_the_checksum_is_that_of_the_bytes_that_play(path: Path) -> None:
     link = path.parent / "link.npz"
     link.symlink_to(FILE)
     before, recorded = LoadedPolicy.of(str(link)), read_result(path).policies[0]
-    save_policy(NamedPolicy("mine", StubbornWitnesses(), True, {}, FlockScenario()), path.parent / FILE)
+    save_policy(
+        StubbornWitnesses().with_options(name="mine", scenario=FlockScenario(), predator_sensing_range=30.0),
+        path.parent / FILE,
+    )
     (found,) = score([before], TASK, learner="mine", output=path).policies
     assert (found.policy, found.sha256, found.objectives) == (
         *("link.npz", recorded.sha256, recorded.objectives),

@@ -73,9 +73,9 @@ CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
         ],
         SMALL.replace(
             predators=(
-                fe.PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid"),
-                fe.Intercept(velocity=(3.0, 10.0)),
-                fe.Herd(),
+                fe.scenario.PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid"),
+                fe.scenario.Intercept(velocity=(3.0, 10.0)),
+                fe.scenario.Herd(),
             )
         ),
     ),
@@ -87,7 +87,9 @@ CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
             "motion=vicsek",
         ],
         SMALL.replace(
-            initial_positions=fe.Ring(30.0), initial_headings=fe.AlignedHeadings(), motion=fe.Vicsek()
+            initial_positions=fe.scenario.Ring(30.0),
+            initial_headings=fe.scenario.AlignedHeadings(),
+            motion=fe.scenario.Vicsek(),
         ),
     ),
     "line": (
@@ -113,7 +115,7 @@ def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture
 def test_a_scenario_comes_from_a_file_and_is_changed(
     suffix: str, encoding: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    path, pursuer = tmp_path / f"storm{suffix}", fe.PurePursuit(velocity=(12.0, 0.0))
+    path, pursuer = tmp_path / f"storm{suffix}", fe.scenario.PurePursuit(velocity=(12.0, 0.0))
     scenario = SMALL.replace(num_agents=3, mass=(0.1, 1.0, 2.0), predators=(pursuer,))
     written = scenario.replace(num_steps=30)
     path.write_text(written.to_toml() if suffix == ".TOML" else written.to_json(), encoding)

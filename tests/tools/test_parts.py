@@ -51,7 +51,7 @@ def test_a_view_is_played_in_both_languages_stored_and_trained(view: View, tmp_p
     assert observations.shape == (2 * spec.rows, len(spec.layout.names))
     assert (spec.layout.low <= observations).all()
     assert (observations <= spec.layout.high).all()
-    architecture = fe.Architecture(spec.layout.names, hidden=())
+    architecture = fe.policies.Architecture(spec.layout.names, hidden=())
     parameters = np.random.default_rng(0).normal(size=architecture.size)
     network = fe.NetworkPolicy(architecture, parameters)
 

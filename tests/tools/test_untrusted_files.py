@@ -18,7 +18,8 @@ from cli_runs import Ran, policy_file
 from option_table import small_flock
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario, load_policy, read_initial_state
+from flockesc_env import FlockScenario, LineScenario, load_policy
+from flockesc_env.scenario import read_initial_state
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.errors import InputError
 from flockesc_env.models import records

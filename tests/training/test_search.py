@@ -14,9 +14,9 @@ from cmaes import CMA
 from numpy.typing import NDArray
 from small_runs import SMALL, small_run
 
-from flockesc_env import Architecture, load_policy
+from flockesc_env import load_policy
 from flockesc_env.common.errors import InputError
-from flockesc_env.policies import WinStayLoseShift
+from flockesc_env.policies import Architecture, WinStayLoseShift
 from training.families import Family, Networks, Rules
 from training.imitation import ImitationRounds
 from training.run import Run
