@@ -24,7 +24,7 @@ from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.files import SUFFIX
 from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.watch.live import file_document, has_engine, page_spec, worlds
+from flockesc_env.watch.live import file_document, has_engine, page_spec, scenario_documents
 from flockesc_env.watch.page import Content, render, replay
 
 _Runs = list[tuple[str, Trajectory]]
@@ -100,14 +100,14 @@ def _policy_page(policies: _Policies, seed: int, scenario: FlockScenario) -> str
     indices = {spec: f"recording:{index}" for index, (spec, _) in enumerate(recorded)}
     shown = [page_spec(spec, policy) or indices[spec] for spec, policy in policies]
     networks = [file_document(Path(spec), spec, _GROUP) for spec in shown if suffix_of(spec) == SUFFIX]
-    name, documents = worlds(scenario, {"paper-flock": BEST_RANGE})
+    name, documents = scenario_documents(scenario, {"paper-flock": BEST_RANGE})
     start = {
-        "world": name,
+        "scenario": name,
         "seed": str(as_seed(seed)),
         "policies": shown,
         "headline": networks[0]["spec"] if networks else None,
     }
-    return render(runs, Content(worlds=documents, policies=networks, start=start))
+    return render(runs, Content(scenarios=documents, policies=networks, start=start))
 
 
 def _record(policies: _Policies, seed: int, scenario: FlockScenario) -> _Runs:

@@ -85,7 +85,7 @@ def check_fits(entry: NamedPolicy, task: TaskDefinition) -> None:
         return
     _check_some("profile_ranges", chosen.profile_ranges or (), shown.profile_ranges or ())
     played = [one for one in task.scenarios.values() if isinstance(one, FlockScenario)]
-    is_alone = all(len(world.predators) == 1 for world in played)
+    is_alone = all(len(one.predators) == 1 for one in played)
     follows = ("closest_approach",) if task.per_agent and is_alone else ()
     _check_some("extra_entries", chosen.extra_entries, (*shown.extra_entries, *follows))
     if "objective" in entry.options and chosen.objective != shown.objective:

@@ -23,7 +23,7 @@ def changed(task: Task, **options: Any) -> Task:
 LOCAL, VISIBLE, SHARED = (tasks[name] for name in ("per-agent-local", "per-agent-visible", "one-range"))
 PROFILE = changed(VISIBLE, profile_ranges=[0.0, 5.0, 10.0])
 LINE = tasks["line"]
-WORLDS = tasks["held-out-predators"]  # in one of them are two predators
+HELD_OUT = tasks["held-out-predators"]  # in one of them are two predators
 RHO = FixedRange(0.1)
 
 
@@ -44,7 +44,7 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> Named
         (named(profile_ranges=(0, 5, 10, 15)), PROFILE, "profile_ranges", "got 0.0, 5.0, 10.0, 15.0"),
         (named(extra_entries=("escape_direction",)), VISIBLE, "extra_entries", "closest_approach, as in"),
         (named(False, extra_entries=("closest_approach",)), SHARED, "extra_entries", "none, as in"),
-        (named(extra_entries=("closest_approach",)), WORLDS, "extra_entries", "none, as in"),
+        (named(extra_entries=("closest_approach",)), HELD_OUT, "extra_entries", "none, as in"),
         (named(objective="min_min_distance"), VISIBLE, "objective", "'mean', as in the task, got 'minimum'"),
         (named(scenario=LineScenario()), VISIBLE, "scenario", "a FlockScenario, got LineScenario"),
         (named(False, FlockScenario()), LINE, "scenario", "a LineScenario, got FlockScenario"),
