@@ -25,7 +25,7 @@ from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import policy_file
 from flockesc_env.policies.rollout import simulate
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.watch.live import file_document, has_engine, page_spec, worlds
+from flockesc_env.watch.live import file_document, has_engine, page_spec, scenario_documents
 from flockesc_env.watch.page import Content, render, replay
 
 _Runs = list[tuple[str, Trajectory]]
@@ -109,14 +109,14 @@ def _policy_page(policies: _Policies, seed: int, scenario: FlockScenario) -> str
     networks = [
         file_document(path, spec, _GROUP) for spec in shown if (path := policy_file(spec)) is not None
     ]
-    name, documents = worlds(scenario, {"paper-flock": BEST_RANGE})
+    name, documents = scenario_documents(scenario, {"paper-flock": BEST_RANGE})
     start = {
-        "world": name,
+        "scenario": name,
         "seed": str(as_seed(seed)),
         "policies": shown,
         "headline": networks[0]["spec"] if networks else None,
     }
-    return render(runs, Content(worlds=documents, policies=networks, start=start))
+    return render(runs, Content(scenarios=documents, policies=networks, start=start))
 
 
 def _load_run(path: Path) -> tuple[str, Trajectory]:

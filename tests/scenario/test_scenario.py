@@ -81,7 +81,7 @@ def test_a_part_may_be_given_as_its_document() -> None:
 
 @pytest.mark.parametrize("make", [fe.ConstantVelocity, fe.PurePursuit, fe.Wandering, fe.Learned])
 @pytest.mark.parametrize("name", ["position", "velocity"])
-def test_predators_have_as_many_coordinates_as_the_world(make: Any, name: str) -> None:
+def test_predators_have_as_many_coordinates_as_the_scenario(make: Any, name: str) -> None:
     with pytest.raises(
         fe.InputError, match=r"expected 3 numbers, because the dimension is 3, got \(1.0, 2.0\)"
     ) as caught:

@@ -84,7 +84,7 @@ def small_flock(dimension: int = 2, **changes: Any) -> fe.FlockScenario:
 
 
 def embedded(predator: Any, dimension: int) -> Any:
-    """Return a predator that starts in the plane z = 0 of a world with the given dimension."""
+    """Return a predator that starts in the plane z = 0 of a space with the given dimension."""
     if isinstance(predator, PrescribedPath):
         positions = tuple((*position, 0.0)[:dimension] for position in predator.positions)
         return dataclasses.replace(predator, positions=positions)

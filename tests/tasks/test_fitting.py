@@ -23,7 +23,7 @@ def changed(task: Task, **options: Any) -> Task:
 LOCAL, VISIBLE, ONE_RANGE = (tasks[name] for name in ("per-agent-local", "per-agent-visible", "one-range"))
 PROFILE = changed(VISIBLE, profile_ranges=[0.0, 5.0, 10.0])
 LINE = tasks["line"]
-PREDATORS = tasks["held-out-predators"]  # in one of them are two predators
+HELD_OUT = tasks["held-out-predators"]  # in one of them are two predators
 RHO = FixedRange(0.1)
 
 
@@ -56,7 +56,7 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> BaseP
         (named(profile_ranges=(0, 5, 10, 15)), PROFILE, "profile_ranges", "got 0.0, 5.0, 10.0, 15.0"),
         (named(extra_entries=("escape_direction",)), VISIBLE, "extra_entries", "closest_approach, as in"),
         (named(False, extra_entries=("closest_approach",)), ONE_RANGE, "extra_entries", "none, as in"),
-        (named(extra_entries=("closest_approach",)), PREDATORS, "extra_entries", "none, as in"),
+        (named(extra_entries=("closest_approach",)), HELD_OUT, "extra_entries", "none, as in"),
         (
             named(objective="min_min_distance"),
             VISIBLE,

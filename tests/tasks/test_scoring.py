@@ -122,7 +122,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "fewer flocks": ({"flocks": [2_000_000, 5]}, "number (2000000, 6), got (2000000, 5)"),
     "version": ({"version": "v2"}, "version: expected v1, got 'v2'"),
     "task": ({"task": "held-out-sizes"}, "of the task held-out-sizes, got '"),
-    "unknown task": ({"task": "held-out-world"}, "(did you mean held-out-predators?)"),
+    "unknown task": ({"task": "held-out-predator"}, "(did you mean held-out-predators?)"),
     "checksum of the task": ({"task_sha256": "0" * 64}, f"of the task held-out-predators, got '{'0' * 64}'"),
     "unknown field": ({"note": "mine"}, "unknown field `note`"),
     "no policies": ({"policies": []}, "policies: expected at least one, got none"),
@@ -153,7 +153,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         {"policies.1.objectives.intercept": [80.0] * 5},
         "policies[1].objectives.intercept: expected 6 finite numbers, got 5 finite of 5",
     ),
-    "one world": (
+    "one scenario": (
         {"policies.1.objectives": {"intercept": [80.0] * 6}},
         "policies[1].objectives: expected the scenarios intercept, two-predators, got intercept",
     ),
@@ -260,6 +260,6 @@ def test_some_flocks_of_a_random_policy_are_verified(few_flocks: range, tmp_path
     """Its numbers depend on all flocks before."""
     path = scored(tmp_path, "random")
     assert isinstance(verify(path, flocks=[2_000_003]), Result)
-    change(path, {f"policies.0.objectives.{world}": [80.0] * 6 for world in TASK.scales})
+    change(path, {f"policies.0.objectives.{name}": [80.0] * 6 for name in TASK.scales})
     with pytest.raises(InputError, match="got 1 of 1 others"):
         verify(path, flocks=[2_000_003])

@@ -176,7 +176,7 @@ def test_stored_networks_set_the_same_ranges_on_a_flock_with_other_options() -> 
             )
             case |= {
                 "kind": "observed",
-                "options": EnvOptions(objective=chosen.objective).to_core(View.AGENT),
+                "options": EnvOptions(objective=chosen.objective, steps_per_action=1).to_core(View.AGENT),
                 "observed": case["options"],
                 "stepsPerAction": chosen.steps_per_action,
             }

@@ -14,7 +14,7 @@ from typing import Any
 import chromium
 import numpy as np
 import pytest
-from chromium import BEST, COLORED, ROOT, SEED, drop, fly, lowest, open_page, text, wait, world
+from chromium import BEST, COLORED, ROOT, SEED, drop, fly, lowest, open_page, scenario, text, wait
 from cli_runs import SMALL
 from playwright.sync_api import Page
 
@@ -35,14 +35,14 @@ def test_ranges_rules_and_files_keep_the_distance_that_they_keep_in_python(
     """test_engine.py plays every preset and file."""
     open_at()
     run = fe.simulate("capture", 12.0, seed=SEED)
-    assert fly(tab, world("capture"), "fixed:12") == lowest(run)
+    assert fly(tab, scenario("capture"), "fixed:12") == lowest(run)
     assert text(tab, ".objective dd") == f"{lowest(run):.1f} m"
     tab.evaluate("page.panels[0].run.countComponents()")
     counts = tab.evaluate("Array.from(page.panels[0].run.numComponents.subarray(0, 241))")
     assert counts == list(run.num_components)
     for rule in RULES:
-        assert fly(tab, world("capture"), rule) == lowest(built_in(rule).record(SEED, "capture")), rule
-    tab.evaluate(f"page.fly({world('topological')})")
+        assert fly(tab, scenario("capture"), rule) == lowest(built_in(rule).record(SEED, "capture")), rule
+    tab.evaluate(f"page.fly({scenario('topological')})")
     assert "listen to a number of neighbors" in text(tab, "#message")
     assert tab.evaluate("page.panels.map(({ run }) => run.kind)") == ["fixed"]
     open_at(f"seed={SEED}&policies=fixed:0")
@@ -56,7 +56,7 @@ def test_ranges_rules_and_files_keep_the_distance_that_they_keep_in_python(
 
 
 @pytest.mark.parametrize(
-    "address", ["agents=50&noise=0.25&policies=stubborn-leaders", f"world=capture&policies={HEADLINE}"]
+    "address", ["agents=50&noise=0.25&policies=stubborn-leaders", f"scenario=capture&policies={HEADLINE}"]
 )
 def test_the_code_plays_the_same_flock_in_python(
     address: str, tab: Page, open_at: Callable[..., None], monkeypatch: pytest.MonkeyPatch
@@ -128,7 +128,7 @@ def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
     tab: Page, open_at: Callable[..., None]
 ) -> None:
     name = "field-of-view"
-    open_at(f"world={name}&seed={SEED}&policies=fixed:9")
+    open_at(f"scenario={name}&seed={SEED}&policies=fixed:9")
     tab.evaluate("page.seek(5); page.seek(4)")
     run = fe.simulate(name, 9.0, seed=SEED)
     x, y = tab.evaluate("page.panels[0].scene.points.subarray(30, 32)")

@@ -1,4 +1,4 @@
-"""Pages hold runs, worlds and policies, and run no foreign text; the command writes pages and videos."""
+"""Pages hold runs, scenarios and policies, and run no foreign text; the command writes pages and videos."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def test_a_page_of_policies_records_those_that_it_cannot_run(
     path = Path("page.html") if flags else Path(ran.out.strip().removeprefix("The page is "))
     document = document_in(path.read_text("utf-8"))
     assert document["start"] == {
-        "world": "given",
+        "scenario": "given",
         "seed": str(2**64 - 1),
         "policies": ["fixed:10", "recording:0", mine, "stubborn-leaders", "recording:1"],
         "headline": mine,
@@ -123,7 +123,7 @@ def test_without_the_engine_a_page_of_policies_is_recorded(
     assert not is_live(text)
     document = document_in(text)
     assert [shown["name"] for shown in document["recordings"]] == specs
-    assert (document["worlds"], document["policies"]) == ([], [])
+    assert (document["scenarios"], document["policies"]) == ([], [])
 
 
 def test_a_page_of_recorded_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
