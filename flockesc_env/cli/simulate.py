@@ -12,10 +12,12 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, ScenarioFlags, model_of, optional
 from flockesc_env.cli.output import check_output, note, show, show_json
 from flockesc_env.cli.policies import EXPECTED, policy_of
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, OBJECTIVES
 from flockesc_env.models import records
 from flockesc_env.models.simulate import LineTrajectory, Trajectory
 from flockesc_env.policies.rollout import simulate
+from flockesc_env.scenario.line import LineScenario
 
 BEST_RANGE = 12.0
 """The best fixed range for J_mean in the paper's flock, in m (docs/scoreboard.md)."""
@@ -32,13 +34,13 @@ _MEANINGS = {
 def run(
     scenario: ScenarioFlags,
     policy: Annotated[
-        Positional[str],
+        Positional[str | None],
         arg(
             help=f"policy that sets the ranges: {EXPECTED}; of a line, fixed:RHO",
             metavar="[POLICY]",
             help_behavior_hint=f"(default: fixed:{BEST_RANGE:g}, the best fixed range of the paper's flock)",
         ),
-    ] = f"fixed:{BEST_RANGE:g}",
+    ] = None,
     *,
     seed: Annotated[
         int | None,
@@ -59,6 +61,10 @@ def run(
     """
     check_output(output, [".npz"])
     chosen = scenario.build()
+    if policy is None:
+        if isinstance(chosen, LineScenario):
+            raise InputError("policy", "fixed:RHO for a line", "none")
+        policy = f"fixed:{BEST_RANGE:g}"
     trajectory = simulate(chosen, policy=policy_of(policy), seed=seed)
     outcome = _outcome(trajectory)
     document = {

@@ -39,7 +39,8 @@ def shown(value: object, length: int = _MAX_CHARACTERS) -> str:
 def shown_name(name: object, known: Iterable[str]) -> str:
     """Return the ``repr`` of an unknown name, followed by the most similar known names if there are any."""
     nearest = get_close_matches(name, known) if isinstance(name, str) else []
-    return f"{shown(name)} (did you mean {' or '.join(nearest)}?)" if nearest else shown(name)
+    listed = " or ".join(filter(None, [", ".join(nearest[:-1]), *nearest[-1:]]))
+    return f"{shown(name)} (did you mean {listed}?)" if nearest else shown(name)
 
 
 def _cut(text: str, length: int = _MAX_CHARACTERS) -> str:

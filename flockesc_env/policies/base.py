@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from copy import copy
 from dataclasses import fields
 from typing import Any, Protocol, Self
@@ -30,6 +30,9 @@ from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import Scenario, as_model
 
 Observations = NDArray[np.float32]
+
+LONGEST = 100.0
+"""Option ``max_range`` of policies that are made by hand, in m."""
 
 
 class Policy(Protocol):
@@ -113,9 +116,9 @@ class BasePolicy:
     Attributes:
         name: name in tables and figures; by default that of the class.
         per_agent: True: the policy sets one range per agent. False: one per flock. ``None``: it fits both.
-        options: options of the environment for which the policy was made, by the names of ``EnvOptions`` or
-            ``LineOptions``. ``None``: the policy plays with any options.
-        scenario: the scenario in which the policy was trained; ``None``: none in particular.
+        options: options of the environment that the policy requires, by the names of ``EnvOptions`` or
+            ``LineOptions``. With a ``scenario`` all others must be the defaults. ``None``: it plays with any.
+        scenario: the scenario in which the policy was trained; ``None``: it was not trained.
     """
 
     name: str = ""
@@ -169,8 +172,13 @@ class BasePolicy:
         return made
 
     def default_options(self, scenario: Scenario) -> dict[str, Any]:  # noqa: ARG002
-        """Return the options of a rollout that neither the caller nor ``options`` decides."""
+        """Return the options of the class, which ``options`` and arguments of calls replace."""
         return {}
+
+    def all_options(self, scenario: Scenario | None = None) -> dict[str, Any]:
+        """Return ``options`` beside those of the class, in a scenario; ``None``: the policy's own."""
+        chosen = scenario or self.scenario or FlockScenario()
+        return {**self.default_options(chosen), **(self.options or {})}
 
     def is_per_agent_in(self, scenario: Scenario, options: EnvOptions | LineOptions) -> bool:  # noqa: ARG002
         """Return the view of a policy whose ``per_agent`` is None, in a scenario with these options."""
@@ -229,9 +237,10 @@ class BasePolicy:
         """
         self._check_view(per_agent)
         if self.options is not None and options is not self._checked:
-            is_line, known = isinstance(options, LineOptions), self.options
-            made_for = line_options(known) if is_line else env_options(FlockScenario(), known)
-            check_options(made_for, options, "made (use **policy.options)")
+            is_line, names = isinstance(options, LineOptions), None if self.scenario else self.options.keys()
+            own = self.all_options()
+            known = line_options(own) if is_line else env_options(FlockScenario(), own)
+            check_options(known, options, "made (use **policy.options)", names)
             self._checked = options
 
     def _check_view(self, per_agent: bool) -> None:
@@ -241,9 +250,8 @@ class BasePolicy:
             raise InputError("per_agent", expected, per_agent)
 
     def _known_options(self) -> EnvOptions | LineOptions:
-        if isinstance(self.scenario, LineScenario):
-            return line_options(self.options or {})
-        return env_options(self.scenario or FlockScenario(), self.options or {})
+        scenario, own = self.scenario or FlockScenario(), self.all_options()
+        return line_options(own) if isinstance(scenario, LineScenario) else env_options(scenario, own)
 
 
 class GivenPolicy(BasePolicy):
@@ -268,17 +276,22 @@ class GivenPolicy(BasePolicy):
         reset_policy(self.policy, rows)
 
 
-def check_options(known: EnvOptions | LineOptions, options: EnvOptions | LineOptions, origin: str) -> None:
-    """Check that an environment has the options with which a policy was ``origin``: trained or saved.
+def check_options(
+    known: EnvOptions | LineOptions,
+    options: EnvOptions | LineOptions,
+    origin: str,
+    names: Collection[str] | None = None,
+) -> None:
+    """Check that an environment has the options with which a policy was ``origin``: trained or made.
 
-    The options in ``UNOBSERVED`` may differ.
+    The options in ``UNOBSERVED`` may differ, and those that are not among ``names``, unless that is None.
 
     Raises:
         InputError: if an option differs.
     """
     for field in fields(known):
         expected, given = (getattr(each, field.name, None) for each in (known, options))
-        if expected != given and field.name not in UNOBSERVED:
+        if expected != given and field.name not in UNOBSERVED and (names is None or field.name in names):
             expected = f"{expected!r}, with which the policy was {origin}"
             raise InputError(field.name, expected, shown(given))
 

@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import as_floats, as_seed
 from flockesc_env.common.errors import InputError
-from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies.base import BasePolicy, Observations
+from flockesc_env.policies.base import LONGEST, BasePolicy, Observations
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import Scenario
 
@@ -97,5 +96,4 @@ class ScheduledRange(BasePolicy):
 
 
 def _including(rho: float, scenario: Scenario) -> dict[str, Any]:
-    kind: Any = LineOptions if isinstance(scenario, LineScenario) else EnvOptions
-    return {"max_range": rho} if rho > kind.max_range else {}
+    return {"max_range": max(rho, 1.0 if isinstance(scenario, LineScenario) else LONGEST)}

@@ -20,23 +20,23 @@ from flockesc_env.policies.ranges import FixedRange, RandomRange
 from flockesc_env.policies.rules import BestCandidate, BestNextHeading, ListenWhileFleeing, StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
 
-_EVERY_STEP: Final[dict[str, Any]] = {"max_range": 100.0, "steps_per_action": 1}
-_LOCAL: Final = {**_EVERY_STEP, "predator_sensing_range": 30.0}
-_PROFILE: Final = {**_EVERY_STEP, "profile_ranges": PROFILE_RANGES}
-_ESCAPE: Final = {"extra_entries": ("escape_direction",)}
-_APPROACH: Final = {"extra_entries": ("closest_approach",)}
+_VISIBLE: Final[dict[str, Any]] = {"predator_sensing_range": math.inf}
+_LOCAL: Final[dict[str, Any]] = {"predator_sensing_range": 30.0}
+_PROFILE: Final[dict[str, Any]] = {**_VISIBLE, "profile_ranges": PROFILE_RANGES}
+_ESCAPE: Final[dict[str, Any]] = {"extra_entries": ("escape_direction",)}
+_APPROACH: Final[dict[str, Any]] = {"extra_entries": ("closest_approach",)}
 
 _BUILT_IN: Final[dict[str, tuple[Callable[[], BasePolicy], dict[str, Any]]]] = {
     "random": (lambda: RandomRange(0), {}),
-    "stubborn-leaders": (StubbornLeaders, _EVERY_STEP),
+    "stubborn-leaders": (StubbornLeaders, _VISIBLE),
     "stubborn-leaders-local": (StubbornLeaders, _LOCAL),
-    "stubborn-witnesses": (StubbornWitnesses, _LOCAL),
-    "listen-while-fleeing": (ListenWhileFleeing, _EVERY_STEP),
+    "stubborn-witnesses": (StubbornWitnesses, {**_LOCAL, "steps_per_action": 1}),
+    "listen-while-fleeing": (ListenWhileFleeing, _VISIBLE),
     "listen-while-threatened": (ListenWhileThreatened, {**_LOCAL, **_APPROACH, "max_range": 150.0}),
-    "win-stay-lose-shift": (WinStayLoseShift, {**_EVERY_STEP, **_APPROACH}),
+    "win-stay-lose-shift": (WinStayLoseShift, {**_VISIBLE, **_APPROACH}),
     "win-stay-lose-shift-escape": (
         lambda: WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="escape_direction"),
-        {**_EVERY_STEP, **_ESCAPE},
+        {**_VISIBLE, **_ESCAPE},
     ),
     "turn-away": (lambda: BestCandidate("escape_cosine"), {**_PROFILE, **_ESCAPE}),
     "keep-distance": (lambda: BestCandidate("closest_approach"), {**_PROFILE, **_APPROACH}),
@@ -86,13 +86,10 @@ def load_policy(policy: str | os.PathLike[str], argument: str = "policy") -> Bas
     """
     spec = policy if isinstance(policy, str) else os.fspath(as_path(policy, argument))
     if spec.startswith("fixed:") and (rho := _range(spec.removeprefix("fixed:"))) is not None:
-        longest = max(rho, _EVERY_STEP["max_range"])
-        return FixedRange(rho).with_options(name=spec, **{**_EVERY_STEP, "max_range": longest})
+        return FixedRange(rho).with_options(name=spec)
     if spec in _BUILT_IN:
         make, options = _BUILT_IN[spec]
-        found = make()
-        found.name = spec
-        return found.with_options(**options) if options else found
+        return make().with_options(name=spec, **options)
     file = policy_file(spec)
     if file is None:
         raise InputError(argument, EXPECTED, shown_name(spec, [*NAMES, *trained()]))

@@ -267,7 +267,7 @@ def _prepared(
     policy: BasePolicy, per_agent: bool | None, model: Scenario, options: Mapping[str, Any]
 ) -> tuple[BasePolicy, bool, EnvOptions | LineOptions]:
     """Return the policy, its view, and the options of its environment."""
-    given: dict[str, Any] = {**policy.default_options(model), **(policy.options or {}), **options}
+    given: dict[str, Any] = {**policy.all_options(model), **options}
     chosen = line_options(given) if isinstance(model, LineScenario) else env_options(model, given)
     view = policy.per_agent if per_agent is None else as_flag(per_agent, "per_agent")
     if view is None:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import FloatArray, as_floats, as_text
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies.base import BasePolicy, Observations
+from flockesc_env.policies.base import LONGEST, BasePolicy, Observations
+from flockesc_env.scenario.presets import Scenario
 
 
 class RangeRule(BasePolicy, ABC):
@@ -33,6 +34,10 @@ class RangeRule(BasePolicy, ABC):
         """
         self.check(spec.options, per_agent=spec.per_agent)
         return spec.actions.from_ranges(self._ranges(observations, spec))
+
+    def default_options(self, scenario: Scenario) -> dict[str, Any]:  # noqa: ARG002
+        """Return one step per action, and ranges up to 100 m."""
+        return {"max_range": LONGEST, "steps_per_action": 1}
 
     @abstractmethod
     def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:

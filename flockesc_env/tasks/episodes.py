@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Sequence
+from copy import copy
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -14,7 +16,7 @@ import numpy as np
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import data_frame, require
 from flockesc_env.envs.vector import AgentVectorEnv
-from flockesc_env.episodes.options import UNOBSERVED, to_plain
+from flockesc_env.episodes.options import UNOBSERVED
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.splits import refuse_held_out
 from flockesc_env.policies.base import BasePolicy
@@ -73,7 +75,8 @@ def record_episodes(
                 pl.concat(rows for rows, _ in played).write_parquet(parts[-1])
                 ends += [end for _, end in played]
             pl.scan_parquet(parts).sink_parquet(Path(folder, f"{name}.parquet"))
-            facts.append((name, json.dumps(to_plain(own)), policy.sha256, list(spec.layout.names)))
+            shown = json.dumps({name: value for name, value in own.items() if value != math.inf})
+            facts.append((name, shown, policy.sha256, list(spec.layout.names)))
         columns = ["policy", "seed", "steps", "objective", "last_observation"]
         rows = pl.DataFrame(ends, columns, orient="row").cast({"last_observation": pl.List(pl.Float32)})
         rows.write_parquet(Path(folder, "episodes.parquet"))
@@ -90,7 +93,9 @@ def _fitted(policy: LoadedPolicy, task: Task) -> BasePolicy:
     except InputError as error:
         raise InputError(f"{policy.spec}: {error.field}", error.expected, error.given) from None
     own = {name: value for name, value in (entry.options or {}).items() if name not in UNOBSERVED}
-    return entry.with_options(**{**task.options, **own})
+    made = copy(entry)
+    made.options = {**task.options, **own}
+    return made
 
 
 def _play(name: str, policy: BasePolicy, spec: Any, env: Any, task: Task, seed: int) -> tuple[Any, Any]:

@@ -12,7 +12,13 @@ from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.files import Stored
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
-from flockesc_env.policies.rules import BestCandidate, BestNextHeading, ListenWhileFleeing, StubbornLeaders
+from flockesc_env.policies.rules import (
+    BestCandidate,
+    BestNextHeading,
+    ListenWhileFleeing,
+    RangeRule,
+    StubbornLeaders,
+)
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.tasks.definition import TaskDefinition
 
@@ -46,7 +52,8 @@ def fitted(policy: BasePolicy, task: TaskDefinition) -> BasePolicy:
         InputError: if the policy does not fit; see ``check_fits``.
     """
     if policy.options is None or isinstance(policy, FixedRange | RandomRange):
-        own = policy.default_options(task.scenario) | dict(policy.options or {})
+        own = {} if isinstance(policy, RangeRule) else policy.default_options(task.scenario)
+        own |= policy.options or {}
         return policy.with_options(per_agent=task.per_agent, **{**task.options, **own})
     check_fits(policy, task)
     return policy
@@ -82,7 +89,7 @@ def check_fits(policy: BasePolicy, task: TaskDefinition) -> None:
     unknown = sorted(set(own) - set(names))
     if unknown:
         raise InputError("options", f"some of {', '.join(names)}", ", ".join(unknown))
-    chosen, shown = options(**own), options(**task.options)
+    chosen, shown = options(**policy.all_options(model)), options(**task.options)
     if not isinstance(model, FlockScenario):
         return
     _check_some("profile_ranges", chosen.profile_ranges or (), shown.profile_ranges or ())
@@ -112,7 +119,7 @@ def content(policy: BasePolicy, task: TaskDefinition) -> Any:
     """
     policy = fitted(policy, task)
     options: Any = EnvOptions if isinstance(task.scenario, FlockScenario) else LineOptions
-    chosen = dataclasses.asdict(options(**(policy.options or {})))
+    chosen = dataclasses.asdict(options(**policy.all_options(task.scenario)))
     numbers = {
         name: value.tolist() if isinstance(value, np.ndarray) else value
         for name, value in vars(policy).items()

@@ -127,10 +127,10 @@ def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
     other = SCENARIO.replace(num_agents=9, num_steps=7)
     expected = fe.rollout(other, loaded, 3)
     env = fe.parallel_env(other, **{**loaded.options, "reward": "distance"})
-    act = loaded.bind(env)
+    act, twin = loaded.bind(env), fe.load_policy(tmp_path)
     observations, infos = env.reset(seed=2)
     while env.agents:
-        predicted = loaded.predict(np.stack([*observations.values()]))[0]
+        predicted = twin.predict(np.stack([*observations.values()]))[0]
         actions = act(observations)
         np.testing.assert_array_equal(np.stack([*actions.values()]), predicted)
         observations, *_, infos = env.step(actions)
@@ -215,12 +215,7 @@ def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
     assert fe.load_policy(str(path)).name == fe.load_policy(tmp_path).name == "mine"
     for name in NAMES:
         assert fe.load_policy(name.replace("RHO", "3.5")).name == name.replace("RHO", "3.5")
-    for spec, near in {
-        "lost.npz": "",
-        "fixed:far": "",
-        "polcy": "",
-        "stubborn-leader": "stubborn-leaders",
-    }.items():
+    for spec, near in (("lost.npz", ""), ("fixed:far", ""), ("per-agent-visble/serch", "visible/search")):
         with pytest.raises(InputError, match=r"which: expected fixed:RHO, .* got '") as caught:
             fe.load_policy(spec, "which")
         assert caught.value.given.startswith(repr(spec))

@@ -108,7 +108,7 @@ def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
 def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: int, tmp_path: Any) -> None:
     scenario = hunted(dimension, 2).with_learned_predators()
     options = {"steps_per_action": steps_per_action}
-    run = fe.record(scenario, FixedRange(9.0), 3, predator_policy=Spin(), **options)
+    run = fe.simulate(scenario, policy=FixedRange(9.0), seed=3, predator_policy=Spin(), **options)
     played = fe.rollout(scenario, FixedRange(9.0), [3], predator_policy=Spin(), **options)
     assert run.mean_distance.min() == played.min_mean_distance[0]
     assert run.min_distance.min() == played.min_min_distance[0]

@@ -68,7 +68,7 @@ COLORED = """[...document.querySelectorAll(".panel canvas")].map((canvas) => {
 })"""
 
 
-def lowest(run: fe.Trajectory) -> float:
+def lowest(run: fe.models.Trajectory) -> float:
     return float(run.mean_distance.min())
 
 

@@ -27,8 +27,8 @@ TEAM = ("paper-flock", "capture", "randomized", "noisy-hearing", "topological", 
 
 CHASED = {
     "predators": (
-        fe.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
-        fe.PurePursuit((30.0, 0.0), (0.0, 9.0)),
+        fe.scenario.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
+        fe.scenario.PurePursuit((30.0, 0.0), (0.0, 9.0)),
     ),
     "capture_radius": 1.0,
 }
@@ -47,7 +47,7 @@ def ranges(t: int, count: int) -> np.ndarray:
 def versioned_ids() -> set[str]:
     """Return the ids of all environments; each ends with its version."""
     registered = {name for name in gymnasium.registry if name.startswith("flockesc/")}
-    return registered | {fe.FlockParallelEnv.metadata["name"]}
+    return registered | {fe.flockesc_v1.FlockParallelEnv.metadata["name"]}
 
 
 def registered(_: int, seed: int, name: str) -> Iterator[Any]:
@@ -112,7 +112,7 @@ def cases() -> dict[str, Case]:
     """Return every case by name."""
     ids = sorted(name for name in versioned_ids() if "/" in name)
     found: dict[str, Case] = {name: partial(registered, name=name) for name in ids}
-    found[fe.FlockParallelEnv.metadata["name"]] = partial(team, scenario=fe.FlockScenario())
+    found[fe.flockesc_v1.FlockParallelEnv.metadata["name"]] = partial(team, scenario=fe.FlockScenario())
     for name, (_, scenario) in fe.PRESETS.items():
         if isinstance(scenario, fe.LineScenario):
             found[name] = partial(line, scenario=scenario)
@@ -122,8 +122,8 @@ def cases() -> dict[str, Case]:
             options = {"reward": "individual_distance_change", "steps_per_action": 8, "max_range": 100.0}
             found[f"{name}, an action per agent"] = partial(team, scenario=scenario, **options)
     straight, path = (
-        fe.ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),
-        fe.PrescribedPath(ZIGZAG, interval=0.3),
+        fe.scenario.ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),
+        fe.scenario.PrescribedPath(ZIGZAG, interval=0.3),
     )
     for dimension in (2, 3):
         small = small_flock(dimension, num_steps=40, **RANDOM)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import shutil
@@ -122,7 +121,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "fewer flocks": ({"flocks": [2_000_000, 5]}, "number (2000000, 6), got (2000000, 5)"),
     "version": ({"version": "v2"}, "version: expected v1, got 'v2'"),
     "task": ({"task": "held-out-sizes"}, "of the task held-out-sizes, got '"),
-    "unknown task": ({"task": "held-out-predator"}, "(did you mean held-out-predators?)"),
+    "unknown task": ({"task": "held-out-predator"}, "(did you mean held-out-predators"),
     "checksum of the task": ({"task_sha256": "0" * 64}, f"of the task held-out-predators, got '{'0' * 64}'"),
     "unknown field": ({"note": "mine"}, "unknown field `note`"),
     "no policies": ({"policies": []}, "policies: expected at least one, got none"),
@@ -171,11 +170,14 @@ def test_a_changed_result_is_refused_with_a_line_that_names_the_change(name: str
     assert "\n" not in str(caught.value)
 
 
+def mine() -> StubbornWitnesses:
+    known: dict[str, Any] = {"scenario": FlockScenario(), "predator_sensing_range": 30.0}
+    return StubbornWitnesses().with_options(name="mine", **known)
+
+
 def test_another_policy_under_the_name_of_the_file_is_refused(path: Path) -> None:
     file = path.parent / FILE
-    other = StubbornWitnesses().with_options(
-        name="mine", scenario=FlockScenario(), predator_sensing_range=30.0
-    )
+    other = mine()
     save_policy(other, file)
     with pytest.raises(InputError, match="with the sha256"):
         verify(path)
@@ -193,9 +195,7 @@ def test_damaged_files_are_refused(path: Path) -> None:
 def same_content(file: Path, copy: Path) -> None:
     """Save a policy again: another name and reward, other bytes."""
     entry = load_policy(file)
-    save_policy(
-        dataclasses.replace(entry, name="other", options={**entry.options, "reward": "terminal"}), copy
-    )
+    save_policy(entry.with_options(name="other", reward="terminal"), copy)
 
 
 def test_a_policy_counts_once_whatever_its_file_is_called(path: Path) -> None:
@@ -218,7 +218,7 @@ def test_the_checksum_is_that_of_the_bytes_that_play(path: Path) -> None:
     link.symlink_to(FILE)
     before, recorded = LoadedPolicy.of(str(link)), read_result(path).policies[0]
     save_policy(
-        StubbornWitnesses().with_options(name="mine", scenario=FlockScenario(), predator_sensing_range=30.0),
+        mine(),
         path.parent / FILE,
     )
     (found,) = score([before], TASK, learner="mine", output=path).policies

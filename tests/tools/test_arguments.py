@@ -328,7 +328,7 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
         lambda: fe.models.neighbor_pairs(fe.FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0),
         "velocities",
     ),
-    (lambda: fe.built_in("fixed:nan"), "policies"),
+    (lambda: fe.fe.load_policy("fixed:nan"), "policies"),
     (lambda: jobs.find_backend("ray2"), "backend"),
     (lambda: jobs.run_jobs(lambda number: {}, [(1,)], cache="cache"), "function"),
     (lambda: jobs.Job("m:f", (object(),), engine="").key, "arguments"),

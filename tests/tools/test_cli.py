@@ -15,7 +15,6 @@ from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file, run_process, sweep_fl
 import flockesc_env as fe
 from flockesc_env.cli.exits import Exit
 from flockesc_env.models.records import load_run, save_run
-from flockesc_env.policies.registry import built_in
 from flockesc_env.tasks import tasks
 
 
@@ -50,10 +49,10 @@ def test_a_policy_is_simulated(
     spec: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    policy = fe.load_policy(policy_file(Path(spec))) if spec.endswith("NPZ") else built_in(spec)
+    policy = fe.load_policy(policy_file(Path(spec))) if spec.endswith("NPZ") else fe.load_policy(spec)
     path = tmp_path / "run.npz"
     document = Ran(capsys, "simulate", spec, "--seed", 7, *SMALL_FLAGS, "--json", "--output", path).json()
-    run, saved = policy.record(7, SMALL), load_run(path)
+    run, saved = fe.simulate(SMALL, policy=policy, seed=7), load_run(path)
     assert (document["policy"], document["interaction_range"], saved.name) == (spec, None, spec)
     assert document["min_mean_distance"] == run.mean_distance.min()
     np.testing.assert_array_equal(saved.trajectory.positions, run.positions)

@@ -48,7 +48,7 @@ BAD: list[tuple[list[str], str]] = [
     (["simulate", "math:pi"], "policy: expected one of fixed:RHO"),
     (["simulate", "fixed:1_0"], "got 'fixed:1_0'"),
     (["simulate", "--seed", "1_0"], "expected an integer, got '1_0'"),
-    (["simulate", f"fixed:{DIGIT}"], f"expected a number, got '{DIGIT}'"),
+    (["simulate", f"fixed:{DIGIT}"], f"got 'fixed:{DIGIT}'"),
     (["sweep", "--seeds", "4:4"], "seeds: expected START:STOP with START below STOP, got 4:4"),
     (["sweep", "--seeds", "0:1_0"], "START:STOP, two integers, got '0:1_0'"),
     (["sweep", "--interaction-ranges", "1", "1_0"], "arguments: ['1', '1_0']"),

@@ -68,7 +68,7 @@ def test_a_page_on_a_server_reads_the_files_beside_it(tab: Page, playground: str
             open_page(tab, f"http://127.0.0.1:{server.server_port}/#seed={SEED}&policies={spec}&t=12")
         finally:
             server.shutdown()
-    expected = fe.load_policy(BOARD / "search/policies/one-range-0.npz").record(SEED, "paper-flock")
+    expected = fe.simulate("paper-flock", policy="one-range/search", seed=SEED)
     assert tab.evaluate("[page.panels[0].run.spec, page.panels[0].run.objective]") == [spec, lowest(expected)]
 
 
@@ -103,7 +103,7 @@ def test_the_slider_acts_on_the_running_flock(tab: Page, open_at: Callable[..., 
             same = "past.every((value, at) => value === page.panels[0].run.positions[at])"
             assert tab.evaluate(same)
         tab.evaluate("page.seek(12)")
-        expected = lowest(fe.simulate("paper-flock", schedule=schedule, seed=SEED))
+        expected = lowest(fe.simulate("paper-flock", policy=fe.ScheduledRange(schedule), seed=SEED))
         assert tab.evaluate("page.panels[0].run.objective") == expected
 
 
@@ -258,7 +258,7 @@ def test_the_next_flock_is_played_by_all_policies_of_the_page(tab: Page, watched
     for seed in (SEED, SEED + 1):
         assert text(tab, "#outcomes") == ""
         tab.evaluate("page.seek(2)")
-        runs = [fe.simulate(flock, 10.0, seed=seed), mine.record(seed, flock)]
+        runs = [fe.simulate(flock, 10.0, seed=seed), fe.simulate(flock, policy=mine, seed=seed)]
         lowest_shown = "page.panels.map(({ run }) => [run.seed, run.objective ?? null])"
         assert tab.evaluate(lowest_shown) == [*([str(seed), lowest(run)] for run in runs), [str(SEED), None]]
         assert f"fixed range 10 m {lowest(runs[0]):.1f} m" in text(tab, "#outcomes")

@@ -20,7 +20,6 @@ from playwright.sync_api import Page
 
 import flockesc_env as fe
 from flockesc_env.models.graph import neighbor_pairs
-from flockesc_env.policies.registry import built_in
 from flockesc_env.watch.live import RULES
 from flockesc_env.watch.page import render, replay
 from playground.__main__ import HEADLINE
@@ -41,7 +40,9 @@ def test_ranges_rules_and_files_keep_the_distance_that_they_keep_in_python(
     counts = tab.evaluate("Array.from(page.panels[0].run.numComponents.subarray(0, 241))")
     assert counts == list(run.num_components)
     for rule in RULES:
-        assert fly(tab, scenario("capture"), rule) == lowest(built_in(rule).record(SEED, "capture")), rule
+        assert fly(tab, scenario("capture"), rule) == lowest(
+            fe.simulate("capture", policy=rule, seed=SEED)
+        ), rule
     tab.evaluate(f"page.fly({scenario('topological')})")
     assert "listen to a number of neighbors" in text(tab, "#message")
     assert tab.evaluate("page.panels.map(({ run }) => run.kind)") == ["fixed"]
@@ -51,7 +52,7 @@ def test_ranges_rules_and_files_keep_the_distance_that_they_keep_in_python(
     wait(tab, "page.panels[0].run.spec === 'learned'")
     tab.evaluate("page.seek(12)")
     assert tab.evaluate("page.panels[0].run.objective") == lowest(
-        fe.load_policy(BEST).record(SEED, "paper-flock")
+        fe.simulate("paper-flock", policy=str(BEST), seed=SEED)
     )
 
 
@@ -92,7 +93,7 @@ def test_the_numbers_in_the_texts_of_the_playground() -> None:
 
 
 def test_the_chapters_say_what_their_flocks_do() -> None:
-    everybody, learned = fe.simulate("paper-flock", 100.0, seed=242), fe.load_policy(BEST).record(242)
+    everybody, learned = fe.simulate("paper-flock", 100.0, seed=242), fe.simulate(policy=str(BEST), seed=242)
     assert everybody.polarization[10] > 0.99  # one heading after half a second
     to_predator = learned.predator_positions[:60] - learned.positions[:60]  # the first 3 s
     cosine = np.sum(to_predator * learned.velocities[:60], axis=-1)
@@ -158,7 +159,7 @@ TITLES = ["fixed range 15 m", "rule: stubborn leaders"]
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("pages") / "page.html"
-    runs = [(spec, built_in(spec).record(3, FLOCK)) for spec in SPECS]
+    runs = [(spec, fe.simulate(FLOCK, policy=spec, seed=3)) for spec in SPECS]
     path.write_text(render(runs, replay(runs), with_engine=False))
     return path.as_uri()
 
@@ -190,7 +191,7 @@ def test_scrubbing_moves_the_cursor_the_flock_and_the_numbers(tab: Page, recorde
     tab.fill("#scrub", "3")
     assert tab.evaluate(CURSORS) == pytest.approx([0.75] * 3, abs=0.01)
     assert tab.evaluate("page.panels[0].canvas.toDataURL()") != before
-    run = built_in("fixed:15").record(3, FLOCK)
+    run = fe.simulate(FLOCK, policy="fixed:15", seed=3)
     expected = [
         f"{run.mean_distance[60]:.1f} m",
         f"{run.mean_distance[:61].min():.1f} m",

@@ -14,7 +14,6 @@ from watch_documents import FLOCK, RUNS, assert_shows, document_in, is_live, nee
 from flockesc_env import load_policy, simulate
 from flockesc_env.cli.exits import Exit
 from flockesc_env.models.records import save_run, versions
-from flockesc_env.policies.registry import built_in
 from flockesc_env.watch import write_page
 from flockesc_env.watch.live import file_document
 from flockesc_env.watch.page import render, replay
@@ -106,8 +105,8 @@ def test_a_page_of_policies_records_those_that_it_cannot_run(
         "headline": mine,
     }
     rule, own = document["recordings"]
-    assert_shows(rule, built_in("stubborn-witnesses").record(2**64 - 1, SMALL))
-    assert_shows(own, load_policy(mine).record(2**64 - 1, SMALL))
+    assert_shows(rule, simulate(SMALL, policy=load_policy("stubborn-witnesses"), seed=2**64 - 1))
+    assert_shows(own, simulate(SMALL, policy=load_policy(mine), seed=2**64 - 1))
     assert [entry["spec"] for entry in document["policies"]] == [mine]
 
 
