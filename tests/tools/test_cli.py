@@ -40,7 +40,7 @@ def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tm
 def test_a_simulation_without_a_range_takes_the_best_fixed_one(capsys: pytest.CaptureFixture[str]) -> None:
     (scale,) = tasks["per-agent-visible"].scales.values()
     document = Ran(capsys, "simulate", "--seed", 7, *SMALL_FLAGS, "--json").json()
-    assert document["interaction_range"] == scale.best_fixed_range
+    assert document["policy"] == f"fixed:{scale.best_fixed_range:g}"
     assert document["min_mean_distance"] == fe.simulate(SMALL, 12.0, seed=7).mean_distance.min()
 
 
@@ -53,7 +53,7 @@ def test_a_policy_is_simulated(
     path = tmp_path / "run.npz"
     document = Ran(capsys, "simulate", spec, "--seed", 7, *SMALL_FLAGS, "--json", "--output", path).json()
     run, saved = fe.simulate(SMALL, policy=policy, seed=7), load_run(path)
-    assert (document["policy"], document["interaction_range"], saved.name) == (spec, None, spec)
+    assert (document["policy"], saved.name) == (spec, spec)
     assert document["min_mean_distance"] == run.mean_distance.min()
     np.testing.assert_array_equal(saved.trajectory.positions, run.positions)
     np.testing.assert_array_equal(saved.trajectory.interaction_ranges, run.interaction_ranges)

@@ -39,7 +39,7 @@ BAD: list[tuple[list[str], str]] = [
         [*_set("predator_range=5"), "--set", f"randomization={DRAWN}"],
         "that randomization does not draw, got Uni",
     ),
-    (["simulate", "--scenario", "paper-line"], "interaction_range: expected a range for a line, got none"),
+    (["simulate", "--scenario", "paper-line"], "policy: expected fixed:RHO for a line, got none"),
     (["simulate", "fixed:1", "--scenario", "none.toml"], "none.toml: No such file"),
     (
         ["simulate", "fixed:1", "--scenario", "escape"],
