@@ -52,7 +52,7 @@ class SB3Policy(BasePolicy, RowMemory):
             raise InputError("model", "a model (an object with a method predict)", shown(model))
         if vec_normalize is not None and not hasattr(vec_normalize, "norm_obs"):
             raise InputError("vec_normalize", "a VecNormalize or None", shown(vec_normalize))
-        self.model = model
+        self.model, self.name = model, type(model).__name__
         self.vec_normalize = vec_normalize
         self.deterministic = as_flag(deterministic, "deterministic")
         self._checked_spec: Any = None
