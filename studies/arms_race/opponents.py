@@ -36,8 +36,10 @@ class Flock:
     parameters: tuple[float, ...] = ()
 
     def entry(self) -> NamedPolicy:
-        """Return the policy with its options."""
+        """Return the policy with its options; built-in ones act as often as the networks."""
         found = find_policy(self.spec)
+        if found.scenario is None:
+            found = dataclasses.replace(found, options={**found.options, "steps_per_action": 4})
         if self.parameters:
             network: Any = found.policy
             found = dataclasses.replace(found, policy=NetworkPolicy(network.architecture, self.parameters))

@@ -44,7 +44,6 @@ UNTRAINED: Final = ("straight", "nearest", "centroid", "lead")
 LEADS: Final = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)  # tried against the best fixed range
 LEAD_FLOCKS: Final = 400
 FIRST_SEED: Final = 100  # of training runs; the study of learned ranges uses smaller ones
-STEPS_PER_ACTION: Final = ("steps_per_action", 4)  # the option of flock policies, and its default
 BATCH: Final = 32  # flocks that are stepped together: larger batches leave the cache
 CHUNK: Final = 100  # flocks of a job of the cross-play
 EPISODE: Final = 5e-3  # estimated seconds
@@ -211,7 +210,7 @@ def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
     policies = {}
     for name, flock in flocks.items():
         entry = flock.entry()
-        size, steps = len(getattr(entry.policy, "parameters", ())), entry.options.get(*STEPS_PER_ACTION)
+        size, steps = len(getattr(entry.policy, "parameters", ())), entry.options["steps_per_action"]
         about = {"from": flock.spec, "learner": TRACKS.get(name), "parameters": size}
         policies[name] = {**about, "steps_per_action": steps}
     record = {
@@ -237,6 +236,5 @@ def _play_job(flock: Flock, predator: Predator, flocks: range) -> Job:
 
 def _played(entry: NamedPolicy, predator: Any, seeds: list[int]) -> FloatArray:
     """Return J_mean in m, shape (seeds,)."""
-    steps = entry.options.get(*STEPS_PER_ACTION)
-    options: Any = {"batch_size": BATCH, "num_threads": 1, "steps_per_action": steps}
+    options: Any = {"batch_size": BATCH, "num_threads": 1}
     return rollout(SCENARIO, entry, seeds, predator_policy=predator, **options).min_mean_distance

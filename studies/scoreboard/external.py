@@ -45,7 +45,7 @@ LEARNERS: Final[Mapping[str, External]] = {
         ".compat/rl_zoo3",
         "-m rl_zoo3.train --algo ppo --env flockesc/FlockEscape-v1 --gym-packages flockesc_env"
         " -conf examples/rl_zoo3/ppo.yml --eval-freq -1 --device cpu"
-        f" --n-timesteps {tasks['shared'].samples}",
+        f" --n-timesteps {tasks['one-range'].samples}",
         ("rl_zoo3", "stable-baselines3", "torch"),
     ),
 }

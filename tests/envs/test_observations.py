@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from observation_reference import Reference, assert_plays_as, flocks, random_start
+from option_table import EVERY_STEP
 
 import flockesc_env as fe
 from flockesc_env.episodes.batch import FlockBatch
@@ -53,7 +54,7 @@ def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict
     """After a step under rho_k, the heard velocity is candidate k of the observation before."""
     scenario = fe.FlockScenario(num_agents=70, **changes)
     ranges = (0.0, 3.0, 11.0, 40.0)
-    options = fe.EnvOptions(action_mode="range", profile_ranges=ranges)
+    options = fe.EnvOptions(action_mode="range", profile_ranges=ranges, **EVERY_STEP)
     batch = FlockBatch(scenario, options, num_flocks=len(ranges), view=View.AGENT)
     batch.reset(range(len(ranges)), [7] * len(ranges))
     actions = np.repeat(np.array(ranges, np.float32), 70)[:, None]

@@ -29,7 +29,7 @@ from flockesc_env.sb3 import AgentVecEnv
 # Entries that the action space rejects.
 BAD_ENTRIES = {
     "normalized": [np.nan, np.inf, -np.inf, 1.001, -1.001],
-    "range": [np.nan, np.inf, -np.inf, 100.1, -0.1],
+    "range": [np.nan, np.inf, -np.inf, fe.EnvOptions.max_range + 0.1, -0.1],
     "discrete": [-1, 21, 10**9],
 }
 
@@ -262,7 +262,7 @@ SIMULATE: list[tuple[Any, dict[str, Any], str]] = [
 @pytest.mark.parametrize(("rho", "arguments", "field"), SIMULATE)
 def test_an_entry_of_an_array_is_named(rho: Any, arguments: dict[str, Any], field: str) -> None:
     with pytest.raises(InputError) as caught:
-        fe.simulate(FLOCK, rho, seed=0, **arguments)
+        fe.simulate(small_flock(), rho, seed=0, **arguments)
     assert caught.value.field == field
     assert isinstance(caught.value, ValueError)
 

@@ -57,7 +57,7 @@ def test_nothing_is_ever_nan_or_infinite(scenario: fe.FlockScenario, data: st.Da
     entries = st.lists(coordinate, min_size=math.prod(shape), max_size=math.prod(shape))
     is_given = data.draw(st.booleans())
     start = {name: np.reshape(data.draw(entries), shape) for name in STARTS[:2]} if is_given else {}
-    options = {"action_mode": "range", "max_range": 3e38, "predator_sensing_range": math.inf}
+    options = {"action_mode": "range", "max_range": 3e38, "steps_per_action": 1}
     if any(isinstance(predator, fe.Learned) for predator in scenario.predators):
         options["predator_policy"] = Pursue()
     flock = fe.FlockEscapeEnv(scenario, **options)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from envs import play, start
-from option_table import small_flock
+from option_table import SENSING_RANGES, small_flock
 
 import flockesc_env as fe
 
@@ -57,14 +57,14 @@ def test_everything_runs_the_drawn_scenario(seed: int) -> None:
         assert_equal(fe.record(each, fe.policies.FixedRange(10.0), seed, action_mode="range"), run)
 
 
-@pytest.mark.parametrize("sensing", ["predator_range", None, 10.0])
+@pytest.mark.parametrize("sensing", SENSING_RANGES)
 @pytest.mark.parametrize("make", [fe.FlockEscapeEnv, fe.parallel_env])
 def test_environments_play_and_show_the_drawn_scenario(make: Any, sensing: Any) -> None:
     scenario = randomized()
     for seed in range(10):
         played = []
         for each in (scenario, scenario.drawn(seed)):
-            env = make(scenario=each, predator_sensing_range=sensing)
+            env = make(scenario=each, predator_sensing_range=sensing, steps_per_action=1)
             played.append([start(env, seed), *play(env, np.random.default_rng(seed), 5)])
         np.testing.assert_equal(*played)
 

@@ -122,7 +122,7 @@ def test_presets_differ_as_described() -> None:
         fe.PRESETS["mine"] = fe.PRESETS["pursuit"]  # type: ignore[index]
 
 
-@pytest.mark.parametrize("interface", [name for name in FLOCKS if name != "pursuit"])
+@pytest.mark.parametrize("interface", [name for name in FLOCKS if name != "predator"])
 def test_flock_environments_take_names(interface: str) -> None:
     for name in ("two-predators", None):
         assert FLOCKS[interface](name).unwrapped.scenario == fe.preset(name or "paper-flock")

@@ -23,6 +23,8 @@ AGENT_REWARDS = FLOCK_REWARDS + INDIVIDUAL_REWARDS
 SENSING_RANGES = (30.0, math.inf, 5.0)
 STEPS_PER_ACTION = (1, 4, 7)
 DIMENSIONS = (2, 3)
+EVERY_STEP: dict[str, Any] = {"max_range": 100.0, "predator_sensing_range": 30.0, "steps_per_action": 1}
+"""Options of an action per model step, of up to 100 m, by agents that see a predator within 30 m."""
 
 
 # Five different agents with noise and delay.

@@ -149,8 +149,8 @@ def test_all_files_have_the_version_of_the_crates() -> None:
 @pytest.mark.parametrize(
     ("page", "names"),
     [
-        ("worlds", PRESETS),
-        ("worlds", [field.name for field in fields(FlockScenario)]),
+        ("scenarios", PRESETS),
+        ("scenarios", [field.name for field in fields(FlockScenario)]),
         ("environments", [field.name for field in fields(EnvOptions)]),
         (
             "environments",

@@ -89,7 +89,7 @@ def test_a_batch_shows_every_flock(interface: str) -> None:
 
 @pytest.mark.parametrize("interface", ["flock", "parallel", "line"])
 def test_environments_and_recorded_runs_look_the_same(interface: str) -> None:
-    env = make(interface, action_mode="range", render_mode="rgb_array")
+    env = make(interface, action_mode="range", render_mode="rgb_array", steps_per_action=1)
     env.reset(seed=3)
     ranges = {"flock": np.array([7.0]), "parallel": np.arange(5.0, 10.0), "line": np.array([0.1])}[interface]
     run: Any = fe.simulate_line if interface == "line" else fe.simulate
