@@ -13,9 +13,10 @@ from gymnasium import wrappers
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
-from option_table import DIMENSIONS, small_flock
+from option_table import DIMENSIONS, EVERY_STEP, small_flock
 
 import flockesc_env as fe
+from flockesc_env.scenario import PurePursuit
 
 IDS = [name for name in gymnasium.registry if name.startswith("flockesc/")]
 
@@ -67,9 +68,9 @@ WRAPPERS: dict[str, dict[str, Any]] = {
     "DelayObservation": {"delay": 2},
 }
 MAKERS: list[tuple[Any, Callable[[], Any]]] = [
-    (wrappers, lambda: gymnasium.make("flockesc/FlockEscape-v1", scenario=small_flock())),
-    (wrappers.vector, lambda: fe.FlockVectorEnv(2, small_flock())),
-    (wrappers.vector, lambda: fe.AgentVectorEnv(10, small_flock())),
+    (wrappers, lambda: gymnasium.make("flockesc/FlockEscape-v1", scenario=small_flock(), **EVERY_STEP)),
+    (wrappers.vector, lambda: fe.FlockVectorEnv(2, small_flock(), **EVERY_STEP)),
+    (wrappers.vector, lambda: fe.AgentVectorEnv(10, small_flock(), **EVERY_STEP)),
 ]
 
 
@@ -123,7 +124,7 @@ def test_discrete_grid() -> None:
 
 @pytest.mark.parametrize("count_components", [False, True])
 def test_components_are_counted_on_request(count_components: bool) -> None:
-    env = fe.FlockEscapeEnv(small_flock(), count_components=count_components)
+    env = fe.FlockEscapeEnv(small_flock(), count_components=count_components, **EVERY_STEP)
     _, info = env.reset(seed=0)
     assert info.get("num_components") == (5 if count_components else None)
     *_, info = env.step(env.action_space.high)  # every agent hears every other one
@@ -131,13 +132,13 @@ def test_components_are_counted_on_request(count_components: bool) -> None:
     assert set(info) == (INFO_KEYS | {"num_components"} if count_components else INFO_KEYS)
 
 
-PREDATORS = (fe.PurePursuit((0.0, 0.0), (8.0, 8.0)), fe.PurePursuit((30.0, 0.0), (0.0, 9.0)))
+PREDATORS = (PurePursuit((0.0, 0.0), (8.0, 8.0)), PurePursuit((30.0, 0.0), (0.0, 9.0)))
 
 
 @pytest.mark.parametrize("dimension", DIMENSIONS)
 def test_a_flock_equals_the_simulation(dimension: int) -> None:
     scenario = small_flock(dimension, predators=PREDATORS, capture_radius=4.0)
-    env = fe.FlockEscapeEnv(scenario, action_mode="range", max_range=9.0)
+    env = fe.FlockEscapeEnv(scenario, action_mode="range", max_range=9.0, steps_per_action=1)
     with pytest.raises(ResetNeeded):
         _ = env.flock.positions
     env.reset(seed=5)

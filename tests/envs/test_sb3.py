@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from envs import draw
 from gymnasium import Wrapper
-from option_table import doomed, small_flock
+from option_table import EVERY_STEP, doomed, small_flock
 from stable_baselines3 import A2C, DQN, PPO, SAC
 from stable_baselines3.common.callbacks import CheckpointCallback, EvalCallback
 from stable_baselines3.common.evaluation import evaluate_policy
@@ -21,6 +21,7 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import Pursue
 from flockesc_env.sb3 import AgentVecEnv, FlockEvalCallback, FlockVecEnv
+from flockesc_env.scenario import Learned
 
 FLOCKS = 3
 ENVS = pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
@@ -38,8 +39,8 @@ ENVS = pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
 @pytest.mark.parametrize(
     ("make", "like", "reward"),
     [
-        (FlockVecEnv, fe.FlockVectorEnv, "running_minimum"),
-        (AgentVecEnv, fe.AgentVectorEnv, "running_minimum"),
+        (FlockVecEnv, fe.FlockVectorEnv, "team"),
+        (AgentVecEnv, fe.AgentVectorEnv, "team"),
         (AgentVecEnv, fe.AgentVectorEnv, "individual_distance"),
     ],
 )
@@ -47,8 +48,8 @@ def test_slots_equal_those_of_gymnasium_with_autoreset_in_the_same_step(
     make: Any, like: Any, reward: Any, scenario: Any, ends: set[bool]
 ) -> None:
     """``ends`` are the ways in which episodes end: by truncation (True) or termination."""
-    env = make(FLOCKS, scenario, reward=reward)
-    twin = like(env.num_envs, scenario, reward=reward, autoreset_mode="SameStep")
+    env = make(FLOCKS, scenario, reward=reward, **EVERY_STEP)
+    twin = like(env.num_envs, scenario, reward=reward, autoreset_mode="SameStep", **EVERY_STEP)
     env.seed(11)
     np.testing.assert_array_equal(env.reset(), twin.reset(seed=11)[0])
     rng, seen = np.random.default_rng(0), set()
@@ -74,7 +75,7 @@ def test_slots_equal_those_of_gymnasium_with_autoreset_in_the_same_step(
 @ENVS
 def test_infos_at_the_end_only(make: type[VecEnv]) -> None:
     """Infos of running slots are one new empty dict; ended slots have the same infos as otherwise."""
-    scenarios = [small_flock(num_steps=3), small_flock(num_steps=4, capture_radius=6.0)]
+    scenarios = [small_flock(num_steps=12), small_flock(num_steps=16, capture_radius=6.0)]
     full = VecMonitor(VecNormalize(make(2, scenarios)), info_keywords=("min_mean_distance",))
     sparse = VecMonitor(VecNormalize(make(2, scenarios, infos="end")), info_keywords=("min_mean_distance",))
     rng = np.random.default_rng(0)
@@ -225,11 +226,9 @@ def test_the_loop_of_stable_baselines3(algorithm: Any, settings: Any, tmp_path: 
 @pytest.mark.parametrize("learning_rate", [0.0, 0.1])
 def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float, tmp_path: Path) -> None:
     settings = {"n_steps": 10, "batch_size": 50, "seed": 0, "device": "cpu", "learning_rate": learning_rate}
-    hunted = small_flock(predators=(fe.Learned(),))
-    scenarios, options = (
-        [hunted, hunted.replace(num_steps=9)],
-        {"objective": "min_min_distance", "max_range": 40.0},
-    )
+    hunted = small_flock(predators=(Learned(),))
+    scenarios = [hunted, hunted.replace(num_steps=9)]
+    options = {**EVERY_STEP, "objective": "min_min_distance", "max_range": 40.0}
     callback = FlockEvalCallback(10, 3, best_model_save_path=tmp_path / "best")
     models = []
     for chosen in (None, callback):

@@ -11,7 +11,7 @@ import pytest
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
-from option_table import ACTION_MODES, FLOCK_REWARDS, doomed, small_flock
+from option_table import ACTION_MODES, EVERY_STEP, FLOCK_REWARDS, doomed, small_flock
 
 from flockesc_env import AgentVectorEnv, FlockEscapeEnv, FlockVectorEnv
 from flockesc_env.common.errors import FlockescError, InputError
@@ -31,7 +31,7 @@ class Twins:
     def __init__(
         self, autoreset_mode: AutoresetMode, *, num_threads: int | None = None, **options: Any
     ) -> None:
-        options.setdefault("scenario", small_flock())
+        options = {"scenario": small_flock(), **EVERY_STEP, **options}
         self.native = FlockVectorEnv(SLOTS, autoreset_mode=autoreset_mode, num_threads=num_threads, **options)
         self.sync = SyncVectorEnv([lambda: FlockEscapeEnv(**options)] * SLOTS, autoreset_mode=autoreset_mode)
         self.sync.action_space.seed(0)
