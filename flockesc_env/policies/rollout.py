@@ -232,10 +232,12 @@ def simulate(
     if isinstance(player, ScheduledRange) and predator_policy is None and not options:
         schedule = player.schedule
         ranges = schedule[:, None] if schedule.ndim == 1 else schedule
-    if ranges is not None and predator_policy is None and not options:
+    if ranges is not None and per_agent is None and predator_policy is None and not options:
         return run_flock(model, ranges, seed=seed, num_threads=num_threads, **start)
     if policy is None:
-        _refuse({name: others[name] for name in ("predator_policy", *options)}, "a policy beside it")
+        _refuse(
+            {name: others[name] for name in ("per_agent", "predator_policy", *options)}, "a policy beside it"
+        )
     player, view, chosen = _prepared(player, per_agent, model, options)
     return record_flock(
         player,

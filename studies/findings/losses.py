@@ -85,7 +85,8 @@ def can_run(headline: Headline, scenario: FlockScenario) -> bool:
     """Return whether a policy can run in a scenario: it can show all that the policy observes."""
     entry = headline.entry
     try:
-        FlockBatch(scenario, env_options(scenario, entry.options or {}), view=View.of(bool(entry.per_agent)))
+        options = env_options(scenario, entry.all_options(scenario))
+        FlockBatch(scenario, options, view=View.of(bool(entry.per_agent)))
     except InputError:
         return False
     return True

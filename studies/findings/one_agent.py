@@ -62,8 +62,7 @@ def follow(policy: bytes) -> Arrays:
         the escape direction in degrees; ``heard``, that of the velocity heard within each candidate, shape
         (actions, candidates), NaN where the agent would hear nobody; ``chosen``, its ranges in m.
     """
-    informed = load_policy("turn-away").with_options(max_range=CANDIDATES[-1])
-    runs = {"blind": _run(policy_of(policy)), "informed": _run(informed)}
+    runs = {"blind": _run(policy_of(policy)), "informed": _run(load_policy("turn-away"), CANDIDATES[-1])}
     own = runs["blind"]["own"]
     arrival = np.where((own < _AHEAD).any(axis=0), (own < _AHEAD).argmax(axis=0), len(own))
     agents = np.flatnonzero(own[0] > 120)
@@ -75,12 +74,18 @@ def follow(policy: bytes) -> Arrays:
     }
 
 
-def _run(policy: BasePolicy) -> dict[str, NDArray[Any]]:
+def _run(policy: BasePolicy, max_range: float | None = None) -> dict[str, NDArray[Any]]:
     """Run a policy; its observation also has the profile, which the policy does not see if it is blind."""
     extra = ("escape_direction", "closest_approach")
     known = policy.policy_spec.options
-    profile = [rho for rho in CANDIDATES if rho <= known.max_range]
-    seeing: dict[str, Any] = {"scenario": FlockScenario(), "profile_ranges": profile, "extra_entries": extra}
+    longest = max_range or known.max_range
+    profile = [rho for rho in CANDIDATES if rho <= longest]
+    seeing: dict[str, Any] = {
+        "scenario": FlockScenario(),
+        "max_range": longest,
+        "profile_ranges": profile,
+        "extra_entries": extra,
+    }
     layout, seen, ranges = watch(policy.with_options(**seeing), first_seeds(HELD_OUT, 1))
 
     def column(name: str) -> NDArray[np.float64]:

@@ -14,14 +14,13 @@ from cli_runs import Ran
 from option_table import small_flock
 
 import flockesc_env as fe
-from flockesc_env import FlockScenario, record, save_policy
+from flockesc_env import FlockScenario, save_policy, simulate
 from flockesc_env.cli.exits import Exit
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Cache, Job, find_backend
 from flockesc_env.models.sweep import FLOCK_RANGES
-from flockesc_env.policies import bind
+from flockesc_env.policies import BasePolicy
 from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.scenario import GivenHeadings, GivenPositions
 from flockesc_env.tasks.fitting import check_fits
 from studies.__main__ import STUDIES
@@ -119,21 +118,21 @@ def test_the_largest_turn_is_that_of_the_model(neighbors: int) -> None:
 
 
 @pytest.fixture(params=[True, False], ids=["visible", "local"])
-def listener(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[NamedPolicy, bytes]:
+def listener(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[BasePolicy, bytes]:
     """A policy whose ranges fall below ``SILENT`` at different times for different agents, and its file."""
     names = ("time", "predator_distance", "predator_direction_ahead")
-    options = {
+    options: dict[str, Any] = {
         "max_range": 20.0,
         "steps_per_action": STEPS,
         "predator_sensing_range": math.inf if request.param else SCENARIO.predator_range,
     }
     policy = NetworkPolicy(Architecture(names, ()), [-3.0, 3.0, -0.8, -0.8])
-    entry = NamedPolicy("it", policy, per_agent=True, options=options, scenario=SCENARIO)
+    entry = policy.with_options(name="it", per_agent=True, scenario=SCENARIO, **options)
     save_policy(entry, tmp_path / "it.npz")
     return entry, (tmp_path / "it.npz").read_bytes()
 
 
-def test_hidden_entries_are_constants(listener: tuple[NamedPolicy, bytes]) -> None:
+def test_hidden_entries_are_constants(listener: tuple[BasePolicy, bytes]) -> None:
     """Against a loop that overwrites the observations of every agent."""
     entry, content = listener
     flocks = HELD_OUT[:3]
@@ -141,7 +140,7 @@ def test_hidden_entries_are_constants(listener: tuple[NamedPolicy, bytes]) -> No
     found = ablation.hide(content, "min_mean_distance", ((column, 0.7),), flocks)["objective"]
     env = fe.parallel_env(SCENARIO, **entry.options)
     for flock, objective in zip(flocks, found, strict=True):
-        policy = bind(entry.policy, env)
+        policy = entry.bind(env)
         observations, infos = env.reset(seed=flock)
         while env.agents:
             for observed in observations.values():
@@ -151,13 +150,12 @@ def test_hidden_entries_are_constants(listener: tuple[NamedPolicy, bytes]) -> No
     assert (found != play(content, SCENARIO, "min_mean_distance", flocks)["objective"]).any()
 
 
-def test_ranges_over_time_and_by_place(listener: tuple[NamedPolicy, bytes]) -> None:
+def test_ranges_over_time_and_by_place(listener: tuple[BasePolicy, bytes]) -> None:
     """Against loops over flocks, actions and agents."""
     entry, content = listener
     visible = entry.options["predator_sensing_range"] == math.inf
     kept = listening.listen(content, HELD_OUT[:12])
-    options: Any = entry.options
-    runs = [record(SCENARIO, entry.policy, seed, per_agent=True, **options) for seed in HELD_OUT[:12]]
+    runs = [simulate(SCENARIO, policy=entry, seed=seed) for seed in HELD_OUT[:12]]
     cosines, distances = kept["cosines"], kept["distances"]
     sums, counts, hidden = np.zeros((20, 24)), np.zeros((20, 24)), 0
     for action, step in enumerate(range(0, SCENARIO.num_steps, STEPS)):

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from flockesc_env import FlockScenario, InputError, rollout, simulate
+from flockesc_env import FlockScenario, InputError, ScheduledRange, load_policy, rollout, simulate
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
-from flockesc_env.policies import find_policy
 from flockesc_env.scenario import PurePursuit
 from flockesc_env.scenario.approach import approach
 from flockesc_env.tasks import Task, tasks
@@ -27,7 +26,7 @@ PAPER = "paper-flock"
 @pytest.mark.parametrize("policy", ["fixed:0", "fixed:10", "stubborn-leaders", "stubborn-witnesses"])
 def test_free_headings_bound_every_policy(objective: Any, policy: str) -> None:
     task, flocks = tasks[TASKS[objective]], TUNING[:10]
-    reached = task.spec.values(rollout(PAPER, find_policy(policy), flocks))
+    reached = task.spec.values(rollout(PAPER, policy, flocks))
     assert (reached <= free_headings(task.name, PAPER, flocks)["objective"]).all()
 
 
@@ -66,7 +65,7 @@ def test_the_informed_greedy_rule_stays_below_the_bound_and_above_eight_candidat
     name, flocks = TASKS[objective], TUNING[:10]
     reached = informed_greedy(name, PAPER, flocks)["objective"]
     assert (reached <= free_headings(name, PAPER, flocks)["objective"]).all()
-    rule = find_policy("turn-away" if objective == "min_mean_distance" else "keep-distance")
+    rule = load_policy("turn-away" if objective == "min_mean_distance" else "keep-distance")
     assert reached.mean() > tasks[name].spec.values(rollout(PAPER, rule, flocks)).mean()
 
 
@@ -102,6 +101,6 @@ def test_a_schedule_is_no_worse_than_a_constant_range_and_replays(
     assert best == max(values.max() for _, values in played) > constants.max()
     schedules, values = max(rest, key=lambda generation: generation[1].max())
     ranges = task.options["max_range"] * schedules[values.argmax(), :3].astype(np.float32).astype(float) ** 2
-    run = simulate(SMALL, schedule=np.repeat(ranges, 12)[:, np.newaxis], seed=HELD_OUT[0])
+    run = simulate(SMALL, policy=ScheduledRange(np.repeat(ranges, 12)), seed=HELD_OUT[0])
     distances = run.mean_distance if objective == "min_mean_distance" else run.min_distance
     assert distances.min() == pytest.approx(best, abs=1e-3)
