@@ -81,12 +81,13 @@ def _run(policy: BasePolicy, max_range: float | None = None) -> dict[str, NDArra
     longest = max_range or known.max_range
     profile = [rho for rho in CANDIDATES if rho <= longest]
     seeing: dict[str, Any] = {
-        "scenario": FlockScenario(),
         "max_range": longest,
         "profile_ranges": profile,
         "extra_entries": extra,
     }
-    layout, seen, ranges = watch(policy.with_options(**seeing), first_seeds(HELD_OUT, 1))
+    layout, seen, ranges = watch(
+        policy.with_options(scenario=FlockScenario(), **seeing), first_seeds(HELD_OUT, 1)
+    )
 
     def column(name: str) -> NDArray[np.float64]:
         return seen[:, :, layout.index(name)].astype(np.float64)
