@@ -27,7 +27,6 @@ from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
 from ray.tune import register_env
 
 from flockesc_env import (
-    AgentVectorEnv,
     FixedRange,
     FlockScenario,
     NamedPolicy,
@@ -35,6 +34,7 @@ from flockesc_env import (
     rollout,
     save_policy,
 )
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import NetworkPolicy, torch_network
 
 OPTIONS: dict[str, Any] = {
@@ -55,7 +55,7 @@ def mean_action(module: Any) -> NetworkPolicy:
 
 def scaled_flock(num_envs: int, **options: Any) -> VectorEnv:
     """Return a slot per agent with scaled rewards, which the critic learns faster."""
-    return TransformReward(AgentVectorEnv(num_envs, **options), lambda rewards: 0.1 * rewards)
+    return TransformReward(BatchVectorEnv(num_envs, per_agent=True, **options), lambda rewards: 0.1 * rewards)
 
 
 def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOConfig:

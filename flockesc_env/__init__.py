@@ -3,8 +3,9 @@
 - Models: ``simulate``, ``simulate_line``, ``sweep``, ``scan``; neighbor graphs by ``component_labels``,
   ``neighbor_pairs``, ``laplacian`` and ``perron_matrix``; measures of order by ``rotation``, ``density``,
   ``nearest_neighbor_distances``, ``correlation_length`` and ``binder_cumulant``.
-- Environments: ``flockesc/FlockEscape-v1``, ``flockesc/FlockAgents-v1``, ``flockesc/Predator-v1`` and
-  ``flockesc/LineEscape-v1`` (Gymnasium), ``parallel_env`` and ``env`` (PettingZoo), ``flockesc_env.sb3``
+- Environments: ``flockesc/FlockEscape-v1``, ``flockesc/FlockAgents-v1``, ``flockesc/Predator-v1``,
+  ``flockesc/LineEscape-v1`` and one id per task, such as ``flockesc/one-range-v1`` (Gymnasium);
+  ``parallel_env`` and ``flockesc_env.flockesc_v1`` (PettingZoo); ``flockesc_env.sb3.vec_env``
   (stable-baselines3).
 - Scenarios: ``FlockScenario``, ``LineScenario`` and the named ones in ``PRESETS``.
 - Policies: ``FixedRange``, ``StubbornLeaders`` and others (``flockesc_env.policies``); ``rollout`` and
@@ -13,8 +14,6 @@
 """
 
 from typing import TYPE_CHECKING as _TYPE_CHECKING
-
-import gymnasium as _gymnasium
 
 import flockesc_env.notebook as _notebook  # noqa: F401, results show themselves in notebooks
 from flockesc_env._core import __version__
@@ -26,7 +25,6 @@ from flockesc_env.common.errors import (
 from flockesc_env.envs.gymnasium import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.envs.predator import PredatorEnv
-from flockesc_env.envs.vector import AgentVectorEnv, FlockVectorEnv
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.episodes.seeds import episode_seed
 from flockesc_env.episodes.spaces import PolicySpec
@@ -53,6 +51,7 @@ from flockesc_env.policies.registry import NamedPolicy, built_in
 from flockesc_env.policies.rollout import record, rollout
 from flockesc_env.policies.rules import StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
+from flockesc_env.registration import register as _register
 from flockesc_env.render import RenderOptions
 from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.flock import FlockScenario
@@ -87,11 +86,10 @@ from flockesc_env.scenario.presets import PRESETS, preset
 from flockesc_env.scenario.randomization import Choice, LogUniform, Uniform
 
 if _TYPE_CHECKING:
-    from flockesc_env.envs.pettingzoo import FlockParallelEnv, env, parallel_env, raw_env
+    from flockesc_env.envs.pettingzoo import parallel_env
 
 __all__ = [
     "PRESETS",
-    "AgentVectorEnv",
     "AlignedHeadings",
     "Architecture",
     "Attracted",
@@ -105,10 +103,8 @@ __all__ = [
     "FirstOrder",
     "FixedRange",
     "FlockEscapeEnv",
-    "FlockParallelEnv",
     "FlockScenario",
     "FlockSweepResult",
-    "FlockVectorEnv",
     "FlockescError",
     "FlyStraight",
     "Gaussian",
@@ -167,7 +163,6 @@ __all__ = [
     "component_labels",
     "correlation_length",
     "density",
-    "env",
     "episode_seed",
     "laplacian",
     "load_policy",
@@ -177,7 +172,6 @@ __all__ = [
     "parallel_env",
     "perron_matrix",
     "preset",
-    "raw_env",
     "read_initial_state",
     "record",
     "replay_run",
@@ -192,24 +186,13 @@ __all__ = [
     "sweep",
 ]
 
-_gymnasium.register(
-    "flockesc/FlockEscape-v1",
-    "flockesc_env.envs.gymnasium:FlockEscapeEnv",
-    vector_entry_point="flockesc_env.envs.vector:FlockVectorEnv",
-)
-_gymnasium.register(
-    "flockesc/FlockAgents-v1",
-    "flockesc_env.envs.vector:_no_single_env",
-    vector_entry_point="flockesc_env.envs.vector:AgentVectorEnv",
-)
-_gymnasium.register("flockesc/Predator-v1", "flockesc_env.envs.predator:PredatorEnv")
-_gymnasium.register("flockesc/LineEscape-v1", "flockesc_env.envs.line:LineEscapeEnv")
+_register()
 
 
 def __getattr__(name: str) -> object:
-    """Import PettingZoo's environments at their first use: PettingZoo fails in a deleted working folder."""
-    if name in {"FlockParallelEnv", "env", "parallel_env", "raw_env"}:
-        from flockesc_env.envs import pettingzoo
+    """Import ``parallel_env`` at its first use: PettingZoo fails in a deleted working folder."""
+    if name == "parallel_env":
+        from flockesc_env.envs.pettingzoo import parallel_env
 
-        return getattr(pettingzoo, name)
+        return parallel_env
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

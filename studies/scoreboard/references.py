@@ -19,11 +19,11 @@ from flockesc_env import (
     ConstantVelocity,
     FlockEscapeEnv,
     FlockScenario,
-    FlockVectorEnv,
     InputError,
     rollout,
 )
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.jobs import Arrays
 from flockesc_env.policies import BestCandidate
 from flockesc_env.tasks.task import tasks
@@ -72,7 +72,7 @@ class _Replays:
     def __init__(self, task: str, scenario: str, flock: int, count: int) -> None:
         self._model, self._column = _flock(task, scenario), tasks[task].spec.name
         self._max_range = float(tasks[task].options["max_range"])
-        self._copies = FlockVectorEnv(
+        self._copies = BatchVectorEnv(
             count,
             self._model,
             autoreset_mode="Disabled",

@@ -13,11 +13,10 @@ from gymnasium import wrappers
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
-from option_table import DIMENSIONS, small_flock
+from option_table import DIMENSIONS, IDS, small_flock
 
 import flockesc_env as fe
-
-IDS = [name for name in gymnasium.registry if name.startswith("flockesc/")]
+from flockesc_env.envs.vector import BatchVectorEnv
 
 
 def play(env: Any) -> list[Any]:
@@ -68,8 +67,8 @@ WRAPPERS: dict[str, dict[str, Any]] = {
 }
 MAKERS: list[tuple[Any, Callable[[], Any]]] = [
     (wrappers, lambda: gymnasium.make("flockesc/FlockEscape-v1", scenario=small_flock())),
-    (wrappers.vector, lambda: fe.FlockVectorEnv(2, small_flock())),
-    (wrappers.vector, lambda: fe.AgentVectorEnv(10, small_flock())),
+    (wrappers.vector, lambda: BatchVectorEnv(2, small_flock())),
+    (wrappers.vector, lambda: BatchVectorEnv(10, small_flock(), per_agent=True)),
 ]
 
 

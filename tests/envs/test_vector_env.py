@@ -13,8 +13,9 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
 from option_table import ACTION_MODES, FLOCK_REWARDS, doomed, small_flock
 
-from flockesc_env import AgentVectorEnv, FlockEscapeEnv, FlockVectorEnv
+from flockesc_env import FlockEscapeEnv
 from flockesc_env.common.errors import FlockescError, InputError
+from flockesc_env.envs.vector import BatchVectorEnv
 
 NAME = "flockesc_env:flockesc/FlockEscape-v1"
 SLOTS = 4
@@ -32,7 +33,7 @@ class Twins:
         self, autoreset_mode: AutoresetMode, *, num_threads: int | None = None, **options: Any
     ) -> None:
         options.setdefault("scenario", small_flock())
-        self.native = FlockVectorEnv(SLOTS, autoreset_mode=autoreset_mode, num_threads=num_threads, **options)
+        self.native = BatchVectorEnv(SLOTS, autoreset_mode=autoreset_mode, num_threads=num_threads, **options)
         self.sync = SyncVectorEnv([lambda: FlockEscapeEnv(**options)] * SLOTS, autoreset_mode=autoreset_mode)
         self.sync.action_space.seed(0)
         self.ended = np.zeros(SLOTS, bool)
@@ -123,7 +124,7 @@ def test_wrappers_of_gymnasium_see_no_difference(autoreset_mode: AutoresetMode) 
 def test_make_vec(mode: Any) -> None:
     options = {"scenario": small_flock(), "autoreset_mode": mode, "num_threads": 1, "reward": "distance"}
     env = gymnasium.make_vec(NAME, num_envs=3, vectorization_mode="vector_entry_point", **options)
-    assert type(env) is FlockVectorEnv
+    assert type(env) is BatchVectorEnv
     assert env.metadata["autoreset_mode"] is AutoresetMode(mode)
     assert env.options.reward == "distance"
     assert env.spec is not None
@@ -134,7 +135,7 @@ def test_make_vec(mode: Any) -> None:
     env.close()
     env.close()
     assert env.closed
-    assert type(gymnasium.make_vec(NAME)) is FlockVectorEnv  # the default
+    assert type(gymnasium.make_vec(NAME)) is BatchVectorEnv  # the default
 
 
 def play(env: VectorEnv[Any, Any, Any], keep: Any = copy.deepcopy) -> list[Any]:
@@ -157,7 +158,7 @@ def test_copy_false_reuses_two_arrays(autoreset_mode: AutoresetMode) -> None:
         return kept
 
     fresh, reusing = (
-        FlockVectorEnv(SLOTS, small_flock(), autoreset_mode=autoreset_mode, copy=keep)
+        BatchVectorEnv(SLOTS, small_flock(), autoreset_mode=autoreset_mode, copy=keep)
         for keep in (True, False)
     )
     expected = play(fresh, keep=lambda result: result)
@@ -217,7 +218,7 @@ def test_ended_slots_are_not_stepped_without_autoreset() -> None:
     ],
 )
 def test_refused_resets_leave_no_trace(seed: Any, options: dict[str, Any], field: str) -> None:
-    env, twin = (FlockVectorEnv(SLOTS, small_flock()) for _ in range(2))
+    env, twin = (BatchVectorEnv(SLOTS, small_flock()) for _ in range(2))
     for each in (env, twin):
         each.reset(seed=6)
     with pytest.raises(InputError) as caught:
@@ -230,7 +231,7 @@ def test_refused_resets_leave_no_trace(seed: Any, options: dict[str, Any], field
 
 def test_a_mask_contains_whole_flocks() -> None:
     num_agents = small_flock().num_agents
-    env = AgentVectorEnv(3 * num_agents, small_flock())
+    env = BatchVectorEnv(3 * num_agents, small_flock(), per_agent=True)
     mask = np.arange(3 * num_agents) < num_agents
     with pytest.raises(FlockescError, match="reset_mask"):
         env.reset(options={"reset_mask": mask})

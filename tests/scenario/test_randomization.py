@@ -10,6 +10,7 @@ from envs import play, start
 from option_table import small_flock
 
 import flockesc_env as fe
+from flockesc_env.envs.vector import BatchVectorEnv
 
 POSITION = "predators[0].constant_velocity.position[1]"
 DRAWS = (
@@ -93,7 +94,7 @@ SOMETIMES = fe.Choice(WIDTH, (2.0, 11.0))
 @pytest.mark.parametrize("make", [fe.FlockEscapeEnv, fe.parallel_env])
 def test_a_draw_out_of_bounds_is_refused_before_its_episode(make: Any) -> None:
     scenario = randomized(randomization=(SOMETIMES,), num_steps=1)
-    env, envs = make(scenario), fe.FlockVectorEnv(1, scenario)
+    env, envs = make(scenario), BatchVectorEnv(1, scenario)
     env.reset(seed=0)
     envs.reset(seed=[0])
     envs.step([[0.0]])

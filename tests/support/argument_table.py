@@ -20,7 +20,7 @@ import pytest
 from option_table import small_flock
 
 import flockesc_env as fe
-from flockesc_env import policies
+from flockesc_env import policies, sb3
 from flockesc_env.policies import registry
 from flockesc_env.render import video
 from flockesc_env.scenario import initial, motion, neighbors, predators, randomization
@@ -191,7 +191,7 @@ BY_NAME: dict[str, Kind] = {
     "min_range": number(0.25),
     "max_speed": number(40.0),
     "size": count(160, low=160),
-    "max_episode_steps": count(10, low=10),
+    "max_episode_steps": Kind(7, [0, -2, 2.0, [7]], [np.int16(7)]),
     "max_angle": number(1.0, high=np.pi),
     "exponent": number(3.0, high=10.0),
     "low": any_number(2.0),
@@ -253,6 +253,7 @@ OF: dict[Any, dict[str, Kind]] = {
     fe.approach: {"initial_side": number(8.0)},
     fe.Encircle: {"radius": number(8.0)},
     **{call: {"scenario": part(FLOCK, fe.Disc())} for call in (fe.sweep, fe.rollout)},
+    sb3.vec_env: {"scenario": part(FLOCK, fe.Disc())},
     fe.scan: {"scenario": Kind(FLOCK, [LINE, 0, fe.Disc()], is_optional=True)},
     video.write_video: {"path": file("made.mp4")},
     fe.preset: {"name": choice("pursuit")},

@@ -19,7 +19,10 @@ from objective_values import LATER
 from option_table import UNLIKE, small_flock
 
 import flockesc_env as fe
+from flockesc_env.envs.pettingzoo import FlockParallelEnv
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies.predators import Pursue
+from flockesc_env.tasks import tasks
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "golden_episodes.json"
 SEED = 7
@@ -45,9 +48,10 @@ def ranges(t: int, count: int) -> np.ndarray:
 
 
 def versioned_ids() -> set[str]:
-    """Return the ids of all environments; each ends with its version."""
+    """Return the ids of all environments, without those of tasks; each ends with its version."""
     registered = {name for name in gymnasium.registry if name.startswith("flockesc/")}
-    return registered | {fe.FlockParallelEnv.metadata["name"]}
+    registered -= {task.id for task in tasks.values()}
+    return registered | {FlockParallelEnv.metadata["name"]}
 
 
 def registered(_: int, seed: int, name: str) -> Iterator[Any]:
@@ -87,7 +91,7 @@ def team(num_threads: int, seed: int, scenario: fe.FlockScenario, **options: Any
 
 def vector(num_threads: int, seed: int, scenario: fe.FlockScenario, mode: str) -> Iterator[Any]:
     options: Any = {"num_threads": num_threads, "action_mode": "range", "max_range": 61.0}
-    env = fe.FlockVectorEnv(5, scenario, autoreset_mode=mode, **options)
+    env = BatchVectorEnv(5, scenario, autoreset_mode=mode, **options)
     yield env.reset(seed=seed)
     for t in range(3 * scenario.num_steps):
         yield env.step(ranges(t, 5))
@@ -112,7 +116,7 @@ def cases() -> dict[str, Case]:
     """Return every case by name."""
     ids = sorted(name for name in versioned_ids() if "/" in name)
     found: dict[str, Case] = {name: partial(registered, name=name) for name in ids}
-    found[fe.FlockParallelEnv.metadata["name"]] = partial(team, scenario=fe.FlockScenario())
+    found[FlockParallelEnv.metadata["name"]] = partial(team, scenario=fe.FlockScenario())
     for name, (_, scenario) in fe.PRESETS.items():
         if isinstance(scenario, fe.LineScenario):
             found[name] = partial(line, scenario=scenario)

@@ -36,11 +36,13 @@ from pettingzoo import ParallelEnv
 from same import plain, same, spoil
 
 import flockesc_env as fe
-from flockesc_env import jobs, policies, sb3, watch
+from flockesc_env import flockesc_v1, jobs, policies, sb3, watch
 from flockesc_env.common.errors import FlockescError
+from flockesc_env.envs import vector
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.notebook import Replay
 from flockesc_env.render import draw, video
+from flockesc_env.sb3 import environments
 
 MADE_HERE = {
     *("Trajectory", "LineTrajectory", "SweepResult", "FlockSweepResult", "LineSweepResult", "ScanResult"),
@@ -50,7 +52,14 @@ MADE_HERE = {
 """Classes that only this package, or stable-baselines3, constructs."""
 ELSEWHERE = {"policies.Planner", "policies.RowMemory", "policies.find_policy", "policies.torch_network"}
 """In the tests of policies."""
-MODULES: dict[str, ModuleType] = {"policies": policies, "sb3": sb3, "watch": watch}
+MODULES: dict[str, ModuleType] = {
+    "policies": policies,
+    "sb3": sb3,
+    "watch": watch,
+    "flockesc_v1": flockesc_v1,
+    "envs.vector": vector,
+    "sb3.environments": environments,
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -113,7 +122,7 @@ AFTER: dict[Any, Callable[[Any], Any]] = {
     fe.NetworkPolicy: lambda made: made.parameters,
     policies.SB3Policy: lambda _: None,
     sb3.FlockEvalCallback: lambda made: [made.eval_freq, made.num_flocks, made.best_model_save_path],
-    **dict.fromkeys((fe.parallel_env, fe.env, fe.raw_env), played),
+    **dict.fromkeys((fe.parallel_env, flockesc_v1.env, flockesc_v1.raw_env, sb3.vec_env), played),
 }
 
 
