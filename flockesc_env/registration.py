@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _VECTOR = "flockesc_env.envs.vector:BatchVectorEnv"
 
-_FIXED = (
+FIXED = (
     *("scenario", "per_agent", "steps_per_action", "objective", "predator_sensing_range", "profile_ranges"),
     "extra_entries",
 )
@@ -85,7 +85,7 @@ def _checked(name: str, options: dict[str, Any]) -> Task:
     from flockesc_env.tasks.task import tasks
 
     task = tasks[name]
-    for option in options.keys() & set(_FIXED):
+    for option in options.keys() & set(FIXED):
         kind = "LineEscape" if isinstance(task.scenario, LineScenario) else "FlockEscape"
         way = f'gymnasium.make("flockesc/{kind}-v1", {option}=..)'
         if task.per_agent:

@@ -52,7 +52,7 @@ def step(
 ) -> VectorStep:
     """Step all flocks of a batch and start new episodes according to the autoreset mode.
 
-    ``limit`` is the number of model steps after which an episode is truncated; ``None``: ``num_steps``.
+    ``limit`` is the number of actions after which an episode is truncated; ``None``: no limit.
     """
     at_end: AtEnd = "restart" if mode is AutoresetMode.NEXT_STEP else "refuse"
     limited = [] if limit is None else _limited(batch, limit, at_end)
@@ -65,7 +65,7 @@ def step(
         rewards[rows] = ranges[rows] = ended[limited] = 0
         for name, column in started.items():
             columns[name][limited] = column
-    has_reached_limit = None if limit is None else _steps(batch) >= limit
+    has_reached_limit = None if limit is None else _actions_taken(batch) >= limit
     if has_reached_limit is not None:
         ended |= has_reached_limit
     rows = np.repeat(ended, batch.rows)
@@ -82,16 +82,17 @@ def step(
     return VectorStep(observations, rewards, terminations, truncations, ranges, columns, active, ending)
 
 
-def _steps(batch: FlockBatch) -> FloatArray:
-    """Return the number of model steps of every episode, which is exact up to 2^23."""
+def _actions_taken(batch: FlockBatch) -> FloatArray:
+    """Return the number of actions of every episode, from the time, which counts up to 2^23 model steps."""
     times = batch.observe(range(batch.num_flocks), "flock")[:, 0]
-    return np.rint(times * [scenario.num_steps for scenario in batch.scenarios])
+    steps = np.rint(times * [scenario.num_steps for scenario in batch.scenarios])
+    return np.ceil(steps / batch.options.steps_per_action)
 
 
 def _limited(batch: FlockBatch, limit: int, at_end: AtEnd) -> list[int]:
     """Return the flocks whose episode only the limit has ended, which the core does not know."""
-    steps = _steps(batch)
-    flocks = [flock for flock in np.flatnonzero(steps >= limit).tolist() if not batch.has_ended(flock)]
+    flocks = np.flatnonzero(_actions_taken(batch) >= limit).tolist()
+    flocks = [flock for flock in flocks if not batch.has_ended(flock)]
     if flocks and at_end == "refuse":
         raise ResetNeededError(f"step() called after the end of flock {flocks[0]}'s episode; call reset()")
     return flocks

@@ -88,7 +88,7 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         if slots % rows:
             raise InputError("num_envs", f"a multiple of scenario.num_agents = {rows}", slots)
         super().__init__(given, arguments, num_flocks=slots // rows, view=view)
-        self._limit = self._model_steps(max_episode_steps)
+        self._limit = self._as_limit(max_episode_steps)
         self.num_envs = slots
         self.policy_spec = self._batch.policy_spec
         self.single_observation_space = self.policy_spec.layout.space()
@@ -179,19 +179,17 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         """Close the window; ``close`` calls this once."""
         ManyFlocks.close(self)
 
-    def _model_steps(self, max_episode_steps: Any) -> int | None:
-        """Return the number of model steps of the limit; ``None``: no episode reaches it."""
+    def _as_limit(self, max_episode_steps: Any) -> int | None:
+        """Return the largest number of actions of an episode; ``None``: no episode reaches it."""
         if max_episode_steps is None or as_integer(max_episode_steps, "max_episode_steps") == -1:
             return None
         actions = as_count(max_episode_steps, "max_episode_steps")
         # `TimeLimit` also truncates an episode that terminates in its last action.
         can_terminate = any(scenario.capture_radius is not None for scenario in self.scenarios)
-        if actions >= self._batch.policy_spec.num_actions + can_terminate:
-            return None
-        return actions * self.options.steps_per_action
+        return actions if actions < super()._num_actions() + can_terminate else None
 
     def _num_actions(self) -> int:
-        return super()._num_actions() if self._limit is None else self._limit // self.options.steps_per_action
+        return super()._num_actions() if self._limit is None else self._limit
 
     def _drop_episodes(self) -> None:
         super()._drop_episodes()

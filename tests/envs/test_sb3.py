@@ -10,8 +10,7 @@ import pytest
 from envs import draw
 from gymnasium import Wrapper
 from option_table import doomed, small_flock
-from stable_baselines3 import A2C, DQN, PPO, SAC
-from stable_baselines3.common.callbacks import CheckpointCallback, EvalCallback
+from stable_baselines3 import A2C, PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
@@ -184,42 +183,6 @@ def test_attributes_and_methods(per_agent: bool) -> None:
 
 def weights(model: Any) -> np.ndarray:
     return np.concatenate([part.detach().numpy().ravel() for part in model.policy.parameters()])
-
-
-@pytest.mark.parametrize(
-    ("algorithm", "settings"),
-    [
-        (PPO, {"n_steps": 10, "batch_size": 50}),
-        (A2C, {}),
-        (SAC, {"learning_starts": 20, "buffer_size": 100}),
-        (DQN, {"learning_starts": 20, "buffer_size": 100}),
-    ],
-)
-def test_the_loop_of_stable_baselines3(algorithm: Any, settings: Any, tmp_path: Path) -> None:
-    """Train with its wrappers and callbacks, save, load, act alike, learn on."""
-
-    def make() -> VecMonitor:
-        mode = "discrete" if algorithm is DQN else "normalized"
-        return VecMonitor(vec_env(small_flock(), per_agent=True, action_mode=mode))
-
-    env, judge = VecNormalize(make()), VecNormalize(make(), training=False)
-    model = algorithm("MlpPolicy", env, device="cpu", seed=0, **settings)
-    checkpoints = CheckpointCallback(10, str(tmp_path), save_vecnormalize=True)
-    evaluations = EvalCallback(judge, eval_freq=10, best_model_save_path=str(tmp_path), verbose=0)
-    model.learn(100, callback=[checkpoints, evaluations]).save(tmp_path / "last.zip")
-    rows = judge.reset()
-    last = algorithm.load(tmp_path / "last.zip", device="cpu")
-    actions = [each.predict(rows, deterministic=True)[0] for each in (model, last)]
-    np.testing.assert_array_equal(*actions)
-    assert np.isfinite(evaluations.best_mean_reward)
-    assert algorithm.load(tmp_path / "best_model.zip", device="cpu").num_timesteps in {50, 100}
-
-    env = VecNormalize.load(str(tmp_path / "rl_model_vecnormalize_100_steps.pkl"), make())
-    model = algorithm.load(tmp_path / "rl_model_100_steps.zip", env=env, device="cpu")
-    before = weights(model)
-    model.learn(100, reset_num_timesteps=False)
-    assert model.num_timesteps == 200
-    assert not np.array_equal(weights(model), before)
 
 
 @pytest.mark.parametrize("learning_rate", [0.0, 0.1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -13,7 +14,6 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
 from option_table import ACTION_MODES, FLOCK_REWARDS, doomed, small_flock
 
-from flockesc_env import FlockEscapeEnv
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.envs.vector import BatchVectorEnv
 
@@ -30,11 +30,18 @@ class Twins:
     """FlockVectorEnv and SyncVectorEnv, called with the same arguments and compared."""
 
     def __init__(
-        self, autoreset_mode: AutoresetMode, *, num_threads: int | None = None, **options: Any
+        self,
+        autoreset_mode: AutoresetMode,
+        *,
+        num_threads: int | None = None,
+        max_episode_steps: int | None = None,
+        **options: Any,
     ) -> None:
         options.setdefault("scenario", small_flock())
-        self.native = BatchVectorEnv(SLOTS, autoreset_mode=autoreset_mode, num_threads=num_threads, **options)
-        self.sync = SyncVectorEnv([lambda: FlockEscapeEnv(**options)] * SLOTS, autoreset_mode=autoreset_mode)
+        own = {"num_threads": num_threads, "max_episode_steps": max_episode_steps}
+        self.native = BatchVectorEnv(SLOTS, autoreset_mode=autoreset_mode, **own, **options)
+        make = partial(gymnasium.make, NAME, max_episode_steps, disable_env_checker=True, **options)
+        self.sync = SyncVectorEnv([make] * SLOTS, autoreset_mode=autoreset_mode)
         self.sync.action_space.seed(0)
         self.ended = np.zeros(SLOTS, bool)
         self.ends = np.zeros(2, int)
@@ -84,6 +91,90 @@ def test_options(autoreset_mode: AutoresetMode, dimension: int, reward: str, ste
     )
     twins.reset(0)
     twins.step(15)
+
+
+HOURS = {"scenario": small_flock(num_steps=100), "steps_per_action": 1}
+LIMITS: dict[str, tuple[int, dict[str, Any]]] = {
+    "one action": (1, HOURS),
+    "normalized": (10, HOURS),
+    "range": (10, HOURS | {"action_mode": "range", "min_range": 0.1, "reward": "terminal"}),
+    "discrete": (10, HOURS | {"action_mode": "discrete", "steps_per_action": 3, "count_components": True}),
+    "beyond the end": (30, HOURS | {"steps_per_action": 4}),
+    "at the end": (10, {"scenario": doomed(num_steps=10), "steps_per_action": 1}),
+    "captures": (11, {"scenario": doomed(), "steps_per_action": 3}),
+}
+
+
+@autoreset_modes
+@pytest.mark.parametrize(("limit", "options"), LIMITS.values(), ids=LIMITS)
+def test_a_limit_is_that_of_gymnasium(
+    autoreset_mode: AutoresetMode, limit: int, options: dict[str, Any]
+) -> None:
+    """Slots end at different times, and the actions of slots that start again are ignored."""
+    twins = Twins(autoreset_mode, max_episode_steps=limit, num_threads=3, **options)
+    twins.reset(1)
+    twins.step(4)
+    twins.reset(mask=MASK)
+    twins.step(60)
+    if limit < 12:
+        assert twins.ends.sum() >= 4 * SLOTS
+
+
+@action_modes
+def test_actions_of_slots_that_a_limit_resets_are_ignored(action_mode: str) -> None:
+    twins = Twins(AutoresetMode.NEXT_STEP, max_episode_steps=3, **HOURS, action_mode=action_mode)
+    twins.reset(0)
+    twins.step(1)
+    twins.reset(mask=MASK)
+    twins.step(2)
+    assert twins.ended.tolist() == [False, True, False, True]
+    actions = twins.sync.action_space.sample()
+    spoilt = actions.copy()
+    spoilt[1::2] = 10**6 if action_mode == "discrete" else np.nan
+    bad = spoilt.copy()
+    bad[2] = bad[1]
+    for refused, field in ((bad, "action[2]"), (spoilt[1:], "action"), (spoilt.astype(object), "action")):
+        with pytest.raises(InputError) as caught:
+            twins.native.step(refused)
+        assert caught.value.field == field
+    assert data_equivalence(twins.native.step(spoilt), twins.sync.step(actions), exact=True)
+    twins.step(5)
+
+
+@autoreset_modes
+@pytest.mark.parametrize("per_agent", [False, True])
+def test_a_limit_counts_from_the_restored_state(autoreset_mode: AutoresetMode, per_agent: bool) -> None:
+    scenario = small_flock(num_steps=100, capture_radius=1.0)
+    options: Any = {"per_agent": per_agent, "autoreset_mode": autoreset_mode, "max_episode_steps": 3}
+    env = gymnasium.make_vec(NAME, 10, scenario=scenario, copy=False, **options)
+    assert env.spec is not None
+    assert env.spec.max_episode_steps == 3
+    actions = np.zeros(env.action_space.shape, np.float32)  # type: ignore[arg-type]
+    with pytest.raises(FlockescError, match=r"reset\(\)"):
+        env.step(actions)
+    env.reset(seed=0)
+    env.step(actions)
+    state = env.get_state()
+    for _ in range(2):
+        env.set_state(state)
+        assert not env.step(actions)[3].any()
+        copied = copy.deepcopy(env)
+        observations, rewards, _, truncated, _ = env.step(actions)
+        assert truncated.all()
+        np.testing.assert_array_equal(copied.step(actions)[0], observations)
+        if autoreset_mode is AutoresetMode.DISABLED:
+            with pytest.raises(FlockescError, match="after the end of flock 0's episode"):
+                env.step(actions)
+        else:
+            _, rewards, _, truncated, _ = env.step(actions)
+            assert not truncated.any()
+            assert (autoreset_mode is AutoresetMode.NEXT_STEP) == (not rewards.any())
+
+
+def test_no_limit() -> None:
+    for limit in (-1, None):
+        env = gymnasium.make_vec("flockesc/one-range-v1", max_episode_steps=limit)
+        assert env.spec.max_episode_steps == 60  # type: ignore[union-attr]
 
 
 @autoreset_modes
