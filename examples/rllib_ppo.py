@@ -34,7 +34,6 @@ from flockesc_env import (
     rollout,
     save_policy,
 )
-from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import NetworkPolicy, torch_network
 
 OPTIONS: dict[str, Any] = {
@@ -55,7 +54,8 @@ def mean_action(module: Any) -> NetworkPolicy:
 
 def scaled_flock(num_envs: int, **options: Any) -> VectorEnv:
     """Return a slot per agent with scaled rewards, which the critic learns faster."""
-    return TransformReward(BatchVectorEnv(num_envs, per_agent=True, **options), lambda rewards: 0.1 * rewards)
+    env = gymnasium.make_vec("flockesc/FlockAgents-v1", num_envs, **options)
+    return TransformReward(env, lambda rewards: 0.1 * rewards)
 
 
 def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOConfig:

@@ -1,4 +1,4 @@
-"""FlockVectorEnv returns the same as Gymnasium's SyncVectorEnv over single environments."""
+"""BatchVectorEnv returns the same as Gymnasium's SyncVectorEnv over single environments."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ action_modes = pytest.mark.parametrize("action_mode", ACTION_MODES)
 
 
 class Twins:
-    """FlockVectorEnv and SyncVectorEnv, called with the same arguments and compared."""
+    """BatchVectorEnv and SyncVectorEnv, called with the same arguments and compared."""
 
     def __init__(
         self,
