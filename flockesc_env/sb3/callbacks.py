@@ -45,7 +45,7 @@ class FlockEvalCallback(BaseCallback):
 
     Raises:
         InputError: if an argument has the wrong type or value, or in ``learn`` if the training
-            environment is none of ``Task.vec_env``, which may be wrapped.
+            environment is neither one of ``vec_env`` nor a wrapped one.
     """
 
     def __init__(

@@ -167,6 +167,9 @@ def test_attributes_and_methods(per_agent: bool) -> None:
     assert env.get_attr("scenario") == [small_flock()] * env.num_envs
     assert env.get_attr("render_mode", indices=[0, 2]) == [None, None]
     assert env.get_attr("scenario", indices=1) == [small_flock()]
+    (spec,) = env.get_attr("spec", indices=0)
+    assert spec.id == ("flockesc/FlockAgents-v1" if per_agent else "flockesc/FlockEscape-v1")
+    assert spec.max_episode_steps == env.get_attr("policy_spec")[0].num_actions
     env.set_attr("note", 7)
     assert env.get_attr("note", indices=0) == [7]
     assert env.has_attr("note")
@@ -183,6 +186,15 @@ def test_attributes_and_methods(per_agent: bool) -> None:
 
 def weights(model: Any) -> np.ndarray:
     return np.concatenate([part.detach().numpy().ravel() for part in model.policy.parameters()])
+
+
+@pytest.mark.parametrize("scenario", ["paper-line", fe.LineScenario()])
+def test_a_slot_per_line(scenario: Any) -> None:
+    env = vec_env(scenario, 2, reward="terminal")
+    assert [spec.id for spec in env.get_attr("spec")] == ["flockesc/LineEscape-v1"] * 2
+    VecNormalize(VecMonitor(env)).reset()
+    with pytest.raises(InputError, match="per_agent"):
+        vec_env(scenario, per_agent=True)
 
 
 @pytest.mark.parametrize("learning_rate", [0.0, 0.1])
