@@ -40,10 +40,10 @@ def test_environments_play() -> None:
     "arguments",
     [
         ("presets",),
-        ("simulate", *SMALL, "--interaction-range", "10", "--seed", "7"),
-        ("simulate", *SMALL, "--policy", "stubborn-leaders", "--seed", "7"),
+        ("simulate", *SMALL, "fixed:10", "--seed", "7"),
+        ("simulate", *SMALL, "stubborn-leaders", "--seed", "7"),
         ("sweep", *SMALL, "--max-range", "20", "--seeds", "0:4"),
-        ("watch", *SMALL, "--policies", "fixed:15", "--seed", "7", "--output", "escape.html"),
+        ("watch", *SMALL, "fixed:15", "--seed", "7", "--output", "escape.html"),
     ],
 )
 def test_commands_run(arguments: tuple[str, ...]) -> None:
@@ -51,10 +51,7 @@ def test_commands_run(arguments: tuple[str, ...]) -> None:
 
 
 def test_a_run_is_saved_and_replayed() -> None:
-    assert (
-        flockesc("simulate", *SMALL, "--interaction-range", "10", "--seed", "7", "--output", "run.npz")[0]
-        == 0
-    )
+    assert flockesc("simulate", *SMALL, "fixed:10", "--seed", "7", "--output", "run.npz")[0] == 0
     assert flockesc("replay", "run.npz")[0] == 0
 
 
@@ -63,7 +60,7 @@ def test_a_run_is_saved_and_replayed() -> None:
     [
         (("sweep", *SMALL, "--max-range", "20", "--seeds", "0:4", "--output", "curve.png"), "analysis"),
         (("sweep", *SMALL, "--max-range", "20", "--seeds", "0:4", "--output", "table.parquet"), "analysis"),
-        (("watch", *SMALL, "--policies", "fixed:15", "--seed", "7", "--output", "escape.mp4"), "video"),
+        (("watch", *SMALL, "fixed:15", "--seed", "7", "--output", "escape.mp4"), "video"),
     ],
 )
 def test_missing_extras_are_named(arguments: tuple[str, ...], extra: str) -> None:

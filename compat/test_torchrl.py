@@ -18,16 +18,9 @@ from torchrl.collectors import Collector
 from torchrl.envs import PettingZooWrapper, SerialEnv, check_env_specs
 from torchrl.envs.utils import MarlGroupMapType
 
-from flockesc_env import (
-    ConstantVelocity,
-    FlockEscapeEnv,
-    FlockScenario,
-    Intercept,
-    PurePursuit,
-    load_policy,
-    parallel_env,
-)
+from flockesc_env import FlockEscapeEnv, FlockScenario, load_policy, parallel_env
 from flockesc_env.common.errors import InputError, ResetNeededError
+from flockesc_env.scenario import ConstantVelocity, Intercept, PurePursuit
 from flockesc_env.torchrl import FlockTorchRLEnv
 
 # TorchRL warns about every PettingZoo version except one from 2023.

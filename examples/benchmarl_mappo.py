@@ -20,7 +20,7 @@ from torchrl.envs import ClipTransform, PettingZooWrapper, RewardScaling
 from torchrl.envs.utils import MarlGroupMapType
 from torchrl.modules import MultiAgentMLP
 
-from flockesc_env import FixedRange, FlockScenario, NamedPolicy, parallel_env, rollout, save_policy
+from flockesc_env import FixedRange, FlockScenario, parallel_env, rollout, save_policy
 from flockesc_env.benchmarl import FlockTaskClass
 from flockesc_env.policies import torch_network
 
@@ -138,7 +138,8 @@ def main(
     inputs = parallel_env(**options).policy_spec.layout.names
     network = torch_network(mlp.get_stateful_net(), inputs, ranges=ranges)
     if output:
-        save_policy(NamedPolicy(f"BenchMARL {algorithm}", network, True, options, FlockScenario()), output)
+        known = {"per_agent": True, "scenario": FlockScenario(), **options}
+        save_policy(network.with_options(name=f"BenchMARL {algorithm}", **known), output)
     flock_seeds = range(2_000_000, 2_000_000 + held_out)
     learned = rollout("paper-flock", network, flock_seeds, per_agent=True, **options)
     fixed = rollout("paper-flock", FixedRange(BEST_FIXED_RANGE), flock_seeds)

@@ -24,7 +24,7 @@ from gymnasium.wrappers.vector import NormalizeReward
 from torch import nn
 from torch.distributions import Normal
 
-from flockesc_env import FixedRange, FlockScenario, NamedPolicy, parallel_env, rollout, save_policy
+from flockesc_env import FixedRange, FlockScenario, parallel_env, rollout, save_policy
 from flockesc_env.policies import torch_network
 
 OPTIONS: dict[str, Any] = {
@@ -201,7 +201,8 @@ def main(args: Args) -> None:
     layers = train(args).actor_mean
     policy = torch_network(layers, parallel_env(**OPTIONS).policy_spec.layout.names)
     if args.output:
-        save_policy(NamedPolicy("PPO in one file", policy, True, OPTIONS, FlockScenario()), args.output)
+        known = {"per_agent": True, "scenario": FlockScenario(), **OPTIONS}
+        save_policy(policy.with_options(name="PPO in one file", **known), args.output)
     flock_seeds = range(2_000_000, 2_000_000 + args.held_out)
     learned = rollout("paper-flock", policy, flock_seeds, per_agent=True, **OPTIONS)
     fixed = rollout("paper-flock", FixedRange(BEST_FIXED_RANGE), flock_seeds)

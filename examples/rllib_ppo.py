@@ -26,14 +26,7 @@ from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
 from ray.tune import register_env
 
-from flockesc_env import (
-    FixedRange,
-    FlockScenario,
-    NamedPolicy,
-    parallel_env,
-    rollout,
-    save_policy,
-)
+from flockesc_env import FixedRange, FlockScenario, parallel_env, rollout, save_policy
 from flockesc_env.policies import NetworkPolicy, torch_network
 
 OPTIONS: dict[str, Any] = {
@@ -138,7 +131,8 @@ def main(
 
     policy = mean_action(algorithm.get_module("default_policy" if interface == "slots" else "one-range"))
     if output:
-        save_policy(NamedPolicy("RLlib PPO", policy, True, OPTIONS, FlockScenario()), output)
+        known = {"per_agent": True, "scenario": FlockScenario(), **OPTIONS}
+        save_policy(policy.with_options(name="RLlib PPO", **known), output)
     flock_seeds = range(2_000_000, 2_000_000 + held_out)
     learned = rollout("paper-flock", policy, flock_seeds, per_agent=True, **OPTIONS)
     fixed = rollout("paper-flock", FixedRange(BEST_FIXED_RANGE), flock_seeds)

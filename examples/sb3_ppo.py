@@ -14,7 +14,7 @@ import tyro
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
-from flockesc_env import FixedRange, NamedPolicy, SB3Policy, rollout, save_policy
+from flockesc_env import FixedRange, SB3Policy, rollout, save_policy
 from flockesc_env.tasks import tasks
 
 TASK = tasks["per-agent-visible"]
@@ -52,10 +52,9 @@ def main(
 
     policy = SB3Policy(model).network()
     if output:
-        entry = NamedPolicy("stable-baselines3 PPO", policy, True, dict(TASK.options), TASK.scenario)
-        save_policy(entry, output)
+        save_policy(policy.with_options(name="stable-baselines3 PPO"), output)
     flock_seeds = TASK.seeds[:held_out]
-    learned = rollout(TASK.scenario, policy, flock_seeds, per_agent=True, **TASK.options)
+    learned = rollout(policy, flock_seeds)
     best = TASK.scales["paper-flock"].best_fixed_range  # chosen on other flocks
     fixed = rollout(TASK.scenario, FixedRange(best), flock_seeds)
     gains = learned.min_mean_distance - fixed.min_mean_distance

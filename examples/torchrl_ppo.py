@@ -28,7 +28,7 @@ from torchrl.envs.utils import ExplorationType, MarlGroupMapType, set_exploratio
 from torchrl.modules import IndependentNormal, ProbabilisticActor
 from torchrl.objectives import ClipPPOLoss, ValueEstimators
 
-from flockesc_env import FixedRange, FlockScenario, NamedPolicy, parallel_env, rollout, save_policy
+from flockesc_env import FixedRange, FlockScenario, parallel_env, rollout, save_policy
 from flockesc_env.policies import torch_network
 from flockesc_env.torchrl import FlockTorchRLEnv
 
@@ -151,7 +151,8 @@ def main(
 
     policy = torch_network(mean, parallel_env(**OPTIONS).policy_spec.layout.names)
     if output:
-        save_policy(NamedPolicy("TorchRL PPO", policy, True, OPTIONS, FlockScenario()), output)
+        known = {"per_agent": True, "scenario": FlockScenario(), **OPTIONS}
+        save_policy(policy.with_options(name="TorchRL PPO", **known), output)
     flock_seeds = range(2_000_000, 2_000_000 + held_out)
     learned = rollout("paper-flock", policy, flock_seeds, per_agent=True, **OPTIONS)
     fixed = rollout("paper-flock", FixedRange(BEST_FIXED_RANGE), flock_seeds)

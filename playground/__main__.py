@@ -12,10 +12,11 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from flockesc_env import load_policy, preset
+from flockesc_env import load_policy
 from flockesc_env.common.files import write_text
+from flockesc_env.scenario import preset
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.watch.live import file_document, page_spec, worlds
+from flockesc_env.watch.live import file_document, page_spec, scenario_documents
 from flockesc_env.watch.page import Content, render
 
 HERE = Path(__file__).parent
@@ -24,7 +25,7 @@ BOARD = HERE.parent / "scoreboard"
 LEARNERS = ("search", "searched-rule", "imitation", "schedule", "ppo-tuned", "ppo", "tqc")
 """Learners of the scoreboard whose policies the page can load."""
 
-WORLD, SEED = "paper-flock", "242"
+PRESET, SEED = "paper-flock", "242"
 """The flock at first: of the seeds from 0 to 299, the one whose objectives are nearest to the means."""
 
 HEADLINE = "per-agent-visible/search-0"
@@ -47,15 +48,15 @@ def main(folder: Path) -> None:
 
 def content(policies: list[dict[str, Any]]) -> Content:
     """Return the content of the page."""
-    scenario = preset(WORLD)
+    scenario = preset(PRESET)
     assert isinstance(scenario, FlockScenario)  # noqa: S101
     measured = json.loads((RESULTS / "robustness" / "results.json").read_text("utf-8"))
     best = {entry["name"]: entry["outcomes"]["J_mean"]["best"]["mean"] for entry in measured["presets"]}
-    name, documents = worlds(scenario, best)
+    name, documents = scenario_documents(scenario, best)
     return Content(
-        worlds=documents,
+        scenarios=documents,
         policies=policies,
-        start={"world": name, "seed": SEED, "policies": [f"fixed:{best[WORLD]:g}"], "headline": HEADLINE},
+        start={"scenario": name, "seed": SEED, "policies": [f"fixed:{best[PRESET]:g}"], "headline": HEADLINE},
         playground={"published": published(measured), "chapters": CHAPTERS},
         parts={name: (HERE / f"{name}.html").read_text("utf-8") for name in ("chapters", "predict")},
         heading="How far should each agent listen?",
@@ -66,10 +67,10 @@ def content(policies: list[dict[str, Any]]) -> Content:
 
 def published(measured: dict[str, Any]) -> dict[str, Any]:
     """Return the published curve of the objective against the fixed range."""
-    (entry,) = (entry for entry in measured["presets"] if entry["name"] == WORLD)
+    (entry,) = (entry for entry in measured["presets"] if entry["name"] == PRESET)
     curve = entry["outcomes"]["J_mean"]["curve"]
     return {
-        "world": WORLD,
+        "scenario": PRESET,
         "flocks": measured["num_flocks"],
         "ranges": entry["grid"]["actions"],
         "mean": [point["mean"] for point in curve],

@@ -12,8 +12,9 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from flockesc_env import Architecture, FlockScenario, NetworkPolicy, parallel_env, rollout
+from flockesc_env import FlockScenario, NetworkPolicy, parallel_env, rollout
 from flockesc_env.envs.vector import BatchVectorEnv
+from flockesc_env.policies import Architecture
 from flockesc_env.sb3 import vec_env
 from speed.measure import PROJECT, Call, Candidate, Comparison
 from speed.peers import Peer

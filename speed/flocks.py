@@ -10,7 +10,8 @@ from functools import partial
 import numpy as np
 from scipy.spatial import cKDTree
 
-from flockesc_env import FlockScenario, NeighborRule, Topological, Voronoi, simulate, sweep
+from flockesc_env import FlockScenario, simulate, sweep
+from flockesc_env.scenario import NeighborRule, Topological, Voronoi
 from speed import peers
 from speed.measure import PROJECT, Call, Candidate, Case, Comparison, cores, spent
 from speed.peers import Floats, Flocks, Peer

@@ -19,14 +19,9 @@ from typing import Any, Final
 import numpy as np
 
 from flockesc_env import (
-    Architecture,
     FlockScenario,
     LineScenario,
     NetworkPolicy,
-    Reynolds,
-    Topological,
-    Voronoi,
-    component_labels,
     parallel_env,
     rollout,
     simulate,
@@ -34,6 +29,9 @@ from flockesc_env import (
 )
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.episodes.options import PROFILE_RANGES
+from flockesc_env.models import component_labels
+from flockesc_env.policies import Architecture
+from flockesc_env.scenario import Reynolds, Topological, Voronoi
 
 RESULTS: Final = Path("speed/results/instructions.json")
 MARGIN: Final = 1.03

@@ -26,8 +26,8 @@ def line(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
         lines = [simulate_line(scenario, rho, seed=seed) for seed in seeds]
         starts, steps = [line.states[0] for line in lines], [line.steps for line in lines]
         whole, first = (
-            partial(sweep, world, [rho], seeds, num_threads=1)
-            for world in (scenario, scenario.replace(max_steps=1))
+            partial(sweep, each, [rho], seeds, num_threads=1)
+            for each in (scenario, scenario.replace(max_steps=1))
         )
         candidates = [Candidate(PROJECT, whole, sum(steps) - len(lines), before=first)]
         for name, peer in PEERS.items():

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from flockesc_env import FlockScenario, LineScenario, NamedPolicy, rollout
+from flockesc_env import FlockScenario, LineScenario, rollout
 from flockesc_env.jobs import Arrays, Job
-from flockesc_env.policies import find_policy
+from flockesc_env.policies import BasePolicy, load_policy
 from flockesc_env.policies.files import parse_policy
 
 _AGENT_STEP = 200e-9
 """Estimated seconds of a step of one agent under a policy."""
 
 
-def policy_of(policy: str | bytes) -> NamedPolicy:
+def policy_of(policy: str | bytes) -> BasePolicy:
     """Return a built-in policy, or the one in the bytes of a policy file."""
     if isinstance(policy, str):
-        return find_policy(policy)
+        return load_policy(policy)
     return parse_policy(policy, Path("policy.npz"))
 
 
@@ -31,9 +30,8 @@ def play(
     options: Mapping[str, Any] | None = None,
 ) -> Arrays:
     """Return an objective of every flock; ``options`` replace some of those that the policy was made for."""
-    entry = policy_of(policy)
-    entry = replace(entry, options={**entry.options, **(options or {})})
-    return {"objective": getattr(rollout(scenario, entry, flocks), column)}
+    found = policy_of(policy).with_options(**(options or {}))
+    return {"objective": getattr(rollout(scenario, found, flocks), column)}
 
 
 def play_job(

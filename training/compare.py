@@ -12,11 +12,12 @@ from typing import cast
 
 import numpy as np
 
-from flockesc_env import FlockScenario, FlockSweepResult, NamedPolicy, save_run
+from flockesc_env import FlockScenario, save_run, simulate
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import check_writable, write_text
+from flockesc_env.models import FlockSweepResult
 from flockesc_env.models.records import versions
-from flockesc_env.policies import built_in
+from flockesc_env.policies import BasePolicy, load_policy
 from flockesc_env.tasks import Task
 from flockesc_env.tasks.comparison import ORACLE, Comparison
 from training import plots
@@ -25,7 +26,7 @@ RECORDS = ("best_fixed_range.npz", "last_policy.npz")
 """Recorded runs of one flock, for ``flockesc watch``."""
 
 
-def compare(task: Task, entries: Sequence[NamedPolicy], output: Path, num_flocks: int) -> Comparison:
+def compare(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: int) -> Comparison:
     """Compare policies on held-out flocks; print the table, write it, figures and two recorded runs.
 
     Raises:
@@ -44,12 +45,13 @@ def compare(task: Task, entries: Sequence[NamedPolicy], output: Path, num_flocks
     write_text(output / "comparison.json", json.dumps(record, indent=2) + "\n")
 
     (fixed_name, fixed), last = next(iter(found.values.items())), entries[-1]
-    best = built_in(f"fixed:{task.scales[found.scenario].best_fixed_range:g}")
+    best = load_policy(f"fixed:{task.scales[found.scenario].best_fixed_range:g}")
     # A typical flock: the lower median of the last policy's paired differences to the best range.
     order = np.argsort(found.values[last.name] - fixed, kind="stable")
     flock = int(found.search.seeds[order[(len(order) - 1) // 2]])
     scenario = task.scenarios[found.scenario]
-    runs = [(name, one.record(flock, scenario)) for name, one in ((fixed_name, best), (last.name, last))]  # type: ignore[arg-type]
+    shown = ((fixed_name, best), (last.name, last))
+    runs = [(name, simulate(cast("FlockScenario", scenario), policy=one, seed=flock)) for name, one in shown]
     for file, (name, run) in zip(RECORDS, runs, strict=True):
         save_run(run, output / file, name=name)
     outcomes = {name: values for name, values in found.values.items() if name != ORACLE}

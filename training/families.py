@@ -10,12 +10,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import Architecture, NetworkPolicy, Policy
+from flockesc_env import NetworkPolicy, Policy
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
+from flockesc_env.policies import Architecture, ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
 from flockesc_env.policies.files import Rule
 from training.run import Run
 

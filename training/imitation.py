@@ -16,13 +16,14 @@ import numpy as np
 import torch
 from torch import nn
 
-from flockesc_env import Architecture, NetworkPolicy
+from flockesc_env import NetworkPolicy
 from flockesc_env.cli.policies import policy_of
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import Observations
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.episodes.splits import training_seeds
+from flockesc_env.policies import Architecture
 from flockesc_env.policies.network import layer_parameters
 from training.branches import GROUP, Branches
 from training.rounds import Arguments, Rounds, hyperparameters_of
@@ -81,7 +82,7 @@ class ImitationRounds(Rounds[ImitationArguments]):
         if args.rounds < 1:
             raise InputError("rounds", "at least 1", args.rounds)
         self._branches = Branches(run, args.ranges, args.branches)
-        self._teacher = policy_of(args.teacher).policy
+        self._teacher = policy_of(args.teacher)
         self._network: NetworkPolicy | None = None
         self._observations: list[Observations] = []  # of every flock where it was copied
         self._values: list[FloatArray] = []  # shape (flocks, candidates); nan: not drawn

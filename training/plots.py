@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from flockesc_env import FlockSweepResult, Trajectory
 from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.objectives import ObjectiveSpec
+from flockesc_env.models import FlockSweepResult, Trajectory
 from flockesc_env.render.frames import policy_title
 from flockesc_env.render.palette import LIGHT
 from training.figure_style import BAND, RANGES, WIDTH, label_ends, save_figure

@@ -18,14 +18,14 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from flockesc_env import Architecture, NamedPolicy, Policy, PolicySpec, rollout, save_policy
-from flockesc_env.cli.policies import POLICY_FILE
+from flockesc_env import Policy, rollout, save_policy
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import check_writable, read_sealed, write_sealed, write_text
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.options import env_options, line_options
 from flockesc_env.models.records import versions
-from flockesc_env.policies.files import Stored
+from flockesc_env.policies import Architecture, PolicySpec
+from flockesc_env.policies.files import POLICY_FILE, Stored
 from flockesc_env.policies.playing import rollout_networks
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.tasks.learners import Learner, learner_of
@@ -180,9 +180,9 @@ class Run:
         """Write the policy, if a file can hold it, and the measurements; return the policy's path."""
         path = self.folder / POLICY_FILE
         if policy is not None:
-            task = self.task
-            name = self.folder.name or self.name
-            save_policy(NamedPolicy(name, policy, task.per_agent, stored_options(self), task.scenario), path)
+            known: dict[str, Any] = {"per_agent": self.task.per_agent, "scenario": self.task.scenario}
+            known |= {"action_mode": "normalized", "range_grid": None, **stored_options(self)}
+            save_policy(policy.with_options(name=self.folder.name or self.name, **known), path)
         write_text(self.folder / RUN_FILE, json.dumps(vars(measured), indent=1) + "\n")
         (self.folder / CHECKPOINT_FILE).unlink(missing_ok=True)
         return path if policy is not None else self.folder / MODEL_FILE

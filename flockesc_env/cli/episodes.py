@@ -10,6 +10,7 @@ from tyro.conf import Positional, arg
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.output import check_folder, note, show, table
 from flockesc_env.cli.policies import EXPECTED, policy_of
+from flockesc_env.cli.tasks import TaskName
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.episodes.splits import training_seeds
@@ -19,11 +20,16 @@ from flockesc_env.tasks.task import tasks
 
 
 def run(
-    task: Annotated[Positional[str], arg(help="name of a task; flockesc tasks lists them")],
-    *,
     policies: Annotated[
-        tuple[str, ...], arg(help=f"rule (the task's shortcut), {EXPECTED}", metavar="POLICY ..")
+        Positional[tuple[str, ...]],
+        arg(
+            help=f"rule (the task's shortcut), {EXPECTED}",
+            metavar="POLICY ..",
+            help_behavior_hint="(at least one)",
+        ),
     ],
+    *,
+    task: TaskName,
     flocks: Annotated[int, arg(help="number of flocks, or lines, that every policy plays")] = 100,
     output: Annotated[Path, arg(help="folder of the data set, new or empty")],
 ) -> Exit:
@@ -37,7 +43,7 @@ def run(
 
     A policy from a file gets the file's name, for example medium or best.
 
-    Example: flockesc episodes one-range --policies random rule --output data
+    Example: flockesc episodes random rule --task one-range --output data
     """
     require("analysis", ["polars"])
     import polars as pl

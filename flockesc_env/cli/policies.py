@@ -11,29 +11,28 @@ from typing import TYPE_CHECKING
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of
-from flockesc_env.policies.files import SUFFIX, find_policy
-from flockesc_env.policies.registry import NAMES, NamedPolicy
+from flockesc_env.policies.base import BasePolicy
+from flockesc_env.policies.files import SUFFIX
+from flockesc_env.policies.registry import EXPECTED as NAMED
+from flockesc_env.policies.registry import as_policy, load_policy
 from flockesc_env.policies.sb3 import SB3Policy
 
 if TYPE_CHECKING:
     from flockesc_env.tasks.task import Task
 
-EXPECTED = f"{', '.join(NAMES)}, a policy file, the folder of a training run or module:function"
+EXPECTED = f"{NAMED}, the folder of a training run or module:function"
 
 MODEL_SUFFIX = ".zip"
-POLICY_FILE = "policy.npz"
-"""Name of the policy file in the folder of a training run."""
 _SB3 = ("stable_baselines3", "sb3_contrib")
 
 
-def policy_of(spec: str, argument: str = "policies", *, task: Task | None = None) -> NamedPolicy:
+def policy_of(spec: str, argument: str = "policy", *, task: Task | None = None) -> BasePolicy:
     """Return the policy of an argument. Code in a model of stable-baselines3 is executed.
 
     Args:
-        spec: as for ``find_policy``, the folder of a finished training run, or ``module:function``: a
-            function without arguments that returns a ``NamedPolicy``. The module may lie in the current
-            folder. With a task also a model that stable-baselines3 saved: its class and file, for example
-            ``PPO:model.zip``.
+        spec: as for ``load_policy``, or ``module:function``: a function without arguments that returns a
+            policy. The module may lie in the current folder. With a task also a model that
+            stable-baselines3 saved: its class and file, for example ``PPO:model.zip``.
         argument: name of the argument, for the error message.
         task: task in which models of stable-baselines3 were trained; a model does not contain its options.
 
@@ -41,25 +40,21 @@ def policy_of(spec: str, argument: str = "policies", *, task: Task | None = None
         InputError: if ``spec`` is none of these; if the file is damaged or is not a policy.
         MissingExtraError: if ``spec`` is a model and stable-baselines3 is not installed.
     """
-    if (Path(spec) / POLICY_FILE).is_file():
-        spec = str(Path(spec) / POLICY_FILE)
     if suffix_of(spec) == MODEL_SUFFIX:
         return _model_policy(spec, argument, task)
     module, is_code, function = spec.partition(":")
     if not is_code or module == "fixed" or suffix_of(spec) == SUFFIX:
-        return find_policy(spec, argument)
+        return load_policy(spec, argument)
     if str(Path.cwd()) not in sys.path:
         sys.path.append(str(Path.cwd()))  # the script `flockesc` does not search there
     try:
         policy = getattr(importlib.import_module(module), function)()
     except (Exception, SystemExit) as error:  # the user's own code
         raise InputError(argument, f"one of {EXPECTED}", f"{spec!r} ({error!r})") from error
-    if not isinstance(policy, NamedPolicy):
-        raise InputError(argument, f"a NamedPolicy from {spec}", type(policy).__name__)
-    return policy
+    return as_policy(policy, spec)
 
 
-def _model_policy(spec: str, argument: str, task: Task | None) -> NamedPolicy:
+def _model_policy(spec: str, argument: str, task: Task | None) -> BasePolicy:
     if task is None:
         expected = "a policy file, or in commands with --task a model with the task of its training"
         raise InputError(argument, expected, repr(spec))
@@ -72,4 +67,5 @@ def _model_policy(spec: str, argument: str, task: Task | None) -> NamedPolicy:
     except (Exception, SystemExit) as error:  # the class, its code and the file are the user's
         expected = "ALGORITHM:FILE.zip with a class of stable-baselines3 or sb3-contrib, as PPO:model.zip"
         raise InputError(argument, expected, f"{spec!r} ({error!r})") from error
-    return NamedPolicy(Path(path).stem, SB3Policy(model), task.per_agent, dict(task.options), task.scenario)
+    known = {"per_agent": task.per_agent, "scenario": task.scenario, **task.options}
+    return SB3Policy(model).with_options(name=Path(path).stem, **known)

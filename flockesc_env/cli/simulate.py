@@ -6,16 +6,17 @@ import json as json_
 from pathlib import Path
 from typing import Annotated, Any
 
+from tyro.conf import Positional, arg
+
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Json, ScenarioFlags, model_of, optional
 from flockesc_env.cli.output import check_output, note, show, show_json
 from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, OBJECTIVES
-from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.models import records
-from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate
-from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.models.simulate import LineTrajectory, Trajectory
+from flockesc_env.policies.rollout import simulate
 from flockesc_env.scenario.line import LineScenario
 
 BEST_RANGE = 12.0
@@ -32,15 +33,15 @@ _MEANINGS = {
 
 def run(
     scenario: ScenarioFlags,
-    *,
-    interaction_range: Annotated[
-        float | None,
-        *optional(
-            "fixed interaction range rho, in m for a flock; give this or a policy",
-            f"for a flock {BEST_RANGE:g}, the best fixed range of the paper's flock",
+    policy: Annotated[
+        Positional[str | None],
+        arg(
+            help=f"policy that sets the ranges: {EXPECTED}; of a line, fixed:RHO",
+            metavar="[POLICY]",
+            help_behavior_hint=f"(default: fixed:{BEST_RANGE:g}, the best fixed range of the paper's flock)",
         ),
     ] = None,
-    policy: Annotated[str | None, *optional(f"policy that sets the ranges: {EXPECTED}", "none")] = None,
+    *,
     seed: Annotated[
         int | None,
         *optional("seed of the initial state, from 0 to 2^64 - 1", "a random seed, which is printed"),
@@ -50,30 +51,26 @@ def run(
     ] = None,
     json: Json = False,
 ) -> Exit:
-    """Run the model once, with a fixed interaction range or a policy.
+    """Run the model once.
 
     Prints the distances to the predator and the state at the end.
 
     The default scenario is the paper's flock of 300 agents.
 
-    Example: flockesc simulate --interaction-range 10 --seed 7 --output run.npz
+    Example: flockesc simulate fixed:10 --seed 7 --output run.npz
     """
     check_output(output, [".npz"])
     chosen = scenario.build()
-    if interaction_range is not None and policy is not None:
-        raise InputError("interaction_range", "either interaction_range or policy", "both")
-    if interaction_range is None and policy is None:
+    if policy is None:
         if isinstance(chosen, LineScenario):
-            raise InputError("interaction_range", "a range for a line", "none")
-        interaction_range = BEST_RANGE
-    trajectory = _run(chosen, interaction_range, policy, seed)
-    name = policy or f"range {interaction_range:g}"
+            raise InputError("policy", "fixed:RHO for a line", "none")
+        policy = f"fixed:{BEST_RANGE:g}"
+    trajectory = simulate(chosen, policy=policy_of(policy), seed=seed)
     outcome = _outcome(trajectory)
     document = {
         "command": "simulate",
         "model": model_of(chosen),
         "scenario": json_.loads(chosen.to_json()),
-        "interaction_range": interaction_range,
         "policy": policy,
         "seed": trajectory.seed,
         **outcome,
@@ -82,28 +79,17 @@ def run(
     }
     try:
         if output is not None:
-            records.save_run(trajectory, output, name=name)
+            records.save_run(trajectory, output, name=policy)
             note(f"saved: {output}; to check it, run flockesc replay {output}")
     finally:  # results are shown even if the file cannot be written
         if json:
             show_json(document)
         else:
-            show(f"{chosen.num_agents} agents, {name}, seed {trajectory.seed}")
+            show(f"{chosen.num_agents} agents, {policy}, seed {trajectory.seed}")
             for entry, value in outcome.items():
                 shown = f"{value:.3f}" if isinstance(value, float) else str(value)
                 show(f"  {entry:<18} {shown:>8}  {_MEANINGS[entry]}")
     return Exit.DONE
-
-
-def _run(
-    scenario: FlockScenario | LineScenario, rho: float | None, policy: str | None, seed: int | None
-) -> Trajectory | LineTrajectory:
-    if policy is not None:
-        if isinstance(scenario, LineScenario):
-            raise InputError("policy", "None for a line", repr(policy))
-        return policy_of(policy, "policy").record(fresh_seed() if seed is None else seed, scenario)
-    assert rho is not None  # noqa: S101, for the type checker
-    return simulate(scenario, rho, seed=seed)
 
 
 def _outcome(run: Trajectory | LineTrajectory) -> dict[str, Any]:

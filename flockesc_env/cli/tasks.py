@@ -19,6 +19,7 @@ from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import write_text
+from flockesc_env.episodes.options import to_plain
 from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.results import SUFFIX, Result, Training, check_learner, read_result, write_result
 from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks
@@ -136,7 +137,7 @@ def score(
     check_output(output, [SUFFIX])
     chosen = tasks[task]
     found = [LoadedPolicy.of(spec, lambda code: policy_of(code, task=chosen)) for spec in policies]
-    name = learner or found[0].entry.name
+    name = learner or found[0].policy.name
     check_learner(name)
     result = play_all(
         found,
@@ -232,7 +233,7 @@ def _plain(task: Task) -> dict[str, object]:
         "per_agent": task.per_agent,
         "objective": task.spec.name,
         "samples": task.samples,
-        "options": dict(task.options),
+        "options": to_plain(task.options),
         "scenario": json_format.loads(task.scenario.to_json()),
         "scales": msgspec.to_builtins(task.scales),
         "sha256": task.sha256,

@@ -90,9 +90,14 @@ def as_seed(value: Any, field: str = "seed") -> int:
 
 
 def as_seeds(values: Any, field: str = "seeds") -> list[int]:
-    """Return a list of at least one seed. One that exceeds the memory raises before it is read."""
+    """Return a list of at least one seed; n stands for ``range(n)``.
+
+    A list that exceeds the memory raises before it is read.
+    """
+    if isinstance(values, int | np.integer):
+        values = range(as_count(values, field))
     if isinstance(values, str | bytes) or not isinstance(values, Iterable):
-        raise InputError(field, "a list of seeds", shown(values))
+        raise InputError(field, "a list of seeds, or their number n for 0 to n - 1", shown(values))
     if isinstance(values, np.ndarray) and values.ndim == 0:
         raise InputError(field, "a list of seeds", "a single number")
     try:
@@ -183,10 +188,11 @@ def as_instance(value: Any, field: str, kind: type[_T]) -> _T:
     return value
 
 
-def as_policy(value: Any, field: str = "policy") -> Any:
-    """Return a policy: an object with a method ``act``."""
+def as_predator_policy(value: Any) -> Any:
+    """Return a predator policy: an object with a method ``act``."""
     if isinstance(value, type) or not callable(getattr(value, "act", None)):
-        raise InputError(field, "a policy (an object with a method act)", shown(value))
+        expected = "an object with a method act (SB3Policy(model) for one of stable-baselines3)"
+        raise InputError("predator_policy", expected, shown(value))
     return value
 
 

@@ -37,9 +37,10 @@ def shown(value: object, length: int = _MAX_CHARACTERS) -> str:
 
 
 def shown_name(name: object, known: Iterable[str]) -> str:
-    """Return the ``repr`` of an unknown name, followed by the most similar known name if there is one."""
-    nearest = get_close_matches(name, known, n=1) if isinstance(name, str) else []
-    return f"{shown(name)} (did you mean {nearest[0]}?)" if nearest else shown(name)
+    """Return the ``repr`` of an unknown name, followed by the most similar known names if there are any."""
+    nearest = get_close_matches(name, known) if isinstance(name, str) else []
+    listed = " or ".join(filter(None, [", ".join(nearest[:-1]), *nearest[-1:]]))
+    return f"{shown(name)} (did you mean {listed}?)" if nearest else shown(name)
 
 
 def _cut(text: str, length: int = _MAX_CHARACTERS) -> str:

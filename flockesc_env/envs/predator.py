@@ -7,15 +7,15 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import as_policy
 from flockesc_env.common.errors import InputError, ResetNeededError
 from flockesc_env.envs._base import FlockArguments, needs_reset_if_interrupted
 from flockesc_env.envs.gymnasium import GymnasiumEnv
 from flockesc_env.episodes.batch import Observations, is_over
 from flockesc_env.episodes.options import View
 from flockesc_env.episodes.predators import reset_policy
-from flockesc_env.policies.base import Policy, StoredPolicy
+from flockesc_env.policies.base import Policy
 from flockesc_env.policies.ranges import FixedRange
+from flockesc_env.policies.registry import as_policy
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
 
@@ -30,7 +30,8 @@ class PredatorEnv(GymnasiumEnv):
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's. Exactly one
             predator must be ``Learned``; if none is, ``scenario.with_learned_predators()`` is used.
-        flock_policy: sets the ranges of the flock; ``None``: ``FixedRange(10.0)``.
+        flock_policy: sets the ranges of the flock: a policy, its name or path, or a model of
+            stable-baselines3; ``None``: ``FixedRange(10.0)``.
         per_agent: True: the flock policy sets one range per agent. False: one for the flock.
         **arguments: see ``FlockArguments`` (without ``predator_policy``) and ``EnvOptions``.
 
@@ -44,7 +45,7 @@ class PredatorEnv(GymnasiumEnv):
         self,
         scenario: FlockScenario | str | None = None,
         *,
-        flock_policy: Policy | None = None,
+        flock_policy: Policy | str | None = None,
         per_agent: bool = False,
         **arguments: Unpack[FlockArguments],
     ) -> None:
@@ -60,8 +61,7 @@ class PredatorEnv(GymnasiumEnv):
         self.flock_policy = (
             FixedRange(10.0) if flock_policy is None else as_policy(flock_policy, "flock_policy")
         )
-        if isinstance(self.flock_policy, StoredPolicy):
-            self.flock_policy.check(self.options, per_agent=View.of(per_agent).is_per_agent)
+        self.flock_policy.check(self.options, per_agent=View.of(per_agent).is_per_agent)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.space()
 

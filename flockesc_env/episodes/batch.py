@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_policy, as_threads
+from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_predator_policy, as_threads
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
@@ -69,7 +69,7 @@ class FlockBatch:
         num_steps = max(distinct.num_steps for distinct in self._distinct)
         self.predator_policy_spec = replace(PredatorPolicySpec.of(first), num_steps=num_steps)
         if predator_policy is not None:
-            as_policy(predator_policy, "predator_policy")
+            as_predator_policy(predator_policy)
             if not self.predator_policy_spec.count:
                 expected = "a scenario with a Learned predator; scenario.with_learned_predators() makes one"
                 kinds = ", ".join(type(predator).__name__ for predator in first.predators)

@@ -181,8 +181,8 @@ class EnvOptions(ActionOptions):
         """Return the options as JSON, for the compiled core."""
         names = ("objective", "reward", "max_range", "predator_sensing_range", "steps_per_action")
         document = {name: getattr(self, name) for name in (*names, "extra_entries")}
-        document["predator_sensing_range"] = finite_or_none(self.predator_sensing_range)
-        return json.dumps({"view": view, "profile_ranges": self.profile_ranges or (), **document})
+        document |= {"view": view, "profile_ranges": self.profile_ranges or ()}
+        return json.dumps(to_plain(document))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,9 +213,9 @@ class LineOptions(ActionOptions):
         return json.dumps({name: getattr(self, name) for name in names})
 
 
-def finite_or_none(number: float) -> float | None:
-    """Return a number, or ``None`` for infinity, which JSON does not have."""
-    return number if math.isfinite(number) else None
+def to_plain(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options for JSON, where null stands for infinity."""
+    return {name: None if value == math.inf else value for name, value in options.items()}
 
 
 def _as_profile_ranges(ranges: Sequence[float] | None, max_range: float) -> tuple[float, ...] | None:

@@ -1,1 +1,40 @@
-"""Simulation, grid search, neighbor graphs and recorded runs of both models."""
+"""Results of ``simulate``, ``sweep`` and ``scan``, neighbor graphs, measures of order, and recorded runs."""
+
+from flockesc_env.models.graph import component_labels, laplacian, neighbor_pairs, perron_matrix
+from flockesc_env.models.order import (
+    binder_cumulant,
+    correlation_length,
+    density,
+    nearest_neighbor_distances,
+    rotation,
+)
+from flockesc_env.models.records import RecordedRun, load_run, replay_run, run_differences, save_run
+from flockesc_env.models.scan import ScanResult, scan
+from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate_line
+from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
+
+__all__ = [
+    "FlockSweepResult",
+    "LineSweepResult",
+    "LineTrajectory",
+    "RecordedRun",
+    "ScanResult",
+    "SweepResult",
+    "Trajectory",
+    "binder_cumulant",
+    "component_labels",
+    "correlation_length",
+    "density",
+    "laplacian",
+    "load_run",
+    "nearest_neighbor_distances",
+    "neighbor_pairs",
+    "perron_matrix",
+    "replay_run",
+    "rotation",
+    "run_differences",
+    "save_run",
+    "scan",
+    "simulate_line",
+    "sweep",
+]

@@ -9,6 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 from platform import python_version
 from typing import Any, NamedTuple
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_instance, as_path, as_text
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, simulate, simulate_line
+from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, run_flock, simulate_line
 from flockesc_env.scenario.document import from_fields
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -94,6 +95,15 @@ def load_run(path: str | Path) -> RecordedRun:
     return RecordedRun(_trajectory(from_fields(model, fields), origin, columns), name, recorded_with)
 
 
+def is_run(path: Path) -> bool:
+    """Return whether a path is that of a file in the form of a recorded run, which may still be damaged."""
+    try:
+        with ZipFile(path) as file:
+            return "num_components.npy" in file.namelist()
+    except (BadZipFile, OSError):
+        return False
+
+
 def replay_run(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTrajectory:
     """Run the model again with the recorded scenario, ranges and seed, and return the new run.
 
@@ -108,9 +118,9 @@ def replay_run(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTraj
         line = trajectory.scenario
         start = trajectory.states[0] if is_given else None
         return simulate_line(line, trajectory.interaction_range, seed=seed, initial_state=start)
-    return simulate(
+    return run_flock(
         trajectory.scenario,
-        schedule=trajectory.interaction_ranges,
+        trajectory.interaction_ranges,
         seed=seed,
         initial_positions=trajectory.positions[0] if is_given else None,
         initial_velocities=trajectory.velocities[0] if is_given else None,

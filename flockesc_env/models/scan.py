@@ -76,7 +76,7 @@ class ScanResult(Displayed):
     def binder_cumulant(self) -> FloatArray:
         """Return the Binder cumulant of the polarization after ``skip`` steps, shape (values,).
 
-        Its means run over times and seeds; see ``flockesc_env.binder_cumulant``.
+        Its means run over times and seeds; see ``flockesc_env.models.binder_cumulant``.
         """
         return np.array(binder_cumulant(self.polarization[..., self.skip :], axis=(1, 2)))
 

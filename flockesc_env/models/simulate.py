@@ -1,10 +1,10 @@
-"""``simulate`` and ``simulate_line``: run a model once and return the whole trajectory."""
+"""``run_flock`` and ``simulate_line``: run a model once and return the whole trajectory."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +18,7 @@ from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.presets import as_model, as_scenario
+from flockesc_env.scenario.presets import as_scenario
 
 if TYPE_CHECKING:
     import polars as pl
@@ -176,102 +176,52 @@ def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
     return list(value)
 
 
-@overload
-def simulate(
+def run_flock(
     scenario: FlockScenario,
-    interaction_range: ArrayLike | None = None,
+    ranges: ArrayLike,
     *,
-    schedule: ArrayLike | None = None,
     seed: int | None = None,
     initial_positions: ArrayLike | None = None,
     initial_velocities: ArrayLike | None = None,
     predator_actions: ArrayLike | None = None,
     num_threads: int | None = None,
-) -> Trajectory: ...
-@overload
-def simulate(
-    scenario: LineScenario, interaction_range: float, *, seed: int | None = None
-) -> LineTrajectory: ...
-@overload
-def simulate(scenario: str, *arguments: Any, **options: Any) -> Any: ...  # the type depends on the preset
-def simulate(
-    scenario: FlockScenario | LineScenario | str,
-    interaction_range: ArrayLike | None = None,
-    *,
-    schedule: ArrayLike | None = None,
-    seed: int | None = None,
-    initial_positions: ArrayLike | None = None,
-    initial_velocities: ArrayLike | None = None,
-    predator_actions: ArrayLike | None = None,
-    num_threads: int | None = None,
-) -> Trajectory | LineTrajectory:
-    """Run a flock for ``scenario.num_steps`` steps, or a line until its steady state.
-
-    For a line only ``interaction_range`` and ``seed`` can be given. ``simulate_line`` also takes an initial
-    state.
+) -> Trajectory:
+    """Run a flock with given ranges for ``scenario.num_steps`` steps; see ``flockesc_env.simulate``.
 
     Args:
-        scenario: the model's parameters, or a preset's name; its class decides which model runs.
-        interaction_range: rho in m, a scalar or one per agent, shape (n,). Give this or ``schedule``.
-        schedule: rho in m in every step, shape (T, 1), or in every step for every agent, shape (T, n).
-        seed: seed of the initial state, the predators, noise and randomized fields. ``env.reset(seed=seed)``
-            starts the same flock. ``None``: a random seed from the operating system.
-        initial_positions: r(0) in m, shape (n, D); ``None``: drawn from the seed.
-        initial_velocities: v(0) in m/s, shape (n, D); ``None``: drawn from the seed. With constant speed an
-            agent has speed v0 from its first step on.
+        scenario: the flock model's parameters.
+        ranges: rho in m, a scalar, one per agent, shape (n,), or for every step, shape (T, 1) or (T, n).
+        seed: see ``flockesc_env.simulate``, as for the other arguments.
+        initial_positions: r(0), shape (n, D).
+        initial_velocities: v(0), shape (n, D).
+        num_threads: number of threads.
         predator_actions: actions in [-1, 1] of the L ``Learned`` predators in every step, shape (T, L, D);
             ``None``: 0, the predators fly straight on.
-        num_threads: number of threads for a large flock; ``None``: one per core. Results do not depend on it.
-
-    Returns:
-        ``Trajectory`` or, for a line, ``LineTrajectory``.
-
-    Raises:
-        InputError: if an argument has the wrong type or shape, or is negative or not finite; if the name is
-            not a preset, or the scenario draws a number that is out of bounds.
-        MemoryError: for the run.
-
-    Examples:
-        >>> run = simulate("paper-flock", 10.0, seed=7)
-        >>> round(float(run.mean_distance.min()), 2)
-        77.31
-        >>> run.positions.shape
-        (241, 300, 2)
     """
-    model = as_model(scenario)
-    if isinstance(model, LineScenario):
-        given = {
-            "schedule": schedule,
-            "initial_positions": initial_positions,
-            "initial_velocities": initial_velocities,
-            "predator_actions": predator_actions,
-            "num_threads": num_threads,
-        }
-        for name, value in given.items():
-            if value is not None:
-                raise InputError(name, "None for a line", shown(value))
-        return simulate_line(model, interaction_range, seed=seed)  # type: ignore[arg-type]  # checked there
-    shape = (model.num_agents, model.dimension)
-    positions = _given(initial_positions, "initial_positions", shape)
-    velocities = _given(initial_velocities, "initial_velocities", shape)
+    agents, steps, axes = scenario.num_agents, scenario.num_steps, scenario.dimension
+    positions = _given(initial_positions, "initial_positions", (agents, axes))
+    velocities = _given(initial_velocities, "initial_velocities", (agents, axes))
     start = _seed(seed)
-    ranges = _ranges(interaction_range, schedule, model)
+    given = as_floats(ranges, "interaction_range", least=0.0)
+    if given.shape not in {(), (agents,), (steps, 1), (steps, agents)}:
+        expected = f"a scalar or shape ({agents},), ({steps}, 1) or ({steps}, {agents})"
+        raise InputError("interaction_range", expected, f"shape {given.shape}")
+    per_step = np.atleast_2d(given)
     threads = as_threads(num_threads)
-    document = model.to_json()
-    actions_shape = (model.num_steps, model.num_learned, model.dimension)
+    actions_shape = (steps, scenario.num_learned, axes)
     accelerations = _given(predator_actions, "predator_actions", actions_shape)
     if accelerations is None:
         accelerations = np.zeros(actions_shape)
-    run = _core.simulate_flock(document, ranges, start, positions, velocities, threads, accelerations)
+    document = scenario.to_json()
+    run = _core.simulate_flock(document, per_step, start, positions, velocities, threads, accelerations)
     with np.errstate(over="ignore"):
-        times: FloatArray = np.arange(model.num_steps + 1) * np.float64(model.time_step)
-    ranges_per_step = np.broadcast_to(ranges, (model.num_steps, ranges.shape[1])).copy()
+        times: FloatArray = np.arange(steps + 1) * np.float64(scenario.time_step)
     return Trajectory(
-        scenario=model.drawn(start),
+        scenario=scenario.drawn(start),
         seed=start,
         is_start_given=positions is not None or velocities is not None,
         times=times,
-        interaction_ranges=ranges_per_step,
+        interaction_ranges=np.broadcast_to(per_step, (steps, per_step.shape[1])).copy(),
         predator_actions=accelerations,
         **run,
     )
@@ -315,23 +265,3 @@ def _given(value: ArrayLike | None, field: str, shape: tuple[int, ...]) -> Float
 
 def _seed(seed: int | None) -> int:
     return fresh_seed() if seed is None else as_seed(seed)
-
-
-def _ranges(
-    interaction_range: ArrayLike | None, schedule: ArrayLike | None, scenario: FlockScenario
-) -> FloatArray:
-    """Return the ranges as a matrix of shape (1 or T, 1 or n)."""
-    if (interaction_range is None) == (schedule is None):
-        given = "neither" if schedule is None else "both"
-        raise InputError("interaction_range", "either interaction_range or schedule", given)
-    agents, steps = scenario.num_agents, scenario.num_steps
-    if schedule is None:
-        ranges = as_floats(interaction_range, "interaction_range", least=0.0)
-        if ranges.shape not in {(), (agents,)}:
-            expected = f"a scalar or shape ({agents},)"
-            raise InputError("interaction_range", expected, f"shape {ranges.shape}")
-        return np.atleast_2d(ranges)
-    ranges = as_floats(schedule, "schedule", least=0.0)
-    if ranges.shape not in {(steps, 1), (steps, agents)}:
-        raise InputError("schedule", f"shape ({steps}, 1) or ({steps}, {agents})", f"shape {ranges.shape}")
-    return ranges

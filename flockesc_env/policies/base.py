@@ -1,11 +1,11 @@
 """``Policy`` (protocol of range policies), ``bind``, and base classes of policies.
 
-``RowMemory`` is for policies with a memory, ``StoredPolicy`` for those that files contain.
+``BasePolicy`` is the base of this package's policies, ``RowMemory`` that of policies with a memory.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from copy import copy
 from dataclasses import fields
 from typing import Any, Protocol, Self
@@ -13,13 +13,26 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import as_policy
+from flockesc_env.common.checks import as_flag, as_text
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
+from flockesc_env.episodes.options import (
+    UNOBSERVED,
+    EnvOptions,
+    LineOptions,
+    View,
+    env_options,
+    line_options,
+)
 from flockesc_env.episodes.predators import PredatorPolicySpec, reset_policy
-from flockesc_env.episodes.spaces import PolicySpec
+from flockesc_env.episodes.spaces import PolicySpec, flock_policy_spec, line_policy_spec
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import Scenario, as_model
 
 Observations = NDArray[np.float32]
+
+LONGEST = 100.0
+"""Option ``max_range`` of policies that are made by hand, in m."""
 
 
 class Policy(Protocol):
@@ -97,25 +110,124 @@ class RowMemory:
         self._memory, self._begins = memory, np.zeros(count, bool)
 
 
-class StoredPolicy:
-    """Base class of policies that know the options with which they were saved.
+class BasePolicy:
+    """Base class of this package's policies: they know for which environment they were made.
 
     Attributes:
-        options: options of the environment for which the policy was saved; ``None``: the policy was not read
-            from a file and plays with any options.
-        per_agent: True: the policy needs one observation per agent. False: one per flock. ``None``: any.
+        name: name in tables and figures; by default that of the class.
+        per_agent: True: the policy sets one range per agent. False: one per flock. ``None``: it fits both.
+        options: options of the environment that the policy requires, by the names of ``EnvOptions`` or
+            ``LineOptions``. With a ``scenario`` all others must be the defaults. ``None``: it plays with any.
+        scenario: the scenario in which the policy was trained; ``None``: it was not trained.
     """
 
-    options: EnvOptions | LineOptions | None = None
+    name: str = ""
     per_agent: bool | None = None
+    options: Mapping[str, Any] | None = None
+    scenario: Scenario | None = None
+    _checked: EnvOptions | LineOptions | None = None  # options that passed `check`
 
-    def with_options(self, options: EnvOptions | LineOptions, *, per_agent: bool) -> Self:
-        """Return a copy that knows these options and, unless its class decides, this view."""
-        policy = copy(self)
-        policy.options = options
-        if type(self).per_agent is None:
-            policy.per_agent = per_agent
-        return policy
+    def __init_subclass__(cls) -> None:
+        """Name the policy after its class."""
+        super().__init_subclass__()
+        cls.name = cls.__name__
+
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+        """Return one action per observation row; see ``Policy.act``."""
+        raise NotImplementedError
+
+    def with_options(
+        self,
+        *,
+        name: str | None = None,
+        per_agent: bool | None = None,
+        scenario: Scenario | None = None,
+        **options: Any,
+    ) -> Self:
+        """Return a copy with another name, view or scenario, and with these options beside its own.
+
+        Args:
+            name: printable name; ``None``: unchanged.
+            per_agent: ``None``: unchanged.
+            scenario: the scenario in which the policy was trained; ``None``: unchanged.
+            **options: see ``EnvOptions`` or, for a line, ``LineOptions``.
+
+        Raises:
+            InputError: if an argument has the wrong type, an option is unknown or out of bounds, or the
+                class of the policy needs the other view.
+        """
+        made = copy(self)
+        if name is not None:
+            made.name = as_text(name, "name")
+            if not name.isprintable():
+                raise InputError("name", "printable characters", shown(name))
+        if per_agent is not None:
+            self._check_view(as_flag(per_agent, "per_agent"))
+            vars(made)["per_agent"] = per_agent
+        if scenario is not None:
+            made.scenario = as_model(scenario)
+        if options or self.options is not None:
+            made.options, made._checked = {**(self.options or {}), **options}, None
+            made._known_options()
+        return made
+
+    def default_options(self, scenario: Scenario) -> dict[str, Any]:  # noqa: ARG002
+        """Return the options of the class, which ``options`` and arguments of calls replace."""
+        return {}
+
+    def all_options(self, scenario: Scenario | None = None) -> dict[str, Any]:
+        """Return ``options`` beside those of the class, in a scenario; ``None``: the policy's own."""
+        chosen = scenario or self.scenario or FlockScenario()
+        return {**self.default_options(chosen), **(self.options or {})}
+
+    def is_per_agent_in(self, scenario: Scenario, options: EnvOptions | LineOptions) -> bool:  # noqa: ARG002
+        """Return the view of a policy whose ``per_agent`` is None, in a scenario with these options."""
+        return False
+
+    @property
+    def policy_spec(self) -> PolicySpec:
+        """Observations and actions of the policy in its scenario, by default the paper's flock."""
+        options: Any = self._known_options()
+        if isinstance(self.scenario, LineScenario):
+            return line_policy_spec(self.scenario, options)
+        return flock_policy_spec(self.scenario or FlockScenario(), options, View.of(bool(self.per_agent)))
+
+    def bind(self, env: Any) -> Callable[[Any], Any]:
+        """Return a function from an observation of an environment to the action; see ``policies.bind``."""
+        return _bound(self, env)
+
+    def predict(
+        self,
+        observation: Observations,
+        state: Any = None,
+        episode_start: Any = None,  # noqa: ARG002
+        deterministic: bool = True,  # noqa: ARG002
+    ) -> tuple[NDArray[Any], Any]:
+        """Return the action and ``state``, as models of stable-baselines3 do.
+
+        The environment must have the policy's options; ``bind`` checks that. A memory is cleared in rows
+        whose observed ``time`` is 0.
+
+        Args:
+            observation: shape (entries,) or, for k rows, (k, entries).
+            state: returned unchanged.
+            episode_start: ignored.
+            deterministic: ignored.
+
+        Raises:
+            InputError: if the policy knows no options, or the observation has another number of entries.
+        """
+        if self.options is None:
+            raise InputError("policy.options", "those of the environment (use bind(env))", "none")
+        spec = self.policy_spec
+        rows = np.atleast_2d(np.asarray(observation, np.float32))
+        if rows.ndim != 2 or rows.shape[1] != len(spec.layout.names):
+            raise InputError("observation", f"{len(spec.layout.names)} entries", f"shape {rows.shape}")
+        begins = rows[:, spec.layout.index("time")] == 0
+        if begins.any():
+            reset_policy(self, begins)
+        actions = self.act(rows, spec)
+        return (actions[0] if np.ndim(observation) == 1 else actions), state
 
     def check(self, options: EnvOptions | LineOptions, *, per_agent: bool) -> None:
         """Check that an environment has the view and the options of this policy; see ``check_options``.
@@ -123,32 +235,65 @@ class StoredPolicy:
         Raises:
             InputError: if the view or an option differs.
         """
+        self._check_view(per_agent)
+        if self.options is not None and options is not self._checked:
+            is_line, names = isinstance(options, LineOptions), None if self.scenario else self.options.keys()
+            own = self.all_options()
+            known = line_options(own) if is_line else env_options(FlockScenario(), own)
+            check_options(known, options, "made (use **policy.options)", names)
+            self._checked = options
+
+    def _check_view(self, per_agent: bool) -> None:
         if self.per_agent is not None and per_agent != self.per_agent:
             rows = "agent" if self.per_agent else "flock"
             expected = f"{self.per_agent}, because the policy needs one observation per {rows}"
             raise InputError("per_agent", expected, per_agent)
-        if self.options is not None:
-            check_options(self.options, options, "saved (use **load_policy(path).options)")
+
+    def _known_options(self) -> EnvOptions | LineOptions:
+        scenario, own = self.scenario or FlockScenario(), self.all_options()
+        return line_options(own) if isinstance(scenario, LineScenario) else env_options(scenario, own)
 
 
-def check_options(known: EnvOptions | LineOptions, options: EnvOptions | LineOptions, origin: str) -> None:
-    """Check that an environment has the options with which a policy was ``origin``: trained or saved.
+class GivenPolicy(BasePolicy):
+    """A user's object with a method ``act``, as a policy of this package.
 
-    The options in ``UNOBSERVED`` may differ.
+    Its attributes ``name``, ``per_agent``, ``options`` and ``scenario``, if present, are those of the policy.
+    """
+
+    def __init__(self, policy: Policy) -> None:
+        self.policy = policy
+        self.name = type(policy).__name__
+        own = {name: getattr(policy, name, None) for name in ("name", "per_agent", "scenario")}
+        vars(self).update(vars(self.with_options(**own, **getattr(policy, "options", None) or {})))
+        self.options = getattr(policy, "options", None)
+
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+        """Return the actions of the user's object."""
+        return self.policy.act(observations, spec)
+
+    def reset(self, rows: NDArray[np.bool]) -> None:
+        """Call the object's method ``reset`` if it has one."""
+        reset_policy(self.policy, rows)
+
+
+def check_options(
+    known: EnvOptions | LineOptions,
+    options: EnvOptions | LineOptions,
+    origin: str,
+    names: Collection[str] | None = None,
+) -> None:
+    """Check that an environment has the options with which a policy was ``origin``: trained or made.
+
+    The options in ``UNOBSERVED`` may differ, and those that are not among ``names``, unless that is None.
 
     Raises:
         InputError: if an option differs.
     """
     for field in fields(known):
         expected, given = (getattr(each, field.name, None) for each in (known, options))
-        if expected != given and field.name not in UNOBSERVED:
+        if expected != given and field.name not in UNOBSERVED and (names is None or field.name in names):
             expected = f"{expected!r}, with which the policy was {origin}"
             raise InputError(field.name, expected, shown(given))
-
-
-def is_per_agent(policy: Any) -> bool:
-    """Return whether a policy chooses one range per agent."""
-    return bool(getattr(policy, "per_agent", False))
 
 
 def normalizer_of(env: Any) -> Any:
@@ -175,26 +320,8 @@ def _check_wrappers(env: Any, spec: PolicySpec | PredatorPolicySpec) -> None:
         raise InputError("env", "observations that no VecNormalize changes", shown(env))
 
 
-def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
-    """Return a function ``act(obs)`` that returns the policy's action for ``env.step``.
-
-    Observations can be those of the Gymnasium environments, the vector environments (Gymnasium and SB3,
-    stacked) and the PettingZoo parallel environment (a dict per agent). The memory of a flock's rows is reset
-    when the ``time`` of all their observations is 0. In the parallel environment the policy gets a row per
-    agent of the flock, zeros for caught agents. Only the agents in ``env.agents`` get an action. Predators
-    that are agents fly straight on.
-
-    Args:
-        policy: the policy.
-        env: an environment of this package. Wrappers may change neither observations nor actions, except for
-            ``ClipAction``.
-
-    Raises:
-        InputError: if ``policy`` is not a policy; if ``env`` is not an environment of this package; if a
-            wrapper changes a space of ``env`` or normalizes its observations; or if the policy was read from
-            a file and an option of the environment differs from the file's.
-    """
-    as_policy(policy)
+def _bound(policy: BasePolicy, env: Any) -> Callable[[Any], Any]:
+    """Return the function of ``bind``."""
     inner = getattr(env, "unwrapped", env)
     try:
         # Gymnasium's vector environments give access to their environments' attributes through ``get_attr``.
@@ -204,10 +331,9 @@ def bind(policy: Policy, env: Any) -> Callable[[Any], Any]:
     except (AttributeError, TypeError):
         raise InputError("env", "an environment of this package", shown(env)) from None
     _check_wrappers(env, spec)
-    if isinstance(policy, StoredPolicy):
-        policy.check(spec.options, per_agent=spec.per_agent)
+    policy.check(spec.options, per_agent=spec.per_agent)
     time = spec.layout.index("time")
-    rows_per_flock = spec.num_agents if is_per_agent(spec) else 1
+    rows_per_flock = spec.num_agents if spec.per_agent else 1
 
     def act_on_rows(observations: Observations) -> NDArray[Any]:
         if len(observations) % rows_per_flock:

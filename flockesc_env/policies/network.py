@@ -23,7 +23,7 @@ from flockesc_env.common.checks import (
 )
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import PolicySpec, RangeActions
-from flockesc_env.policies.base import Observations, RowMemory, StoredPolicy
+from flockesc_env.policies.base import BasePolicy, Observations, RowMemory
 
 Parameters = NDArray[np.float32]
 Squash = Literal["clip", "tanh"]
@@ -97,7 +97,7 @@ class Architecture:
         return json.dumps(asdict(self))
 
 
-class NetworkPolicy(StoredPolicy, RowMemory):
+class NetworkPolicy(BasePolicy, RowMemory):
     """A neural network that sets ranges.
 
     It requires ``action_mode="normalized"``, unless it chooses from ranges or candidates. Actions do not

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_policy, as_threads
+from flockesc_env.common.checks import FloatArray, as_predator_policy, as_threads
 from flockesc_env.common.extras import data_frame
 from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress
@@ -19,7 +19,8 @@ from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, FlockOutcomes
 from flockesc_env.episodes.options import EnvOptions, LineOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.spaces import RangeActions, candidates, line_policy_spec
-from flockesc_env.models.simulate import IntArray, Trajectory, simulate
+from flockesc_env.episodes.starts import NO_START, Start
+from flockesc_env.models.simulate import IntArray, Trajectory, run_flock
 from flockesc_env.policies.base import Observations, Policy
 from flockesc_env.policies.network import Architecture, NetworkPolicy, Parameters, choices
 from flockesc_env.scenario.flock import FlockScenario
@@ -184,12 +185,16 @@ def record_flock(
     options: EnvOptions,
     *,
     per_agent: bool,
+    start: Mapping[str, Any],
+    num_threads: int | None,
     predator_policy: PredatorPolicy | None = None,
 ) -> Trajectory:
-    """Run a policy on one flock and return the trajectory; see ``record``."""
-    recorder = None if predator_policy is None else _Recorder(as_policy(predator_policy, "predator_policy"))
-    batch = FlockBatch(scenario, options, view=View.of(per_agent), predator_policy=recorder)
-    ranges = np.array([ranges for ranges, _ in episode_steps(batch, policy, [seed])])
+    """Run a policy on one flock and return the trajectory; ``start`` holds given initial states."""
+    recorder = None if predator_policy is None else _Recorder(as_predator_policy(predator_policy))
+    view = View.of(per_agent)
+    batch = FlockBatch(scenario, options, view=view, num_threads=num_threads, predator_policy=recorder)
+    steps = episode_steps(batch, policy, [seed], [batch.start(start)])
+    ranges = np.array([ranges for ranges, _ in steps])
 
     def per_step(actions: FloatArray) -> FloatArray:
         held = np.repeat(actions, options.steps_per_action, axis=0)[: scenario.num_steps]
@@ -197,8 +202,8 @@ def record_flock(
         return np.concatenate([held, np.repeat(held[-1:], rest, axis=0)])
 
     predator_actions = None if recorder is None else per_step(np.array(recorder.actions))
-    schedule = per_step(ranges)
-    return simulate(batch.scenario, schedule=schedule, seed=seed, predator_actions=predator_actions)
+    arguments: Any = {**start, "seed": seed, "num_threads": num_threads}
+    return run_flock(batch.scenario, per_step(ranges), predator_actions=predator_actions, **arguments)
 
 
 class _Recorder:
@@ -218,14 +223,17 @@ class _Recorder:
 
 
 def episode_steps(
-    batch: FlockBatch | _LineBatch, policy: Policy, seeds: Sequence[int]
+    batch: FlockBatch | _LineBatch,
+    policy: Policy,
+    seeds: Sequence[int],
+    starts: Sequence[Start] = (NO_START,),
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Run a policy in every slot of a batch, with a seed per slot, until all episodes have ended.
 
     Yields:
         Ranges in m and rewards after every action, both of shape (num_flocks * rows,).
     """
-    observations, _ = batch.reset(range(len(seeds)), seeds)
+    observations, _ = batch.reset(range(len(seeds)), seeds, starts)
     reset_policy(policy, np.ones(len(observations), bool))
     has_ended = False
     while not has_ended:
@@ -243,7 +251,7 @@ class _LineBatch:
         self._documents = scenario.to_json(), options.to_core()
         self._lines: list[_core.LineEpisode] = []
 
-    def reset(self, _: Sequence[int], seeds: Sequence[int]) -> tuple[Observations, Columns]:
+    def reset(self, _: Sequence[int], seeds: Sequence[int], __: Any) -> tuple[Observations, Columns]:
         self._lines = [_core.LineEpisode(*self._documents, seed) for seed in seeds]
         self._observations = np.stack([line.observe() for line in self._lines])
         return self._observations, {}

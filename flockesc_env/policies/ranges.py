@@ -10,10 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env.common.checks import as_floats, as_seed
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies.base import Observations
+from flockesc_env.policies.base import LONGEST, BasePolicy, Observations
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import Scenario
 
 
-class FixedRange:
+class FixedRange(BasePolicy):
     """A policy with a fixed range, as in the paper's grid search.
 
     Args:
@@ -26,12 +28,16 @@ class FixedRange:
     def __init__(self, interaction_range: float) -> None:
         self.interaction_range = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
 
+    def default_options(self, scenario: Scenario) -> dict[str, Any]:
+        """Return a ``max_range`` that includes the range."""
+        return _including(self.interaction_range, scenario)
+
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the action of the fixed range for every row; see ``Policy.act``."""
         return spec.actions.from_ranges(np.full(len(observations), self.interaction_range))
 
 
-class RandomRange:
+class RandomRange(BasePolicy):
     """A policy that draws a range for every row and action, uniform in [``min_range``, ``max_range``].
 
     Args:
@@ -50,7 +56,7 @@ class RandomRange:
         return actions.from_ranges(self._rng.uniform(actions.min_range, actions.max_range, len(observations)))
 
 
-class ScheduledRange:
+class ScheduledRange(BasePolicy):
     """An open-loop policy: ranges are a given function of time.
 
     Args:
@@ -65,11 +71,11 @@ class ScheduledRange:
         self.schedule = as_floats(schedule, "schedule", least=0.0)
         if self.schedule.ndim not in {1, 2} or not self.schedule.size:
             raise InputError("schedule", "shape (T,) or (T, n)", f"shape {self.schedule.shape}")
+        self.per_agent = True if self.schedule.ndim == 2 else None
 
-    @property
-    def per_agent(self) -> bool:
-        """Whether the schedule has one range per agent."""
-        return self.schedule.ndim == 2
+    def default_options(self, scenario: Scenario) -> dict[str, Any]:
+        """Return one step per action, and a ``max_range`` that includes all ranges."""
+        return {"steps_per_action": 1, **_including(float(self.schedule.max()), scenario)}
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the action of the scheduled range for every row; see ``Policy.act``.
@@ -87,3 +93,7 @@ class ScheduledRange:
         if not spec.per_agent or agents != spec.num_agents or len(observations) % agents:
             raise InputError("schedule", f"rows of all {agents} agents of each flock", len(observations))
         return spec.actions.from_ranges(self.schedule[steps, np.arange(len(steps)) % agents])
+
+
+def _including(rho: float, scenario: Scenario) -> dict[str, Any]:
+    return {"max_range": max(rho, 1.0 if isinstance(scenario, LineScenario) else LONGEST)}

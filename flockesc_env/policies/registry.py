@@ -1,54 +1,48 @@
-"""``NamedPolicy`` (a policy with its options) and the built-in policies."""
+"""Policies by name: ``load_policy``, ``as_policy``, ``bind``, the built-in rules and the trained policies."""
 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, Final, cast
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
 
-from flockesc_env.common.checks import as_flag, as_instance, as_policy, as_seed, as_text, parse_number
+from flockesc_env.common.checks import as_path, parse_number
 from flockesc_env.common.errors import InputError, shown, shown_name
-from flockesc_env.episodes.options import (
-    PROFILE_RANGES,
-    EnvOptionsDict,
-    LineOptions,
-    env_options,
-    line_options,
-)
-from flockesc_env.models.simulate import Trajectory
-from flockesc_env.policies.base import Policy, StoredPolicy
+from flockesc_env.common.files import suffix_of
+from flockesc_env.episodes.options import PROFILE_RANGES
+from flockesc_env.policies.base import BasePolicy, GivenPolicy
+from flockesc_env.policies.files import POLICY_FILE, SUFFIX, parse_policy
 from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
-from flockesc_env.policies.playing import record_flock
 from flockesc_env.policies.ranges import FixedRange, RandomRange
 from flockesc_env.policies.rules import BestCandidate, BestNextHeading, ListenWhileFleeing, StubbornLeaders
-from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.presets import as_model, as_scenario
+from flockesc_env.policies.sb3 import SB3Policy
 
-_EVERY_STEP: Final = {"max_range": 100.0, "steps_per_action": 1}
-_LOCAL: Final = {"predator_sensing_range": 30.0}
-_PROFILE: Final = {"profile_ranges": PROFILE_RANGES}
-_ESCAPE: Final = {"extra_entries": ("escape_direction",)}
-_APPROACH: Final = {"extra_entries": ("closest_approach",)}
+_VISIBLE: Final[dict[str, Any]] = {"predator_sensing_range": math.inf}
+_LOCAL: Final[dict[str, Any]] = {"predator_sensing_range": 30.0}
+_PROFILE: Final[dict[str, Any]] = {**_VISIBLE, "profile_ranges": PROFILE_RANGES}
+_ESCAPE: Final[dict[str, Any]] = {"extra_entries": ("escape_direction",)}
+_APPROACH: Final[dict[str, Any]] = {"extra_entries": ("closest_approach",)}
 
-_BUILT_IN: Final[dict[str, tuple[Callable[[], Policy], dict[str, Any]]]] = {
+_BUILT_IN: Final[dict[str, tuple[Callable[[], BasePolicy], dict[str, Any]]]] = {
     "random": (lambda: RandomRange(0), {}),
-    "stubborn-leaders": (StubbornLeaders, {}),
+    "stubborn-leaders": (StubbornLeaders, _VISIBLE),
     "stubborn-leaders-local": (StubbornLeaders, _LOCAL),
-    "stubborn-witnesses": (StubbornWitnesses, _LOCAL),
-    "listen-while-fleeing": (ListenWhileFleeing, {}),
-    "listen-while-threatened": (ListenWhileThreatened, {**_APPROACH, **_LOCAL, "max_range": 150.0}),
-    "win-stay-lose-shift": (WinStayLoseShift, _APPROACH),
+    "stubborn-witnesses": (StubbornWitnesses, {**_LOCAL, "steps_per_action": 1}),
+    "listen-while-fleeing": (ListenWhileFleeing, _VISIBLE),
+    "listen-while-threatened": (ListenWhileThreatened, {**_LOCAL, **_APPROACH, "max_range": 150.0}),
+    "win-stay-lose-shift": (WinStayLoseShift, {**_VISIBLE, **_APPROACH}),
     "win-stay-lose-shift-escape": (
         lambda: WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="escape_direction"),
-        _ESCAPE,
+        {**_VISIBLE, **_ESCAPE},
     ),
     "turn-away": (lambda: BestCandidate("escape_cosine"), {**_PROFILE, **_ESCAPE}),
     "keep-distance": (lambda: BestCandidate("closest_approach"), {**_PROFILE, **_APPROACH}),
     "head-away": (BestNextHeading, {**_PROFILE, **_ESCAPE}),
 }
-"""Constructor and options of each policy."""
+"""Constructor and options of each policy; those without options play with any."""
 
 NAMES = ("fixed:RHO", *_BUILT_IN)
 """Names of the built-in policies.
@@ -68,86 +62,97 @@ NAMES = ("fixed:RHO", *_BUILT_IN)
 - ``head-away``: ``BestNextHeading``, likewise.
 """
 
+TRAINED: Final = Path(__file__).parent / "trained"
+"""Files of the trained policies of this package, ``TASK/LEARNER.npz``."""
 
-@dataclass(frozen=True)
-class NamedPolicy:
-    """A policy with its name and the environment options that it requires.
-
-    Attributes:
-        name: name in tables and figures.
-        policy: the policy. One from a file is copied if its options differ from ``options``; the copy refuses
-            environments with other options than these.
-        per_agent: True: the policy sets one range per agent. False: one per flock.
-        options: environment options, by the names of ``EnvOptions`` or, for a line, ``LineOptions``.
-        scenario: the scenario in which the policy was trained; ``None``: none in particular.
-
-    Raises:
-        InputError: if an attribute has the wrong type, or the name contains control characters; if the policy
-            was read from a file, and an option is unknown or out of bounds.
-    """
-
-    name: str
-    policy: Policy
-    per_agent: bool = False
-    options: dict[str, Any] = field(default_factory=dict)
-    scenario: FlockScenario | LineScenario | None = None
-
-    def __post_init__(self) -> None:
-        if not as_text(self.name, "name").isprintable():
-            raise InputError("name", "printable characters", shown(self.name))
-        as_policy(self.policy)
-        object.__setattr__(self, "per_agent", as_flag(self.per_agent, "per_agent"))
-        as_instance(self.options, "options", dict)
-        if self.scenario is not None:
-            as_model(self.scenario)
-        if isinstance(self.policy, StoredPolicy) and (known := self.policy.options) is not None:
-            is_line = isinstance(known, LineOptions)
-            options = line_options(self.options) if is_line else env_options(FlockScenario(), self.options)
-            if options != known or self.per_agent != self.policy.per_agent:
-                policy = self.policy.with_options(options, per_agent=self.per_agent)
-                object.__setattr__(self, "policy", policy)
-
-    def record(self, seed: int, scenario: FlockScenario | str | None = None) -> Trajectory:
-        """Run the policy on one flock and return the trajectory; see ``flockesc_env.record``.
-
-        Args:
-            seed: seed of the flock.
-            scenario: the flock model's parameters, or a preset's name; default: the paper's.
-
-        Raises:
-            InputError: if the policy was trained on a line.
-        """
-        if isinstance(self.scenario, LineScenario):
-            raise InputError("policy", "a policy for a flock", f"{self.name!r}, a policy for a line")
-        flock = as_scenario(scenario, FlockScenario)
-        options = env_options(flock, cast("EnvOptionsDict", self.options))
-        return record_flock(self.policy, as_seed(seed), flock, options, per_agent=self.per_agent)
+EXPECTED: Final = f"{', '.join(NAMES)}, TASK/LEARNER of a trained policy, or a policy file (.npz)"
+"""What ``load_policy`` takes."""
 
 
-def built_in(name: str, argument: str = "policies") -> NamedPolicy:
-    """Return a built-in policy by its name.
+def load_policy(policy: str | os.PathLike[str], argument: str = "policy") -> BasePolicy:
+    """Return a built-in rule, a trained policy of this package, or the policy in a file.
+
+    The policy knows its options: ``parallel_env(policy.scenario, **policy.options)`` is its environment.
 
     Args:
-        name: one of ``NAMES``, for example ``"random"`` or ``"fixed:10"``.
+        policy: one of ``NAMES``, for example ``"stubborn-leaders"``; a task and a learner of the scoreboard,
+            for example ``"per-agent-visible/search"``; the path of a file that ``save_policy`` wrote; or the
+            folder of a training run. Untrusted files are safe: no code in them is executed.
         argument: name of the argument, for the error message.
 
     Raises:
-        InputError: if the name is unknown.
+        InputError: if there is no such policy; if the file is damaged, is not a policy, contains an unknown
+            option or an invalid scenario; or if its network cannot act in its scenario with its options.
     """
-    name = as_text(name, as_text(argument, "argument"))
-    if name.startswith("fixed:"):
-        rho = _range(name.removeprefix("fixed:"))
-        if rho is not None:
-            longest = max(rho, _EVERY_STEP["max_range"])
-            return NamedPolicy(name, FixedRange(rho), options={**_EVERY_STEP, "max_range": longest})
-    if name in _BUILT_IN:
-        make, options = _BUILT_IN[name]
-        policy = make()
-        if isinstance(policy, RandomRange):  # it fits both views and all options
-            return NamedPolicy(name, policy, per_agent=True)
-        per_agent = getattr(policy, "per_agent", True)
-        return NamedPolicy(name, policy, per_agent=per_agent, options={**_EVERY_STEP, **options})
-    raise InputError(argument, f"one of {', '.join(NAMES)}", shown_name(name, NAMES))
+    spec = policy if isinstance(policy, str) else os.fspath(as_path(policy, argument))
+    if spec.startswith("fixed:") and (rho := _range(spec.removeprefix("fixed:"))) is not None:
+        return FixedRange(rho).with_options(name=spec)
+    if spec in _BUILT_IN:
+        make, options = _BUILT_IN[spec]
+        return make().with_options(name=spec, **options)
+    file = policy_file(spec)
+    if file is None:
+        raise InputError(argument, EXPECTED, shown_name(spec, [*NAMES, *trained()]))
+    found = parse_policy(file.read_bytes(), Path(spec))
+    return found.with_options(name=spec) if spec in trained() else found
+
+
+def policy_file(spec: str) -> Path | None:
+    """Return the file of a trained policy of this package, of a training run, or at a path, or ``None``."""
+    if spec in trained():
+        return TRAINED / f"{spec}{SUFFIX}"
+    path = Path(spec, POLICY_FILE) if Path(spec, POLICY_FILE).is_file() else Path(spec)
+    return path if suffix_of(path) == SUFFIX and path.is_file() else None
+
+
+@cache
+def trained() -> tuple[str, ...]:
+    """Return the names of the trained policies of this package, ``TASK/LEARNER``, in order.
+
+    Each is that of the first training seed; ``scoreboard`` has all of them and their scores.
+    """
+    return tuple(sorted(f"{file.parent.name}/{file.stem}" for file in TRAINED.glob(f"*/*{SUFFIX}")))
+
+
+def as_policy(value: Any, argument: str = "policy") -> BasePolicy:
+    """Return a policy, given as a policy, its name or path, or a model of stable-baselines3.
+
+    Raises:
+        InputError: if it is none of these.
+    """
+    if isinstance(value, BasePolicy):
+        return value
+    if isinstance(value, str | os.PathLike):
+        return load_policy(value, argument)
+    if not isinstance(value, type):
+        if callable(getattr(value, "act", None)):
+            return GivenPolicy(value)
+        if callable(getattr(value, "predict", None)):
+            return SB3Policy(value)
+    expected = "an object with a method act, a model of stable-baselines3, a name, or the path of a file"
+    raise InputError(argument, expected, shown(value))
+
+
+def bind(policy: Any, env: Any) -> Callable[[Any], Any]:
+    """Return a function ``act(obs)`` that returns the policy's action for ``env.step``.
+
+    Observations can be those of the Gymnasium environments, the vector environments (Gymnasium and SB3,
+    stacked) and the PettingZoo parallel environment (a dict per agent). The memory of a flock's rows is reset
+    when the ``time`` of all their observations is 0. In the parallel environment the policy gets a row per
+    agent of the flock, zeros for caught agents. Only the agents in ``env.agents`` get an action. Predators
+    that are agents fly straight on.
+
+    Args:
+        policy: a policy, its name or path, or a model of stable-baselines3.
+        env: an environment of this package. Wrappers may change neither observations nor actions, except for
+            ``ClipAction``.
+
+    Raises:
+        InputError: if ``policy`` is not a policy; if ``env`` is not an environment of this package; if a
+            wrapper changes a space of ``env`` or normalizes its observations; or if the environment lacks the
+            options that the policy knows.
+    """
+    return as_policy(policy).bind(env)
 
 
 def _range(text: str) -> float | None:

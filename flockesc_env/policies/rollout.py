@@ -1,12 +1,13 @@
-"""``rollout`` and ``record``: run a policy on many seeds, or record one run."""
+"""``rollout`` and ``simulate``: run a policy on many seeds, or once with the whole trajectory."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, replace
 from typing import Any, Unpack, cast, overload
 
-from flockesc_env.common.checks import as_count, as_flag, as_policy, as_seed, as_seeds
+from numpy.typing import ArrayLike
+
+from flockesc_env.common.checks import as_count, as_flag, as_seed, as_seeds
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.episodes.options import (
@@ -18,18 +19,18 @@ from flockesc_env.episodes.options import (
     line_options,
 )
 from flockesc_env.episodes.predators import PredatorPolicy
-from flockesc_env.models.simulate import Trajectory
-from flockesc_env.policies.base import Policy, StoredPolicy, is_per_agent
-from flockesc_env.policies.files import find_policy
+from flockesc_env.episodes.seeds import fresh_seed
+from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
+from flockesc_env.policies.base import BasePolicy, Policy
 from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record_flock, results
-from flockesc_env.policies.registry import NamedPolicy
-from flockesc_env.policies.sb3 import SB3Policy
+from flockesc_env.policies.ranges import FixedRange, ScheduledRange
+from flockesc_env.policies.registry import as_policy
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.presets import as_model, as_scenario
+from flockesc_env.scenario.presets import Scenario, as_model
 
-AnyPolicy = Policy | NamedPolicy | str
-"""A policy, a named policy, the name of a built-in policy, or the path of a policy file."""
+AnyPolicy = Policy | BasePolicy | str | Any
+"""A policy, its name or path, or a model of stable-baselines3."""
 
 _BATCH_SIZE, _LINE_BATCH_SIZE = 64, 256
 
@@ -38,7 +39,7 @@ _BATCH_SIZE, _LINE_BATCH_SIZE = 64, 256
 def rollout(
     scenario: FlockScenario,
     policy: AnyPolicy,
-    seeds: Iterable[int],
+    seeds: int | Iterable[int],
     *,
     per_agent: bool | None = None,
     batch_size: int | None = None,
@@ -51,7 +52,7 @@ def rollout(
 def rollout(
     scenario: LineScenario,
     policy: AnyPolicy,
-    seeds: Iterable[int],
+    seeds: int | Iterable[int],
     *,
     batch_size: int | None = None,
     num_threads: int | None = None,
@@ -59,13 +60,11 @@ def rollout(
     **options: Unpack[LineOptionsDict],
 ) -> LineEpisodes: ...
 @overload
+def rollout(*arguments: Any, **options: Any) -> Any: ...  # the type depends on the scenario of the policy
 def rollout(
-    scenario: str | None, policy: AnyPolicy, seeds: Iterable[int], **arguments: Any
-) -> Any: ...  # the type depends on the preset
-def rollout(
-    scenario: FlockScenario | LineScenario | str | None,
-    policy: AnyPolicy,
-    seeds: Iterable[int],
+    scenario: Any = None,
+    policy: Any = None,
+    seeds: Any = None,
     *,
     per_agent: bool | None = None,
     batch_size: int | None = None,
@@ -76,13 +75,14 @@ def rollout(
 ) -> Episodes | LineEpisodes:
     """Run a policy on the flock or line of every seed, to the end of the episode.
 
+    ``rollout(policy, seeds)`` uses the scenario of the policy, or the paper's flock if it has none.
+
     Args:
-        scenario: the model's parameters, or a preset's name; its class decides which model runs. ``None``:
-            the scenario in which a policy from a file was trained, otherwise the paper's flock.
-        policy: sets the ranges: a policy, a ``NamedPolicy``, the name of a built-in policy, or the path of a
-            policy file. The options of a named policy or a policy file are used unless given here. The
-            attribute ``policy`` of a loaded policy has the options of its file and refuses others.
-        seeds: seeds of the flocks; ``env.reset(seed=k)`` starts the same flock.
+        scenario: the model's parameters, or a preset's name; its class decides which model runs.
+        policy: sets the ranges: a policy, its name or path (``load_policy``), or a model of
+            stable-baselines3. The options that it knows are used unless given here.
+        seeds: seeds of the flocks, or their number n for the seeds 0 to n - 1; ``env.reset(seed=k)`` starts
+            the same flock.
         per_agent: True: the policy sets one range per agent. False: one per flock. ``None``: as the policy's
             attribute ``per_agent`` says, or the observation space of the model of an ``SB3Policy``.
         batch_size: number of episodes stepped together; ``None``: 64 flocks or 256 lines. Results depend on
@@ -99,34 +99,36 @@ def rollout(
         ``Episodes`` or, for a line, ``LineEpisodes``.
 
     Raises:
-        InputError: if an argument has the wrong type or value, or if an option differs from those of the
-            policy's file; if an option is unknown, missing or out of bounds; if the scenario has no predator
-            or draws a number that is out of bounds, or the name is not a preset.
+        InputError: if an argument has the wrong type or value, an option is unknown or out of bounds, the
+            scenario has no predator, or the policy cannot play in it.
         MemoryError: for the seeds and outcomes.
 
     Examples:
-        >>> rollout("paper-flock", "stubborn-leaders", seeds=range(3)).min_mean_distance.round(2)
+        >>> rollout("paper-flock", "stubborn-leaders", seeds=3).min_mean_distance.round(2)
         array([84.65, 87.7 , 91.85])
     """
-    entry = _named(policy, per_agent, options)
-    model = entry.scenario or FlockScenario() if scenario is None else as_model(scenario)
+    if seeds is None:
+        scenario, policy, seeds = None, scenario, policy
+    elif policy is None:
+        scenario, policy = None, scenario
+    player = as_policy(policy)
+    model = _model_of(scenario, player)
     checked = as_seeds(seeds)
     is_line = isinstance(model, LineScenario)
     size = _LINE_BATCH_SIZE if is_line else _BATCH_SIZE
     size = size if batch_size is None else as_count(batch_size, "batch_size")
-    chosen: Any = entry.options
     if is_line:
         for name, value in (("per_agent", per_agent or None), ("predator_policy", predator_policy)):
             if value is not None:
                 raise InputError(name, "None for a line", shown(value))
-    checked_options = line_options(chosen) if isinstance(model, LineScenario) else env_options(model, chosen)
+    player, view, chosen = _prepared(player, per_agent, model, options)
     with reporting(progress, "Rollout", len(checked)) as callback:
         columns = play(
-            entry.policy,
+            player,
             checked,
             model,
-            checked_options,
-            per_agent=_is_per_agent(entry, per_agent, policy, model, checked_options),
+            chosen,
+            per_agent=view,
             batch_size=size,
             num_threads=num_threads,
             predator_policy=predator_policy,
@@ -135,70 +137,141 @@ def rollout(
     return results(LineEpisodes, checked, columns) if is_line else results(Episodes, checked, columns)
 
 
-def record(
-    scenario: FlockScenario | str | None,
-    policy: AnyPolicy,
-    seed: int,
+@overload
+def simulate(
+    scenario: FlockScenario,
+    interaction_range: ArrayLike | None = None,
     *,
+    policy: AnyPolicy = None,
+    seed: int | None = None,
+    initial_positions: ArrayLike | None = None,
+    initial_velocities: ArrayLike | None = None,
     per_agent: bool | None = None,
     predator_policy: PredatorPolicy | None = None,
+    num_threads: int | None = None,
     **options: Unpack[EnvOptionsDict],
-) -> Trajectory:
-    """Run a policy on one flock and return the trajectory.
+) -> Trajectory: ...
+@overload
+def simulate(
+    scenario: LineScenario,
+    interaction_range: float | None = None,
+    *,
+    policy: AnyPolicy = None,
+    seed: int | None = None,
+) -> LineTrajectory: ...
+@overload
+def simulate(
+    scenario: str | None = None, *arguments: Any, **options: Any
+) -> Any: ...  # the type depends on the preset
+def simulate(
+    scenario: Scenario | str | None = None,
+    interaction_range: Any = None,
+    *,
+    policy: AnyPolicy = None,
+    seed: int | None = None,
+    initial_positions: ArrayLike | None = None,
+    initial_velocities: ArrayLike | None = None,
+    per_agent: bool | None = None,
+    predator_policy: PredatorPolicy | None = None,
+    num_threads: int | None = None,
+    **options: Any,
+) -> Trajectory | LineTrajectory:
+    """Run a flock for ``scenario.num_steps`` steps, or a line until its steady state.
+
+    A line has a fixed range: only ``interaction_range`` or a ``FixedRange``, and ``seed``, can be given.
+    ``simulate_line`` also takes an initial state.
 
     Args:
-        scenario: the flock model's parameters, or a preset's name; ``None``: the scenario in which a policy
-            from a file was trained, otherwise the paper's flock.
-        policy: sets the ranges; see ``rollout``.
-        seed: seed of the flock; ``env.reset(seed=seed)`` starts the same flock.
+        scenario: the model's parameters, or a preset's name; its class decides which model runs. ``None``:
+            the scenario of the policy, or the paper's flock if it has none.
+        interaction_range: rho in m, a scalar or one per agent, shape (n,). Give this or ``policy``.
+        policy: sets the ranges; see ``rollout``. The ranges of a ``ScheduledRange`` apply to every step.
+        seed: seed of the initial state, the predators, noise and randomized fields. ``env.reset(seed=seed)``
+            starts the same flock. ``None``: a random seed from the operating system.
+        initial_positions: r(0) in m, shape (n, D); ``None``: drawn from the seed.
+        initial_velocities: v(0) in m/s, shape (n, D); ``None``: drawn from the seed. With constant speed an
+            agent has speed v0 from its first step on.
         per_agent: see ``rollout``.
-        predator_policy: controls the ``Learned`` predators. ``None``: they fly straight on.
-        **options: see ``EnvOptions``.
+        predator_policy: see ``rollout``.
+        num_threads: number of threads for a large flock; ``None``: one per core. Results do not depend on it.
+        **options: options of the policy's environment, see ``EnvOptions``.
+
+    Returns:
+        ``Trajectory`` or, for a line, ``LineTrajectory``.
 
     Raises:
-        InputError: if an argument has the wrong type or value; if an option is unknown, missing or out of
-            bounds.
+        InputError: if an argument has the wrong type or shape, or is negative or not finite; if the scenario
+            draws a number that is out of bounds, or the policy cannot play in it.
         MemoryError: for the run.
+
+    Examples:
+        >>> run = simulate("paper-flock", 10.0, seed=7)
+        >>> round(float(run.mean_distance.min()), 2)
+        77.31
+        >>> run.positions.shape
+        (241, 300, 2)
+        >>> simulate(policy="stubborn-leaders", seed=7).interaction_ranges.shape
+        (240, 300)
     """
-    entry = _named(policy, per_agent, options)
-    chosen: Any = entry.scenario if scenario is None else scenario
-    model = as_scenario(chosen, FlockScenario)
-    flock_options = env_options(model, cast("EnvOptionsDict", entry.options))
+    if (interaction_range is None) == (policy is None):
+        given = "neither" if policy is None else "both"
+        raise InputError("interaction_range", "either interaction_range or policy", given)
+    player = FixedRange(0.0) if policy is None else as_policy(policy)
+    model = _model_of(scenario, player)
+    ranges = interaction_range
+    if isinstance(player, FixedRange) and policy is not None:
+        ranges = player.interaction_range
+    start = {"initial_positions": initial_positions, "initial_velocities": initial_velocities}
+    others: dict[str, Any] = {**start, "per_agent": per_agent, "predator_policy": predator_policy}
+    others |= {"num_threads": num_threads, **options}
+    if isinstance(model, LineScenario):
+        if ranges is None:
+            raise InputError("policy", "a FixedRange for a line", player.name)
+        _refuse(others, "None for a line")
+        return simulate_line(model, ranges, seed=seed)
+    if isinstance(player, ScheduledRange) and predator_policy is None and not options:
+        schedule = player.schedule
+        ranges = schedule[:, None] if schedule.ndim == 1 else schedule
+    if ranges is not None and predator_policy is None and not options:
+        return run_flock(model, ranges, seed=seed, num_threads=num_threads, **start)
+    if policy is None:
+        _refuse({name: others[name] for name in ("predator_policy", *options)}, "a policy beside it")
+    player, view, chosen = _prepared(player, per_agent, model, options)
     return record_flock(
-        entry.policy,
-        as_seed(seed),
+        player,
+        fresh_seed() if seed is None else as_seed(seed),
         model,
-        flock_options,
-        per_agent=_is_per_agent(entry, per_agent, policy, model, flock_options),
+        cast("EnvOptions", chosen),
+        per_agent=view,
+        start=start,
+        num_threads=num_threads,
         predator_policy=predator_policy,
     )
 
 
-def _named(policy: AnyPolicy, per_agent: bool | None, options: Mapping[str, Any]) -> NamedPolicy:
-    """Return the policy as a ``NamedPolicy`` with this view and, where given, these options."""
-    found = find_policy(policy, "policy") if isinstance(policy, str) else policy
-    if isinstance(found, NamedPolicy):
-        view = found.per_agent if per_agent is None else as_flag(per_agent, "per_agent")
-        return replace(found, per_agent=view, options={**found.options, **options})
-    as_policy(found)
-    view = is_per_agent(found) if per_agent is None else as_flag(per_agent, "per_agent")
-    if not isinstance(found, StoredPolicy) or found.options is None:
-        return NamedPolicy(type(found).__name__, found, view, dict(options))
-    values = ((field, getattr(found.options, field.name)) for field in fields(found.options))
-    own = {field.name: value for field, value in values if value != field.default}
-    entry = NamedPolicy(type(found).__name__, found, view, {**own, **options})
-    found.check(cast("Any", entry.policy).options, per_agent=view)
-    return entry
+def _refuse(given: Mapping[str, Any], expected: str) -> None:
+    for name, value in given.items():
+        if value is not None:
+            raise InputError(name, expected, shown(value))
 
 
-def _is_per_agent(
-    entry: NamedPolicy,
-    per_agent: bool | None,
-    policy: AnyPolicy,
-    model: FlockScenario | LineScenario,
-    options: EnvOptions | LineOptions,
-) -> bool:
-    """Return whether the policy sets one range per agent; a model of stable-baselines3 observes agents."""
-    if per_agent is not None or not isinstance(policy, SB3Policy) or not isinstance(model, FlockScenario):
-        return entry.per_agent
-    return policy.is_per_agent_in(model, cast("EnvOptions", options))
+def _model_of(scenario: Any, policy: BasePolicy) -> Scenario:
+    model = (policy.scenario or FlockScenario()) if scenario is None else as_model(scenario)
+    if policy.scenario is not None and type(policy.scenario) is not type(model):
+        kinds = ["a line" if isinstance(one, LineScenario) else "a flock" for one in (model, policy.scenario)]
+        raise InputError("policy", f"a policy for {kinds[0]}", f"{policy.name!r}, a policy for {kinds[1]}")
+    return model
+
+
+def _prepared(
+    policy: BasePolicy, per_agent: bool | None, model: Scenario, options: Mapping[str, Any]
+) -> tuple[BasePolicy, bool, EnvOptions | LineOptions]:
+    """Return the policy, its view, and the options of its environment."""
+    given: dict[str, Any] = {**policy.all_options(model), **options}
+    chosen = line_options(given) if isinstance(model, LineScenario) else env_options(model, given)
+    view = policy.per_agent if per_agent is None else as_flag(per_agent, "per_agent")
+    if view is None:
+        view = policy.is_per_agent_in(model, chosen)
+    if policy.options is not None:
+        policy = policy.with_options(per_agent=view, **options)
+    return policy, view, chosen

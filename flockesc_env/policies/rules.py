@@ -11,17 +11,18 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import FloatArray, as_floats, as_text
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies.base import Observations, StoredPolicy
+from flockesc_env.policies.base import LONGEST, BasePolicy, Observations
+from flockesc_env.scenario.presets import Scenario
 
 
-class RangeRule(StoredPolicy, ABC):
+class RangeRule(BasePolicy, ABC):
     """Base of rules that return a range for every observation row.
 
     Attributes:
         per_agent: True: the rule requires one observation per agent. False: one per flock.
     """
 
-    per_agent: bool = True
+    per_agent: bool | None = True
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the action of every row; see ``Policy.act``.
@@ -33,6 +34,10 @@ class RangeRule(StoredPolicy, ABC):
         """
         self.check(spec.options, per_agent=spec.per_agent)
         return spec.actions.from_ranges(self._ranges(observations, spec))
+
+    def default_options(self, scenario: Scenario) -> dict[str, Any]:  # noqa: ARG002
+        """Return one step per action, and ranges up to 100 m."""
+        return {"max_range": LONGEST, "steps_per_action": 1}
 
     @abstractmethod
     def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:

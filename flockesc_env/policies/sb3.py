@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any, cast
 
 import gymnasium
@@ -11,15 +12,16 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_flag
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.options import EnvOptions, View
+from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions, View
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, flock_policy_spec
-from flockesc_env.policies.base import Observations, RowMemory, check_options, is_per_agent, normalizer_of
+from flockesc_env.policies.base import BasePolicy, Observations, RowMemory, check_options, normalizer_of
 from flockesc_env.policies.network import NetworkPolicy, Squash, torch_network
-from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import Scenario
 
 
-class SB3Policy(RowMemory):
+class SB3Policy(BasePolicy, RowMemory):
     """A range policy or predator policy from a model of stable-baselines3 or sb3-contrib.
 
     The state of a recurrent model is kept per row and reset at the start of every episode. Use the
@@ -50,10 +52,15 @@ class SB3Policy(RowMemory):
             raise InputError("model", "a model (an object with a method predict)", shown(model))
         if vec_normalize is not None and not hasattr(vec_normalize, "norm_obs"):
             raise InputError("vec_normalize", "a VecNormalize or None", shown(vec_normalize))
-        self.model = model
+        self.model, self.name = model, type(model).__name__
         self.vec_normalize = vec_normalize
         self.deterministic = as_flag(deterministic, "deterministic")
         self._checked_spec: Any = None
+        env: Any = getattr(model, "env", None)
+        spec = _trained_spec(env)
+        if spec is not None:
+            self.options, self.per_agent = asdict(spec.options), spec.per_agent
+            self.scenario = env.get_attr("scenario", [0])[0]
 
     def act(self, observations: Observations, spec: PolicySpec | PredatorPolicySpec) -> NDArray[Any]:
         """Return the model's action for every row; see ``Policy.act``.
@@ -78,15 +85,15 @@ class SB3Policy(RowMemory):
         self._remember(len(observations), state)
         return actions
 
-    def is_per_agent_in(self, scenario: FlockScenario, options: EnvOptions) -> bool:
+    def is_per_agent_in(self, scenario: Scenario, options: EnvOptions | LineOptions) -> bool:
         """Return whether the model observes agents, not the flock, in a scenario with these options.
 
         Raises:
             InputError: if it observes neither of them.
         """
         trained = getattr(self.model, "observation_space", None)
-        if trained is None:
-            return is_per_agent(self)
+        if trained is None or isinstance(scenario, LineScenario) or isinstance(options, LineOptions):
+            return False
         spaces = {view: flock_policy_spec(scenario, options, view).layout.space() for view in View}
         for view, space in spaces.items():
             if trained == space:
@@ -95,6 +102,8 @@ class SB3Policy(RowMemory):
 
     def network(self) -> NetworkPolicy:
         """Return the mode of the action distribution as a ``NetworkPolicy``, which ``save_policy`` can store.
+
+        The network knows the scenario, the view and the options of the model's environment.
 
         Of discrete actions it is the range with the largest logit or Q value.
 
@@ -123,14 +132,17 @@ class SB3Policy(RowMemory):
             expected = "'normalized' or 'discrete'"
             raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
         self._check_spaces(spec)
+        made_for: Any = {"scenario": env.get_attr("scenario", [0])[0], "per_agent": spec.per_agent}
+        made_for |= {name: value for name, value in asdict(spec.options).items() if name not in UNOBSERVED}
         if scorer is not None:  # of ``ScorerPolicy``
-            return cast("NetworkPolicy", scorer())
+            return cast("NetworkPolicy", scorer()).with_options(**made_for)
         grid = spec.actions.grid
         ranges = () if grid is None else tuple(grid.tolist())
         squash: Squash = "tanh" if self.model.policy.squash_output else "clip"
         network = torch_network(layers, spec.layout.names, squash=squash, ranges=ranges)
         normalizer = self._normalizer()
-        return network if normalizer is None else _normalized(network, spec.layout, normalizer)
+        plain = network if normalizer is None else _normalized(network, spec.layout, normalizer)
+        return plain.with_options(**made_for)
 
     def _normalizer(self) -> Any:
         """Return the ``VecNormalize`` that normalizes observations, or ``None``."""

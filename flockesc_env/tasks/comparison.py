@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,10 +18,9 @@ from flockesc_env.common.files import write_text
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.models.sweep import FLOCK_RANGES, LINE_RANGES, FlockSweepResult, LineSweepResult, sweep
-from flockesc_env.policies.files import find_policy
-from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.policies.base import BasePolicy
+from flockesc_env.policies.registry import as_policy
 from flockesc_env.policies.rollout import rollout
-from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.tasks.definition import TaskDefinition
 from flockesc_env.tasks.fitting import fitted
@@ -34,16 +33,18 @@ ORACLE: Final = "hindsight oracle over fixed ranges"
 
 @dataclass(frozen=True)
 class ComparisonRow:
-    """What a policy reaches: its objective, and its paired difference to the best fixed range.
+    """What a policy reaches: its objective, and its paired differences.
 
     Attributes:
         objective: mean objective.
         difference: mean paired difference to the best fixed range.
+        to_rule: mean paired difference to the task's rule.
         improvement: share of flocks with a larger objective than under the best fixed range; ties count half.
     """
 
     objective: Estimate
     difference: Estimate
+    to_rule: Estimate
     improvement: Estimate
 
 
@@ -66,10 +67,13 @@ class Comparison:
     @property
     def rows(self) -> dict[str, ComparisonRow]:
         """The rows of the table with 95 % bootstrap intervals over flocks, by policy."""
-        fixed = next(iter(self.values.values()))
+        fixed, rule = next(iter(self.values.values())), self.values[self.task.shortcut.policy]
         return {
             name: ComparisonRow(
-                stats.mean(values), stats.mean(values - fixed), stats.improvement(values, fixed)
+                stats.mean(values),
+                stats.mean(values - fixed),
+                stats.mean(values - rule),
+                stats.improvement(values, fixed),
             )
             for name, values in self.values.items()
         }
@@ -86,19 +90,20 @@ class Comparison:
         write_table(self.to_polars(), folder / "episodes.parquet")
 
     def __str__(self) -> str:
-        spec = self.task.spec
+        spec, rule = self.task.spec, self.task.shortcut.policy
         lines = [
             f"{spec.with_unit(spec.symbol)} of the task {self.task.name} on {len(self.search.seeds)} held-out"
             f" {spec.model}s in {self.scenario}; 95 % bootstrap intervals.",
             "Differences to the best fixed range are paired. The range was chosen on other seeds.",
             "",
-            "| policy | objective | difference to best fixed | probability of improvement |",
-            "|---|---|---|---|",
+            f"| policy | objective | minus best fixed | minus {rule} | probability of improvement |",
+            "|---|---|---|---|---|",
         ]
         for place, (name, row) in enumerate(self.rows.items()):
-            objective, difference = (f"{one:.{spec.digits}f}" for one in (row.objective, row.difference))
-            compared = [difference, f"{row.improvement:.2f}"] if place else ["-", "-"]
-            lines.append(f"| {' | '.join([name, objective, *compared])} |")
+            numbers = [f"{one:.{spec.digits}f}" for one in (row.objective, row.difference, row.to_rule)]
+            compared = numbers[1:] if name != rule else [numbers[1], "-"]
+            compared = [*compared, f"{row.improvement:.2f}"] if place else ["-", compared[1], "-"]
+            lines.append(f"| {' | '.join([name, numbers[0], *compared])} |")
         return "\n".join(lines)
 
     __repr__ = __str__
@@ -141,25 +146,20 @@ def grid_of(task: TaskDefinition) -> tuple[float, ...]:
     return LINE_RANGES if isinstance(task.scenario, LineScenario) else FLOCK_RANGES
 
 
-def entry_of(policy: Any, task: TaskDefinition) -> NamedPolicy:
+def entry_of(policy: Any, task: TaskDefinition) -> BasePolicy:
     """Return a policy as it plays a task, with the task's objective.
 
     Args:
-        policy: a policy, the name of a built-in one, the path of a policy file, or a model of
-            stable-baselines3 that was trained on the task.
+        policy: a policy, its name or path, or a model of stable-baselines3 that was trained on the task.
         task: the task.
 
     Raises:
         InputError: if it is no policy, or does not fit the task.
     """
-    if isinstance(policy, str):
-        policy = find_policy(policy)
-    if not isinstance(policy, NamedPolicy):
-        found = SB3Policy(policy) if hasattr(policy, "predict") and not hasattr(policy, "act") else policy
-        policy = NamedPolicy(type(policy).__name__, found, task.per_agent, dict(task.options), task.scenario)
+    found = as_policy(policy)
     try:
-        entry = fitted(policy, task)
+        entry = fitted(found, task)
     except InputError as error:
-        raise InputError(f"{policy.name}: {error.field}", error.expected, error.given) from None
+        raise InputError(f"{found.name}: {error.field}", error.expected, error.given) from None
     is_line = isinstance(task.scenario, LineScenario)
-    return entry if is_line else replace(entry, options={"objective": task.spec.name, **entry.options})
+    return entry if is_line else entry.with_options(**{"objective": task.spec.name, **(entry.options or {})})

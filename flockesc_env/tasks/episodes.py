@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
+import math
 import re
 from collections.abc import Sequence
+from copy import copy
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -15,12 +16,11 @@ import numpy as np
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import data_frame, require
 from flockesc_env.envs.vector import AgentVectorEnv
-from flockesc_env.episodes.options import UNOBSERVED, EnvOptions
+from flockesc_env.episodes.options import UNOBSERVED
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.splits import refuse_held_out
-from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.policies.base import BasePolicy
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.line import LineScenario
 from flockesc_env.tasks.fitting import fitted
 from flockesc_env.tasks.scoring import LoadedPolicy, Report
 from flockesc_env.tasks.task import Task
@@ -55,7 +55,7 @@ def record_episodes(
     refuse_held_out(seeds)
     if output.exists() and not (output.is_dir() and not any(output.iterdir())):
         raise InputError("output", "a new or empty folder", repr(str(output)))
-    stems = (Path(each.spec).stem if each.sha256 else each.entry.name for each in policies)
+    stems = (Path(each.spec).stem if each.sha256 else each.policy.name for each in policies)
     names = [re.sub(r"[^A-Za-z0-9_]+", "-", stem) for stem in stems]
     if len({"episodes", "policies", *names}) < 2 + len(names):
         raise InputError("policies", "different names, not episodes or policies", ", ".join(names))
@@ -65,8 +65,9 @@ def record_episodes(
     with TemporaryDirectory(dir=output) as folder, TemporaryDirectory(dir=output) as scratch:
         for name, policy, entry in zip(names, policies, entries, strict=True):
             report(policy.spec)
-            spec = environment(task, **entry.options).policy_spec
-            env = environment(task, **{**entry.options, "action_mode": "normalized"})
+            own = dict(entry.options or {})
+            spec = environment(task, **own).policy_spec
+            env = environment(task, **{**own, "action_mode": "normalized"})
             parts = []
             for start in range(0, len(seeds), 10):  # the rows of a flock take up to some ten MB
                 played = [_play(name, entry, spec, env, task, seed) for seed in seeds[start : start + 10]]
@@ -74,7 +75,8 @@ def record_episodes(
                 pl.concat(rows for rows, _ in played).write_parquet(parts[-1])
                 ends += [end for _, end in played]
             pl.scan_parquet(parts).sink_parquet(Path(folder, f"{name}.parquet"))
-            facts.append((name, json.dumps(entry.options), policy.sha256, list(spec.layout.names)))
+            shown = json.dumps({name: value for name, value in own.items() if value != math.inf})
+            facts.append((name, shown, policy.sha256, list(spec.layout.names)))
         columns = ["policy", "seed", "steps", "objective", "last_observation"]
         rows = pl.DataFrame(ends, columns, orient="row").cast({"last_observation": pl.List(pl.Float32)})
         rows.write_parquet(Path(folder, "episodes.parquet"))
@@ -84,26 +86,26 @@ def record_episodes(
             file.rename(output / file.name)
 
 
-def _fitted(policy: LoadedPolicy, task: Task) -> NamedPolicy:
+def _fitted(policy: LoadedPolicy, task: Task) -> BasePolicy:
     """Return a policy with the options of the environment in which it plays."""
     try:
-        entry = fitted(policy.entry, task)
+        entry = fitted(policy.policy, task)
     except InputError as error:
         raise InputError(f"{policy.spec}: {error.field}", error.expected, error.given) from None
-    own = {name: value for name, value in entry.options.items() if name not in UNOBSERVED}
-    if not isinstance(task.scenario, LineScenario):  # agents that see less than allowed stay such agents
-        own = {"predator_sensing_range": EnvOptions.predator_sensing_range, **own}
-    return dataclasses.replace(entry, options={**task.options, **own})
+    own = {name: value for name, value in (entry.options or {}).items() if name not in UNOBSERVED}
+    made = copy(entry)
+    made.options = {**task.options, **own}
+    return made
 
 
-def _play(name: str, entry: NamedPolicy, spec: Any, env: Any, task: Task, seed: int) -> tuple[Any, Any]:
+def _play(name: str, policy: BasePolicy, spec: Any, env: Any, task: Task, seed: int) -> tuple[Any, Any]:
     """Play an episode; return the table of its actions, and its row in the table of episodes."""
     observation, _ = env.reset(seed=seed)
-    reset_policy(entry.policy, np.ones(spec.rows, bool))
+    reset_policy(policy, np.ones(spec.rows, bool))
     steps: list[tuple[Any, ...]] = []
     while not steps or not (steps[-1][-2] | steps[-1][-1]).all():  # terminated or truncated
         seen = np.atleast_2d(observation)
-        ranges = spec.actions.to_ranges(entry.policy.act(seen, spec), spec.rows)
+        ranges = spec.actions.to_ranges(policy.act(seen, spec), spec.rows)
         action = env.policy_spec.actions.from_ranges(ranges).astype(np.float32)
         observation, *results, info = env.step(action if task.per_agent else action[0])
         ranges = env.policy_spec.actions.to_ranges(action, spec.rows).astype(np.float32)

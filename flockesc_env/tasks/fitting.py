@@ -9,11 +9,16 @@ import numpy as np
 
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
-from flockesc_env.policies.base import Policy
+from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.files import Stored
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
-from flockesc_env.policies.registry import NamedPolicy
-from flockesc_env.policies.rules import BestCandidate, BestNextHeading, ListenWhileFleeing, StubbornLeaders
+from flockesc_env.policies.rules import (
+    BestCandidate,
+    BestNextHeading,
+    ListenWhileFleeing,
+    RangeRule,
+    StubbornLeaders,
+)
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.tasks.definition import TaskDefinition
 
@@ -22,6 +27,9 @@ FREE = (
     *UNOBSERVED,
 )
 """Options that a policy chooses itself. Those of the first line decide which ranges it sets, and when."""
+
+_ABOUT = ("name", "per_agent", "options", "scenario")
+"""Attributes of every policy that are not its numbers."""
 
 _ROW_BY_ROW = (
     *get_args(Stored),
@@ -35,23 +43,23 @@ _ROW_BY_ROW = (
 )
 
 
-def fitted(entry: NamedPolicy, task: TaskDefinition) -> NamedPolicy:
+def fitted(policy: BasePolicy, task: TaskDefinition) -> BasePolicy:
     """Return a policy as it plays a task.
 
-    ``FixedRange`` and ``RandomRange`` observe nothing and set one range per agent or one for the flock. They
-    take the view and the options of the task.
+    A policy without options, ``FixedRange`` and ``RandomRange`` take the view and the options of the task.
 
     Raises:
         InputError: if the policy does not fit; see ``check_fits``.
     """
-    if isinstance(entry.policy, FixedRange | RandomRange):
-        options = {**task.options, **entry.options}
-        return dataclasses.replace(entry, per_agent=task.per_agent, options=options)
-    check_fits(entry, task)
-    return entry
+    if policy.options is None or isinstance(policy, FixedRange | RandomRange):
+        own = {} if isinstance(policy, RangeRule) else policy.default_options(task.scenario)
+        own |= policy.options or {}
+        return policy.with_options(per_agent=task.per_agent, **{**task.options, **own})
+    check_fits(policy, task)
+    return policy
 
 
-def check_fits(entry: NamedPolicy, task: TaskDefinition) -> None:
+def check_fits(policy: BasePolicy, task: TaskDefinition) -> None:
     """Refuse a policy for another problem, or one whose options show more than the task does.
 
     The task's own options say what it shows. A policy may see that and what follows from it:
@@ -71,24 +79,25 @@ def check_fits(entry: NamedPolicy, task: TaskDefinition) -> None:
     a policy were chosen.
     """
     model = task.scenario
-    if entry.scenario is not None and type(entry.scenario) is not type(model):
-        raise InputError("scenario", f"a {type(model).__name__}", type(entry.scenario).__name__)
-    if entry.per_agent is not task.per_agent:
-        raise InputError("per_agent", f"{task.per_agent}, as in the task", entry.per_agent)
+    if policy.scenario is not None and type(policy.scenario) is not type(model):
+        raise InputError("scenario", f"a {type(model).__name__}", type(policy.scenario).__name__)
+    if policy.per_agent is not task.per_agent:
+        raise InputError("per_agent", f"{task.per_agent}, as in the task", policy.per_agent)
     options: Any = EnvOptions if isinstance(model, FlockScenario) else LineOptions
     names = [field.name for field in dataclasses.fields(options)]
-    unknown = sorted(set(entry.options) - set(names))
+    own = policy.options or {}
+    unknown = sorted(set(own) - set(names))
     if unknown:
         raise InputError("options", f"some of {', '.join(names)}", ", ".join(unknown))
-    chosen, shown = options(**entry.options), options(**task.options)
+    chosen, shown = options(**policy.all_options(model)), options(**task.options)
     if not isinstance(model, FlockScenario):
         return
     _check_some("profile_ranges", chosen.profile_ranges or (), shown.profile_ranges or ())
     played = [one for one in task.scenarios.values() if isinstance(one, FlockScenario)]
-    is_alone = all(len(world.predators) == 1 for world in played)
+    is_alone = all(len(one.predators) == 1 for one in played)
     follows = ("closest_approach",) if task.per_agent and is_alone else ()
     _check_some("extra_entries", chosen.extra_entries, (*shown.extra_entries, *follows))
-    if "objective" in entry.options and chosen.objective != shown.objective:
+    if "objective" in own and chosen.objective != shown.objective:
         raise InputError("objective", f"{shown.objective!r}, as in the task", repr(chosen.objective))
     sensing, most = chosen.predator_sensing_range, shown.predator_sensing_range
     if sensing > most:
@@ -97,29 +106,29 @@ def check_fits(entry: NamedPolicy, task: TaskDefinition) -> None:
 
 def _check_some(name: str, chosen: tuple[Any, ...], shown: tuple[Any, ...]) -> None:
     """Refuse entries that are not among those of the task."""
-    more = [entry for entry in chosen if entry not in shown]
+    more = [one for one in chosen if one not in shown]
     if more:
         allowed = f"some of {', '.join(map(str, shown))}" if shown else "none"
         raise InputError(name, f"{allowed}, as in the task", ", ".join(map(str, chosen)))
 
 
-def content(entry: NamedPolicy, task: TaskDefinition) -> Any:
+def content(policy: BasePolicy, task: TaskDefinition) -> Any:
     """Return what decides the actions of a checkable policy in a task: its class, its numbers, its options.
 
     Names, the training scenario, and options that no action depends on do not count.
     """
-    entry = fitted(entry, task)
+    policy = fitted(policy, task)
     options: Any = EnvOptions if isinstance(task.scenario, FlockScenario) else LineOptions
-    chosen = dataclasses.asdict(options(**entry.options))
+    chosen = dataclasses.asdict(options(**policy.all_options(task.scenario)))
     numbers = {
         name: value.tolist() if isinstance(value, np.ndarray) else value
-        for name, value in vars(entry.policy).items()
-        if not name.startswith("_") and name != "options"
+        for name, value in vars(policy).items()
+        if not name.startswith("_") and name not in _ABOUT
     }
-    return type(entry.policy), numbers, {name: chosen[name] for name in chosen if name not in UNOBSERVED}
+    return type(policy), numbers, {name: chosen[name] for name in chosen if name not in UNOBSERVED}
 
 
-def is_checkable(policy: Policy) -> bool:
+def is_checkable(policy: BasePolicy) -> bool:
     """Return whether a policy is of a class that computes each row's action from that row alone.
 
     Such a policy consists of numbers, and a memory per row. It sees what its options show. Other code gets

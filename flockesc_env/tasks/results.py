@@ -18,7 +18,7 @@ from flockesc_env.common.checks import FloatArray, parse_json
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.files import suffix_of, write_text
 from flockesc_env.policies.files import SUFFIX as POLICY_SUFFIX
-from flockesc_env.policies.registry import built_in
+from flockesc_env.policies.registry import load_policy
 from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.fitting import content
 from flockesc_env.tasks.task import Task, tasks
@@ -188,7 +188,7 @@ def _content(policy: PolicyResult, task: Task) -> Any:
     if is_file(policy.policy):
         return policy.sha256
     try:
-        return content(built_in(policy.policy), task)
+        return content(load_policy(policy.policy), task)
     except InputError:  # code, or a rule that does not fit
         return policy.policy
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import os
 from collections.abc import Callable, Sequence
@@ -14,9 +13,10 @@ import numpy as np
 from flockesc_env.common.checks import FloatArray, as_count, as_seed, as_seeds
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.models.records import versions
+from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.files import parse_policy
 from flockesc_env.policies.ranges import RandomRange
-from flockesc_env.policies.registry import NamedPolicy, built_in
+from flockesc_env.policies.registry import load_policy
 from flockesc_env.policies.rollout import rollout
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.tasks.definition import FLOCKS, VERSION
@@ -43,17 +43,17 @@ class LoadedPolicy(NamedTuple):
     """A policy with the text that names it, and the checksum of the bytes that it was loaded from.
 
     Attributes:
-        spec: path of a policy file, name of a built-in policy, or ``module:function``.
+        spec: path of a policy file, name of a policy, or ``module:function``.
         sha256: checksum of the policy file; empty without a file.
-        entry: the policy.
+        policy: the policy.
     """
 
     spec: str
     sha256: str
-    entry: NamedPolicy
+    policy: BasePolicy
 
     @classmethod
-    def of(cls, spec: str, find: Callable[[str], NamedPolicy] = built_in) -> LoadedPolicy:
+    def of(cls, spec: str, find: Callable[[str], BasePolicy] = load_policy) -> LoadedPolicy:
         """Return the policy that a text names. A file is read once.
 
         Args:
@@ -72,15 +72,15 @@ class LoadedPolicy(NamedTuple):
 
     def content(self, task: Task) -> Any:
         """Return what decides the actions in a task, for a comparison; of code it is the text."""
-        return content(self.entry, task) if is_checkable(self.entry.policy) else self.spec
+        return content(self.policy, task) if is_checkable(self.policy) else self.spec
 
 
-def play(entry: NamedPolicy, task: Task, scenario: str, flocks: Sequence[int]) -> FloatArray:
+def play(policy: BasePolicy, task: Task, scenario: str, flocks: Sequence[int]) -> FloatArray:
     """Play a policy with its own options in a scenario of a task; return the objective, shape (flocks,)."""
     model = task.scenarios[scenario]
     options = {"objective": task.spec.name} if isinstance(model, FlockScenario) else {}
-    entry = dataclasses.replace(entry, options={**options, **entry.options})
-    return task.spec.values(rollout(model, entry, flocks))
+    policy = policy.with_options(**{**options, **(policy.options or {})})
+    return task.spec.values(rollout(model, policy, flocks))
 
 
 def score(
@@ -110,19 +110,19 @@ def score(
     check_training(training, len(policies))
     folder = Path() if output is None else output.parent
     fitting = []
-    for spec, sha256, entry in policies:
+    for spec, sha256, policy in policies:
         source = _relative(Path(spec), folder) if sha256 else spec
         try:
-            fitting.append((source, fitted(entry, task)))
+            fitting.append((source, fitted(policy, task)))
             if output is not None:
                 check_source(source, sha256)
         except InputError as error:
             raise InputError(f"{spec}: {error.field}", error.expected, error.given) from None
     check_different([(one.spec, one.content(task)) for one in policies])
     found = []
-    for (spec, sha256, _), (source, entry) in zip(policies, fitting, strict=True):
+    for (spec, sha256, _), (source, policy) in zip(policies, fitting, strict=True):
         report(spec)
-        objectives = {name: play(entry, task, name, FLOCKS).tolist() for name in task.scales}
+        objectives = {name: play(policy, task, name, FLOCKS).tolist() for name in task.scales}
         found.append(PolicyResult(policy=source, sha256=sha256, objectives=objectives))
     return Result(
         version=VERSION,
@@ -174,9 +174,9 @@ def verify(path: Path, *, flocks: Sequence[int] | None = None, report: Report = 
     for index, (policy, one) in enumerate(zip(result.policies, found, strict=True)):
         field = f"{path}: policies[{index}]"
         report(policy.policy)
-        entry = fitted(one.entry, task)
+        playing = fitted(one.policy, task)
         for name, recorded in policy.objectives.items():
-            played = _played(entry, task, name, drawn)
+            played = _played(playing, task, name, drawn)
             given = np.array(recorded)[drawn]
             differs = np.flatnonzero(played.view(np.int64) != given.view(np.int64))
             if len(differs):
@@ -189,11 +189,11 @@ def verify(path: Path, *, flocks: Sequence[int] | None = None, report: Report = 
     return result
 
 
-def _played(entry: NamedPolicy, task: Task, scenario: str, drawn: Sequence[int]) -> FloatArray:
+def _played(policy: BasePolicy, task: Task, scenario: str, drawn: Sequence[int]) -> FloatArray:
     """Return the objectives of some flocks; the numbers of a random policy depend on all flocks before."""
-    if isinstance(entry.policy, RandomRange):
-        return play(entry, task, scenario, FLOCKS)[drawn]
-    return play(entry, task, scenario, [FLOCKS[at] for at in drawn])
+    if isinstance(policy, RandomRange):
+        return play(policy, task, scenario, FLOCKS)[drawn]
+    return play(policy, task, scenario, [FLOCKS[at] for at in drawn])
 
 
 def _find(policy: PolicyResult, task: Task, path: Path, field: str) -> LoadedPolicy:
@@ -204,14 +204,14 @@ def _find(policy: PolicyResult, task: Task, path: Path, field: str) -> LoadedPol
     except InputError:
         if is_file(spec):
             raise InputError(f"{path}: {field}", "an existing policy file", shown(policy.policy)) from None
-        expected = "a policy file or a built-in policy, which can be played again"
+        expected = "a policy file or the name of a policy, which can be played again"
         given = f"{shown(policy.policy)}, played by its author's code"
         raise InputError(f"{path}: {field}", expected, given) from None
     if found.sha256 != policy.sha256:
         expected = f"{policy.policy} with the sha256 {policy.sha256}"
         raise InputError(f"{path}: {field}", expected, found.sha256)
     try:
-        fitted(found.entry, task)
+        fitted(found.policy, task)
     except InputError as error:
         raise InputError(f"{path}: {field}: {error.field}", error.expected, error.given) from None
     return found
@@ -221,7 +221,7 @@ def _is_reproducible(policy: LoadedPolicy) -> bool:
     """Return whether others can play a policy: it is a file or built-in, and computes rows one by one."""
     spec = policy.spec
     is_given = bool(policy.sha256) or ":" not in spec or spec.startswith("fixed:")
-    return is_given and is_checkable(policy.entry.policy)
+    return is_given and is_checkable(policy.policy)
 
 
 def _relative(path: Path, folder: Path) -> str:

@@ -1,4 +1,4 @@
-"""What a page can run by itself: worlds and policies, as documents."""
+"""What a page can run by itself: scenarios and policies, as documents."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ import numpy as np
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import suffix_of
 from flockesc_env.models.simulate import Trajectory
+from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.files import SUFFIX
 from flockesc_env.policies.network import NetworkPolicy
 from flockesc_env.policies.ranges import FixedRange
-from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.policies.registry import policy_file
 from flockesc_env.render.frames import policy_title
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import PRESETS
@@ -32,10 +33,10 @@ ENGINE: Final = files("flockesc_env.watch") / "engine"
 """The core in WebAssembly, which ``make engine`` builds."""
 
 FIRST_RANGES: Final = {"torus": 60.0, "ring": LARGEST_RANGE}
-"""Ranges in m at first, in worlds whose best fixed range is not known and that need a long one."""
+"""Ranges in m at first, in scenarios whose best fixed range is not known and that need a long one."""
 
 GIVEN: Final = "given"
-"""Name of a world that is not a preset."""
+"""Name of a scenario that is not a preset."""
 
 
 def has_engine() -> bool:
@@ -43,19 +44,19 @@ def has_engine() -> bool:
     return (ENGINE / "flockesc_wasm.js").is_file()
 
 
-def page_spec(spec: str, policy: NamedPolicy) -> str | None:
+def page_spec(spec: str, policy: BasePolicy) -> str | None:
     """Return the text by which a page runs a policy that ``spec`` gave, or ``None`` if it cannot.
 
     A page runs fixed ranges, ``RULES`` and files of a flock's network.
     """
-    if isinstance(policy.policy, FixedRange):
-        return f"fixed:{policy.policy.interaction_range!r}".removesuffix(".0")
-    is_network = isinstance(policy.policy, NetworkPolicy) and isinstance(policy.scenario, FlockScenario)
-    return spec if spec in RULES or (is_network and suffix_of(spec) == SUFFIX) else None
+    if isinstance(policy, FixedRange):
+        return f"fixed:{policy.interaction_range!r}".removesuffix(".0")
+    is_network = isinstance(policy, NetworkPolicy) and isinstance(policy.scenario, FlockScenario)
+    return spec if spec in RULES or (is_network and policy_file(spec) is not None) else None
 
 
-def world_document(name: str, scenario: FlockScenario, best: float | None = None) -> dict[str, Any]:
-    """Return the document of a world: a preset's or ``GIVEN``, with its best fixed range if that is known."""
+def scenario_document(name: str, scenario: FlockScenario, best: float | None = None) -> dict[str, Any]:
+    """Return the document of a preset or of ``GIVEN``, with its best fixed range if that is known."""
     unit = scenario.neighbor_rule.unit
     return {
         "name": name,
@@ -66,19 +67,18 @@ def world_document(name: str, scenario: FlockScenario, best: float | None = None
         "maxRange": LARGEST_RANGE if unit == "m" else float(max(scenario.num_agents - 1, 1)),
         "best": best,
         "firstRange": FIRST_RANGES.get(name),
-        "scenario": scenario.to_json(),
+        "json": scenario.to_json(),
         "steered": _steered(scenario),
         "start": None,
     }
 
 
-def worlds(scenario: FlockScenario, best: dict[str, float] | None = None) -> tuple[str, list[dict[str, Any]]]:
-    """Return the name of a scenario's world, and the documents of this world and of all presets."""
-    best = best or {}
+def scenario_documents(scenario: FlockScenario, best: dict[str, float]) -> tuple[str, list[dict[str, Any]]]:
+    """Return the name of a scenario, a preset's or ``GIVEN``, and the documents of it and of all presets."""
     flocks = {name: flock for name, (_, flock) in PRESETS.items() if isinstance(flock, FlockScenario)}
     known = [name for name, flock in flocks.items() if flock == scenario]
-    documents = [world_document(name, flock, best.get(name)) for name, flock in flocks.items()]
-    return (known[0], documents) if known else (GIVEN, [world_document(GIVEN, scenario), *documents])
+    documents = [scenario_document(name, flock, best.get(name)) for name, flock in flocks.items()]
+    return (known[0], documents) if known else (GIVEN, [scenario_document(GIVEN, scenario), *documents])
 
 
 def start_document(run: Trajectory) -> dict[str, Any] | None:

@@ -18,7 +18,7 @@ from flockesc_env.models.records import versions
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.render.palette import DARK, LIGHT
 from flockesc_env.watch.document import Run, check_runs, run_document
-from flockesc_env.watch.live import ENGINE, has_engine, safe_json, start_document, worlds
+from flockesc_env.watch.live import ENGINE, has_engine, safe_json, scenario_documents, start_document
 
 _REPLAY = (
     *("dom", "data", "groups", "theme", "camera", "ground", "scene", "panel", "curves", "player", "save"),
@@ -35,13 +35,13 @@ _LEAD = "How far each agent listens decides whether the flock escapes. Change th
 
 @dataclass(frozen=True, kw_only=True)
 class Content:
-    """What a page shows, besides recorded runs. Without documents of worlds, it only replays them.
+    """What a page shows, besides recorded runs. Without scenarios, it only replays them.
 
-    ``start`` is the flock and the policies at first: ``{"world": .., "seed": .., "policies": [..]}``, and as
-    ``"headline"`` the policy behind the button "Learned".
+    ``start`` is the flock and the policies at first: ``{"scenario": .., "seed": .., "policies": [..]}``, and
+    as ``"headline"`` the policy behind the button "Learned".
     """
 
-    worlds: Sequence[dict[str, Any]] = ()  # see `live.world_document`
+    scenarios: Sequence[dict[str, Any]] = ()  # see `live.scenario_document`
     policies: Sequence[dict[str, Any]] = ()  # see `live.file_document`
     start: Mapping[str, Any]
     playground: Mapping[str, Any] | None = None  # the published curve and the chapters of the playground
@@ -73,23 +73,23 @@ def replay(runs: Sequence[Run], policies: Sequence[dict[str, Any]] = ()) -> Cont
     """Return the content of a page that shows recorded runs at first, after ``check_runs``."""
     check_runs(runs)
     first = runs[0][1]
-    name, documents = worlds(first.scenario)
+    name, documents = scenario_documents(first.scenario, {})
     start = start_document(first)
     if start is not None:
-        documents = [{**world, "start": start} if world["name"] == name else world for world in documents]
+        documents = [{**each, "start": start} if each["name"] == name else each for each in documents]
     specs = [f"recording:{index}" for index in range(len(runs))]
     seed = None if start else str(first.seed)
-    shown = {"world": name, "seed": seed, "policies": specs, "headline": None}
-    return Content(worlds=documents, policies=policies, start=shown)
+    shown = {"scenario": name, "seed": seed, "policies": specs, "headline": None}
+    return Content(scenarios=documents, policies=policies, start=shown)
 
 
 def render(runs: Sequence[Run], content: Content, *, with_engine: bool = True) -> str:
     """Return the page; ``with_engine``: with the core in WebAssembly (0.5 MB), if the package has it."""
-    is_live = with_engine and has_engine() and bool(content.worlds)
+    is_live = with_engine and has_engine() and bool(content.scenarios)
     recordings = [run_document(name, trajectory) for name, trajectory in runs]
     document = {
         "versions": versions(),
-        "worlds": content.worlds if is_live else [],
+        "scenarios": content.scenarios if is_live else [],
         "policies": content.policies if is_live else [],
         "start": content.start,
         "playground": content.playground,

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import ConstantVelocity, FlockScenario, Metric, NeighborRule, simulate
+from flockesc_env import FlockScenario, simulate
+from flockesc_env.scenario import ConstantVelocity, Metric, NeighborRule
 
 _MODULES = ("numpy_flocks", "numba_cells", "jax_all_pairs", "plain_rust")
 

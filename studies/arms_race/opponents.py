@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import FlockScenario, Learned, NamedPolicy, NetworkPolicy
+from flockesc_env import FlockScenario, NetworkPolicy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import Observations, PredatorPolicy, PredatorPolicySpec
-from flockesc_env.policies import find_policy
+from flockesc_env.policies import BasePolicy, load_policy
 from flockesc_env.policies.network import tanh_layers
 from flockesc_env.policies.predators import FlyStraight, Pursue
+from flockesc_env.scenario import Learned
 
 INPUTS: Final = (
     *("time", "nearest_direction_ahead", "nearest_direction_left", "nearest_distance"),
@@ -28,6 +28,10 @@ WIDTHS: Final = (len(INPUTS), 8, 2)  # of the layers of a ``NetworkPredator``
 SIZE: Final = sum((rows + 1) * columns for rows, columns in pairwise(WIDTHS))  # number of its parameters
 
 
+STEPS_PER_ACTION: Final = 4
+"""Number of model steps per action of the rules."""
+
+
 @dataclass(frozen=True)
 class Flock:
     """A flock policy: the name of a built-in one or a file; ``parameters`` replace those of its network."""
@@ -35,13 +39,14 @@ class Flock:
     spec: str
     parameters: tuple[float, ...] = ()
 
-    def entry(self) -> NamedPolicy:
+    def entry(self) -> BasePolicy:
         """Return the policy with its options."""
-        found = find_policy(self.spec)
+        found = load_policy(self.spec)
         if self.parameters:
-            network: Any = found.policy
-            found = dataclasses.replace(found, policy=NetworkPolicy(network.architecture, self.parameters))
-        return found
+            known: dict[str, Any] = {"per_agent": found.per_agent, "scenario": found.scenario}
+            network = NetworkPolicy(cast("NetworkPolicy", found).architecture, self.parameters)
+            found = network.with_options(name=found.name, **known, **(found.options or {}))
+        return found if found.scenario is not None else found.with_options(steps_per_action=STEPS_PER_ACTION)
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,14 @@ import numpy as np
 import polars as pl
 from cmaes import CMA
 
-from flockesc_env import FlockScenario, NamedPolicy, NetworkPolicy, rollout, save_policy
+from flockesc_env import FlockScenario, NetworkPolicy, rollout, save_policy
 from flockesc_env.common.array_files import write_npz, write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.splits import HELD_OUT, TUNING, first_seeds, training_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models import records
+from flockesc_env.policies import BasePolicy, as_policy
 from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
 from studies.measurements import Runner, chunks
 from studies.study import document, machine
@@ -44,7 +45,6 @@ UNTRAINED: Final = ("straight", "nearest", "centroid", "lead")
 LEADS: Final = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)  # tried against the best fixed range
 LEAD_FLOCKS: Final = 400
 FIRST_SEED: Final = 100  # of training runs; the study of learned ranges uses smaller ones
-STEPS_PER_ACTION: Final = ("steps_per_action", 4)  # the option of flock policies, and its default
 BATCH: Final = 32  # flocks that are stepped together: larger batches leave the cache
 CHUNK: Final = 100  # flocks of a job of the cross-play
 EPISODE: Final = 5e-3  # estimated seconds
@@ -130,7 +130,7 @@ def train(kind: str, flock: Flock, predator: Predator, budget: Budget, seed: int
 def learner(kind: str, flock: Flock, predator: Predator) -> tuple[FloatArray, Value]:
     """Return the parameters of a ``"flock"`` policy or a ``"predator"``, and J_mean against the other."""
     entry, opponent = flock.entry(), predator.policy(SCENARIO)
-    pursuit, network = LeadPursuit(SCENARIO, predator.lead), cast("NetworkPolicy", entry.policy)
+    pursuit, network = LeadPursuit(SCENARIO, predator.lead), cast("NetworkPolicy", entry)
     start = network.parameters if kind == "flock" else predator.parameters or np.zeros(SIZE)
     origin = np.array(start, np.float64)
 
@@ -140,7 +140,8 @@ def learner(kind: str, flock: Flock, predator: Predator) -> tuple[FloatArray, Va
         for group in np.split(origin + changes, range(size, len(changes), size)):
             if kind == "flock":
                 networks = Population([NetworkPolicy(network.architecture, vector) for vector in group])
-                sides: tuple[Any, Any] = dataclasses.replace(entry, policy=networks), opponent
+                known: Any = {"per_agent": entry.per_agent, **(entry.options or {})}
+                sides: tuple[Any, Any] = as_policy(networks).with_options(**known), opponent
             else:
                 predators: Any = [NetworkPredator(vector, pursuit) for vector in group]
                 sides = entry, Population(predators)
@@ -204,14 +205,14 @@ def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
     write_table(pl.DataFrame(trainings), output / "trainings.parquet")
     for name, flock in flocks.items():
         if flock.parameters:
-            entry = dataclasses.replace(flock.entry(), name=name, scenario=SCENARIO)
+            entry = flock.entry().with_options(name=name, scenario=SCENARIO)
             save_policy(entry, output / "policies" / f"{name.replace(',', '').replace(' ', '-')}.npz")
     trained = {name: np.array(each.parameters) for name, each in predators.items() if each.parameters}
     write_npz(output / "policies" / "predators.npz", trained)
     policies = {}
     for name, flock in flocks.items():
         entry = flock.entry()
-        size, steps = len(getattr(entry.policy, "parameters", ())), entry.options.get(*STEPS_PER_ACTION)
+        size, steps = len(getattr(entry, "parameters", ())), (entry.options or {})["steps_per_action"]
         about = {"from": flock.spec, "learner": TRACKS.get(name), "parameters": size}
         policies[name] = {**about, "steps_per_action": steps}
     record = {
@@ -235,8 +236,8 @@ def _play_job(flock: Flock, predator: Predator, flocks: range) -> Job:
     return Job(f"{__name__}:play", (flock, predator, flocks), len(flocks) * EPISODE)
 
 
-def _played(entry: NamedPolicy, predator: Any, seeds: list[int]) -> FloatArray:
+def _played(entry: BasePolicy, predator: Any, seeds: list[int]) -> FloatArray:
     """Return J_mean in m, shape (seeds,)."""
-    steps = entry.options.get(*STEPS_PER_ACTION)
-    options: Any = {"batch_size": BATCH, "num_threads": 1, "steps_per_action": steps}
-    return rollout(SCENARIO, entry, seeds, predator_policy=predator, **options).min_mean_distance
+    episodes = rollout(SCENARIO, entry, seeds, predator_policy=predator, batch_size=BATCH, num_threads=1)
+    values: FloatArray = episodes.min_mean_distance
+    return values

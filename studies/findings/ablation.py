@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from flockesc_env import NamedPolicy, Policy, PolicySpec, rollout
+from flockesc_env import Policy, rollout
 from flockesc_env.common import stats
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, FloatArray
@@ -20,6 +20,7 @@ from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import ObservationLayout
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
+from flockesc_env.policies import BasePolicy, PolicySpec, as_policy
 from studies.findings.headlines import Headline, share_of
 from studies.measurements import Runner
 from studies.playing import policy_of
@@ -90,22 +91,28 @@ class Watching(Hiding):
         return actions
 
 
-def watch(entry: NamedPolicy, flocks: range) -> tuple[ObservationLayout, Observations, FloatArray]:
+def watch(policy: BasePolicy, flocks: range) -> tuple[ObservationLayout, Observations, FloatArray]:
     """Run a policy on some flocks of the scenario that it was trained in.
 
     Returns:
         Layout; observations (actions, rows, entries); ranges in m (actions, rows).
     """
-    watching = Watching(entry.policy)
-    rollout(None, replace(entry, policy=watching), flocks, batch_size=len(flocks))
+    watching = Watching(policy)
+    rollout(_instead(watching, policy), flocks, batch_size=len(flocks))
     return watching.layouts[0], np.array(watching.seen), np.array(watching.ranges)
 
 
 def hide(policy: bytes, column: str, shown: tuple[tuple[int, float], ...], flocks: range) -> Arrays:
     """Return the objective of every flock under a policy that sees some columns as constants."""
-    entry = policy_of(policy)
-    episodes = rollout(None, replace(entry, policy=Hiding(entry.policy, dict(shown))), flocks)
+    found = policy_of(policy)
+    episodes = rollout(_instead(Hiding(found, dict(shown)), found), flocks)
     return {"objective": getattr(episodes, column)}
+
+
+def _instead(policy: Policy, replaced: BasePolicy) -> BasePolicy:
+    """Return a policy with the view, the scenario and the options of another one."""
+    known: Any = {"per_agent": replaced.per_agent, "scenario": replaced.scenario}
+    return as_policy(policy).with_options(**known, **(replaced.options or {}))
 
 
 def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:

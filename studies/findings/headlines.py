@@ -9,9 +9,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Final
 
-from flockesc_env import NamedPolicy
 from flockesc_env.common.files import write_text
 from flockesc_env.episodes.splits import TUNING, first_seeds
+from flockesc_env.policies import BasePolicy
 from flockesc_env.tasks import Task, tasks
 from flockesc_env.tasks.results import is_file
 from studies.measurements import Runner
@@ -53,7 +53,7 @@ class Headline:
         return self.file.read_bytes()
 
     @property
-    def entry(self) -> NamedPolicy:
+    def entry(self) -> BasePolicy:
         """The policy."""
         return policy_of(self.content)
 
@@ -65,7 +65,7 @@ class Headline:
     @property
     def max_range(self) -> float:
         """The largest range in m that the policy can set."""
-        return float(self.entry.options["max_range"])
+        return float((self.entry.options or {})["max_range"])
 
 
 def share_of(purpose: range, count: int, scale: float) -> range:

@@ -54,7 +54,7 @@ def listen(policy: bytes, flocks: range) -> Arrays:
     sums, _, _ = np.histogram2d(cosine[sensed], distance[sensed], edges, weights=ranges[sensed])
     counts, _, _ = np.histogram2d(cosine[sensed], distance[sensed], edges)
     return {
-        "times": np.arange(len(ranges)) * entry.options["steps_per_action"] * scenario.time_step,
+        "times": np.arange(len(ranges)) * entry.policy_spec.options.steps_per_action * scenario.time_step,
         "quantiles": np.quantile(ranges, _QUANTILES, axis=1),
         "silent": (ranges < SILENT).mean(axis=1),
         "range_by_place": np.where(counts > 0, sums / np.maximum(counts, 1), np.nan),

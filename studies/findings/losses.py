@@ -10,7 +10,7 @@ from typing import Any, Final
 import polars as pl
 from scipy.optimize import brentq
 
-from flockesc_env import AlignedHeadings, ConstantVelocity, FlockScenario
+from flockesc_env import FlockScenario
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import Estimate, mean
@@ -19,6 +19,7 @@ from flockesc_env.episodes.options import View, env_options
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.models.sweep import FLOCK_RANGES
+from flockesc_env.scenario import AlignedHeadings, ConstantVelocity
 from flockesc_env.scenario.approach import approach
 from studies.findings.headlines import Headline, share_of
 from studies.measurements import Runner, chunks
@@ -84,7 +85,7 @@ def can_run(headline: Headline, scenario: FlockScenario) -> bool:
     """Return whether a policy can run in a scenario: it can show all that the policy observes."""
     entry = headline.entry
     try:
-        FlockBatch(scenario, env_options(scenario, entry.options), view=View.of(entry.per_agent))
+        FlockBatch(scenario, env_options(scenario, entry.options or {}), view=View.of(bool(entry.per_agent)))
     except InputError:
         return False
     return True

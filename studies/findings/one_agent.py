@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,11 +12,11 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from flockesc_env import FlockScenario, NamedPolicy, built_in
+from flockesc_env import FlockScenario, load_policy
 from flockesc_env.common.array_files import write_npz
-from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
+from flockesc_env.policies import BasePolicy
 from flockesc_env.render.palette import LIGHT
 from studies.findings.ablation import watch
 from studies.findings.headlines import Headline
@@ -63,8 +62,7 @@ def follow(policy: bytes) -> Arrays:
         the escape direction in degrees; ``heard``, that of the velocity heard within each candidate, shape
         (actions, candidates), NaN where the agent would hear nobody; ``chosen``, its ranges in m.
     """
-    rule = built_in("turn-away")
-    informed = replace(rule, options={**rule.options, "max_range": CANDIDATES[-1]})
+    informed = load_policy("turn-away").with_options(max_range=CANDIDATES[-1])
     runs = {"blind": _run(policy_of(policy)), "informed": _run(informed)}
     own = runs["blind"]["own"]
     arrival = np.where((own < _AHEAD).any(axis=0), (own < _AHEAD).argmax(axis=0), len(own))
@@ -77,13 +75,13 @@ def follow(policy: bytes) -> Arrays:
     }
 
 
-def _run(policy: NamedPolicy) -> dict[str, NDArray[Any]]:
+def _run(policy: BasePolicy) -> dict[str, NDArray[Any]]:
     """Run a policy; its observation also has the profile, which the policy does not see if it is blind."""
     extra = ("escape_direction", "closest_approach")
-    profile = [rho for rho in CANDIDATES if rho <= policy.options.get("max_range", EnvOptions.max_range)]
-    options = {**policy.options, "profile_ranges": profile, "extra_entries": extra}
-    entry = replace(policy, options=options, scenario=FlockScenario())
-    layout, seen, ranges = watch(entry, first_seeds(HELD_OUT, 1))
+    known = policy.policy_spec.options
+    profile = [rho for rho in CANDIDATES if rho <= known.max_range]
+    seeing: dict[str, Any] = {"scenario": FlockScenario(), "profile_ranges": profile, "extra_entries": extra}
+    layout, seen, ranges = watch(policy.with_options(**seeing), first_seeds(HELD_OUT, 1))
 
     def column(name: str) -> NDArray[np.float64]:
         return seen[:, :, layout.index(name)].astype(np.float64)
@@ -92,7 +90,7 @@ def _run(policy: NamedPolicy) -> dict[str, NDArray[Any]]:
     for k, rho in enumerate(profile):
         hears = (column(f"profile_{k}_neighbor_count") > 0) | (rho == 0)
         heard[..., k] = np.where(hears, _degrees(column(f"profile_{k}_escape_cosine")), np.nan)
-    step = policy.options.get("steps_per_action", 1) * FlockScenario().time_step
+    step = known.steps_per_action * FlockScenario().time_step
     own = _degrees(column("escape_direction_ahead"))
     times = np.arange(len(own)) * step
     return {"times": times, "own": own, "heard": heard, "chosen": ranges}

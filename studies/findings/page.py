@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env import FlockScenario, record
+from flockesc_env import FlockScenario, simulate
 from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 from flockesc_env.episodes import splits
 from flockesc_env.render.options import RenderOptions
@@ -163,8 +163,8 @@ def write_film(chosen: Sequence[Headline], path: Path) -> None:
     """Write a film of the headline policies of ``FILMED`` on the first held-out flock."""
     shown, flock = [one for one in chosen if one.task.name in FILMED], splits.HELD_OUT[0]
     fixed = f"fixed:{shown[0].best_fixed_range:g}"
-    runs = [(fixed, record(None, fixed, flock))]
-    runs += [(one.task.name, one.entry.record(flock)) for one in shown]
+    named = {fixed: fixed, **{one.task.name: one.entry for one in shown}}
+    runs = [(name, simulate("paper-flock", policy=policy, seed=flock)) for name, policy in named.items()]
     path.parent.mkdir(parents=True, exist_ok=True)
     write_video(runs, path, fps=8, options=RenderOptions(size=300, color="range"))
 

@@ -21,7 +21,7 @@ from studies.paper.plan import (
     FORCES,
     FREE_RANGES,
     OFFSETS,
-    PAPER_WORLD,
+    PAPER,
     SHOWN_FLOCK_RANGES,
     STRENGTHS,
     Trials,
@@ -74,7 +74,7 @@ def _distances(objective: str) -> Callable[[Measured], Figure]:
 _FLOCKS = ("curves", "grid flock")
 _OFFSETS = {offset: f"aimed {offset:g}" for offset in OFFSETS}
 _FORCES = {force: f"grid {force}" for force in FORCES}
-_STRENGTHS = tuple(name(PAPER_WORLD, strength) for name in (control, captures) for strength in STRENGTHS)
+_STRENGTHS = tuple(name(PAPER, strength) for name in (control, captures) for strength in STRENGTHS)
 
 FIGURES: Final[dict[str, tuple[Iterable[str], Callable[[Measured], Figure]]]] = {
     "2": ((), lambda _: line_figures.escape_forces()),

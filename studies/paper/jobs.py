@@ -6,9 +6,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from flockesc_env import FlockScenario, LineScenario, Trajectory, simulate, simulate_line
+from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays
+from flockesc_env.models import Trajectory
 from studies.measurements import means
 
 STOPS: Final = (1.0, 2.0)

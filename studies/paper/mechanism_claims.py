@@ -17,11 +17,11 @@ from studies.paper.plan import (
     CONTROL_GRID,
     LINE_GRID,
     NO_FORCE,
+    PAPER,
     PAPER_FORCE,
-    PAPER_WORLD,
+    SCENARIOS,
     STRENGTHS,
-    SURVIVAL_WORLDS,
-    WORLDS,
+    SURVIVAL_SCENARIOS,
     captures,
     control,
 )
@@ -70,18 +70,18 @@ class Controlled:
 
 
 def flock_values(
-    results: Mapping[str, Arrays], world: str, strength: float, spec: ObjectiveSpec
+    results: Mapping[str, Arrays], scenario: str, strength: float, spec: ObjectiveSpec
 ) -> FloatArray:
-    """Return an objective of a world under an escape force, shape (ranges, flocks)."""
+    """Return an objective of a scenario under an escape force, shape (ranges, flocks)."""
     name = captures if spec.requires == "capture_radius" else control
-    values: FloatArray = results[name(world, strength)][spec.name]
+    values: FloatArray = results[name(scenario, strength)][spec.name]
     return values
 
 
 def force_table(results: Mapping[str, Arrays]) -> dict[str, tuple[Estimate, ...]]:
     """Return the objectives of the paper's flock by symbol and escape force: "J_mean 10"; one per range."""
     return {
-        f"{spec.symbol} {strength:g}": means(flock_values(results, PAPER_WORLD, strength, spec))
+        f"{spec.symbol} {strength:g}": means(flock_values(results, PAPER, strength, spec))
         for spec in OBJECTIVES
         for strength in STRENGTHS
     }
@@ -90,25 +90,25 @@ def force_table(results: Mapping[str, Arrays]) -> dict[str, tuple[Estimate, ...]
 def mechanism_claims(results: Mapping[str, Arrays]) -> list[Claim]:
     """Return the rows about the paper's explanation: warning, masking, and the trade-off between them."""
 
-    def flock(world: str, spec: ObjectiveSpec) -> Controlled:
-        where = f"{SECTION}{spec.symbol}" + ("" if world == PAPER_WORLD else f", {world}")
-        both = (flock_values(results, world, strength, spec) for strength in (NO_FORCE, PAPER_FORCE))
+    def flock(scenario: str, spec: ObjectiveSpec) -> Controlled:
+        where = f"{SECTION}{spec.symbol}" + ("" if scenario == PAPER else f", {scenario}")
+        both = (flock_values(results, scenario, strength, spec) for strength in (NO_FORCE, PAPER_FORCE))
         return Controlled(where, spec, CONTROL_GRID, 10.0, 100.0, *both)
 
     rows = []
     for spec in OBJECTIVES:
         others = {
-            f"with s = {strength:g}": choose(CONTROL_GRID, flock_values(results, PAPER_WORLD, strength, spec))
+            f"with s = {strength:g}": choose(CONTROL_GRID, flock_values(results, PAPER, strength, spec))
             for strength in STRENGTHS
             if strength not in {NO_FORCE, PAPER_FORCE}
         }
-        paper = flock(PAPER_WORLD, spec)
+        paper = flock(PAPER, spec)
         rows += [_warning(paper), _masking(paper), _trade_off(paper, others)]
-    for world in WORLDS:
+    for scenario in SCENARIOS:
         for spec in OBJECTIVES:
-            is_measured = spec.requires != "capture_radius" or world in SURVIVAL_WORLDS
-            if world != PAPER_WORLD and is_measured:
-                rows.append(_trade_off(flock(world, spec)))
+            is_measured = spec.requires != "capture_radius" or scenario in SURVIVAL_SCENARIOS
+            if scenario != PAPER and is_measured:
+                rows.append(_trade_off(flock(scenario, spec)))
     spec = LINE_OBJECTIVES["escape_distance"]
     both = (results[name][spec.name] for name in ("fearless line", "grid linear"))
     line = Controlled(f"{SECTION}the line", spec, LINE_GRID, 0.1, 1.0, *both)

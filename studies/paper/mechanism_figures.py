@@ -16,7 +16,7 @@ from flockesc_env.render.palette import LIGHT
 from studies.measurements import means
 from studies.paper.jobs import with_parts
 from studies.paper.mechanism_claims import flock_values
-from studies.paper.plan import CAPTURE_RADIUS, CONTROL_GRID, NO_FORCE, PAPER_FORCE, PAPER_WORLD, STRENGTHS
+from studies.paper.plan import CAPTURE_RADIUS, CONTROL_GRID, NO_FORCE, PAPER, PAPER_FORCE, STRENGTHS
 from studies.style import caption, curve, letter
 from training.figure_style import RANGES, WIDTH, label_ends
 
@@ -31,7 +31,7 @@ def by_force(results: Mapping[str, Arrays]) -> Figure:
     for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
         ends = []
         for strength in STRENGTHS:
-            rows = (1 if spec.unit else 100) * flock_values(results, PAPER_WORLD, strength, spec)
+            rows = (1 if spec.unit else 100) * flock_values(results, PAPER, strength, spec)
             _curve(axes, rows, _FORCES[strength], "-" if strength == PAPER_FORCE else "--")
             ends.append((float(rows[-1].mean()), f"s = {strength:g}", _FORCES[strength]))
         letter(axes, index, f"{spec.symbol} ({spec.unit or '%'})")

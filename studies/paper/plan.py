@@ -49,9 +49,9 @@ NO_FORCE: Final = 0.0  # nobody flees
 PAPER_FORCE: Final = 10.0
 CAPTURE_RADIUS: Final = 5.0  # in m, where survival is measured
 
-PAPER_WORLD: Final = "paper"
-WORLDS: Final[Mapping[str, FlockScenario]] = {
-    PAPER_WORLD: FLOCK,
+PAPER: Final = "paper"
+SCENARIOS: Final[Mapping[str, FlockScenario]] = {
+    PAPER: FLOCK,
     "pursuit": FLOCK.replace(predators=(PurePursuit(),)),
     "interception": FLOCK.replace(predators=(Intercept(),)),
     "aligned start": FLOCK.replace(initial_headings=AlignedHeadings((1.0, -1.0), math.pi / 2)),
@@ -60,7 +60,7 @@ WORLDS: Final[Mapping[str, FlockScenario]] = {
 """Flocks of the control: the paper's, other predators, and other starts. In the aligned start headings lie
 within 90 degrees of a direction across the predator's path. In the head-on start all head toward it."""
 
-SURVIVAL_WORLDS: Final = (PAPER_WORLD, "pursuit", "interception")
+SURVIVAL_SCENARIOS: Final = (PAPER, "pursuit", "interception")
 """Flocks in which survival is measured, too."""
 
 ANATOMIES: Final[Mapping[str, FlockScenario]] = {
@@ -93,14 +93,14 @@ def threshold(rho: float) -> LineScenario:
     return LINE.replace(escape_force="constant", repulsion_strength=LINE.predator_range + rho)
 
 
-def control(world: str, strength: float) -> str:
-    """Return the name of the measurement of a world under an escape force."""
-    return f"control {world} {strength:g}"
+def control(scenario: str, strength: float) -> str:
+    """Return the name of the measurement of a scenario under an escape force."""
+    return f"control {scenario} {strength:g}"
 
 
-def captures(world: str, strength: float) -> str:
+def captures(scenario: str, strength: float) -> str:
     """Return the name of the same measurement with captures."""
-    return f"captures {world} {strength:g}"
+    return f"captures {scenario} {strength:g}"
 
 
 def measurements(trials: Trials) -> dict[str, Measurement]:
@@ -123,13 +123,13 @@ def measurements(trials: Trials) -> dict[str, Measurement]:
     plan["literal flock"] = Measurement(OUTCOMES, FLOCK.replace(constant_speed=False), (10.0,), flocks)
     for offset in OFFSETS:
         plan[f"aimed {offset:g}"] = Measurement(OUTCOMES, aimed(offset), AIMED_GRID, flocks)
-    for world, scenario in WORLDS.items():
-        for strength in STRENGTHS if world == PAPER_WORLD else (NO_FORCE, PAPER_FORCE):
+    for name, scenario in SCENARIOS.items():
+        for strength in STRENGTHS if name == PAPER else (NO_FORCE, PAPER_FORCE):
             forced = scenario.replace(repulsion_strength=strength)
-            plan[control(world, strength)] = Measurement(OUTCOMES, forced, CONTROL_GRID, flocks)
-            if world in SURVIVAL_WORLDS:
+            plan[control(name, strength)] = Measurement(OUTCOMES, forced, CONTROL_GRID, flocks)
+            if name in SURVIVAL_SCENARIOS:
                 catching = forced.replace(capture_radius=CAPTURE_RADIUS)
-                plan[captures(world, strength)] = Measurement(OUTCOMES, catching, CONTROL_GRID, flocks)
+                plan[captures(name, strength)] = Measurement(OUTCOMES, catching, CONTROL_GRID, flocks)
     for name, scenario in ANATOMIES.items():
         plan[name] = Measurement(ANATOMY, scenario, CONTROL_GRID, flocks)
     return plan

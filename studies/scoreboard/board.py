@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -37,6 +37,10 @@ RULES: Final[Mapping[str, tuple[str, ...]]] = {
 
 TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
 """Tasks on which nobody trains: they score the policies of ``per-agent-visible``."""
+
+
+SHIPPED: Final = ("search", "searched-rule", "schedule", "imitation", "ppo")
+"""Learners with policies in the wheel, one of each kind."""
 
 
 class Card(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -94,6 +98,16 @@ def write_scores(trained: Mapping[Key, Arrays], folder: Path = BOARD) -> None:
         output.parent.mkdir(parents=True, exist_ok=True)
         result = score([*map(LoadedPolicy.of, found)], task, learner=name, output=output, training=training)
         write_result(result, output)
+
+
+def shipped(board: Sequence[Entrant]) -> dict[str, bytes]:
+    """Return the policies that the wheel ships, by name: that of the first training seed of ``SHIPPED``."""
+    return {
+        f"{task}/{entrant.name}": (BOARD / entrant.name / result.policies[0].policy).read_bytes()
+        for entrant in board
+        if entrant.name in SHIPPED
+        for task, result in entrant.results.items()
+    }
 
 
 _Scored = tuple[str, Task, list[str], Training | None]

@@ -65,14 +65,20 @@ def train(
 def page(
     *, page: Annotated[Path, arg(help="file of the Markdown page")] = Path("docs/scoreboard.md")
 ) -> Exit:
-    """Write the page of the scoreboard from its results, and print the README's table.
+    """Write the page of the scoreboard, print the README's table, and copy the policies of the wheel.
 
     Example: python -m studies scoreboard-page
     """
     prepare(None, "train", page=page)
-    from studies.scoreboard.board import load_board
+    from flockesc_env.policies.registry import TRAINED
+    from studies.scoreboard.board import load_board, shipped
     from studies.scoreboard.page import write_page
 
-    show(*write_page(load_board(), page).split("\n"))
+    board = load_board()
+    for name, content in shipped(board).items():
+        file = TRAINED / f"{name}.npz"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(content)
+    show(*write_page(board, page).split("\n"))
     note(f"saved: {page}")
     return Exit.DONE

@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from stable_baselines3 import PPO
 
-from flockesc_env import NamedPolicy, SB3Policy, save_policy
+from flockesc_env import SB3Policy, save_policy
 from flockesc_env.jobs import Arrays
 from flockesc_env.tasks import tasks
 
@@ -96,6 +96,5 @@ def _store(folder: Path, file: Path, name: str) -> int:
     task: Any = tasks["one-range"]
     (saved,) = folder.rglob("flockesc-one-range-v1.zip")
     model = PPO.load(saved, task.vec_env(1), device="cpu", custom_objects=_SCHEDULES)
-    network = SB3Policy(model).network()
-    save_policy(NamedPolicy(name, network, task.per_agent, dict(task.options), task.scenario), file)
+    save_policy(SB3Policy(model).network().with_options(name=name), file)
     return model.num_timesteps

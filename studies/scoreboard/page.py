@@ -75,9 +75,8 @@ class Entry:
         task, policy = tasks[self.result.task], self.result.policies[0].policy
         file = BOARD / self.entrant.name / policy
         loaded = LoadedPolicy.of(str(file) if self.result.policies[0].sha256 else policy)
-        options: Any = fitted(loaded.entry, task).options
         kind: Any = LineOptions if task.spec.model == "line" else EnvOptions
-        return int(kind(**options).steps_per_action)
+        return int(kind(**fitted(loaded.policy, task).all_options(task.scenario)).steps_per_action)
 
 
 def entries_of(board: Sequence[Entrant]) -> dict[str, list[Entry]]:

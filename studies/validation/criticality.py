@@ -15,20 +15,13 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env import (
-    AlignedHeadings,
-    Disc,
-    FlockScenario,
-    PreferredDistance,
-    PurePursuit,
-    Voronoi,
-    simulate,
-)
+from flockesc_env import FlockScenario, simulate
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
+from flockesc_env.scenario import AlignedHeadings, Disc, PreferredDistance, PurePursuit, Voronoi
 from studies.measurements import chunks, means
 from studies.style import curve, letter
 from studies.validation.parts import Verdict, scaled

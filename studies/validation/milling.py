@@ -14,12 +14,14 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env import Disc, FlockScenario, Zones, rotation, simulate
+from flockesc_env import FlockScenario, simulate
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
+from flockesc_env.models import rotation
 from flockesc_env.render.palette import LIGHT
+from flockesc_env.scenario import Disc, Zones
 from studies.measurements import means
 from studies.style import curve, letter
 from studies.validation.parts import Verdict, scaled

@@ -21,11 +21,12 @@ from matplotlib.figure import Figure
 from scipy.stats import linregress
 from scipy.stats import t as student
 
-from flockesc_env import Attracted, Disc, FirstOrder, FlockScenario, simulate
+from flockesc_env import FlockScenario, simulate
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
+from flockesc_env.scenario import Attracted, Disc, FirstOrder
 from studies.style import letter
 from studies.validation.parts import Verdict, scaled
 from training.figure_style import WIDTH

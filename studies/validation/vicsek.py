@@ -14,11 +14,12 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env import AlignedHeadings, FlockScenario, RandomHeadings, Vicsek, scan
+from flockesc_env import FlockScenario, scan
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
+from flockesc_env.scenario import AlignedHeadings, RandomHeadings, Vicsek
 from studies.measurements import chunks, means
 from studies.style import curve, letter
 from studies.validation.parts import Verdict, scaled

@@ -159,7 +159,9 @@ LINES: dict[str, Callable[..., Any]] = {
 MADE: dict[str, Callable[..., Any]] = {
     **FLOCKS,
     "rollout": lambda scenario=None, **options: fe.rollout(scenario, fe.FixedRange(1.0), [0], **options),
-    "record": lambda scenario=None, **options: fe.record(scenario, fe.FixedRange(1.0), 0, **options),
+    "record": lambda scenario=None, **options: fe.simulate(
+        scenario, policy=fe.FixedRange(1.0), seed=0, **options
+    ),
     **LINES,
 }
 HUNTED = small_flock(predators=(fe.PurePursuit(),))
@@ -272,8 +274,10 @@ def test_schedule_or_range_per_agent() -> None:
     scenario = small_flock(num_agents=6, num_steps=6)
     values = np.arange(6) * 10.0
     own = fe.simulate(scenario, values, seed=0)
-    scheduled = fe.simulate(scenario, schedule=values[:, None], seed=0)
+    scheduled = fe.simulate(scenario, policy=fe.ScheduledRange(values), seed=0)
     assert own.num_components[0] < 6  # the scheduled range starts at 0
     assert scheduled.num_components[0] == 6
     square = np.tile(values, (6, 1))
-    np.testing.assert_array_equal(fe.simulate(scenario, schedule=square, seed=0).positions, own.positions)
+    np.testing.assert_array_equal(
+        fe.simulate(scenario, policy=fe.ScheduledRange(square), seed=0).positions, own.positions
+    )

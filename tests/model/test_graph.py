@@ -154,7 +154,7 @@ def test_runs_follow_the_graph(scenario: fe.FlockScenario, is_frozen: bool) -> N
     rng = np.random.default_rng(1)
     top = 9.0 if isinstance(scenario.neighbor_rule, fe.Topological) else 15.0
     schedule = rng.uniform(0, top, (15, 40))
-    run = fe.simulate(scenario, schedule=schedule, seed=5)
+    run = fe.simulate(scenario, policy=fe.ScheduledRange(schedule), seed=5)
     state = reference.flock_start(scenario, run.positions[0], run.velocities[0])
     first = reference_graph(scenario, state.positions, state.velocities, schedule[0])
     for t in range(15):

@@ -103,7 +103,7 @@ def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_act
     options = {**options_for(name, mode), "steps_per_action": steps_per_action}
     expected = outcome(fe.rollout(SCENARIO, make(), SEEDS, per_agent=True, **options))
     for per_agent in [True, False] if name in SHARED_POLICIES else [True]:
-        run = fe.record(SCENARIO, make(), SEEDS[0], per_agent=per_agent, **options)
+        run = fe.simulate(SCENARIO, policy=make(), seed=SEEDS[0], per_agent=per_agent, **options)
         curves = [run.mean_distance.min(), run.min_distance.min(), run.num_components[-1]]
         assert (curves, run.seed) == (expected[:, 0].tolist(), SEEDS[0])
         ranges = run.interaction_ranges
@@ -113,7 +113,8 @@ def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_act
         if "scheduled" in name:  # the entry of the first step of an action counts
             schedule = OWN_SCHEDULE if "agent" in name else SCHEDULE[:, np.newaxis]
             np.testing.assert_array_equal(ranges, np.broadcast_to(schedule[held], ranges.shape))
-        again = fe.simulate(SCENARIO, schedule=ranges, seed=SEEDS[0])
+        own = ranges if per_agent else ranges[:, 0]
+        again = fe.simulate(SCENARIO, policy=ScheduledRange(own), seed=SEEDS[0])
         np.testing.assert_array_equal(again.positions, run.positions)
     singles: list[Any] = [fe.parallel_env(SCENARIO, **options)]
     slots: list[Any] = [vec_env(SCENARIO, 2, per_agent=True, **options)]
@@ -131,22 +132,22 @@ def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_act
 
 
 @pytest.mark.parametrize("dimension", DIMENSIONS)
-@pytest.mark.parametrize("sensing", [None, 50.0])
-def test_stubborn_leaders(dimension: int, sensing: float | None) -> None:
+@pytest.mark.parametrize("sensing", [math.inf, 50.0])
+def test_stubborn_leaders(dimension: int, sensing: float) -> None:
     """The rule computed from positions and velocities gives the same ranges in each step."""
-    predators = (fe.ConstantVelocity((-5.0, -5.0)),)
+    predators = (fe.scenario.ConstantVelocity((-5.0, -5.0)),)
     scenario = small_flock(dimension, num_agents=20, num_steps=8, initial_side=60.0, predators=predators)
-    env = fe.parallel_env(scenario, action_mode="range", predator_sensing_range=sensing)
+    env = fe.parallel_env(scenario, action_mode="range", predator_sensing_range=sensing, steps_per_action=1)
     act = bind(StubbornLeaders(min_cosine=0.6, interaction_range=14.0), env)
     observations, _ = env.reset(seed=0)
     schedule = np.zeros((scenario.num_steps, 20))
     seen = set()
     for t in range(scenario.num_steps):
-        run = fe.simulate(scenario, schedule=schedule, seed=0)  # up to time t
+        run = fe.simulate(scenario, policy=ScheduledRange(schedule), seed=0)  # up to time t
         away = run.positions[t] - run.predator_positions[t]
         distance = np.linalg.norm(away, axis=1)
         cosine = (run.velocities[t] * away).sum(axis=1) / distance / scenario.speed
-        senses = distance <= (np.inf if sensing is None else sensing)
+        senses = distance <= sensing
         schedule[t] = np.where(senses & (cosine > 0.6), 0.0, 14.0)
         observations, _, _, _, infos = env.step(act(observations))
         assert [info["interaction_range"] for info in infos.values()] == schedule[t].tolist()
@@ -181,17 +182,20 @@ def test_rules_set_the_same_bits_with_every_instruction_set() -> None:
 
 
 def test_policies_by_name_set_their_options() -> None:
+    every_step = {"max_range": 100.0, "steps_per_action": 1}
     for name, policy, options in (
-        ("stubborn-leaders", StubbornLeaders(), {"predator_sensing_range": math.inf}),
-        ("fixed:120", FixedRange(120.0), {"max_range": 120.0}),
-        ("fixed:1.7e308", FixedRange(1.7e308), {"max_range": 1.7e308}),
+        ("stubborn-leaders", StubbornLeaders(), every_step),
+        ("stubborn-leaders-local", StubbornLeaders(), {**every_step, "predator_sensing_range": 30.0}),
+        ("fixed:120", FixedRange(120.0), {**every_step, "max_range": 120.0}),
+        ("fixed:1.7e308", FixedRange(1.7e308), {**every_step, "max_range": 1.7e308}),
     ):
         named, same = fe.rollout(SCENARIO, name, SEEDS), fe.rollout(SCENARIO, policy, SEEDS, **options)
         assert outcome(named).tolist() == outcome(same).tolist()
-        runs = fe.record(SCENARIO, name, 3), fe.record(SCENARIO, policy, 3, **options)
-        np.testing.assert_array_equal(runs[0].positions, runs[1].positions)
+        runs = (fe.simulate(SCENARIO, policy=one, seed=3, **options) for one in (name, policy))
+        np.testing.assert_array_equal(*(run.positions for run in runs))
     ours = fe.rollout(SCENARIO, "stubborn-leaders", SEEDS, predator_sensing_range=20.0)
-    same = fe.rollout(SCENARIO, StubbornLeaders(), SEEDS, predator_sensing_range=20.0)
+    options = {**every_step, "predator_sensing_range": 20.0}
+    same = fe.rollout(SCENARIO, StubbornLeaders(), SEEDS, **options)
     assert outcome(ours).tolist() == outcome(same).tolist()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 from collections.abc import Callable
@@ -15,30 +14,40 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
-from flockesc_env.policies import FixedRange, ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
-from flockesc_env.policies.files import find_policy
+from flockesc_env.policies import (
+    NAMES,
+    BasePolicy,
+    FixedRange,
+    ListenWhileThreatened,
+    StubbornWitnesses,
+    WinStayLoseShift,
+)
 from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.registry import NamedPolicy, built_in
+from flockesc_env.policies.registry import TRAINED, trained
+from flockesc_env.tasks import read_result
+from flockesc_env.tasks.fitting import fitted
 
+SCOREBOARD = Path(__file__).parents[2] / "scoreboard"
 SCENARIO = small_flock(num_agents=6, predator_range=60.0)
 ARCHITECTURE = Architecture(("time", "predator_distance"), (3, 2), memory=1, mirror=True, squash="tanh")
 LINE = Architecture(("time", "offset_0"), ())
 
 
-def flock_policy() -> NamedPolicy:
+def flock_policy() -> BasePolicy:
     options = {"max_range": 30.0, "predator_sensing_range": math.inf, "steps_per_action": 2}
     numbers = np.random.default_rng(0).normal(size=ARCHITECTURE.size)
     policy = NetworkPolicy(ARCHITECTURE, numbers)
-    return NamedPolicy("mine", policy, per_agent=True, options=options, scenario=SCENARIO)
+    return policy.with_options(name="mine", per_agent=True, scenario=SCENARIO, **options)
 
 
-def line_policy() -> NamedPolicy:
-    return NamedPolicy("line", NetworkPolicy(LINE, [1, -2, 0.5]), scenario=fe.LineScenario(num_agents=9))
+def line_policy() -> BasePolicy:
+    made_for = fe.LineScenario(num_agents=9)
+    return NetworkPolicy(LINE, [1, -2, 0.5]).with_options(name="line", per_agent=False, scenario=made_for)
 
 
-def rule_policy(rule: Any) -> NamedPolicy:
-    options = {"extra_entries": ("closest_approach", "escape_direction")}
-    return NamedPolicy("mine", rule, per_agent=True, options=options, scenario=SCENARIO)
+def rule_policy(rule: Any) -> BasePolicy:
+    entries = ("closest_approach", "escape_direction")
+    return rule.with_options(name="mine", per_agent=True, scenario=SCENARIO, extra_entries=entries)
 
 
 @pytest.mark.parametrize(
@@ -51,22 +60,21 @@ def rule_policy(rule: Any) -> NamedPolicy:
         rule_policy(WinStayLoseShift(10.0, 30.0, 20.0)),
         rule_policy(WinStayLoseShift(10.0, 30.0, 0.8, 2.0, criterion="escape_direction")),
     ],
-    ids=lambda entry: type(entry.policy).__name__,
+    ids=lambda entry: type(entry).__name__,
 )
 def test_a_policy_loads_unchanged_and_plays_as_before(entry: Any, tmp_path: Path) -> None:
     path = tmp_path / "policy.npz"
     fe.save_policy(entry, str(path))
     found: Any = fe.load_policy(path)
-    assert type(found.policy) is type(entry.policy)
-    options = json.loads(json.dumps(entry.options))
-    assert dataclasses.replace(found, policy=entry.policy) == dataclasses.replace(entry, options=options)
-    assert vars(found.policy).get("architecture") == vars(entry.policy).get("architecture")
-    assert found.policy.parameters.tobytes() == entry.policy.parameters.tobytes()
+    assert type(found) is type(entry)
+    assert (found.name, found.per_agent, found.scenario) == (entry.name, entry.per_agent, entry.scenario)
+    assert found.policy_spec.options == entry.policy_spec.options
+    assert found.options.keys() >= (entry.options or {}).keys()
+    assert vars(found).get("architecture") == vars(entry).get("architecture")
+    assert found.parameters.tobytes() == entry.parameters.tobytes()
     assert [file.name for file in tmp_path.iterdir()] == ["policy.npz"]
-    before, after = (fe.rollout(None, each, range(5)) for each in (entry, found))
+    before, after = (fe.rollout(each, seeds=5) for each in (entry, found))
     np.testing.assert_equal(vars(after), vars(before))
-    with pytest.raises(FileNotFoundError):
-        fe.load_policy(tmp_path / "lost.npz")
 
 
 OTHER_OPTIONS: dict[str, Any] = {
@@ -86,12 +94,12 @@ OTHER_OPTIONS: dict[str, Any] = {
 @pytest.mark.parametrize("name", [*OTHER_OPTIONS, "per_agent"])
 @pytest.mark.parametrize("make", [flock_policy, lambda: rule_policy(StubbornWitnesses())])
 def test_a_loaded_policy_refuses_environments_with_other_options(
-    make: Callable[[], NamedPolicy], name: str, tmp_path: Path
+    make: Callable[[], BasePolicy], name: str, tmp_path: Path
 ) -> None:
     fe.save_policy(make(), tmp_path / "policy.npz")
-    stored = fe.load_policy(tmp_path / "policy.npz")
-    own = {**stored.options, "max_range": 30.0, "extra_entries": ("escape_direction",)}
-    loaded = dataclasses.replace(stored, options=own)
+    changes: dict[str, Any] = {"max_range": 30.0, "extra_entries": ("escape_direction",)}
+    loaded = fe.load_policy(tmp_path / "policy.npz").with_options(**changes)
+    own: Any = loaded.options
     makers: dict[bool, Callable[..., Any]] = {True: fe.parallel_env, False: fe.FlockEscapeEnv}
     per_agent = name != "per_agent"
     changed = {name: OTHER_OPTIONS[name]} if per_agent else {}
@@ -99,46 +107,48 @@ def test_a_loaded_policy_refuses_environments_with_other_options(
     rows = np.zeros((6, len(env.policy_spec.layout.names)), np.float32)
     view: dict[str, Any] = {"per_agent": per_agent, **changed}
     calls: list[Callable[[], Any]] = [
-        lambda: fe.bind(loaded.policy, env),
-        lambda: loaded.policy.act(rows, env.policy_spec),
-        lambda: fe.rollout(SCENARIO, loaded.policy, [0], **view),
-        lambda: fe.record(SCENARIO, loaded.policy, 0, **view),
-        lambda: fe.PredatorEnv(SCENARIO, flock_policy=loaded.policy, **{**own, **view}),
+        lambda: loaded.bind(env),
+        lambda: loaded.act(rows, env.policy_spec),
+        lambda: fe.PredatorEnv(SCENARIO, flock_policy=loaded, **{**own, **view}),
     ]
+    if name == "per_agent":
+        calls.append(lambda: fe.rollout(SCENARIO, loaded, [0], **view))
     for call in calls:
         with pytest.raises(InputError) as caught:
             call()
         assert caught.value.field == name
-        assert per_agent is ("(use **load_policy(path).options)" in caught.value.expected)
+        assert per_agent is ("(use **policy.options)" in caught.value.expected)
 
 
 def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
-    """In any scenario; with others only if a ``NamedPolicy`` or the options of its rollout say so."""
+    """In any scenario; with others only if ``with_options`` or the options of a rollout say so."""
     fe.save_policy(flock_policy(), tmp_path / "policy.npz")
-    loaded = fe.load_policy(tmp_path / "policy.npz")
+    loaded: Any = fe.load_policy(tmp_path / "policy.npz")
     other = SCENARIO.replace(num_agents=9, num_steps=7)
-    expected = fe.rollout(other, loaded, range(3))
-    np.testing.assert_equal(vars(fe.rollout(other, loaded.policy, range(3))), vars(expected))
-    env = fe.parallel_env(other, **loaded.options, reward="distance")
-    act = fe.bind(loaded.policy, env)
+    expected = fe.rollout(other, loaded, 3)
+    env = fe.parallel_env(other, **{**loaded.options, "reward": "distance"})
+    act, twin = loaded.bind(env), fe.load_policy(tmp_path)
     observations, infos = env.reset(seed=2)
     while env.agents:
-        observations, *_, infos = env.step(act(observations))
+        predicted = twin.predict(np.stack([*observations.values()]))[0]
+        actions = act(observations)
+        np.testing.assert_array_equal(np.stack([*actions.values()]), predicted)
+        observations, *_, infos = env.step(actions)
     assert infos["agent_0"]["min_mean_distance"] == expected.min_mean_distance[2]
-    options = {**loaded.options, "steps_per_action": 3}
-    slower = dataclasses.replace(loaded, options=options)
-    given = fe.rollout(other, loaded, range(3), steps_per_action=3)
-    np.testing.assert_equal(vars(fe.rollout(other, slower, range(3))), vars(given))
-    fe.bind(slower.policy, fe.parallel_env(other, **options))
-    with pytest.raises(InputError, match="steps_per_action: expected 2"):
-        fe.rollout(other, loaded.policy, range(3), steps_per_action=3)
+    slower = loaded.with_options(steps_per_action=3)
+    given = fe.rollout(other, loaded, 3, steps_per_action=3)
+    np.testing.assert_equal(vars(fe.rollout(other, slower, 3)), vars(given))
+    slower.bind(fe.parallel_env(other, **slower.options))
+    assert loaded.options["steps_per_action"] == 2
 
 
-@pytest.mark.parametrize("changes", [{"policy": FixedRange(3)}, {"scenario": None}])
-def test_policies_that_cannot_be_saved_are_refused(changes: dict[str, Any], tmp_path: Path) -> None:
-    entry = dataclasses.replace(flock_policy(), **changes)
+@pytest.mark.parametrize(
+    "policy",
+    [FixedRange(3).with_options(per_agent=True, scenario=SCENARIO), NetworkPolicy(LINE, [1, -2, 0.5])],
+)
+def test_policies_that_cannot_be_saved_are_refused(policy: BasePolicy, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="policy: expected a NetworkPolicy, StubbornWitnesses, "):
-        fe.save_policy(entry, tmp_path / "policy.npz")
+        fe.save_policy(policy, tmp_path / "policy.npz")
     assert not list(tmp_path.iterdir())
 
 
@@ -202,12 +212,21 @@ def test_another_file_is_named(tmp_path: Path) -> None:
 def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
     path = tmp_path / "policy.npz"
     fe.save_policy(flock_policy(), path)
-    assert find_policy(str(path)).name == "mine"
-    for name in ("random", "stubborn-leaders", "fixed:3.5"):
-        found, expected = find_policy(name), built_in(name)
-        assert type(found.policy) is type(expected.policy)
-        assert (found.name, found.per_agent, found.options) == (name, expected.per_agent, expected.options)
-    for spec in ("lost.npz", str(tmp_path), "fixed:far", "policy"):
-        with pytest.raises(InputError, match=r"which: expected one of fixed:RHO, .* got '") as caught:
-            find_policy(spec, "which")
+    assert fe.load_policy(str(path)).name == fe.load_policy(tmp_path).name == "mine"
+    for name in NAMES:
+        assert fe.load_policy(name.replace("RHO", "3.5")).name == name.replace("RHO", "3.5")
+    for spec, near in (("lost.npz", ""), ("fixed:far", ""), ("per-agent-visble/serch", "visible/search")):
+        with pytest.raises(InputError, match=r"which: expected fixed:RHO, .* got '") as caught:
+            fe.load_policy(spec, "which")
         assert caught.value.given.startswith(repr(spec))
+        assert near in caught.value.given
+
+
+@pytest.mark.parametrize("name", trained())
+def test_trained_policies_are_those_of_the_scoreboard_and_fit_their_tasks(name: str) -> None:
+    task, _, learner = name.partition("/")
+    (found,) = (policy for policy in [fe.load_policy(name)] if fitted(policy, fe.tasks[task]))
+    assert found.name == name
+    result = read_result(SCOREBOARD / learner / f"{task}.json")
+    content = (SCOREBOARD / learner / result.policies[0].policy).read_bytes()
+    assert (TRAINED / f"{name}.npz").read_bytes() == content

@@ -16,7 +16,7 @@ from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.policies.predators import Pursue
 
-TWO = (fe.ConstantVelocity(), fe.PurePursuit((40.0, 20.0), (-3.0, 1.0)))
+TWO = (fe.scenario.ConstantVelocity(), fe.scenario.PurePursuit((40.0, 20.0), (-3.0, 1.0)))
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
@@ -84,7 +84,7 @@ def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
 
 def test_a_bound_policy_steers_the_predator_of_the_pursuit() -> None:
     pursuit, twin = (fe.PredatorEnv(hunted(), flock_policy=FixedRange(10.0)) for _ in range(2))
-    act = fe.bind(Pursue(), pursuit)
+    act = fe.policies.bind(Pursue(), pursuit)
     observation, _ = pursuit.reset(seed=5)
     twin.reset(seed=5)
     for _ in range(3):
@@ -109,7 +109,7 @@ def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
 def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: int, tmp_path: Any) -> None:
     scenario = hunted(dimension, 2).with_learned_predators()
     options = {"steps_per_action": steps_per_action}
-    run = fe.record(scenario, FixedRange(9.0), 3, predator_policy=Spin(), **options)
+    run = fe.simulate(scenario, policy=FixedRange(9.0), seed=3, predator_policy=Spin(), **options)
     played = fe.rollout(scenario, FixedRange(9.0), [3], predator_policy=Spin(), **options)
     assert run.mean_distance.min() == played.min_mean_distance[0]
     assert run.min_distance.min() == played.min_min_distance[0]
@@ -117,7 +117,7 @@ def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: i
     assert run.predator_actions.any()
     fe.save_run(run, tmp_path / "run.npz")
     loaded = fe.load_run(tmp_path / "run.npz").trajectory
-    assert fe.run_differences(loaded, fe.replay_run(loaded)) == []
+    assert fe.models.run_differences(loaded, fe.replay_run(loaded)) == []
     straight = fe.simulate(run.scenario, 9.0, seed=3)
     assert not np.array_equal(straight.predator_positions, run.predator_positions)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -24,9 +23,10 @@ from flockesc_env.policies import (
 
 
 def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
-    predators = (fe.ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
+    predators = (fe.scenario.ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
-    env = fe.parallel_env(scenario, action_mode="range", predator_sensing_range=20.0)
+    options: Any = {"action_mode": "range", "steps_per_action": 1, "predator_sensing_range": 20.0}
+    env = fe.parallel_env(scenario, **options)
     act = bind(StubbornWitnesses(patience=0.25, first_range=30.0, interaction_range=14.0), env)
     for seed in (0, 1):  # the second episode starts with empty memory
         observations, _ = env.reset(seed=seed)
@@ -34,7 +34,7 @@ def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
         has_seen = np.zeros(20, bool)
         forgot = False
         for t in range(scenario.num_steps):
-            run = fe.simulate(scenario, schedule=schedule, seed=seed)  # up to time t
+            run = fe.simulate(scenario, policy=fe.ScheduledRange(schedule), seed=seed)  # up to time t
             distance = np.linalg.norm(run.positions[t] - run.predator_positions[t], axis=1)
             forgot |= bool((has_seen & (distance > 20.0)).any())
             has_seen |= distance <= 20.0
@@ -48,7 +48,8 @@ def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
 
 def test_stubborn_witnesses_listen_farther_and_farther_unless_they_are_alone() -> None:
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0)
-    env = fe.parallel_env(scenario, action_mode="range", predator_sensing_range=0.0, max_range=20.0)
+    options: Any = {"action_mode": "range", "steps_per_action": 1, "predator_sensing_range": 0.0}
+    env = fe.parallel_env(scenario, max_range=20.0, **options)
     policy = StubbornWitnesses(
         0.25, 30.0 / 2, 12.0, growth=16.0, min_neighbors=3.0, crowding=2.0, agreement=4.0
     )
@@ -59,7 +60,7 @@ def test_stubborn_witnesses_listen_farther_and_farther_unless_they_are_alone() -
     for t in range(scenario.num_steps):
         later = np.full(20, 15.0)
         if t > 4:
-            run = fe.simulate(scenario, schedule=schedule, seed=0)
+            run = fe.simulate(scenario, policy=fe.ScheduledRange(schedule), seed=0)
             offsets = run.positions[t - 1][:, None] - run.positions[t - 1]
             hears = np.linalg.norm(offsets, axis=2) <= schedule[t - 1][:, None]
             heard = (hears @ run.velocities[t - 1]) / hears.sum(axis=1)[:, None]
@@ -148,13 +149,13 @@ CANDIDATES = np.array([0.0, 8.0, 16.0, 32.0])
 PREDATOR = np.array([10.0, 12.0])  # v0 is 10 m/s
 OPTIONS: Any = {
     "profile_ranges": tuple(CANDIDATES),
-    "predator_sensing_range": math.inf,
+    "steps_per_action": 1,
     "extra_entries": ("escape_direction", "closest_approach"),
 }
 
 
 def test_the_best_next_heading_is_the_best_of_all_simulated_ones() -> None:
-    predators = (fe.ConstantVelocity((-20.0, -10.0), tuple(PREDATOR)),)
+    predators = (fe.scenario.ConstantVelocity((-20.0, -10.0), tuple(PREDATOR)),)
     flock = small_flock(
         num_agents=20, num_steps=8, initial_side=60.0, predator_range=0.0, predators=predators
     )
@@ -164,7 +165,7 @@ def test_the_best_next_heading_is_the_best_of_all_simulated_ones() -> None:
     schedule = np.zeros((flock.num_steps, 20))
     chosen: set[float] = set()
     for t in range(flock.num_steps):
-        run = fe.simulate(flock, schedule=schedule, seed=3)
+        run = fe.simulate(flock, policy=fe.ScheduledRange(schedule), seed=3)
         observations, _, _, _, infos = env.step(act(observations))
         ranges = np.array([info["interaction_range"] for info in infos.values()])
         positions = run.positions[t] - run.predator_positions[t]
@@ -175,7 +176,7 @@ def test_the_best_next_heading_is_the_best_of_all_simulated_ones() -> None:
         cosines = []
         for candidate in CANDIDATES:
             schedule[t] = candidate
-            following = fe.simulate(flock, schedule=schedule, seed=3).velocities[t + 1]
+            following = fe.simulate(flock, policy=fe.ScheduledRange(schedule), seed=3).velocities[t + 1]
             cosines.append((following * escape).sum(axis=1))
         np.testing.assert_allclose(ranges, CANDIDATES[np.argmax(cosines, axis=0)], atol=1e-5)
         chosen.update(ranges.round())

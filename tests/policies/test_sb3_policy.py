@@ -51,7 +51,7 @@ def test_the_state_of_a_recurrent_model_is_kept_and_starts_with_every_episode() 
         assert outcome(fe.rollout(SCENARIO, policy, seeds)).tolist() == (
             outcome(fe.rollout(SCENARIO, ScheduledRange(mood(T)), seeds)).tolist()
         )
-    assert fe.record(SCENARIO, policy, 1).interaction_ranges[:, 0].tolist() == mood(T).tolist()
+    assert fe.simulate(SCENARIO, policy=policy, seed=1).interaction_ranges[:, 0].tolist() == mood(T).tolist()
     line = fe.LineScenario(num_agents=8, max_steps=5)
     runs = [fe.rollout(line, each, [1, 2]) for each in (policy, ScheduledRange(mood(5) / 100))]
     assert runs[0].escape_distance.tolist() == runs[1].escape_distance.tolist()
@@ -86,7 +86,7 @@ def test_a_recurrent_model_of_sb3_plays_like_its_own_loop(monkeypatch: pytest.Mo
     policy = SB3Policy(model)
     for seed in SEEDS:
         calls.clear()
-        run = fe.record(SCENARIO, policy, seed, per_agent=True)
+        run = fe.simulate(SCENARIO, policy=policy, seed=seed, per_agent=True)
         env.seed(seed)
         rows, state, starts = env.reset(), None, np.ones(N, bool)
         for (*given, (actions, after)), ranges in zip(calls, run.interaction_ranges, strict=True):
@@ -146,7 +146,7 @@ def test_observations_are_normalized_as_in_the_training(wrap: Any, is_loaded: bo
         model.get_vec_normalize_env().save(tmp_path / "statistics.pkl")
         statistics = VecNormalize.load(tmp_path / "statistics.pkl", vec_env(SCENARIO, per_agent=True))
         policy = SB3Policy(PPO.load(tmp_path / "model.zip"), vec_normalize=statistics)
-    run = fe.record(SCENARIO, policy, 3)
+    run = fe.simulate(SCENARIO, policy=policy, seed=3)
     assert run.interaction_ranges.tolist() == expected
 
 
@@ -234,8 +234,8 @@ def test_models_that_are_no_network_of_the_package_are_refused(make: Any, messag
 def test_the_model_knows_whether_it_sets_the_ranges_of_agents() -> None:
     for env, per_agent in ((vec_env(SCENARIO), False), (vec_env(SCENARIO, per_agent=True), True)):
         policy = SB3Policy(model_of(PPO, env))
-        expected = fe.record(SCENARIO, policy, 1, per_agent=per_agent).interaction_ranges
-        assert fe.record(SCENARIO, policy, 1).interaction_ranges.tolist() == expected.tolist()
+        expected = fe.simulate(SCENARIO, policy=policy, seed=1, per_agent=per_agent).interaction_ranges
+        assert fe.simulate(SCENARIO, policy=policy, seed=1).interaction_ranges.tolist() == expected.tolist()
         assert len(fe.rollout(SCENARIO, policy, [1]).seeds) == 1
 
 

@@ -55,7 +55,9 @@ def test_everything_runs_the_drawn_scenario(seed: int) -> None:
         assert fe.sweep(each, [10.0], [seed]).min_mean_distance[0, 0] == run.mean_distance.min()
         episodes = fe.rollout(each, fe.policies.FixedRange(10.0), [seed], action_mode="range")
         assert episodes.min_mean_distance[0] == run.mean_distance.min()
-        assert_equal(fe.record(each, fe.policies.FixedRange(10.0), seed, action_mode="range"), run)
+        assert_equal(
+            fe.simulate(each, policy=fe.policies.FixedRange(10.0), seed=seed, action_mode="range"), run
+        )
 
 
 @pytest.mark.parametrize("sensing", ["predator_range", None, 10.0])

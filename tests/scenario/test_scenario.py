@@ -81,7 +81,7 @@ def test_a_part_may_be_given_as_its_document() -> None:
 
 @pytest.mark.parametrize("make", [fe.ConstantVelocity, fe.PurePursuit, fe.Wandering, fe.Learned])
 @pytest.mark.parametrize("name", ["position", "velocity"])
-def test_predators_have_as_many_coordinates_as_the_world(make: Any, name: str) -> None:
+def test_predators_have_as_many_coordinates_as_the_scenario(make: Any, name: str) -> None:
     with pytest.raises(
         fe.InputError, match=r"expected 3 numbers, because the dimension is 3, got \(1.0, 2.0\)"
     ) as caught:
@@ -145,7 +145,7 @@ def test_the_command_prints_a_file_to_start_from(
     assert type(known.scenario).from_json(json.dumps(entry["scenario"])) == known.scenario
     path = tmp_path / "mine.toml"
     path.write_text(document)
-    flags = ["--interaction-range", 0.2, "--set", "repulsion_strength=3", "--seed", 1, "--json"]
+    flags = ["fixed:0.2", "--set", "repulsion_strength=3", "--seed", 1, "--json"]
     runs = [
         Ran(capsys, "simulate", "--scenario", name, *flags).json(),
         Ran(capsys, "simulate", "--scenario", path, *flags).json(),

@@ -91,10 +91,10 @@ def test_the_best_fixed_range_is_that_of_tuning_flocks(tmp_path: Path) -> None:
 
 def test_policies_that_cannot_run_are_left_out() -> None:
     profile, scenarios = HEADLINES["per-agent-visible-profile"], losses.scenarios()
-    assert {name for name, world in scenarios.items() if not losses.can_run(profile, world)} == {
+    assert {name for name, scenario in scenarios.items() if not losses.can_run(profile, scenario)} == {
         "frozen-graph"
     }
-    assert all(losses.can_run(HEADLINES["one-range"], world) for world in scenarios.values())
+    assert all(losses.can_run(HEADLINES["one-range"], scenario) for scenario in scenarios.values())
 
 
 @pytest.mark.parametrize("neighbors", [1, 2])

@@ -19,12 +19,12 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.common import stats
 from flockesc_env.jobs import Arrays
 from studies.__main__ import STUDIES
-from studies.paper import jobs
+from studies.paper import jobs, plan
 from studies.paper.claims import Verdict, judge
 from studies.paper.line_claims import clusters
 from studies.paper.mechanism_claims import mechanism_claims
 from studies.paper.page import PaperResults, html_page, markdown_page
-from studies.paper.plan import CONTROL_GRID, LINE_GRID, NO_FORCE, STRENGTHS, WORLDS, Trials, captures, control
+from studies.paper.plan import CONTROL_GRID, LINE_GRID, NO_FORCE, STRENGTHS, Trials, captures, control
 from studies.study import RESULTS_FILE
 
 ROOT = Path(__file__).parents[2]
@@ -193,8 +193,8 @@ def verdicts(without: dict[float, float], fleeing: dict[float, float]) -> dict[s
         return dict.fromkeys(names, rows)
 
     found = {
-        name(world, strength): values(without if strength == NO_FORCE else fleeing, CONTROL_GRID)
-        for world in WORLDS
+        name(scenario, strength): values(without if strength == NO_FORCE else fleeing, CONTROL_GRID)
+        for scenario in plan.SCENARIOS
         for strength in STRENGTHS
         for name in (control, captures)
     }

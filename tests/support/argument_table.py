@@ -135,10 +135,10 @@ def parts(good: Any, *confusing: Any) -> Kind:
 
 FLOCK = small_flock()
 LINE = fe.LineScenario(num_agents=5, max_steps=10)
-HUNTED = small_flock(predators=(fe.Learned(),))
+HUNTED = small_flock(predators=(fe.scenario.Learned(),))
 RUN, LINE_RUN = fe.simulate(FLOCK, 5.0, seed=1), fe.simulate_line(LINE, 0.25, seed=1)
 POINTS = np.arange(10.0).reshape(5, 2) * 2.0
-NET = fe.Architecture(("time",), (2,))
+NET = fe.policies.Architecture(("time",), (2,))
 NAMED = registry.NamedPolicy("net", fe.NetworkPolicy(NET, np.zeros(NET.size)), scenario=FLOCK, per_agent=True)
 PER_AGENT = floats(np.arange(1.0, 6.0), 0.0, or_number=True)
 POINT = floats([1.0, 2.0])
@@ -156,11 +156,11 @@ class Model:
 BY_TYPE: dict[Any, Kind] = {
     float | tuple[float, ...]: PER_AGENT,
     bool: Kind(True, [0, 1, 1.0, "True", [True], np.array([True])], [np.True_], (bool, np.bool)),
-    fe.FlockScenario: part(FLOCK, LINE, fe.Disc()),
+    fe.FlockScenario: part(FLOCK, LINE, fe.scenario.Disc()),
     fe.LineScenario: part(LINE, FLOCK),
-    fe.Trajectory: part(RUN, FLOCK),
+    fe.models.Trajectory: part(RUN, FLOCK),
     fe.RenderOptions: part(fe.RenderOptions(size=160)),
-    fe.Architecture: part(NET),
+    fe.policies.Architecture: part(NET),
     policies.Policy: part(fe.FixedRange(5.0)),
     float: number(2.0),
     int: count(2),
@@ -223,11 +223,11 @@ BY_NAME: dict[str, Kind] = {
     "hidden": parts((2,), (0,), (2.0,), (-1,), (True,)),
     "candidate_inputs": parts((), (1,), "range"),
     "ranges": parts((), ("far",), (-1.0,), 3.0),
-    "initial_headings": part(fe.RandomHeadings(), fe.Disc(), fe.Metric()),
-    "motion": part(fe.Reynolds(), fe.Metric()),
-    "predators": parts((), (fe.Disc(),), fe.PurePursuit(), (None,), (5,)),
-    "neighbor_rule": part(fe.Metric(), fe.Disc(), fe.PurePursuit()),
-    "randomization": parts((), (fe.Disc(),), (5,), fe.Metric()),
+    "initial_headings": part(fe.scenario.RandomHeadings(), fe.scenario.Disc(), fe.scenario.Metric()),
+    "motion": part(fe.scenario.Reynolds(), fe.scenario.Metric()),
+    "predators": parts((), (fe.scenario.Disc(),), fe.scenario.PurePursuit(), (None,), (5,)),
+    "neighbor_rule": part(fe.scenario.Metric(), fe.scenario.Disc(), fe.scenario.PurePursuit()),
+    "randomization": parts((), (fe.scenario.Disc(),), (5,), fe.scenario.Metric()),
 }
 ALIASES = {
     "name": ("scenario", "policies"),
@@ -241,34 +241,39 @@ ALIASES = {
 
 OF: dict[Any, dict[str, Kind]] = {
     fe.FlockScenario: {
-        "initial_positions": part(fe.Disc(), fe.RandomHeadings(), fe.Metric()),
+        "initial_positions": part(fe.scenario.Disc(), fe.scenario.RandomHeadings(), fe.scenario.Metric()),
         "num_agents": count(5),
     },
     fe.simulate: {
-        "scenario": part(HUNTED, fe.Disc()),
+        "scenario": part(HUNTED, fe.scenario.Disc()),
         "interaction_range": PER_AGENT,
         "schedule": floats(np.full((10, 1), 4.0), 0.0),
     },
     fe.simulate_line: {"scenario": Kind(LINE, [FLOCK, 0, [LINE]], is_optional=True)},
-    fe.approach: {"initial_side": number(8.0)},
-    fe.Encircle: {"radius": number(8.0)},
-    **{call: {"scenario": part(FLOCK, fe.Disc())} for call in (fe.sweep, fe.rollout)},
-    sb3.vec_env: {"scenario": part(FLOCK, fe.Disc())},
-    fe.scan: {"scenario": Kind(FLOCK, [LINE, 0, fe.Disc()], is_optional=True)},
+    fe.scenario.approach: {"initial_side": number(8.0)},
+    fe.scenario.Encircle: {"radius": number(8.0)},
+    **{call: {"scenario": part(FLOCK, fe.scenario.Disc())} for call in (fe.sweep, fe.rollout)},
+    sb3.vec_env: {"scenario": part(FLOCK, fe.scenario.Disc())},
+    fe.scan: {"scenario": Kind(FLOCK, [LINE, 0, fe.scenario.Disc()], is_optional=True)},
     video.write_video: {"path": file("made.mp4")},
-    fe.preset: {"name": choice("pursuit")},
+    fe.scenario.preset: {"name": choice("pursuit")},
     fe.built_in: {"name": choice("random"), "argument": text("policies")},
-    **{call: {"interaction_range": PER_AGENT} for call in (fe.neighbor_pairs, fe.component_labels)},
+    **{
+        call: {"interaction_range": PER_AGENT}
+        for call in (fe.models.neighbor_pairs, fe.models.component_labels)
+    },
     fe.load_policy: {"path": file("policy.npz")},
     fe.save_policy: {"policy": part(NAMED, fe.FixedRange(5.0))},
-    fe.read_initial_state: {"path": file("state.csv")},
+    fe.scenario.read_initial_state: {"path": file("state.csv")},
     fe.load_run: {"path": file("run.npz")},
-    fe.NamedPolicy: {"scenario": part(FLOCK, fe.Disc()), "options": part({}, accepts=(dict,))},
+    fe.NamedPolicy: {"scenario": part(FLOCK, fe.scenario.Disc()), "options": part({}, accepts=(dict,))},
     fe.ScheduledRange: {"schedule": floats(np.full((10, 5), 4.0), 0.0, any_length=True)},
-    fe.PrescribedPath: {"positions": floats([[1.0, 2.0], [3.0, 5.0]], any_length=True)},
-    fe.Ring: {"width": number(4.0, high=16.0)},
-    fe.LogUniform: {"low": positive(2.0)},
-    fe.Choice: {"values": floats([0.25, 0.5], any_length=True)},  # the drawn number is checked at reset
+    fe.scenario.PrescribedPath: {"positions": floats([[1.0, 2.0], [3.0, 5.0]], any_length=True)},
+    fe.scenario.Ring: {"width": number(4.0, high=16.0)},
+    fe.scenario.LogUniform: {"low": positive(2.0)},
+    fe.scenario.Choice: {
+        "values": floats([0.25, 0.5], any_length=True)
+    },  # the drawn number is checked at reset
 }
 """Kinds of the arguments of one callable."""
 
@@ -296,7 +301,7 @@ def _kind(call: Any, name: str, hint: Any, *, is_optional: bool = False) -> Kind
 
 
 SLOTS: dict[str, tuple[Callable[[Any], Any], Any]] = {
-    "predators": (lambda part: (fe.ConstantVelocity(), part), predators.Predator),
+    "predators": (lambda part: (fe.scenario.ConstantVelocity(), part), predators.Predator),
     "initial_positions": (lambda part: part, initial.InitialPositions),
     "initial_headings": (lambda part: part, initial.InitialHeadings),
     "motion": (lambda part: part, motion.Motion),

@@ -68,7 +68,7 @@ COLORED = """[...document.querySelectorAll(".panel canvas")].map((canvas) => {
 })"""
 
 
-def lowest(run: fe.Trajectory) -> float:
+def lowest(run: fe.models.Trajectory) -> float:
     return float(run.mean_distance.min())
 
 
@@ -83,8 +83,8 @@ def fly(tab: Page, changes: str, spec: str) -> float:
     return float(tab.evaluate(script))
 
 
-def world(name: str, seed: int = SEED) -> str:
-    return f"{{ world: page.worlds.find(({{ name }}) => name === '{name}'), seed: '{seed}' }}"
+def scenario(name: str, seed: int = SEED) -> str:
+    return f"{{ scenario: page.scenarios.find(({{ name }}) => name === '{name}'), seed: '{seed}' }}"
 
 
 def text(tab: Page, selector: str) -> str:

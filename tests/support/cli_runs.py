@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -17,7 +16,6 @@ import pytest
 from flockesc_env import FlockScenario, LineScenario, save_policy
 from flockesc_env.cli import main
 from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.registry import NamedPolicy
 
 SMALL = FlockScenario(num_agents=12, num_steps=9)
 SMALL_FLAGS = ["--set", "num_agents=12", "--set", "num_steps=9"]
@@ -59,9 +57,8 @@ def policy_file(path: Path, scenario: FlockScenario | LineScenario = SMALL) -> P
     is_line = isinstance(scenario, LineScenario)
     architecture = Architecture(("offset_0" if is_line else "predator_distance", "time"), (3,), memory=1)
     policy = NetworkPolicy(architecture, np.random.default_rng(0).normal(size=architecture.size))
-    options = {} if is_line else {"max_range": 30.0, "predator_sensing_range": math.inf}
-    entry = NamedPolicy("random", policy, per_agent=not is_line, options=options, scenario=scenario)
-    save_policy(entry, path)
+    options: Any = {} if is_line else {"max_range": 30.0, "steps_per_action": 1}
+    save_policy(policy.with_options(name="random", per_agent=not is_line, scenario=scenario, **options), path)
     return path
 
 

@@ -42,8 +42,8 @@ FLOCKS: dict[str, Callable[..., Any]] = {
 """The environments of flocks by scenario and options."""
 FLOCK = small_flock()
 RANDOM = (
-    fe.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
-    fe.PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
+    fe.scenario.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
+    fe.scenario.PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
 )
 """Predators that draw random numbers."""
 CAPTURE = small_flock(capture_radius=6.0)
@@ -76,7 +76,9 @@ ADAPTERS = {
     "different agents with noise and delay": Adapter(
         lambda: fe.FlockEscapeEnv(small_flock(3, predators=RANDOM, capture_radius=2.0, **UNLIKE))
     ),
-    "chased": Adapter(lambda: fe.FlockEscapeEnv(FLOCK.with_learned_predators(), predator_policy=fe.Pursue())),
+    "chased": Adapter(
+        lambda: fe.FlockEscapeEnv(FLOCK.with_learned_predators(), predator_policy=fe.policies.Pursue())
+    ),
     "discrete": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, action_mode="discrete", range_grid=[1.0, 5.0, 9.0])),
     "pictures": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, **PICTURES), has_pictures=True),
     "predator": Adapter(lambda: fe.PredatorEnv(FLOCK)),

@@ -19,10 +19,8 @@ from objective_values import LATER
 from option_table import UNLIKE, small_flock
 
 import flockesc_env as fe
-from flockesc_env.envs.pettingzoo import FlockParallelEnv
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies.predators import Pursue
-from flockesc_env.tasks import tasks
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "golden_episodes.json"
 SEED = 7
@@ -30,8 +28,8 @@ TEAM = ("paper-flock", "capture", "randomized", "noisy-hearing", "topological", 
 
 CHASED = {
     "predators": (
-        fe.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
-        fe.PurePursuit((30.0, 0.0), (0.0, 9.0)),
+        fe.scenario.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
+        fe.scenario.PurePursuit((30.0, 0.0), (0.0, 9.0)),
     ),
     "capture_radius": 1.0,
 }
@@ -50,8 +48,8 @@ def ranges(t: int, count: int) -> np.ndarray:
 def versioned_ids() -> set[str]:
     """Return the ids of all environments, without those of tasks; each ends with its version."""
     registered = {name for name in gymnasium.registry if name.startswith("flockesc/")}
-    registered -= {task.id for task in tasks.values()}
-    return registered | {FlockParallelEnv.metadata["name"]}
+    registered -= {task.id for task in fe.tasks.values()}
+    return registered | {fe.flockesc_v1.FlockParallelEnv.metadata["name"]}
 
 
 def registered(_: int, seed: int, name: str) -> Iterator[Any]:
@@ -116,7 +114,7 @@ def cases() -> dict[str, Case]:
     """Return every case by name."""
     ids = sorted(name for name in versioned_ids() if "/" in name)
     found: dict[str, Case] = {name: partial(registered, name=name) for name in ids}
-    found[FlockParallelEnv.metadata["name"]] = partial(team, scenario=fe.FlockScenario())
+    found[fe.flockesc_v1.FlockParallelEnv.metadata["name"]] = partial(team, scenario=fe.FlockScenario())
     for name, (_, scenario) in fe.PRESETS.items():
         if isinstance(scenario, fe.LineScenario):
             found[name] = partial(line, scenario=scenario)
@@ -126,8 +124,8 @@ def cases() -> dict[str, Case]:
             options = {"reward": "individual_distance_change", "steps_per_action": 8, "max_range": 100.0}
             found[f"{name}, an action per agent"] = partial(team, scenario=scenario, **options)
     straight, path = (
-        fe.ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),
-        fe.PrescribedPath(ZIGZAG, interval=0.3),
+        fe.scenario.ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),
+        fe.scenario.PrescribedPath(ZIGZAG, interval=0.3),
     )
     for dimension in (2, 3):
         small = small_flock(dimension, num_steps=40, **RANDOM)

@@ -18,7 +18,8 @@ from golden_episodes import CHASED, RANDOM
 from objective_values import LATER
 from option_table import small_flock
 
-from flockesc_env import Architecture, FlockScenario, LineScenario, NetworkPolicy, rollout
+from flockesc_env import FlockScenario, LineScenario, NetworkPolicy, rollout
+from flockesc_env.policies import Architecture
 
 SEEDS = range(6)
 SHARED = ("last_range", "polarization", "mean_distance", "heading_away", "spread")

@@ -12,10 +12,11 @@ from objective_values import VALUES
 from option_table import DIMENSIONS, OBJECTIVES
 from reference import Floats, FlockState, unit
 
-from flockesc_env import ConstantVelocity, EnvOptions, FlockScenario, PurePursuit
+from flockesc_env import EnvOptions, FlockScenario
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.options import View
+from flockesc_env.scenario import ConstantVelocity, PurePursuit
 
 STEPS = 4
 HALF_COUNT = 8

@@ -91,7 +91,7 @@ def small_flock(dimension: int = 2, **changes: Any) -> fe.FlockScenario:
 
 
 def embedded(predator: Any, dimension: int) -> Any:
-    """Return a predator that starts in the plane z = 0 of a world with the given dimension."""
+    """Return a predator that starts in the plane z = 0 of a space with the given dimension."""
     if isinstance(predator, PrescribedPath):
         positions = tuple((*position, 0.0)[:dimension] for position in predator.positions)
         return dataclasses.replace(predator, positions=positions)
@@ -105,9 +105,9 @@ def embedded(predator: Any, dimension: int) -> Any:
 def hunted(dimension: int = 2, **changes: Any) -> fe.FlockScenario:
     """Return a flock in which three predators catch most agents at different times."""
     predators = (
-        fe.PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0),
-        fe.Intercept((25.0, 0.0), (0.0, 15.0), max_turn_rate=3.0),
-        fe.ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
+        fe.scenario.PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0),
+        fe.scenario.Intercept((25.0, 0.0), (0.0, 15.0), max_turn_rate=3.0),
+        fe.scenario.ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
     )
     fields = {"num_agents": 9, "num_steps": 25, "initial_side": 20.0, "capture_radius": 4.0}
     return small_flock(dimension, **{**fields, "predators": predators, **changes})

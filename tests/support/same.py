@@ -9,7 +9,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from flockesc_env import Episodes
+from flockesc_env.policies import Episodes
 
 
 def same(first: Any, second: Any, *, after: Callable[[Any], Any] = lambda outcome: outcome) -> None:

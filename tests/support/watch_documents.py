@@ -19,12 +19,12 @@ from flockesc_env.watch.live import has_engine
 needs_engine = pytest.mark.skipif(not has_engine(), reason="needs the core for web pages: `make engine`")
 
 FLOCK = fe.FlockScenario(num_agents=12, num_steps=9)
-TWO = (fe.ConstantVelocity(), fe.PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
+TWO = (fe.scenario.ConstantVelocity(), fe.scenario.PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
 
 RUNS = {
     "one range": lambda: fe.simulate(FLOCK, 10.0, seed=3),
-    "schedule": lambda: fe.simulate(FLOCK, schedule=np.linspace(0, 30, 9)[:, None], seed=2**64 - 1),
-    "range per agent": lambda: fe.record(FLOCK, StubbornLeaders(), 5, per_agent=True),
+    "schedule": lambda: fe.simulate(FLOCK, policy=fe.ScheduledRange(np.linspace(0, 30, 9)), seed=2**64 - 1),
+    "range per agent": lambda: fe.simulate(FLOCK, policy=StubbornLeaders(), seed=5, per_agent=True),
     "in space, two predators": lambda: fe.simulate(FLOCK.replace(dimension=3, predators=TWO), 20.0, seed=1),
     "no predator": lambda: fe.simulate(FLOCK.replace(predators=()), 20.0, seed=1),
     "given start": lambda: fe.simulate(
@@ -51,7 +51,7 @@ def numbers(column: dict[str, Any]) -> np.ndarray:
     return np.frombuffer(raw, np.dtype(column["dtype"]).newbyteorder("<")).reshape(column["shape"])
 
 
-def assert_shows(shown: Any, run: fe.Trajectory) -> None:
+def assert_shows(shown: Any, run: fe.models.Trajectory) -> None:
     columns = {name: numbers(column) for name, column in shown["columns"].items()}
     in_force = np.concatenate([run.interaction_ranges, run.interaction_ranges[-1:]])
     expected = {

@@ -10,7 +10,7 @@ import pytest
 from cli_runs import Ran, policy_file
 from matplotlib.figure import Figure
 
-from flockesc_env import NamedPolicy, built_in
+from flockesc_env import load_policy
 from flockesc_env.cli import tasks as command
 from flockesc_env.cli.exits import Exit
 from flockesc_env.policies import StubbornLeaders
@@ -25,8 +25,8 @@ class Rule(StubbornLeaders):
     """Code of a user."""
 
 
-def rule() -> NamedPolicy:
-    return NamedPolicy("own", Rule(), True, dict(built_in("stubborn-leaders").options))
+def rule() -> Rule:
+    return Rule().with_options(name="own", **dict(load_policy("stubborn-leaders").options or {}))
 
 
 @pytest.fixture
@@ -133,16 +133,16 @@ def test_code_is_scored_with_a_mark_and_not_verified(
     assert read_result(folder / "code.json").policies[0].objectives == same
     ran = Ran(capsys, "verify", "code.json")
     assert (ran.code, ran.out) == (Exit.REFUSED, "")
-    assert "expected a policy file or a built-in policy, which can be played again, got" in ran.err
+    assert "expected a policy file or the name of a policy, which can be played again, got" in ran.err
 
 
 SCORE = ["score", "mine-0.npz", "--task"]
 BAD = {
     "command": (
         ["scores"],
-        "report, episodes, got 'scores' (did you mean score?)",
+        "report, episodes, got 'scores' (did you mean score or compare?)",
     ),
-    "task": ([*SCORE, "per-agent-visibly"], "got 'per-agent-visibly' (did you mean per-agent-visible?)"),
+    "task": ([*SCORE, "per-agent-visibly"], "got 'per-agent-visibly' (did you mean per-agent-visible or "),
     "no policy": (["score", "--task", TASK], "policies: expected at least one policy, got none"),
     "no file": (["verify"], "files: expected at least one file, got none"),
     "no report": (["report"], "files: expected at least one file, got none"),

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from flockesc_env import FlockScenario, InputError, LineScenario, NamedPolicy
+from flockesc_env import FlockScenario, InputError, LineScenario, load_policy
 from flockesc_env.episodes.options import EnvOptions, LineOptions
-from flockesc_env.policies import NAMES, FixedRange, RandomRange, ScheduledRange, StubbornLeaders, built_in
+from flockesc_env.policies import NAMES, BasePolicy, FixedRange, RandomRange, ScheduledRange, StubbornLeaders
 from flockesc_env.tasks import fitting
 from flockesc_env.tasks.fitting import FREE, fitted, is_checkable
 from flockesc_env.tasks.task import Task, tasks
@@ -20,39 +20,56 @@ def changed(task: Task, **options: Any) -> Task:
     return dataclasses.replace(task, options={**task.options, **options})
 
 
-LOCAL, VISIBLE, SHARED = (tasks[name] for name in ("per-agent-local", "per-agent-visible", "one-range"))
+LOCAL, VISIBLE, ONE_RANGE = (tasks[name] for name in ("per-agent-local", "per-agent-visible", "one-range"))
 PROFILE = changed(VISIBLE, profile_ranges=[0.0, 5.0, 10.0])
 LINE = tasks["line"]
-WORLDS = tasks["held-out-predators"]  # in one of them are two predators
+HELD_OUT = tasks["held-out-predators"]  # in one of them are two predators
 RHO = FixedRange(0.1)
 
 
-def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> NamedPolicy:
-    return NamedPolicy("", RHO, per_agent, options, scenario)
+def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> BasePolicy:
+    policy = RHO.with_options(per_agent=per_agent, scenario=scenario)
+    policy.options = options  # unchecked
+    return policy
 
 
 @pytest.mark.parametrize(
     ("entry", "task", "field", "message"),
     [
-        (named(predator_sensing_range=math.inf), LOCAL, "predator_sensing_range", "or 30 m, got None"),
-        (named(predator_sensing_range=30.5), LOCAL, "predator_sensing_range", "or 30 m, got 30.5"),
+        (
+            named(predator_sensing_range=math.inf),
+            LOCAL,
+            "predator_sensing_range",
+            "in the task, got inf",
+        ),
+        (
+            named(predator_sensing_range=30.5),
+            LOCAL,
+            "predator_sensing_range",
+            "most 30 m, as in the task",
+        ),
         (named(per_agent=False), LOCAL, "per_agent", "True, as in the task, got False"),
-        (named(per_agent=True), SHARED, "per_agent", "False, as in the task, got True"),
+        (named(per_agent=True), ONE_RANGE, "per_agent", "False, as in the task, got True"),
         (named(per_agent=True), LINE, "per_agent", "False, as in the task, got True"),
         (named(profile_ranges=(0, 5)), VISIBLE, "profile_ranges", "none, as in the task, got 0.0, 5.0"),
         (named(profile_ranges=(0, 5, 7)), PROFILE, "profile_ranges", "0.0, 5.0, 10.0, as in the task"),
         (named(profile_ranges=(0, 5, 10, 15)), PROFILE, "profile_ranges", "got 0.0, 5.0, 10.0, 15.0"),
         (named(extra_entries=("escape_direction",)), VISIBLE, "extra_entries", "closest_approach, as in"),
-        (named(False, extra_entries=("closest_approach",)), SHARED, "extra_entries", "none, as in"),
-        (named(extra_entries=("closest_approach",)), WORLDS, "extra_entries", "none, as in"),
-        (named(objective="min_min_distance"), VISIBLE, "objective", "'mean', as in the task, got 'minimum'"),
+        (named(False, extra_entries=("closest_approach",)), ONE_RANGE, "extra_entries", "none, as in"),
+        (named(extra_entries=("closest_approach",)), HELD_OUT, "extra_entries", "none, as in"),
+        (
+            named(objective="min_min_distance"),
+            VISIBLE,
+            "objective",
+            "'min_mean_distance', as in the task, got",
+        ),
         (named(scenario=LineScenario()), VISIBLE, "scenario", "a FlockScenario, got LineScenario"),
         (named(False, FlockScenario()), LINE, "scenario", "a LineScenario, got FlockScenario"),
         (named(False, predator_sensing_range=math.inf), LINE, "options", "got predator_sensing_range"),
         (named(max_rage=1.0), LOCAL, "options", "got max_rage"),
     ],
 )
-def test_policies_that_see_more_do_not(entry: NamedPolicy, task: Task, field: str, message: str) -> None:
+def test_policies_that_see_more_do_not(entry: BasePolicy, task: Task, field: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         fitting.check_fits(entry, task)
     assert caught.value.field == field
@@ -91,7 +108,7 @@ FITTING = {
 """Built-in policies by task, written down from their descriptions in docs/policies.md."""
 
 
-def fits(entry: NamedPolicy, task: Task) -> bool:
+def fits(entry: BasePolicy, task: Task) -> bool:
     try:
         fitted(entry, task)
     except InputError:
@@ -101,7 +118,7 @@ def fits(entry: NamedPolicy, task: Task) -> bool:
 
 @pytest.mark.parametrize("name", tasks)
 def test_built_in_rules_fit_the_tasks_that_show_what_they_need(name: str) -> None:
-    found = {rule for rule in NAMES if fits(built_in(rule.replace("RHO", "1")), tasks[name])}
+    found = {rule for rule in NAMES if fits(load_policy(rule.replace("RHO", "1")), tasks[name])}
     assert found == FITTING[name]
 
 
@@ -110,7 +127,7 @@ class Own(StubbornLeaders):
 
 
 def test_only_classes_of_the_package_are_checkable() -> None:
-    assert all(is_checkable(built_in(name.replace("RHO", "1")).policy) for name in NAMES)
+    assert all(is_checkable(load_policy(name.replace("RHO", "1"))) for name in NAMES)
     assert is_checkable(ScheduledRange([1.0]))
     assert is_checkable(RandomRange(0))
     assert not is_checkable(Own())

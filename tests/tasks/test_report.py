@@ -28,8 +28,8 @@ def made_up(task_name: str, learner: str, level: float, seeds: int, *, is_code: 
     def objectives() -> dict[str, list[float]]:
         shift = rng.normal(level, 0.1)
         return {
-            name: (world.zero + (world.one - world.zero) * rng.normal(shift, 0.3, NUM_FLOCKS)).tolist()
-            for name, world in task.scales.items()
+            name: (scale.zero + (scale.one - scale.zero) * rng.normal(shift, 0.3, NUM_FLOCKS)).tolist()
+            for name, scale in task.scales.items()
         }
 
     return Result(
@@ -83,8 +83,8 @@ def test_rows_are_those_of_numpy_and_scipy(task: str) -> None:
         told = (row.score.mean, row.iqm, row.low, row.high)
         assert told == pytest.approx((own.mean(), iqm, own.min(), own.max()), rel=1e-12)
         if row.result.learner == "rule":  # one policy: Student's interval over flocks
-            (world, *_) = tasks[task].scales.values()  # the reference plays 200 flocks of shared
-            error = own.mean() * world.one_error / (world.one - world.zero)
+            (scale, *_) = tasks[task].scales.values()  # the reference plays 200 flocks of one-range
+            error = own.mean() * scale.one_error / (scale.one - scale.zero)
             half = np.hypot(stats.t.interval(0.95, NUM_FLOCKS - 1, 0, stats.sem(scores[0]))[1], error)
             interval = (own.mean() - half, own.mean() + half)
             assert (row.score.low, row.score.high) == pytest.approx(interval, rel=1e-12)
@@ -131,5 +131,5 @@ def test_a_page_ranks_learners_and_marks_code() -> None:
     table = [line for line in page(results).splitlines() if line.startswith("| ")]
     assert table[1].startswith("| high (played by its author's code) | 3 | 0.")
     assert table[2].startswith("| low | 3 | 0.")
-    with pytest.raises(InputError, match="results: expected one result per learner on shared, got"):
+    with pytest.raises(InputError, match="results: expected one result per learner on one-range, got"):
         rows([*results, results[0]])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import shutil
@@ -16,7 +15,6 @@ from cli_runs import policy_file
 
 from flockesc_env import InputError, load_policy, rollout, save_policy
 from flockesc_env.policies import StubbornWitnesses
-from flockesc_env.policies.registry import NamedPolicy
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.tasks import scoring
 from flockesc_env.tasks.results import Result, Training, read_result, write_result
@@ -123,7 +121,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "fewer flocks": ({"flocks": [2_000_000, 5]}, "number (2000000, 6), got (2000000, 5)"),
     "version": ({"version": "v2"}, "version: expected v1, got 'v2'"),
     "task": ({"task": "held-out-sizes"}, "of the task held-out-sizes, got '"),
-    "unknown task": ({"task": "held-out-world"}, "(did you mean held-out-predators?)"),
+    "unknown task": ({"task": "held-out-predator"}, "(did you mean held-out-predators"),
     "checksum of the task": ({"task_sha256": "0" * 64}, f"of the task held-out-predators, got '{'0' * 64}'"),
     "unknown field": ({"note": "mine"}, "unknown field `note`"),
     "no policies": ({"policies": []}, "policies: expected at least one, got none"),
@@ -154,7 +152,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         {"policies.1.objectives.intercept": [80.0] * 5},
         "policies[1].objectives.intercept: expected 6 finite numbers, got 5 finite of 5",
     ),
-    "one world": (
+    "one scenario": (
         {"policies.1.objectives": {"intercept": [80.0] * 6}},
         "policies[1].objectives: expected the scenarios intercept, two-predators, got intercept",
     ),
@@ -172,9 +170,14 @@ def test_a_changed_result_is_refused_with_a_line_that_names_the_change(name: str
     assert "\n" not in str(caught.value)
 
 
+def mine() -> StubbornWitnesses:
+    known: dict[str, Any] = {"scenario": FlockScenario(), "predator_sensing_range": 30.0}
+    return StubbornWitnesses().with_options(name="mine", **known)
+
+
 def test_another_policy_under_the_name_of_the_file_is_refused(path: Path) -> None:
     file = path.parent / FILE
-    other = NamedPolicy("mine", StubbornWitnesses(), True, {}, FlockScenario())
+    other = mine()
     save_policy(other, file)
     with pytest.raises(InputError, match="with the sha256"):
         verify(path)
@@ -192,9 +195,7 @@ def test_damaged_files_are_refused(path: Path) -> None:
 def same_content(file: Path, copy: Path) -> None:
     """Save a policy again: another name and reward, other bytes."""
     entry = load_policy(file)
-    save_policy(
-        dataclasses.replace(entry, name="other", options={**entry.options, "reward": "terminal"}), copy
-    )
+    save_policy(entry.with_options(name="other", reward="terminal"), copy)
 
 
 def test_a_policy_counts_once_whatever_its_file_is_called(path: Path) -> None:
@@ -216,7 +217,10 @@ def test_the_checksum_is_that_of_the_bytes_that_play(path: Path) -> None:
     link = path.parent / "link.npz"
     link.symlink_to(FILE)
     before, recorded = LoadedPolicy.of(str(link)), read_result(path).policies[0]
-    save_policy(NamedPolicy("mine", StubbornWitnesses(), True, {}, FlockScenario()), path.parent / FILE)
+    save_policy(
+        mine(),
+        path.parent / FILE,
+    )
     (found,) = score([before], TASK, learner="mine", output=path).policies
     assert (found.policy, found.sha256, found.objectives) == (
         *("link.npz", recorded.sha256, recorded.objectives),
@@ -256,6 +260,6 @@ def test_some_flocks_of_a_random_policy_are_verified(few_flocks: range, tmp_path
     """Its numbers depend on all flocks before."""
     path = scored(tmp_path, "random")
     assert isinstance(verify(path, flocks=[2_000_003]), Result)
-    change(path, {f"policies.0.objectives.{world}": [80.0] * 6 for world in TASK.scales})
+    change(path, {f"policies.0.objectives.{name}": [80.0] * 6 for name in TASK.scales})
     with pytest.raises(InputError, match="got 1 of 1 others"):
         verify(path, flocks=[2_000_003])

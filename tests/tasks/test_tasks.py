@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import flockesc_env
-from flockesc_env import InputError, built_in, sweep
+from flockesc_env import InputError, load_policy, sweep
 from flockesc_env.episodes.splits import HELD_OUT, TRAINING, TUNING, refuse_held_out
 from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.tasks.comparison import grid_of
@@ -31,7 +31,7 @@ def test_the_best_fixed_range_reaches_in_a_task_what_it_reaches_in_a_sweep(name:
     for at, scale in task.scales.items():
         best = scale.best_fixed_range
         assert best in grid_of(task)
-        entry = fitted(built_in(f"fixed:{best}"), task)
+        entry = fitted(load_policy(f"fixed:{best}"), task)
         expected = sweep(task.scenarios[at], [best], flocks).values(task.spec.name)[0]
         np.testing.assert_array_equal(play(entry, task, at, flocks), expected)
 
@@ -62,7 +62,7 @@ def test_a_scenario_with_the_name_of_a_preset_is_that_preset(name: str) -> None:
 def test_a_simple_policy_shows_what_is_no_progress(name: str) -> None:
     """Its score is that of the scoreboard; that of random ranges depends on how many flocks play together."""
     task = TASKS[name]
-    fitted(built_in(task.shortcut.policy), task)
+    fitted(load_policy(task.shortcut.policy), task)
     result = read_result(ROOT / "scoreboard" / task.shortcut.policy / f"{name}.json")
     error = 0.02 if task.shortcut.policy == "random" else 1e-12
     assert task.shortcut.score == pytest.approx(result.scores()[0], abs=error)
@@ -129,8 +129,8 @@ def test_a_change_of_the_file_changes_the_checksums_of_the_tasks_that_it_is_abou
             'objective = "fraction_surviving"',
             "scenario: expected capture_radius",
         ),
-        ('objective = "min_mean_distance"', 'objective = "means"', r"shared.objective: .*'means'"),
-        ('scenario = "paper-flock"', 'scenario = "paper-flok"', r"shared.scenario: .*'paper-flok'"),
+        ('objective = "min_mean_distance"', 'objective = "means"', r"one-range.objective: .*'means'"),
+        ('scenario = "paper-flock"', 'scenario = "paper-flok"', r"one-range.scenario: .*'paper-flok'"),
         ("samples = ", "sample = ", "unknown field `sample`"),
     ],
 )

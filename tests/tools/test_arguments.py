@@ -117,8 +117,8 @@ def go_on(env: Any) -> list[Any]:
 AFTER: dict[Any, Callable[[Any], Any]] = {
     fe.load_policy: lambda made: made.policy.parameters,
     fe.built_in: lambda made: (made.name, made.options, made.per_agent),
-    fe.bind: lambda _: None,
-    fe.RandomRange: lambda made: made._rng.bit_generator.state,
+    fe.policies.bind: lambda _: None,
+    fe.policies.RandomRange: lambda made: made._rng.bit_generator.state,
     fe.NetworkPolicy: lambda made: made.parameters,
     policies.SB3Policy: lambda _: None,
     sb3.FlockEvalCallback: lambda made: [made.eval_freq, made.num_flocks, made.best_model_save_path],
@@ -309,14 +309,16 @@ def test_scenarios_and_options_are_values(value: Any) -> None:
         setattr(value, dataclasses.fields(value)[0].name, 1)
 
 
-LEAGUE = FLOCK.replace(predators=(fe.PurePursuit(), fe.PurePursuit((40.0, 20.0), (-3.0, 1.0))))
+LEAGUE = FLOCK.replace(
+    predators=(fe.scenario.PurePursuit(), fe.scenario.PurePursuit((40.0, 20.0), (-3.0, 1.0)))
+)
 CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
-    (lambda: fe.approach((1.0, 2.0, 3.0), dimension=2), "aim"),
-    (lambda: fe.approach(direction=(0.0, 0.0)), "direction"),
-    (lambda: fe.approach("edge", direction=(0.0, 0.0, 1.0), dimension=3), "direction"),
+    (lambda: fe.scenario.approach((1.0, 2.0, 3.0), dimension=2), "aim"),
+    (lambda: fe.scenario.approach(direction=(0.0, 0.0)), "direction"),
+    (lambda: fe.scenario.approach("edge", direction=(0.0, 0.0, 1.0), dimension=3), "direction"),
     (lambda: fe.FlockEscapeEnv(action_mode="range", max_range=1e39), "max_range"),
     (lambda: fe.PredatorEnv(LEAGUE), "predators"),
-    (lambda: fe.PredatorEnv(predator_policy=fe.FlyStraight()), "predator_policy"),
+    (lambda: fe.PredatorEnv(predator_policy=fe.policies.FlyStraight()), "predator_policy"),
     (lambda: fe.PredatorEnv(reward="individual_distance"), "reward"),
     (lambda: fe.FlockEscapeEnv(profile_ranges=[0.0, 5.0]), "profile_ranges"),
     (lambda: fe.LineEscapeEnv(profile_ranges=[0.0, 0.5]), "profile_ranges"),  # type: ignore[call-arg]
@@ -327,9 +329,15 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: fe.rollout(FLOCK, fe.ScheduledRange(np.ones((10, 4))), [0], per_agent=True), "schedule"),
     (lambda: fe.rollout(FLOCK, policies.Planner(FLOCK), [0]), "policy"),
     (lambda: fe.rollout(LINE, fe.FixedRange(0.1), [0], per_agent=True), "per_agent"),
-    (lambda: fe.rollout(LINE, fe.FixedRange(0.1), [0], predator_policy=fe.FlyStraight()), "predator_policy"),
-    (lambda: fe.neighbor_pairs(fe.FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0), "velocities"),
-    (lambda: fe.built_in("fixed:nan"), "policies"),
+    (
+        lambda: fe.rollout(LINE, fe.FixedRange(0.1), [0], predator_policy=fe.policies.FlyStraight()),
+        "predator_policy",
+    ),
+    (
+        lambda: fe.models.neighbor_pairs(fe.FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0),
+        "velocities",
+    ),
+    (lambda: fe.fe.load_policy("fixed:nan"), "policies"),
     (lambda: jobs.find_backend("ray2"), "backend"),
     (lambda: jobs.run_jobs(lambda number: {}, [(1,)], cache="cache"), "function"),
     (lambda: jobs.Job("m:f", (object(),), engine="").key, "arguments"),

@@ -15,13 +15,12 @@ from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file, run_process, sweep_fl
 import flockesc_env as fe
 from flockesc_env.cli.exits import Exit
 from flockesc_env.models.records import load_run, save_run
-from flockesc_env.policies.registry import built_in
 from flockesc_env.tasks import tasks
 
 
 def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
-    flags = ["--interaction-range", 10, "--seed", 7, *SMALL_FLAGS]
+    flags = ["fixed:10", "--seed", 7, *SMALL_FLAGS]
     ran = Ran(capsys, "simulate", *flags, "--json", "--output", path)
     run = fe.simulate(SMALL, 10.0, seed=7)
     document = ran.json()
@@ -41,7 +40,7 @@ def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tm
 def test_a_simulation_without_a_range_takes_the_best_fixed_one(capsys: pytest.CaptureFixture[str]) -> None:
     (scale,) = tasks["per-agent-visible"].scales.values()
     document = Ran(capsys, "simulate", "--seed", 7, *SMALL_FLAGS, "--json").json()
-    assert document["interaction_range"] == scale.best_fixed_range
+    assert document["policy"] == f"fixed:{scale.best_fixed_range:g}"
     assert document["min_mean_distance"] == fe.simulate(SMALL, 12.0, seed=7).mean_distance.min()
 
 
@@ -50,13 +49,11 @@ def test_a_policy_is_simulated(
     spec: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    policy = fe.load_policy(policy_file(Path(spec))) if spec.endswith("NPZ") else built_in(spec)
+    policy = fe.load_policy(policy_file(Path(spec))) if spec.endswith("NPZ") else fe.load_policy(spec)
     path = tmp_path / "run.npz"
-    document = Ran(
-        capsys, "simulate", "--policy", spec, "--seed", 7, *SMALL_FLAGS, "--json", "--output", path
-    ).json()
-    run, saved = policy.record(7, SMALL), load_run(path)
-    assert (document["policy"], document["interaction_range"], saved.name) == (spec, None, spec)
+    document = Ran(capsys, "simulate", spec, "--seed", 7, *SMALL_FLAGS, "--json", "--output", path).json()
+    run, saved = fe.simulate(SMALL, policy=policy, seed=7), load_run(path)
+    assert (document["policy"], saved.name) == (spec, spec)
     assert document["min_mean_distance"] == run.mean_distance.min()
     np.testing.assert_array_equal(saved.trajectory.positions, run.positions)
     np.testing.assert_array_equal(saved.trajectory.interaction_ranges, run.interaction_ranges)
@@ -75,9 +72,9 @@ CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
         ],
         SMALL.replace(
             predators=(
-                fe.PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid"),
-                fe.Intercept(velocity=(3.0, 10.0)),
-                fe.Herd(),
+                fe.scenario.PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid"),
+                fe.scenario.Intercept(velocity=(3.0, 10.0)),
+                fe.scenario.Herd(),
             )
         ),
     ),
@@ -89,7 +86,9 @@ CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
             "motion=vicsek",
         ],
         SMALL.replace(
-            initial_positions=fe.Ring(30.0), initial_headings=fe.AlignedHeadings(), motion=fe.Vicsek()
+            initial_positions=fe.scenario.Ring(30.0),
+            initial_headings=fe.scenario.AlignedHeadings(),
+            motion=fe.scenario.Vicsek(),
         ),
     ),
     "line": (
@@ -105,7 +104,7 @@ def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture
     is_line = isinstance(scenario, fe.LineScenario)
     own = ["--scenario", "paper-line", *SMALL_FLAGS[:2]] if is_line else SMALL_FLAGS
     flags = [word for change in changes for word in ("--set", change)]
-    ran = Ran(capsys, "simulate", "--interaction-range", 0.3, "--seed", 1, *own, *flags, "--json")
+    ran = Ran(capsys, "simulate", "fixed:0.3", "--seed", 1, *own, *flags, "--json")
     assert ran.json()["model"] == ("line" if is_line else "flock")
     assert type(scenario).from_json(json.dumps(ran.json()["scenario"])) == scenario
 
@@ -115,12 +114,12 @@ def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture
 def test_a_scenario_comes_from_a_file_and_is_changed(
     suffix: str, encoding: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    path, pursuer = tmp_path / f"storm{suffix}", fe.PurePursuit(velocity=(12.0, 0.0))
+    path, pursuer = tmp_path / f"storm{suffix}", fe.scenario.PurePursuit(velocity=(12.0, 0.0))
     scenario = SMALL.replace(num_agents=3, mass=(0.1, 1.0, 2.0), predators=(pursuer,))
     written = scenario.replace(num_steps=30)
     path.write_text(written.to_toml() if suffix == ".TOML" else written.to_json(), encoding)
     flags = ["--scenario", path, "--set", "num_steps=9", "--seed", 1]
-    document = Ran(capsys, "simulate", "--interaction-range", 3, *flags, "--json").json()
+    document = Ran(capsys, "simulate", "fixed:3", *flags, "--json").json()
     assert fe.FlockScenario.from_json(json.dumps(document["scenario"])) == scenario
 
 

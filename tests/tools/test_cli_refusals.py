@@ -21,7 +21,7 @@ def _narrow_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _set(change: str) -> list[str]:
-    return ["simulate", "--interaction-range", "1", "--set", change]
+    return ["simulate", "fixed:1", "--set", change]
 
 
 DRAWN = '[{"uniform": {"field": "predator_range", "low": 1, "high": 2}}]'
@@ -39,16 +39,16 @@ BAD: list[tuple[list[str], str]] = [
         [*_set("predator_range=5"), "--set", f"randomization={DRAWN}"],
         "that randomization does not draw, got Uni",
     ),
-    (["simulate", "--scenario", "paper-line"], "interaction_range: expected a range for a line, got none"),
-    (["simulate", "--interaction-range", "1", "--scenario", "none.toml"], "none.toml: No such file"),
+    (["simulate", "--scenario", "paper-line"], "policy: expected fixed:RHO for a line, got none"),
+    (["simulate", "fixed:1", "--scenario", "none.toml"], "none.toml: No such file"),
     (
-        ["simulate", "--interaction-range", "1", "--scenario", "escape"],
+        ["simulate", "fixed:1", "--scenario", "escape"],
         "scenario: expected a file or one of paper",
     ),
-    (["simulate", "--policy", "math:pi"], "policy: expected one of fixed:RHO"),
-    (["simulate", "--policy", "fixed:1_0"], "got 'fixed:1_0'"),
+    (["simulate", "math:pi"], "policy: expected one of fixed:RHO"),
+    (["simulate", "fixed:1_0"], "got 'fixed:1_0'"),
     (["simulate", "--seed", "1_0"], "expected an integer, got '1_0'"),
-    (["simulate", "--interaction-range", DIGIT], f"expected a number, got '{DIGIT}'"),
+    (["simulate", f"fixed:{DIGIT}"], f"got 'fixed:{DIGIT}'"),
     (["sweep", "--seeds", "4:4"], "seeds: expected START:STOP with START below STOP, got 4:4"),
     (["sweep", "--seeds", "0:1_0"], "START:STOP, two integers, got '0:1_0'"),
     (["sweep", "--interaction-ranges", "1", "1_0"], "arguments: ['1', '1_0']"),

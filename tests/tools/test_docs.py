@@ -23,14 +23,14 @@ from flockesc_env import (
     FlockEscapeEnv,
     FlockScenario,
     InputError,
+    load_policy,
     parallel_env,
     rollout,
 )
 from flockesc_env.common.extras import MissingExtraError
 from flockesc_env.episodes.objectives import OBJECTIVES
 from flockesc_env.episodes.options import IndividualReward, TeamReward
-from flockesc_env.policies import NAMES, bind
-from flockesc_env.policies.registry import built_in
+from flockesc_env.policies import NAMES
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -100,8 +100,8 @@ def test_examples_in_docstrings_run(module: str) -> None:
 @pytest.mark.parametrize("name", ["fixed:10", *NAMES[1:]])
 def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) -> None:
     """Agents are caught on the way; a policy for the flock plays the loop of Gymnasium."""
-    entry = built_in(name)
-    options: dict[str, Any] = {"max_range": 150.0, **entry.options}
+    entry = load_policy(name)
+    options: dict[str, Any] = {"max_range": 150.0, **(entry.options or {})}
     were_caught = 0
     for scenario in (preset.scenario for preset in PRESETS.values()):
         if not isinstance(scenario, FlockScenario) or not scenario.predators:
@@ -114,7 +114,7 @@ def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) ->
         except InputError:  # this preset has no profile
             assert "profile_ranges" in options
             continue
-        act = bind(entry.policy, env)
+        act = entry.bind(env)
         observations, _ = env.reset(seed=7)
         has_ended = False
         while not has_ended:
@@ -149,8 +149,8 @@ def test_all_files_have_the_version_of_the_crates() -> None:
 @pytest.mark.parametrize(
     ("page", "names"),
     [
-        ("worlds", PRESETS),
-        ("worlds", [field.name for field in fields(FlockScenario)]),
+        ("scenarios", PRESETS),
+        ("scenarios", [field.name for field in fields(FlockScenario)]),
         ("environments", [field.name for field in fields(EnvOptions)]),
         (
             "environments",

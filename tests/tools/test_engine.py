@@ -90,7 +90,7 @@ def flocks() -> dict[str, fe.FlockScenario]:
     """Return all presets that environments take, and flocks with every option."""
     presets = {name: flock for name, (_, flock) in fe.PRESETS.items() if isinstance(flock, fe.FlockScenario)}
     found = {name: flock for name, flock in presets.items() if flock.predators}
-    path = fe.PrescribedPath(ZIGZAG, interval=0.3)
+    path = fe.scenario.PrescribedPath(ZIGZAG, interval=0.3)
     for dimension in (2, 3):
         small = small_flock(dimension, num_steps=ACTIONS, **RANDOM)
         found |= {
@@ -176,7 +176,7 @@ def test_stored_networks_set_the_same_ranges_on_a_flock_with_other_options() -> 
             )
             case |= {
                 "kind": "observed",
-                "options": EnvOptions(objective=chosen.objective).to_core(View.AGENT),
+                "options": EnvOptions(objective=chosen.objective, steps_per_action=1).to_core(View.AGENT),
                 "observed": case["options"],
                 "stepsPerAction": chosen.steps_per_action,
             }

@@ -15,8 +15,8 @@ from cli_runs import SMALL_FLAGS, Ran, small_files, sweep_flags
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.files import atomic_write, check_writable
 
-SIMULATE = ["simulate", "--interaction-range", 5, *SMALL_FLAGS]
-WATCH = ["watch", "--policies", "fixed:5", *SMALL_FLAGS]
+SIMULATE = ["simulate", "fixed:5", *SMALL_FLAGS]
+WATCH = ["watch", "fixed:5", *SMALL_FLAGS]
 pytestmark = pytest.mark.skipif(
     os.name != "posix", reason="links, modes and limits on files are those of POSIX"
 )

@@ -65,7 +65,7 @@ def test_committed_outputs_are_complete_and_small(path: Path) -> None:
 
 
 def test_runs_replay_side_by_side() -> None:
-    other = fe.record(FLOCK, "stubborn-leaders", 1)
+    other = fe.simulate(FLOCK, policy="stubborn-leaders", seed=1)
     shown = Replay([("10 m", RUN), ("rule", other)], height=500)
     assert repr(shown) == "Replay(10 m, rule)"
     assert "height: 500px" in shown._repr_html_()

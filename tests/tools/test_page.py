@@ -61,22 +61,22 @@ class Quiet(SimpleHTTPRequestHandler):
 
 def test_a_page_on_a_server_reads_the_files_beside_it(tab: Page, playground: str) -> None:
     folder = Path(playground.removeprefix("file://")).parent
-    spec = "shared/search-0"
+    spec = "one-range/search-0"
     with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=folder)) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         try:
             open_page(tab, f"http://127.0.0.1:{server.server_port}/#seed={SEED}&policies={spec}&t=12")
         finally:
             server.shutdown()
-    expected = fe.load_policy(BOARD / "search/policies/one-range-0.npz").record(SEED, "paper-flock")
+    expected = fe.simulate("paper-flock", policy="one-range/search", seed=SEED)
     assert tab.evaluate("[page.panels[0].run.spec, page.panels[0].run.objective]") == [spec, lowest(expected)]
 
 
 def test_a_page_in_a_file_says_that_it_cannot_read_other_files(
     tab: Page, open_at: Callable[..., None], problems: list[str]
 ) -> None:
-    open_at("policies=shared/imitation-1")
-    assert text(tab, "#message").startswith("this page cannot read policies/shared/imitation-1.npz")
+    open_at("policies=one-range/imitation-1")
+    assert text(tab, "#message").startswith("this page cannot read policies/one-range/imitation-1.npz")
     assert tab.evaluate("page.panels[0].run.spec") == "fixed:12"
     problems.clear()  # the browser reports the file that it refuses to read
 
@@ -103,7 +103,7 @@ def test_the_slider_acts_on_the_running_flock(tab: Page, open_at: Callable[..., 
             same = "past.every((value, at) => value === page.panels[0].run.positions[at])"
             assert tab.evaluate(same)
         tab.evaluate("page.seek(12)")
-        expected = lowest(fe.simulate("paper-flock", schedule=schedule, seed=SEED))
+        expected = lowest(fe.simulate("paper-flock", policy=fe.ScheduledRange(schedule), seed=SEED))
         assert tab.evaluate("page.panels[0].run.objective") == expected
 
 
@@ -163,7 +163,7 @@ def test_reduced_motion_starts_paused(tab: Page, playground: str) -> None:
     assert tab.evaluate("page.player.isPlaying") is False
 
 
-STATE = """[page.flight.world.name, page.flight.seed, page.flight.numbers, page.flight.isSteered,
+STATE = """[page.flight.scenario.name, page.flight.seed, page.flight.numbers, page.flight.isSteered,
             page.panels.map(({ run }) => run.spec)]"""
 
 
@@ -171,7 +171,7 @@ OBJECTIVES = "(page.seek(page.player.duration), page.panels.map(({ run }) => run
 
 
 def test_a_link_restores_flock_policies_numbers_and_steering(tab: Page, open_at: Callable[..., None]) -> None:
-    open_at(f"world=pursuit&seed={2**64 - 1}&policies=fixed:3.5,{HEADLINE}&agents=80&noise=0.3&steer=you")
+    open_at(f"scenario=pursuit&seed={2**64 - 1}&policies=fixed:3.5,{HEADLINE}&agents=80&noise=0.3&steer=you")
     steer = """for (let step = 0; step < 150; step++) {
         page.pointer = step < 40 ? null : [90 - step / 3, step / 2 - 20];
         page.seek((step + 1) * page.player.timeStep);
@@ -195,7 +195,7 @@ def test_a_link_restores_flock_policies_numbers_and_steering(tab: Page, open_at:
 @pytest.mark.parametrize(
     ("address", "message", "policies"),
     [
-        ("world=nowhere&seed=18446744073709551616&agents=1&noise=x&steer=maybe", "", [12]),
+        ("scenario=nowhere&seed=18446744073709551616&agents=1&noise=x&steer=maybe", "", [12]),
         ("policies=fixed:-3", "fixed:-3: expected a range >= 0", [12]),
         ("policies=toString", "toString: unknown policy", [12]),
         ("policies=,recording:0,", "recording:0: unknown policy", [12]),
@@ -211,10 +211,10 @@ def test_invalid_entries_of_a_link_fall_back(
     assert tab.evaluate(STATE) == ["paper-flock", "242", {}, False, [f"fixed:{rho}" for rho in policies]]
 
 
-def test_a_link_to_numbers_that_a_world_cannot_have_flies_the_world(
+def test_a_link_to_numbers_that_a_scenario_cannot_have_flies_the_scenario(
     tab: Page, open_at: Callable[..., None]
 ) -> None:
-    open_at("world=leaders&agents=2")
+    open_at("scenario=leaders&agents=2")
     assert text(tab, "#message").startswith("alignment_strength: expected")
     assert tab.evaluate(STATE)[:3] == ["leaders", "242", {}]
     tab.evaluate("page.seek(1)")
@@ -246,7 +246,7 @@ def watched(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> str:
     specs = ["fixed:10", policy_file(tmp_path / "mine.npz"), "stubborn-witnesses"]
     page = tmp_path / "page.html"
     flags = ["--scenario", tmp_path / "small.json", "--seed", SEED, "--output", page]
-    assert Ran(capsys, "watch", "--policies", *specs, *flags).code == 0
+    assert Ran(capsys, "watch", *specs, *flags).code == 0
     return page.as_uri()
 
 
@@ -258,7 +258,7 @@ def test_the_next_flock_is_played_by_all_policies_of_the_page(tab: Page, watched
     for seed in (SEED, SEED + 1):
         assert text(tab, "#outcomes") == ""
         tab.evaluate("page.seek(2)")
-        runs = [fe.simulate(flock, 10.0, seed=seed), mine.record(seed, flock)]
+        runs = [fe.simulate(flock, 10.0, seed=seed), fe.simulate(flock, policy=mine, seed=seed)]
         lowest_shown = "page.panels.map(({ run }) => [run.seed, run.objective ?? null])"
         assert tab.evaluate(lowest_shown) == [*([str(seed), lowest(run)] for run in runs), [str(SEED), None]]
         assert f"fixed range 10 m {lowest(runs[0]):.1f} m" in text(tab, "#outcomes")
@@ -304,7 +304,7 @@ def test_a_color_keeps_its_range(tab: Page, open_at: Callable[..., None]) -> Non
     [("chapter-nobody", "fixed:0"), ("chapter-everybody", "fixed:100"), ("chapter-learned", HEADLINE)],
 )
 def test_chapters_fly_what_they_say(chapter: str, spec: str, tab: Page, open_at: Callable[..., None]) -> None:
-    open_at("world=capture&seed=1&agents=20&policies=fixed:3,fixed:4")
+    open_at("scenario=capture&seed=1&agents=20&policies=fixed:3,fixed:4")
     tab.click(f"#{chapter}")
     wait(tab, f"page.panels.length === 1 && page.panels[0].run.spec === '{spec}' && page.player.isPlaying")
     assert tab.evaluate(STATE) == ["paper-flock", "242", {}, False, [spec]]
@@ -344,5 +344,5 @@ def test_a_given_start_flies_with_another_range(tab: Page, tmp_path: Path) -> No
     expected = lowest(fe.simulate(SMALL, 25.0, **arrays))
     assert tab.evaluate(OBJECTIVES) == [expected]
     tab.goto("about:blank")
-    open_page(tab, f"{(tmp_path / 'page.html').as_uri()}#world=capture&policies=fixed:3&t=0")
+    open_page(tab, f"{(tmp_path / 'page.html').as_uri()}#scenario=capture&policies=fixed:3&t=0")
     assert tab.evaluate(STATE) == ["capture", "0", {}, False, ["fixed:3"]]

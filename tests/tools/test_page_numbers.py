@@ -14,13 +14,12 @@ from typing import Any
 import chromium
 import numpy as np
 import pytest
-from chromium import BEST, COLORED, ROOT, SEED, drop, fly, lowest, open_page, text, wait, world
+from chromium import BEST, COLORED, ROOT, SEED, drop, fly, lowest, open_page, scenario, text, wait
 from cli_runs import SMALL
 from playwright.sync_api import Page
 
 import flockesc_env as fe
 from flockesc_env.models.graph import neighbor_pairs
-from flockesc_env.policies.registry import built_in
 from flockesc_env.watch.live import RULES
 from flockesc_env.watch.page import render, replay
 from playground.__main__ import HEADLINE
@@ -35,14 +34,16 @@ def test_ranges_rules_and_files_keep_the_distance_that_they_keep_in_python(
     """test_engine.py plays every preset and file."""
     open_at()
     run = fe.simulate("capture", 12.0, seed=SEED)
-    assert fly(tab, world("capture"), "fixed:12") == lowest(run)
+    assert fly(tab, scenario("capture"), "fixed:12") == lowest(run)
     assert text(tab, ".objective dd") == f"{lowest(run):.1f} m"
     tab.evaluate("page.panels[0].run.countComponents()")
     counts = tab.evaluate("Array.from(page.panels[0].run.numComponents.subarray(0, 241))")
     assert counts == list(run.num_components)
     for rule in RULES:
-        assert fly(tab, world("capture"), rule) == lowest(built_in(rule).record(SEED, "capture")), rule
-    tab.evaluate(f"page.fly({world('topological')})")
+        assert fly(tab, scenario("capture"), rule) == lowest(
+            fe.simulate("capture", policy=rule, seed=SEED)
+        ), rule
+    tab.evaluate(f"page.fly({scenario('topological')})")
     assert "listen to a number of neighbors" in text(tab, "#message")
     assert tab.evaluate("page.panels.map(({ run }) => run.kind)") == ["fixed"]
     open_at(f"seed={SEED}&policies=fixed:0")
@@ -51,12 +52,12 @@ def test_ranges_rules_and_files_keep_the_distance_that_they_keep_in_python(
     wait(tab, "page.panels[0].run.spec === 'learned'")
     tab.evaluate("page.seek(12)")
     assert tab.evaluate("page.panels[0].run.objective") == lowest(
-        fe.load_policy(BEST).record(SEED, "paper-flock")
+        fe.simulate("paper-flock", policy=str(BEST), seed=SEED)
     )
 
 
 @pytest.mark.parametrize(
-    "address", ["agents=50&noise=0.25&policies=stubborn-leaders", f"world=capture&policies={HEADLINE}"]
+    "address", ["agents=50&noise=0.25&policies=stubborn-leaders", f"scenario=capture&policies={HEADLINE}"]
 )
 def test_the_code_plays_the_same_flock_in_python(
     address: str, tab: Page, open_at: Callable[..., None], monkeypatch: pytest.MonkeyPatch
@@ -92,7 +93,7 @@ def test_the_numbers_in_the_texts_of_the_playground() -> None:
 
 
 def test_the_chapters_say_what_their_flocks_do() -> None:
-    everybody, learned = fe.simulate("paper-flock", 100.0, seed=242), fe.load_policy(BEST).record(242)
+    everybody, learned = fe.simulate("paper-flock", 100.0, seed=242), fe.simulate(policy=str(BEST), seed=242)
     assert everybody.polarization[10] > 0.99  # one heading after half a second
     to_predator = learned.predator_positions[:60] - learned.positions[:60]  # the first 3 s
     cosine = np.sum(to_predator * learned.velocities[:60], axis=-1)
@@ -128,7 +129,7 @@ def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
     tab: Page, open_at: Callable[..., None]
 ) -> None:
     name = "field-of-view"
-    open_at(f"world={name}&seed={SEED}&policies=fixed:9")
+    open_at(f"scenario={name}&seed={SEED}&policies=fixed:9")
     tab.evaluate("page.seek(5); page.seek(4)")
     run = fe.simulate(name, 9.0, seed=SEED)
     x, y = tab.evaluate("page.panels[0].scene.points.subarray(30, 32)")
@@ -158,7 +159,7 @@ TITLES = ["fixed range 15 m", "rule: stubborn leaders"]
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("pages") / "page.html"
-    runs = [(spec, built_in(spec).record(3, FLOCK)) for spec in SPECS]
+    runs = [(spec, fe.simulate(FLOCK, policy=spec, seed=3)) for spec in SPECS]
     path.write_text(render(runs, replay(runs), with_engine=False))
     return path.as_uri()
 
@@ -190,7 +191,7 @@ def test_scrubbing_moves_the_cursor_the_flock_and_the_numbers(tab: Page, recorde
     tab.fill("#scrub", "3")
     assert tab.evaluate(CURSORS) == pytest.approx([0.75] * 3, abs=0.01)
     assert tab.evaluate("page.panels[0].canvas.toDataURL()") != before
-    run = built_in("fixed:15").record(3, FLOCK)
+    run = fe.simulate(FLOCK, policy="fixed:15", seed=3)
     expected = [
         f"{run.mean_distance[60]:.1f} m",
         f"{run.mean_distance[:61].min():.1f} m",

@@ -38,7 +38,7 @@ def test_a_part_is_simulated_played_stored_and_drawn(
     draw(run, run.scenario.num_steps)
     file = tmp_path / "scenario.toml"
     file.write_text(scenario.to_toml())
-    ran = Ran(capsys, "simulate", "--scenario", file, "--interaction-range", 2.0, "--seed", SEED, "--json")
+    ran = Ran(capsys, "simulate", "--scenario", file, "fixed:2.0", "--seed", SEED, "--json")
     assert ran.json()["min_mean_distance"] == run.mean_distance.min()
 
 
@@ -51,7 +51,7 @@ def test_a_view_is_played_in_both_languages_stored_and_trained(view: View, tmp_p
     assert observations.shape == (2 * spec.rows, len(spec.layout.names))
     assert (spec.layout.low <= observations).all()
     assert (observations <= spec.layout.high).all()
-    architecture = fe.Architecture(spec.layout.names, hidden=())
+    architecture = fe.policies.Architecture(spec.layout.names, hidden=())
     parameters = np.random.default_rng(0).normal(size=architecture.size)
     network = fe.NetworkPolicy(architecture, parameters)
 

@@ -161,7 +161,7 @@ def near(picture: np.ndarray, at: np.ndarray, color: Any, reach: int = 2) -> boo
     return bool((patch == np.array(color, np.uint8)).all(axis=-1).any())
 
 
-def still(positions: list[tuple[float, ...]], ranges: Any, **changes: Any) -> fe.Trajectory:
+def still(positions: list[tuple[float, ...]], ranges: Any, **changes: Any) -> fe.models.Trajectory:
     """Return a run of one step from given positions in which agents hardly move."""
     scenario = fe.FlockScenario(
         num_agents=len(positions), num_steps=1, time_step=1e-6, dimension=len(positions[0]), **changes
@@ -171,7 +171,7 @@ def still(positions: list[tuple[float, ...]], ranges: Any, **changes: Any) -> fe
     return fe.simulate(scenario, ranges, initial_positions=positions, initial_velocities=velocities)
 
 
-def place(run: fe.Trajectory, point: Any) -> np.ndarray:
+def place(run: fe.models.Trajectory, point: Any) -> np.ndarray:
     return camera(recorded_view(run, 1), SIZE).pixels(np.array(point, float))
 
 
@@ -179,7 +179,9 @@ def place(run: fe.Trajectory, point: Any) -> np.ndarray:
 def test_predator_and_agents_are_where_the_camera_says(dimension: int) -> None:
     depth = (0.0,) * (dimension - 2)
     predator, agents = (30.0, 20.0, *depth), [(80.0, 60.0, *depth), (10.0, 95.0, *depth)]
-    run = still(agents, 0.0, predators=(fe.ConstantVelocity(position=predator, velocity=(1.0, 0.0, *depth)),))
+    run = still(
+        agents, 0.0, predators=(fe.scenario.ConstantVelocity(position=predator, velocity=(1.0, 0.0, *depth)),)
+    )
     picture = draw(run, 1)
     assert near(picture, place(run, predator), PREDATOR)
     assert not near(picture, place(run, (80.0, 20.0, *depth)), PREDATOR, reach=9)
@@ -231,12 +233,12 @@ def test_the_first_picture_shows_the_range_of_the_first_action() -> None:
 def test_a_picture_without_predators_or_agents_says_so() -> None:
     alone = still([(10.0, 10.0), (80.0, 80.0)], 5.0, predators=())
     assert "no predator" in words(lambda: draw(alone, 1))
-    near = fe.ConstantVelocity(position=(30.0, 20.0), velocity=(1.0, 0.0))
+    near = fe.scenario.ConstantVelocity(position=(30.0, 20.0), velocity=(1.0, 0.0))
     eaten = still([(30.0, 20.0), (30.0, 21.0)], 5.0, predators=(near,), capture_radius=9.0)
     assert "2 caught" in words(lambda: draw(eaten, 1, options=RenderOptions(show="edges")))
 
 
-def changed(run: fe.Trajectory, **options: Any) -> np.ndarray:
+def changed(run: fe.models.Trajectory, **options: Any) -> np.ndarray:
     pictures = [draw(run, 1, options=RenderOptions(**each)) for each in ({}, options)]
     different: np.ndarray = (pictures[0] != pictures[1]).any(axis=-1)
     return different

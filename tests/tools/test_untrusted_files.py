@@ -18,10 +18,11 @@ from cli_runs import Ran, policy_file
 from option_table import small_flock
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario, load_policy, read_initial_state
+from flockesc_env import FlockScenario, LineScenario, load_policy
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.errors import InputError
 from flockesc_env.models import records
+from flockesc_env.scenario import read_initial_state
 
 MUTATIONS = 100
 """Number of mutations per kind of file."""
@@ -198,11 +199,11 @@ def hostile_files(name: str, path: Path) -> Iterator[bytes]:
         yield f"x,y\n1,{ESCAPES}".encode()
 
 
-SIMULATE = ["simulate", "--interaction-range", "1", "--seed", "1", "--scenario", "FILE"]
-STATE = ["simulate", "--interaction-range", "1", "--set", "num_steps=1", "--initial-state", "FILE"]
+SIMULATE = ["simulate", "fixed:1", "--seed", "1", "--scenario", "FILE"]
+STATE = ["simulate", "fixed:1", "--set", "num_steps=1", "--initial-state", "FILE"]
 PAGE = ["--output", "FILE.html"]
 READERS = {
-    "policy.npz": [["simulate", "--policy", "FILE"], ["watch", "--policies", "FILE", *PAGE]],
+    "policy.npz": [["simulate", "FILE"], ["watch", "FILE", *PAGE]],
     "run.npz": [["replay", "FILE"], ["watch", "FILE", *PAGE]],
     "line.npz": [["replay", "FILE"]],
     "state.npz": [STATE],
@@ -211,7 +212,7 @@ READERS = {
     "scenario.toml": [SIMULATE],
     "scenario.json": [
         SIMULATE,
-        ["watch", "--policies", "fixed:1", "--scenario", "FILE", *PAGE],
+        ["watch", "fixed:1", "--scenario", "FILE", *PAGE],
         ["sweep", "--seeds", "0:1", "--interaction-ranges", "1", "--scenario", "FILE"],
     ],
 }

@@ -1,4 +1,4 @@
-"""Pages hold runs, worlds and policies, and run no foreign text; the command writes pages and videos."""
+"""Pages hold runs, scenarios and policies, and run no foreign text; the command writes pages and videos."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from watch_documents import FLOCK, RUNS, assert_shows, document_in, is_live, nee
 from flockesc_env import load_policy, simulate
 from flockesc_env.cli.exits import Exit
 from flockesc_env.models.records import save_run, versions
-from flockesc_env.policies.registry import built_in
 from flockesc_env.watch import write_page
 from flockesc_env.watch.live import file_document
 from flockesc_env.watch.page import render, replay
@@ -93,21 +92,21 @@ def test_a_page_of_policies_records_those_that_it_cannot_run(
     code = "from flockesc_env import load_policy\ndef mine():\n    return load_policy('mine.npz')\n"
     (tmp_path / "user_code.py").write_text(code)
     specs = ["fixed:1e1", "stubborn-witnesses", mine, "stubborn-leaders", "user_code:mine"]
-    command = ["watch", "--policies", *specs, "--seed", 2**64 - 1, *SMALL_FLAGS, "--no-browser", *flags]
+    command = ["watch", *specs, "--seed", 2**64 - 1, *SMALL_FLAGS, "--no-browser", *flags]
     ran = Ran(capsys, *command)
     assert ran.code == Exit.DONE
     assert ran.out.startswith("" if flags else "The page is ")
     path = Path("page.html") if flags else Path(ran.out.strip().removeprefix("The page is "))
     document = document_in(path.read_text("utf-8"))
     assert document["start"] == {
-        "world": "given",
+        "scenario": "given",
         "seed": str(2**64 - 1),
         "policies": ["fixed:10", "recording:0", mine, "stubborn-leaders", "recording:1"],
         "headline": mine,
     }
     rule, own = document["recordings"]
-    assert_shows(rule, built_in("stubborn-witnesses").record(2**64 - 1, SMALL))
-    assert_shows(own, load_policy(mine).record(2**64 - 1, SMALL))
+    assert_shows(rule, simulate(SMALL, policy=load_policy("stubborn-witnesses"), seed=2**64 - 1))
+    assert_shows(own, simulate(SMALL, policy=load_policy(mine), seed=2**64 - 1))
     assert [entry["spec"] for entry in document["policies"]] == [mine]
 
 
@@ -116,14 +115,14 @@ def test_without_the_engine_a_page_of_policies_is_recorded(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     page, specs = tmp_path / "page.html", ["fixed:10", str(policy_file(tmp_path / "mine.npz"))]
-    ran = Ran(capsys, "watch", "--policies", *specs, *SMALL_FLAGS, "--output", page)
+    ran = Ran(capsys, "watch", *specs, *SMALL_FLAGS, "--output", page)
     assert ran.code == Exit.DONE
     assert "make engine" in ran.err
     text = page.read_text("utf-8")
     assert not is_live(text)
     document = document_in(text)
     assert [shown["name"] for shown in document["recordings"]] == specs
-    assert (document["worlds"], document["policies"]) == ([], [])
+    assert (document["scenarios"], document["policies"]) == ([], [])
 
 
 def test_a_page_of_recorded_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -145,7 +144,7 @@ def test_a_video(
     suffix: str, frames: int, duration: float, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = tmp_path / f"flock.{suffix}"
-    ran = Ran(capsys, "watch", "--policies", "fixed:10", *SMALL_FLAGS, "--output", path)
+    ran = Ran(capsys, "watch", "fixed:10", *SMALL_FLAGS, "--output", path)
     assert (ran.code, ran.out) == (Exit.DONE, "")
     count, seconds = imageio_ffmpeg.count_frames_and_secs(path)
     assert count == frames

@@ -99,7 +99,7 @@ def test_the_command_compares_models_and_files(
     expected = fe.rollout(task.scenario, SB3Policy(model), HELD_OUT[:2], **task.options)
     assert table.filter(policy="model")["objective"].to_list() == expected.min_mean_distance.tolist()
     assert ran.out.startswith((tmp_path / "out/table.md").read_text())
-    assert Ran(capsys, "watch", "--policies", f"A2C:{file}").code == 2
+    assert Ran(capsys, "watch", f"A2C:{file}").code == 2
 
 
 def test_figures_and_recorded_runs_follow_a_comparison(
@@ -122,7 +122,7 @@ def test_the_commands_train_list_and_refuse(tmp_path: Path, capsys: pytest.Captu
     assert "ppo-difference" in listed.out
     bad = Ran(capsys, "train", "one-range", *few[:1], "ppx", *few[2:], run=TRAINING.main)
     assert (bad.code, bad.err.count("\n")) == (2, 1)
-    assert "expected one of ppo, ppo-tuned, tqc, search, schedule, imitation for shared, got" in bad.err
+    assert "expected one of ppo, ppo-tuned, tqc, search, schedule, imitation for one-range, got" in bad.err
     assert not (tmp_path / "run").exists()
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "mine.txt").write_text("mine")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from small_runs import small_run, small_task
 
-from flockesc_env import InputError, built_in
+from flockesc_env import InputError, load_policy
 from flockesc_env.tasks.learners import Learner
 from training.branches import Branches
 from training.imitation import ImitationArguments, ImitationRounds, fit
@@ -27,7 +27,7 @@ def test_values_equal_single_episodes(
     run = small_run(tmp_path / "run", "imitation")
     task = small_task("one-range" if objective == "min_mean_distance" else "one-range-minimum")
     run = dataclasses.replace(run, task=task)
-    visitor, teacher = built_in("listen-while-fleeing").policy, built_in("fixed:5").policy
+    visitor, teacher = load_policy("listen-while-fleeing"), load_policy("fixed:5")
     flocks = range(100, 104)
     branches = Branches(run, RANGES, 3)
     rng = np.random.default_rng(2)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -68,14 +69,14 @@ def _rollout(run: Run, policy: Any, seeds: range, options: Any) -> Any:
 def test_the_file_holds_the_actor(grid: tuple[float, ...] | None, tmp_path: Path) -> None:
     discrete = {"action_mode": "discrete", "range_grid": grid} if grid else {}
     run = small_run(tmp_path / "run", "PPO", options=discrete, learning_rate=0.02)
-    policy: Any = load_policy(train(run)).policy
+    policy: Any = load_policy(train(run))
     model = sb3.algorithm_of(run).load(run.folder / "model.zip", device="cpu")
     spec = run.policy_spec
     for scale in (1, 30):  # outputs inside and outside their bounds
         observations = np.random.default_rng(0).normal(size=(500, len(spec.layout.names))) * scale
         observations = observations.astype(np.float32)
         expected, _ = model.predict(observations, deterministic=True)
-        actions = policy.with_options(spec.options, per_agent=True).act(observations, spec)
+        actions = policy.with_options(**asdict(spec.options)).act(observations, spec)
         if grid:
             assert policy.architecture.ranges == grid
             assert choose_alike(actor_layers(model), observations, actions, expected)
@@ -103,12 +104,12 @@ def test_a_scorer_of_candidates_is_stored_as_it_chooses(tmp_path: Path) -> None:
     seen = {"inputs": ("speed",), "candidate_inputs": ("velocity_left", "escape_cosine", "range")}
     scorer = {"policy": "flockesc_env.sb3:ScorerPolicy", "policy_kwargs": {"net_arch": [8], **seen}}
     run = small_run(tmp_path / "run", options=options, learning_rate=0.05, **scorer)
-    policy: Any = load_policy(train(run)).policy
+    policy: Any = load_policy(train(run))
     model: Any = sb3.algorithm_of(run).load(run.folder / "model.zip", device="cpu")
     spec, scores = run.policy_spec, model.policy.mlp_extractor
     observations = np.random.default_rng(0).normal(size=(500, len(spec.layout.names))).astype(np.float32)
     expected, _ = model.predict(observations, deterministic=True)
-    actions = policy.with_options(spec.options, per_agent=True).act(observations, spec)
+    actions = policy.with_options(**asdict(spec.options)).act(observations, spec)
     ranges = np.tile(scores._ranges, (len(observations), 1))
     candidates = np.hstack([observations, ranges])[:, scores._columns]
     assert choose_alike(scores.policy_net, candidates, actions, expected)
@@ -154,7 +155,7 @@ def test_an_interrupted_run_goes_on_from_its_last_whole_checkpoint(
 
 def test_training_is_reproducible(tmp_path: Path) -> None:
     one, same, other = (
-        load_policy(train(small_run(tmp_path / f"{at}", seed=seed, learning_rate=0.01))).policy
+        load_policy(train(small_run(tmp_path / f"{at}", seed=seed, learning_rate=0.01)))
         for at, seed in enumerate((0, 0, 1))
     )
     np.testing.assert_array_equal(one.parameters, same.parameters)

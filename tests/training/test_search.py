@@ -14,9 +14,9 @@ from cmaes import CMA
 from numpy.typing import NDArray
 from small_runs import SMALL, small_run
 
-from flockesc_env import Architecture, load_policy
+from flockesc_env import load_policy
 from flockesc_env.common.errors import InputError
-from flockesc_env.policies import WinStayLoseShift
+from flockesc_env.policies import Architecture, WinStayLoseShift
 from training.families import Family, Networks, Rules
 from training.imitation import ImitationRounds
 from training.run import Run
@@ -65,7 +65,7 @@ def curve(run: Run) -> list[tuple[int, float]]:
 def test_a_search_of_a_rule_begins_with_parameters_chosen_by_hand(tmp_path: Path) -> None:
     own = {"extra_entries": ("closest_approach",), "steps_per_action": 1, "max_range": 100.0}
     run = search(tmp_path / "run", rule="win-stay-lose-shift", step_size=1e-12, options=own)
-    found = load_policy(train(run)).policy
+    found = load_policy(train(run))
     assert isinstance(found, WinStayLoseShift)
     np.testing.assert_allclose(found.parameters, WinStayLoseShift().parameters)
     assert curve(run)[0][0] == 0
@@ -101,7 +101,7 @@ def stop(*_: Any) -> None:
 def test_a_resumed_run_ends_as_one_that_nobody_interrupts(
     algorithm: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = load_policy(train(small_run(tmp_path / "whole", algorithm))).policy
+    whole = load_policy(train(small_run(tmp_path / "whole", algorithm)))
     kind, run = (
         (SearchRounds if algorithm == "search" else ImitationRounds),
         small_run(tmp_path / "cut", algorithm),
@@ -115,7 +115,7 @@ def test_a_resumed_run_ends_as_one_that_nobody_interrupts(
         train(run)
     with pytest.raises(InputError, match=r"run: expected the task, learner, seed .*, got others"):
         train(dataclasses.replace(run, seed=1), resume=True)
-    resumed = load_policy(train(run, resume=True)).policy
+    resumed = load_policy(train(run, resume=True))
     assert resumed.parameters.tobytes() == whole.parameters.tobytes()
     assert curve(run) == curve(small_run(tmp_path / "whole", algorithm))
 

@@ -1,6 +1,6 @@
 "use strict";
 
-// The state of the page in its address: #world=..&seed=..&policies=..&steer=you&path=..&agents=..
+// The state of the page in its address: #scenario=..&seed=..&policies=..&steer=you&path=..&agents=..
 
 const PATH_UNIT = 0.1; // m: pointers are rounded to it, so that a link replays the same path
 const NOWHERE = -32768;
@@ -41,29 +41,29 @@ function unpackPath(text) {
 }
 
 /** Returns the flock, the policies and the time that an address describes. What is missing or invalid is as in `start`. */
-function readAddress(hash, worlds, start) {
+function readAddress(hash, scenarios, start) {
   const entries = new URLSearchParams(hash.replace(/^#/, ""));
   const time = entries.get("t");
-  const find = (name) => worlds.find((world) => world.name === name);
-  const world = find(entries.get("world")) ?? find(start.world);
-  const isSteered = entries.get("steer") === "you" && world.steered !== null;
+  const find = (name) => scenarios.find((scenario) => scenario.name === name);
+  const scenario = find(entries.get("scenario")) ?? find(start.scenario);
+  const isSteered = entries.get("steer") === "you" && scenario.steered !== null;
   const numbers = {};
   for (const [name, { least, most }] of Object.entries(NUMBERS)) {
     const value = Number(entries.get(name) || NaN);
     if (value >= least && value <= most) numbers[name] = value;
   }
-  const seed = parseSeed(entries.get("seed") ?? "") ?? (world.start ? null : (start.seed ?? "0"));
+  const seed = parseSeed(entries.get("seed") ?? "") ?? (scenario.start ? null : (start.seed ?? "0"));
   const path = isSteered ? unpackPath(entries.get("path") ?? "") : [];
   const listed = entries.get("policies")?.split(",").filter(Boolean);
   const asked = listed?.map((spec) => spec.replaceAll("%2C", ",")); // a file's name can have commas
-  const first = world.best ?? world.firstRange ?? world.maxRange / 10;
-  const ofWorld = world.name === start.world ? start.policies : [`fixed:${first}`];
-  return { flight: { world, seed, numbers, isSteered, path }, policies: asked?.length ? asked : ofWorld, time };
+  const first = scenario.best ?? scenario.firstRange ?? scenario.maxRange / 10;
+  const ofScenario = scenario.name === start.scenario ? start.policies : [`fixed:${first}`];
+  return { flight: { scenario, seed, numbers, isSteered, path }, policies: asked?.length ? asked : ofScenario, time };
 }
 
 /** Returns the part of an address after `#`. */
-function writeAddress({ world, seed, numbers, isSteered }, policies, path = []) {
-  const entries = [["world", world.name]];
+function writeAddress({ scenario, seed, numbers, isSteered }, policies, path = []) {
+  const entries = [["scenario", scenario.name]];
   if (seed !== null) entries.push(["seed", seed]);
   const listed = policies.map((spec) => spec.replaceAll(",", "%2C")).join(",");
   entries.push(["policies", listed], ...Object.entries(numbers));

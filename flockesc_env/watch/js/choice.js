@@ -31,8 +31,8 @@ class Choice {
     };
     this.buttons = {
       nobody: button("Nobody", "", () => "fixed:0"),
-      best: button("Best fixed", "", () => `fixed:${this.world.best}`),
-      everybody: button("Everybody", "", () => `fixed:${this.world.maxRange}`),
+      best: button("Best fixed", "", () => `fixed:${this.scenario.best}`),
+      everybody: button("Everybody", "", () => `fixed:${this.scenario.maxRange}`),
       learned: button("Learned", "each decides", () => this.learned),
     };
     this.learned = policies.headline;
@@ -51,28 +51,28 @@ class Choice {
       element("div", { className: "buttons" }, ...Object.values(this.buttons)),
     );
     this.slider.addEventListener("input", () =>
-      choose(`fixed:${rangeAt(Number(this.slider.value), this.world.maxRange)}`),
+      choose(`fixed:${rangeAt(Number(this.slider.value), this.scenario.maxRange)}`),
     );
     this.select.addEventListener("change", () => {
-      if (this.select.value === "fixed") choose(`fixed:${rangeAt(Number(this.slider.value), this.world.maxRange)}`);
+      if (this.select.value === "fixed") choose(`fixed:${rangeAt(Number(this.slider.value), this.scenario.maxRange)}`);
       else choose(this.select.value);
     });
   }
 
   /** Shows a run's policy. `recordings`: recorded runs that the panel can show instead. */
-  show(run, { world, unit }, recordings) {
-    this.world = world;
+  show(run, { scenario, unit }, recordings) {
+    this.scenario = scenario;
     const isFixed = run.spec.startsWith("fixed:");
     const range = isFixed ? Number(run.spec.slice("fixed:".length)) : null;
     const text = isFixed ? `${range} ${unit}` : run.title;
     this.shown.value = isFixed ? text : "";
-    if (isFixed) this.slider.value = placeOf(range, world.maxRange);
+    if (isFixed) this.slider.value = placeOf(range, scenario.maxRange);
     this.slider.classList.toggle("idle", !isFixed);
     this.slider.setAttribute("aria-valuetext", text);
-    const marks = [0, 1, 10, 30, 100].filter((mark) => mark < 0.8 * world.maxRange);
-    const ticks = [...marks, world.maxRange].map((mark) => {
+    const marks = [0, 1, 10, 30, 100].filter((mark) => mark < 0.8 * scenario.maxRange);
+    const ticks = [...marks, scenario.maxRange].map((mark) => {
       const tick = element("span", {}, String(mark));
-      tick.style.left = `${placeOf(mark, world.maxRange)}%`;
+      tick.style.left = `${placeOf(mark, scenario.maxRange)}%`;
       return tick;
     });
     this.ticks.replaceChildren(...ticks);
@@ -81,9 +81,9 @@ class Choice {
       if (note) this.buttons[name].querySelector("small").textContent = note;
     };
     press("nobody", "fixed:0", `0 ${unit}`);
-    press("everybody", `fixed:${world.maxRange}`, `${world.maxRange} ${unit}`);
-    this.buttons.best.hidden = world.best === null;
-    if (world.best !== null) press("best", `fixed:${world.best}`, `${world.best} ${unit}`);
+    press("everybody", `fixed:${scenario.maxRange}`, `${scenario.maxRange} ${unit}`);
+    this.buttons.best.hidden = scenario.best === null;
+    if (scenario.best !== null) press("best", `fixed:${scenario.best}`, `${scenario.best} ${unit}`);
     this.buttons.learned.hidden = !this.learned;
     press("learned", this.learned);
     this.showOptions(run, recordings);

@@ -1,23 +1,23 @@
 "use strict";
 
-// The controls of a page that simulates: world, seed, numbers, pilot, links, code, files; and those of the playground.
+// The controls of a page that simulates: scenario, seed, numbers, pilot, links, code, files; those of the playground.
 
 class Controls {
   /** `playground`: the published curve and the policies of the chapters, or null. */
   constructor(page, playground) {
     this.page = page;
-    this.bindWorld();
+    this.bindFlight();
     this.bindFiles();
     if (playground) this.bindPlayground(playground);
   }
 
-  bindWorld() {
+  bindFlight() {
     const { page } = this;
     document.body.classList.add("live");
-    const names = page.worlds.map(({ name, label }) => new Option(label ?? name.replaceAll("-", " "), name));
-    $("worlds").append(...names);
-    $("worlds").addEventListener("change", ({ target }) => {
-      page.fly({ world: page.worlds.find(({ name }) => name === target.value) });
+    const names = page.scenarios.map(({ name, label }) => new Option(label ?? name.replaceAll("-", " "), name));
+    $("scenarios").append(...names);
+    $("scenarios").addEventListener("change", ({ target }) => {
+      page.fly({ scenario: page.scenarios.find(({ name }) => name === target.value) });
     });
     $("seed").addEventListener("change", ({ target }) => {
       const seed = parseSeed(target.value.trim());
@@ -31,7 +31,7 @@ class Controls {
     $("steer").addEventListener("change", ({ target }) => page.fly({ isSteered: target.checked }));
     $("duel").addEventListener("click", async () => {
       const first = page.panels[0].run.spec;
-      const { best, maxRange } = page.flight.world;
+      const { best, maxRange } = page.flight.scenario;
       const rivals = [page.policies.headline, `fixed:${best ?? maxRange / 10}`, `fixed:${maxRange}`];
       await page.addPolicy(rivals.find((spec) => spec && spec !== first));
       page.showAll();
@@ -74,10 +74,10 @@ class Controls {
 
   bindPlayground({ published, chapters }) {
     const { page } = this;
-    this.prediction = new Prediction(page.worlds, published, () => page.look.theme);
+    this.prediction = new Prediction(page.scenarios, published, () => page.look.theme);
     for (const [id, policies] of Object.entries(chapters)) {
       $(id).addEventListener("click", async () => {
-        const { flight } = readAddress("", page.worlds, page.start);
+        const { flight } = readAddress("", page.scenarios, page.start);
         history.replaceState(null, "", `#${writeAddress(flight, policies)}`);
         await page.restore();
         $("panels").scrollIntoView({ block: "nearest" });
@@ -88,12 +88,12 @@ class Controls {
   /** Shows the flock in the controls, in the address and in the code. */
   show() {
     const { page } = this;
-    const { world, seed, isSteered, path } = page.flight;
-    $("worlds").value = world.name;
+    const { scenario, seed, isSteered, path } = page.flight;
+    $("scenarios").value = scenario.name;
     $("seed").value = seed ?? "given start";
-    $("about").textContent = world.title ? `${world.title}.` : "";
+    $("about").textContent = scenario.title ? `${scenario.title}.` : "";
     $("steer").checked = isSteered;
-    $("steering").hidden = world.steered === null;
+    $("steering").hidden = scenario.steered === null;
     $("steer-hint").hidden = !isSteered;
     $("duel").hidden = page.panels.length > 1;
     this.showNumbers();
@@ -103,12 +103,12 @@ class Controls {
       path,
     );
     if (location.hash !== `#${plain}`) history.replaceState(null, "", `#${plain}`);
-    const isChosen = world.name === page.start.world && seed === page.start.seed;
+    const isChosen = scenario.name === page.start.scenario && seed === page.start.seed;
     document.body.classList.toggle("chosen-flock", isChosen);
     this.showCode();
   }
 
-  /** Shows the numbers of the world that a reader can change. */
+  /** Shows the numbers of the scenario that a reader can change. */
   showNumbers() {
     const { page } = this;
     const { numbers, document: scenario } = page.flight;
@@ -151,10 +151,10 @@ class Controls {
   }
 }
 
-function codeNote({ isSteered, world, start, numbers }, code) {
-  if (isSteered) return "The code plays this flock with the predator of the world: nobody steers it.";
+function codeNote({ isSteered, scenario, start, numbers }, code) {
+  if (isSteered) return "The code plays this flock with the predator of the scenario: nobody steers it.";
   if (code) return "Python prints the same number, to the last digit, for a run whose policy you do not change.";
   if (start) return "The flock has a given start, which no seed gives.";
-  if (!world.isPreset) return "The scenario has no name: the page was made with it.";
+  if (!scenario.isPreset) return "The scenario has no name: the page was made with it.";
   return numbers.speed === undefined ? "" : "There are no three lines for another predator's speed.";
 }

@@ -50,7 +50,7 @@ function polarizationAt({ headings, numAgents, dimension }, step) {
   return Math.hypot(...sums) / (127 * numAgents);
 }
 
-/** Returns the charts of a run. A world without predators has no distances. */
+/** Returns the charts of a run. A scenario without predators has no distances. */
 function chartsOf(run) {
   return run.numPredators > 0 ? CHARTS : [POLARIZATION, ...CHARTS.slice(1)];
 }

@@ -214,7 +214,7 @@ class LiveRun {
     const agents = this.agentsAt(step);
     const labels = Uint32Array.from({ length: this.numAgents }, (_, agent) => this.numAgents + agent);
     if (!agents.length) return labels;
-    const found = wasm_bindgen.componentLabels(this.flight.scenario, ...this.graphAt(step, agents));
+    const found = wasm_bindgen.componentLabels(this.flight.json, ...this.graphAt(step, agents));
     agents.forEach((agent, index) => (labels[agent] = agents[found[index]]));
     return labels;
   }
@@ -226,7 +226,7 @@ class LiveRun {
     const self = agents.indexOf(listener);
     if (listener !== null && !this.document.mutual)
       graph[2].forEach((_, at, ranges) => at !== self && (ranges[at] = 0));
-    const pairs = wasm_bindgen.neighborPairs(this.flight.scenario, ...graph);
+    const pairs = wasm_bindgen.neighborPairs(this.flight.json, ...graph);
     const ids = [];
     for (let at = 0; at < pairs.length; at += 2) {
       if (listener === null || pairs[at] === self) ids.push(agents[pairs[at]], agents[pairs[at + 1]]);

@@ -1,8 +1,8 @@
 "use strict";
 
-// Which flock flies: a world with the numbers that the reader changed, a seed, and who steers the predators.
+// Which flock flies: a scenario with the numbers that the reader changed, a seed, and who steers the predators.
 
-/** The numbers of a world that a reader can change: how to read and write them in a scenario's document. */
+/** The numbers of a scenario that a reader can change: how to read and write them in its document. */
 const NUMBERS = {
   agents: {
     label: "agents",
@@ -45,39 +45,39 @@ function speedOf(predator) {
 
 const rounded1 = (value) => Number(value.toFixed(1));
 
-/** One flock. `numbers`: values of `NUMBERS` that differ from the world's. */
+/** One flock. `numbers`: values of `NUMBERS` that differ from the scenario's. */
 class Flight {
-  constructor({ world, seed, numbers = {}, isSteered = false, path = [] }) {
-    Object.assign(this, { world, seed, numbers, isSteered, path, unit: world.unit, maxRange: world.maxRange });
-    this.start = seed === null ? world.start : null; // positions and velocities, flat float64 arrays in base64
-    this.document = JSON.parse(isSteered ? world.steered : world.scenario);
+  constructor({ scenario, seed, numbers = {}, isSteered = false, path = [] }) {
+    Object.assign(this, { scenario, seed, numbers, isSteered, path, unit: scenario.unit, maxRange: scenario.maxRange });
+    this.start = seed === null ? scenario.start : null; // positions and velocities, flat float64 arrays in base64
+    this.document = JSON.parse(isSteered ? scenario.steered : scenario.json);
     for (const [name, value] of Object.entries(numbers)) NUMBERS[name].write(this.document, value);
     const isAsGiven = Object.keys(numbers).length === 0;
-    this.scenario = isAsGiven ? (isSteered ? world.steered : world.scenario) : JSON.stringify(this.document);
+    this.json = isAsGiven ? (isSteered ? scenario.steered : scenario.json) : JSON.stringify(this.document);
     this.limits = isSteered ? this.document.predators.map(({ learned }) => learned) : null;
     this.observers = new Map();
   }
 
   newFlock() {
-    const { scenario, seed, start } = this;
+    const { json, seed, start } = this;
     if (start) {
       const [positions, velocities] = [start.positions, start.velocities].map(
         (text) => new Float64Array(bytesOf(text).buffer),
       );
-      return wasm_bindgen.Flock.startedAt(scenario, PER_AGENT, 0n, positions, velocities);
+      return wasm_bindgen.Flock.startedAt(json, PER_AGENT, 0n, positions, velocities);
     }
-    return new wasm_bindgen.Flock(scenario, PER_AGENT, BigInt(seed));
+    return new wasm_bindgen.Flock(json, PER_AGENT, BigInt(seed));
   }
 
   /** The observer of a policy's options. */
   observer(options) {
-    if (!this.observers.has(options)) this.observers.set(options, new wasm_bindgen.Observer(this.scenario, options));
+    if (!this.observers.has(options)) this.observers.set(options, new wasm_bindgen.Observer(this.json, options));
     return this.observers.get(options);
   }
 
-  /** Names of the numbers that this world has. */
+  /** Names of the numbers that this scenario has. */
   get editable() {
-    const document = JSON.parse(this.world.scenario);
+    const document = JSON.parse(this.scenario.json);
     const names = Object.keys(NUMBERS).filter((name) => Number.isFinite(NUMBERS[name].read(document)));
     return this.start ? [] : names;
   }

@@ -8,7 +8,7 @@ const FRAME_BUDGET = 12; // ms of a frame for model steps; a flock that needs mo
 class LivePage extends Page {
   constructor(content, recordings) {
     super(content, recordings);
-    this.worlds = content.worlds;
+    this.scenarios = content.scenarios;
     this.policies = new PolicyList(content.policies);
     this.policies.headline = content.start.headline;
     this.outcomes = new Map(); // objectives of whole runs of this flock, by policy
@@ -26,7 +26,7 @@ class LivePage extends Page {
 
   /** Starts the flock and the policies of the address or, without one, of the document. */
   async restore() {
-    const { flight, policies, time } = readAddress(location.hash, this.worlds, this.start);
+    const { flight, policies, time } = readAddress(location.hash, this.scenarios, this.start);
     // Files are read first, so that nothing draws the flocks between their end and the new ones.
     await Promise.all(policies.map((spec) => this.policies.find(spec).catch(() => null)));
     this.flight = this.flightOf(flight) ?? new Flight({ ...flight, numbers: {} });
@@ -35,7 +35,7 @@ class LivePage extends Page {
     for (const panel of this.panels.splice(0)) this.drop(panel);
     this.forgetOutcomes();
     for (const spec of policies.slice(0, MAX_PANELS)) await this.addPolicy(spec);
-    if (!this.panels.length) await this.addPolicy(`fixed:${this.flight.world.best ?? 0}`);
+    if (!this.panels.length) await this.addPolicy(`fixed:${this.flight.scenario.best ?? 0}`);
     this.begin(time);
   }
 
@@ -117,7 +117,7 @@ class LivePage extends Page {
     super.again();
   }
 
-  /** The flock that is wanted; null, with a message, if its world cannot have the numbers. */
+  /** The flock that is wanted; null, with a message, if its scenario cannot have the numbers. */
   flightOf(wanted) {
     try {
       const flight = new Flight(wanted);
@@ -129,13 +129,13 @@ class LivePage extends Page {
     }
   }
 
-  /** Flies another flock: a world, a seed, numbers or a pilot. */
+  /** Flies another flock: a scenario, a seed, numbers or a pilot. */
   fly(changes) {
-    const { world, seed, numbers, isSteered } = this.flight;
-    const wanted = { world, seed, numbers, isSteered, ...changes };
-    if (changes.world) wanted.numbers = {};
-    if (!wanted.world.steered) wanted.isSteered = false;
-    if (!wanted.world.start && wanted.seed === null) wanted.seed = "0";
+    const { scenario, seed, numbers, isSteered } = this.flight;
+    const wanted = { scenario, seed, numbers, isSteered, ...changes };
+    if (changes.scenario) wanted.numbers = {};
+    if (!wanted.scenario.steered) wanted.isSteered = false;
+    if (!wanted.scenario.start && wanted.seed === null) wanted.seed = "0";
     const flight = this.flightOf(wanted);
     if (!flight) return this.showAll();
     this.flight = flight;
@@ -143,20 +143,20 @@ class LivePage extends Page {
     this.camera.setDimension(this.flight.document.dimension);
     this.window = new Window();
     this.forgetOutcomes();
-    for (const panel of this.panels) this.moveToFlight(panel, Boolean(changes.world));
+    for (const panel of this.panels) this.moveToFlight(panel, Boolean(changes.scenario));
     this.player.time = 0;
     this.showAll();
     this.seek(0);
   }
 
-  /** Plays the policy of a panel on the present flock. In another world a fixed range becomes the best one there. */
-  moveToFlight(panel, isOtherWorld) {
-    const { best, maxRange } = this.flight.world;
+  /** Plays the policy of a panel on the present flock. In another scenario a fixed range becomes the best one there. */
+  moveToFlight(panel, isOtherScenario) {
+    const { best, maxRange } = this.flight.scenario;
     const { run } = panel;
     if (!run.isLive) return;
     const fallback = new FixedRange(best ?? maxRange / 10, this.flight.unit);
     try {
-      panel.setRun(new LiveRun(this.flight, isOtherWorld && run.kind === "fixed" ? fallback : run.policy));
+      panel.setRun(new LiveRun(this.flight, isOtherScenario && run.kind === "fixed" ? fallback : run.policy));
     } catch (error) {
       this.say(`${run.title} cannot play here: ${messageOf(error)}`);
       panel.setRun(new LiveRun(this.flight, fallback));
@@ -241,7 +241,7 @@ class LivePage extends Page {
   /** The run of the best fixed range on this flock, which the chart shows behind the others; null without one. */
   yardstick() {
     const { flight } = this;
-    const { best } = flight.world;
+    const { best } = flight.scenario;
     if (flight.isSteered || best === null) return null;
     if (this.measured?.flight !== flight) {
       this.measured?.free();

@@ -55,7 +55,7 @@ class Panel {
     const { run } = this;
     this.scene.forget();
     this.title.textContent = this.title.title = run.title;
-    this.note.textContent = this.note.title = noteOf(run, page);
+    this.note.textContent = this.note.title = noteOf(run);
     this.close.hidden = page.panels.length < 2;
     this.values.survivors.parentElement.hidden = run.document.capture_radius === null;
     this.canvas.setAttribute("aria-label", `Flock under ${run.title}. Plus and minus zoom, arrows move the view.`);
@@ -82,10 +82,9 @@ class Panel {
 }
 
 /** What a reader must know of a run besides its policy: how its agents see, and whether it follows the seed. */
-function noteOf(run, { flight }) {
+function noteOf(run) {
   if (!run.isLive) return `recorded, ${run.seed === null ? "given start" : `seed ${run.seed}`}`;
   if (run.kind === "fixed" || !run.numPredators) return "";
   const sensing = JSON.parse(run.policy.options).predator_sensing_range;
-  if (sensing === null) return "agents see the predator at any distance";
-  return `agents see the predator within ${typeof sensing === "number" ? sensing : flight.document.predator_range} m`;
+  return `agents see the predator ${sensing === null ? "at any distance" : `within ${sensing} m`}`;
 }

@@ -28,7 +28,7 @@ const RULES = {
     rangeOf: (ahead) => (-ahead > Math.fround(0.8) ? 0 : 10),
   },
   "stubborn-leaders-local": {
-    options: { view: "agent" },
+    options: { view: "agent", predator_sensing_range: 30 },
     entry: "predator_direction_ahead",
     rangeOf: (ahead) => (-ahead > Math.fround(0.8) ? 0 : 10),
   },
@@ -67,27 +67,27 @@ class Rule {
   }
 }
 
-// The options of a policy file that decide what it observes, as in EnvOptions.to_core.
-const OBSERVED = ["objective", "max_range", "predator_sensing_range", "extra_entries"];
+// The options that decide what a policy observes, as in EnvOptions.to_core.
+const OBSERVED = ["view", "objective", "max_range", "predator_sensing_range", "extra_entries", "profile_ranges"];
 
 /** The network of a policy file. */
 class NetworkPolicy {
   /** `header` and `parameters` are the arrays of the file, see flockesc_env/policies/files.py. */
   constructor({ header, parameters }, { spec, title, file, sha256 }) {
-    const { options, architecture, per_agent: perAgent, model } = header;
+    const { architecture, per_agent: perAgent, model } = header;
+    const options = { min_range: 0, ...header.options };
     if (model !== "flock") throw new Error(`${spec}: a policy for a line`);
     if (typeof architecture === "string") throw new Error(`${spec}: a rule with parameters, which runs in Python only`);
     Object.assign(this, { spec, title, file, sha256, parameters, kind: "learned" });
-    this.stepsPerAction = options.steps_per_action ?? 1;
+    this.stepsPerAction = options.steps_per_action;
     this.architecture = JSON.stringify(architecture);
     const candidates = options.profile_ranges ?? [];
     const choices = architecture.candidate_inputs?.length ? candidates : (architecture.ranges ?? []);
     // A chosen range is a float32 in Python, a set one is not.
-    const bounds = [options.min_range ?? 0, options.max_range ?? LARGEST_RANGE];
+    const bounds = [options.min_range, options.max_range];
     this.ranges = Float64Array.from(choices.length ? choices.map(Math.fround) : bounds);
-    const observed = OBSERVED.filter((name) => name in options).map((name) => [name, options[name]]);
     const view = perAgent ? "agent" : "flock";
-    this.options = JSON.stringify({ ...Object.fromEntries(observed), view, profile_ranges: candidates });
+    this.options = JSON.stringify({ ...options, view, profile_ranges: candidates }, OBSERVED);
   }
 
   start(run) {

@@ -8,12 +8,12 @@ const SLICE = 6; // ms of every frame
 
 class Prediction {
   /** `published`: `{ranges, mean, low, high, flocks}` of the published curve. */
-  constructor(worlds, published, theme) {
+  constructor(scenarios, published, theme) {
     Object.assign(this, { published, theme, sums: GUESS_RANGES.map(() => 0) });
-    this.world = worlds.find(({ name }) => name === published.world);
+    this.scenario = scenarios.find(({ name }) => name === published.scenario);
     const [slider, shown] = [$("guess"), $("guessed")];
     const show = () => {
-      this.guess = rangeAt(Number(slider.value), this.world.maxRange);
+      this.guess = rangeAt(Number(slider.value), this.scenario.maxRange);
       shown.value = `${this.guess} m`;
       slider.setAttribute("aria-valuetext", shown.value);
     };
@@ -41,7 +41,7 @@ class Prediction {
     while (performance.now() < end && (this.run || this.jobs.length)) {
       if (!this.run) {
         [this.at, this.seed] = this.jobs.shift();
-        const flight = new Flight({ world: this.world, seed: this.seed });
+        const flight = new Flight({ scenario: this.scenario, seed: this.seed });
         this.run = new LiveRun(flight, new FixedRange(GUESS_RANGES[this.at], "m"));
       }
       this.run.reach(Infinity, () => null, Math.max(end - performance.now(), 0.5));
@@ -68,15 +68,15 @@ class Prediction {
     const { ranges, mean, flocks } = this.published;
     const at = (range) => `${range} m: ${interpolate(ranges, mean, range).toFixed(1)} m`;
     $("predict-text").textContent =
-      `Your guess, ${at(this.guess)} on average over ${flocks} flocks. The best fixed range, which was chosen on other flocks, ${at(this.world.best)}. ` +
-      `This page has played ${done} of ${this.total} flocks.`;
+      `Your guess, ${at(this.guess)} on average over ${flocks} flocks. The best fixed range, which was chosen ` +
+      `on other flocks, ${at(this.scenario.best)}. This page has played ${done} of ${this.total} flocks.`;
   }
 
   data() {
     const { ranges, mean } = this.published;
-    const place = (range) => placeOf(range, this.world.maxRange);
+    const place = (range) => placeOf(range, this.scenario.maxRange);
     const guessed = interpolate(ranges, mean, this.guess);
-    const isShown = (range) => range <= this.world.maxRange;
+    const isShown = (range) => range <= this.scenario.maxRange;
     return uPlot.join([
       [ranges.filter(isShown).map(place), mean.filter((_, at) => isShown(ranges[at]))],
       [GUESS_RANGES.map(place), this.means()],
@@ -98,8 +98,8 @@ class Prediction {
           ...axis,
           grid: { show: false },
           size: 34,
-          splits: () => [0, 1, 10, 30, 60, 100].map((range) => placeOf(range, this.world.maxRange)),
-          values: (_, places) => places.map((place) => `${rangeAt(place, this.world.maxRange)} m`),
+          splits: () => [0, 1, 10, 30, 60, 100].map((range) => placeOf(range, this.scenario.maxRange)),
+          values: (_, places) => places.map((place) => `${rangeAt(place, this.scenario.maxRange)} m`),
         },
         { ...axis, grid: { stroke: () => this.theme().grid, width: 1 }, size: 44 },
       ],

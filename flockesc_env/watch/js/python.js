@@ -8,23 +8,23 @@ function asPython(value) {
 }
 
 /** The scenario of a flight in Python: the name of a preset, or a preset with other numbers. */
-function scenarioInPython({ world, numbers, document }) {
+function scenarioInPython({ scenario, numbers, document }) {
   const fields = { agents: ["num_agents"], noise: ["angular_noise"], speed: ["predators"] };
   if (numbers.speed !== undefined) return null;
   const changes = Object.keys(numbers).map((name) => `${fields[name][0]}=${document[fields[name][0]]}`);
-  return changes.length ? `preset("${world.name}").replace(${changes.join(", ")})` : `"${world.name}"`;
+  return changes.length ? `preset("${scenario.name}").replace(${changes.join(", ")})` : `"${scenario.name}"`;
 }
 
-/** Returns three lines of Python, or null if none play this flock. `objective`: what they print, if it is known. */
+/** Returns lines of Python, or null if none play this flock. `objective`: what they print, if it is known. */
 function pythonCode(flight, policy, objective) {
   const scenario = scenarioInPython(flight);
-  if (scenario === null || flight.start || !flight.world.isPreset) return null;
-  const names = scenario.startsWith("preset") ? ["preset"] : [];
-  const [name, run] = {
-    fixed: () => ["simulate", `simulate(${scenario}, ${asPython(policy.range)}, seed=${flight.seed})`],
-    rule: () => ["record", `record(${scenario}, "${policy.spec}", ${flight.seed})`],
-    learned: () => ["load_policy", `load_policy(${JSON.stringify(policy.file)}).record(${flight.seed}, ${scenario})`],
-  }[policy.kind]();
-  const printed = objective === null ? "" : `  # ${asPython(objective)}`;
-  return `from flockesc_env import ${[name, ...names].join(", ")}\nrun = ${run}\nprint(run.mean_distance.min())${printed}`;
+  if (scenario === null || flight.start || !flight.scenario.isPreset) return null;
+  const named = JSON.stringify(policy.kind === "learned" ? policy.file : policy.spec);
+  const ranges = policy.kind === "fixed" ? asPython(policy.range) : `policy=${named}`;
+  return [
+    "from flockesc_env import simulate",
+    ...(scenario.startsWith("preset") ? ["from flockesc_env.scenario import preset"] : []),
+    `run = simulate(${scenario}, ${ranges}, seed=${flight.seed})`,
+    `print(run.mean_distance.min())${objective === null ? "" : `  # ${asPython(objective)}`}`,
+  ].join("\n");
 }
