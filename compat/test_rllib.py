@@ -22,6 +22,7 @@ from ray.tune import register_env
 from flockesc_env import FlockScenario, parallel_env
 
 SCENARIO = FlockScenario(num_agents=4, num_steps=10)
+OPTIONS: dict[str, Any] = {"reward": "individual_distance_change", "steps_per_action": 1}
 EPISODES = 8
 EXAMPLE = Path(__file__).parents[1] / "examples" / "rllib_ppo.py"
 
@@ -36,7 +37,7 @@ def cluster() -> Iterator[None]:
 def slots() -> PPOConfig:
     """Return PPO over two flocks with a slot per agent."""
     steps = 8 * SCENARIO.num_steps
-    options = {"scenario": SCENARIO, "reward": "individual_distance_change"}
+    options = {"scenario": SCENARIO, **OPTIONS}
     return (
         PPOConfig()
         .environment("flockesc_env:flockesc/FlockAgents-v1", env_config=options)
@@ -54,7 +55,7 @@ def test_the_episodes_of_slots_are_those_of_the_agents() -> None:
     assert len(episodes) == 8
     for flock in range(2):
         own = episodes[4 * flock : 4 * flock + 4]
-        plain = parallel_env(SCENARIO, reward="individual_distance_change")
+        plain = parallel_env(SCENARIO, **OPTIONS)
         first, _ = plain.reset_array(seed=5 + flock)
         np.testing.assert_array_equal([episode.observations[0] for episode in own], first)
         for step in range(SCENARIO.num_steps):
@@ -91,11 +92,11 @@ def test_the_policy_of_the_example_acts_with_the_mean() -> None:
 
 
 def wrapped(_: Any = None) -> ParallelPettingZooEnv:
-    return ParallelPettingZooEnv(parallel_env(SCENARIO, reward="individual_distance_change"))
+    return ParallelPettingZooEnv(parallel_env(SCENARIO, **OPTIONS))
 
 
 def test_the_wrapper_returns_the_environments_results() -> None:
-    env, plain = wrapped(), parallel_env(SCENARIO, reward="individual_distance_change")
+    env, plain = wrapped(), parallel_env(SCENARIO, **OPTIONS)
     for each in (env, plain):
         each.reset(seed=3)
     done = {"__all__": False}
@@ -116,7 +117,7 @@ def test_one_iteration_of_ppo() -> None:
         PPOConfig()
         .environment("flock")
         .env_runners(num_env_runners=0)
-        .multi_agent(policies={"one-range"}, policy_mapping_fn=lambda *_, **__: "one-range")
+        .multi_agent(policies={"shared"}, policy_mapping_fn=lambda *_, **__: "shared")
         .training(train_batch_size_per_learner=steps, minibatch_size=steps, num_epochs=1)
         .debugging(seed=0)
     )
@@ -128,7 +129,7 @@ def test_one_iteration_of_ppo() -> None:
     assert result["env_runners"]["num_episodes"] >= 1
     assert result["env_runners"]["episode_len_mean"] == SCENARIO.num_steps
     assert math.isfinite(result["env_runners"]["episode_return_mean"])
-    assert math.isfinite(result["learners"]["one-range"]["total_loss"])
+    assert math.isfinite(result["learners"]["shared"]["total_loss"])
 
 
 # RLlib registers its own environment once per algorithm.

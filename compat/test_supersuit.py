@@ -7,7 +7,7 @@ import supersuit
 
 from flockesc_env import FlockScenario, parallel_env
 
-SCENARIO = FlockScenario(num_agents=4, num_steps=10)
+SCENARIO = FlockScenario(num_agents=4, num_steps=40)
 
 
 def test_wrapped_episodes_equal_those_of_the_environment() -> None:

@@ -18,7 +18,7 @@ from torchrl.collectors import Collector
 from torchrl.envs import PettingZooWrapper, SerialEnv, check_env_specs
 from torchrl.envs.utils import MarlGroupMapType
 
-from flockesc_env import FlockEscapeEnv, FlockScenario, load_policy, parallel_env
+from flockesc_env import EnvOptions, FlockEscapeEnv, FlockScenario, load_policy, parallel_env
 from flockesc_env.common.errors import InputError, ResetNeededError
 from flockesc_env.scenario import ConstantVelocity, Intercept, PurePursuit
 from flockesc_env.torchrl import FlockTorchRLEnv
@@ -27,14 +27,15 @@ from flockesc_env.torchrl import FlockTorchRLEnv
 pytestmark = pytest.mark.filterwarnings("ignore:PettingZoo in TorchRL is tested:UserWarning")
 
 ROOT = Path(__file__).parent.parent
-SCENARIO = FlockScenario(num_agents=4, num_steps=10)
+SCENARIO = FlockScenario(num_agents=4, num_steps=40)
 HUNTERS = (
     PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0),
     Intercept((25.0, 0.0), (0.0, 15.0), max_turn_rate=3.0),
     ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
 )
 DOOMED = FlockScenario(num_agents=3, num_steps=40, initial_side=20.0, capture_radius=4.0, predators=HUNTERS)
-STEPS = SCENARIO.num_steps
+STEPS = SCENARIO.num_steps // EnvOptions.steps_per_action
+"""Actions of an episode."""
 
 
 def same(tensor: torch.Tensor, array: Any) -> None:
@@ -112,7 +113,7 @@ def test_a_shared_range_equals_the_gymnasium_environment() -> None:
 
 
 def test_several_scenarios() -> None:
-    scenarios = [SCENARIO, SCENARIO.replace(num_steps=6, speed=5.0)]
+    scenarios = [SCENARIO, SCENARIO.replace(num_steps=24, speed=5.0)]
     env = FlockTorchRLEnv(2, scenarios)
     env.set_seed(3)
     episodes = env.rollout(2 * STEPS, break_when_any_done=False)

@@ -94,8 +94,8 @@ def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOCon
         config.environment("flock")
         .env_runners(num_envs_per_env_runner=flocks)
         .multi_agent(
-            policies={"one-range"},
-            policy_mapping_fn=lambda *_, **__: "one-range",
+            policies={"shared"},
+            policy_mapping_fn=lambda *_, **__: "shared",
             count_steps_by="agent_steps",
         )
     )
@@ -129,7 +129,7 @@ def main(
     seconds, count = time.process_time() - start, iterations * flocks * AGENTS * STEPS
     print(f"{count} samples in {seconds:.1f} s of CPU time, {count / seconds:.0f} samples/s")
 
-    policy = mean_action(algorithm.get_module("default_policy" if interface == "slots" else "one-range"))
+    policy = mean_action(algorithm.get_module("default_policy" if interface == "slots" else "shared"))
     if output:
         known = {"per_agent": True, "scenario": FlockScenario(), **OPTIONS}
         save_policy(policy.with_options(name="RLlib PPO", **known), output)

@@ -16,7 +16,7 @@ from flockesc_env import FlockScenario, NetworkPolicy, parallel_env, rollout
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import Architecture
 from flockesc_env.sb3 import vec_env
-from speed.measure import PROJECT, Call, Candidate, Comparison
+from speed.measure import EVERY_STEP, PROJECT, Call, Candidate, Comparison
 from speed.peers import Peer
 
 AGENTS, FLOCKS = 300, 64
@@ -45,7 +45,7 @@ def environments(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa
 def _own() -> Iterator[Candidate]:
     one, many = np.full(1, RANGE, np.float32), np.full((FLOCKS, 1), RANGE, np.float32)
     agents, slots = (np.full((n * AGENTS, 1), RANGE, np.float32) for n in (1, FLOCKS))
-    options: dict[str, Any] = {"action_mode": "range"}
+    options: dict[str, Any] = {**EVERY_STEP, "action_mode": "range"}
     threads: dict[str, Any] = {"num_threads": 1, **options}
     env = gymnasium.make(_ID, **options)
     vector = gymnasium.make_vec(_ID, FLOCKS, "vector_entry_point", copy=False, **threads)
@@ -66,7 +66,8 @@ def _own() -> Iterator[Candidate]:
         yield _steps(f"{PROJECT}, {name}", reset, step, flocks=flocks)
     architecture = Architecture(_INPUTS, hidden=(8,), mirror=True)
     network = NetworkPolicy(architecture, np.linspace(-1, 1, architecture.size))
-    played = partial(rollout, FlockScenario(), network, range(FLOCKS), per_agent=True, num_threads=1)
+    alone: dict[str, Any] = {**EVERY_STEP, "per_agent": True, "num_threads": 1}
+    played = partial(rollout, FlockScenario(), network, range(FLOCKS), **alone)
     case = {"agents": AGENTS, "flocks": FLOCKS}
     yield Candidate(f"{PROJECT}, `rollout` of a network per agent", played, STEPS, case=case)
 

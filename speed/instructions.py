@@ -32,6 +32,7 @@ from flockesc_env.episodes.options import PROFILE_RANGES
 from flockesc_env.models import component_labels
 from flockesc_env.policies import Architecture
 from flockesc_env.scenario import Reynolds, Topological, Voronoi
+from speed.measure import EVERY_STEP
 
 RESULTS: Final = Path("speed/results/instructions.json")
 MARGIN: Final = 1.03
@@ -64,7 +65,7 @@ def _cases() -> Iterator[Case]:
     yield _stepped("`make_vec`, a slot per agent", per_agent=True)
     extra = {"profile_ranges": PROFILE_RANGES, "extra_entries": ["escape_direction", "closest_approach"]}
     yield _stepped("`make_vec`, a slot per agent with profile", per_agent=True, **extra)
-    env = parallel_env(_FLOCK)
+    env = parallel_env(_FLOCK, **EVERY_STEP)
     env.reset(seed=7)
     ranges = np.full((_FLOCK.num_agents, 1), -0.8, np.float32)
     actions = dict(zip(env.agents, ranges, strict=True))
@@ -72,7 +73,7 @@ def _cases() -> Iterator[Case]:
     yield "`step_array`", _STEPS, partial(_repeat, lambda: env.step_array(ranges))
     architecture = Architecture(("neighbor_count", "predator_distance"), hidden=(8,))
     network = NetworkPolicy(architecture, np.linspace(-1, 1, architecture.size))
-    play = partial(rollout, _FLOCK, network, [7], per_agent=True, num_threads=1)
+    play = partial(rollout, _FLOCK, network, [7], per_agent=True, num_threads=1, **EVERY_STEP)
     yield "rollout of a network per agent", _FLOCK.num_steps, play
 
 
@@ -81,7 +82,7 @@ def _swept(name: str, scenario: FlockScenario, rho: float) -> Case:
 
 
 def _stepped(name: str, **options: Any) -> Case:
-    env: Any = BatchVectorEnv(scenario=_FLOCK, num_threads=1, **options)
+    env: Any = BatchVectorEnv(scenario=_FLOCK, num_threads=1, **EVERY_STEP, **options)
     env.reset(seed=7)
     actions = np.full(env.action_space.shape, -0.8, np.float32)
     return name, _STEPS, partial(_repeat, lambda: env.step(actions))

@@ -24,6 +24,9 @@ import msgspec
 PROJECT = "flockesc_env"
 """Name of this project in tables and figures."""
 
+EVERY_STEP: dict[str, Any] = {"max_range": 100.0, "predator_sensing_range": 30.0, "steps_per_action": 1}
+"""Options of environments under which one call is one model step."""
+
 Clock = Literal["cpu", "wall"]
 Call = Callable[[], object]
 Case = dict[str, Any]

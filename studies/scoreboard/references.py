@@ -101,6 +101,7 @@ def informed_greedy(task: str, scenario: str, flocks: range) -> Arrays:
         "extra_entries": ("escape_direction" if is_mean else "closest_approach",),
         "predator_sensing_range": math.inf,
         "max_range": float(max(_CANDIDATES)),
+        "steps_per_action": 1,
     }
     policy = BestCandidate("escape_cosine" if is_mean else "closest_approach")
     model = _flock(task, scenario)

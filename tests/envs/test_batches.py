@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from option_table import DIMENSIONS, small_flock
+from option_table import DIMENSIONS, EVERY_STEP, small_flock
 
 import flockesc_env as fe
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import FixedRange, StubbornLeaders
+from flockesc_env.scenario import Inertial, Reynolds
 
 SEEDS = range(13)
 THREADS = [None, 1, 2, 3, 7]
@@ -42,7 +43,7 @@ def test_rollout(dimension: int, per_agent: bool) -> None:
     scenario = small_flock(dimension, num_agents=40)
     policy = StubbornLeaders() if per_agent else FixedRange(9.0)
     names = ("seeds", "min_mean_distance", "min_min_distance", "num_components", "mean_return")
-    options: dict[str, Any] = {"per_agent": per_agent, "predator_sensing_range": math.inf}
+    options = {**EVERY_STEP, "per_agent": per_agent, "predator_sensing_range": math.inf}
     first, *others = (
         columns(fe.rollout(scenario, policy, SEEDS, batch_size=size, num_threads=count, **options), *names)
         for size, count in [(64, None), (1, 1), (1, 2), (5, 1), (5, 3), (13, 2)]
@@ -70,17 +71,17 @@ def unlike_simulated(scenario: fe.FlockScenario, num_threads: int | None) -> lis
     names, rng = ("mass", "speed", "repulsion_strength", "alignment_strength"), np.random.default_rng(0)
     traits: dict[str, Any] = {name: rng.uniform(0.5, 2, 5000) * getattr(scenario, name) for name in names}
     noisy = scenario.replace(angular_noise=0.5, sensing_noise=0.5, sensing_delay=2, **traits)
-    return [simulated(noisy.replace(motion=law), num_threads) for law in (fe.Inertial(), fe.Reynolds())]
+    return [simulated(noisy.replace(motion=law), num_threads) for law in (Inertial(), Reynolds())]
 
 
 def flock_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
-    env = fe.FlockEscapeEnv(scenario, num_threads=num_threads)
+    env = fe.FlockEscapeEnv(scenario, num_threads=num_threads, **EVERY_STEP)
     env.action_space.seed(0)
     return [env.reset(seed=2), *(env.step(env.action_space.sample()) for _ in range(8))]
 
 
 def agents_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
-    env = fe.parallel_env(scenario, num_threads=num_threads, reward="individual_distance")
+    env = fe.parallel_env(scenario, num_threads=num_threads, reward="individual_distance", **EVERY_STEP)
     rng = np.random.default_rng(0)
     steps: list[Any] = [env.reset_array(seed=2)]
     return steps + [env.step_array(rng.uniform(-1, 1, (5000, 1)).astype(np.float32)) for _ in range(8)]
@@ -88,7 +89,7 @@ def agents_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[A
 
 def flocks_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
     """Play two large flocks into their second episode; batch and flocks share the threads."""
-    env = BatchVectorEnv(2, scenario, num_threads=num_threads)
+    env = BatchVectorEnv(2, scenario, num_threads=num_threads, **EVERY_STEP)
     env.action_space.seed(0)
     return [env.reset(seed=2), *(env.step(env.action_space.sample()) for _ in range(11))]
 

@@ -11,6 +11,7 @@ from envs import draw
 from gymnasium.utils.env_checker import data_equivalence
 from option_table import (
     DIMENSIONS,
+    EVERY_STEP,
     FLOCK_REWARDS,
     INDIVIDUAL_REWARDS,
     OBJECTIVES,
@@ -20,6 +21,7 @@ from option_table import (
 )
 
 import flockesc_env as fe
+from flockesc_env.scenario import Learned
 
 SEEDS = range(12)
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
@@ -39,7 +41,7 @@ def play_array(scenario: fe.FlockScenario, seed: int, **options: Any) -> list[tu
 @pytest.mark.parametrize("scenario", [hunted(2), hunted(2).with_learned_predators()])
 def test_infos_at_the_end_only(scenario: fe.FlockScenario) -> None:
     """Agents that go on share a new empty dict; the infos of the others are the same as otherwise."""
-    full, sparse = (fe.parallel_env(scenario, infos=infos) for infos in ("all", "end"))
+    full, sparse = (fe.parallel_env(scenario, infos=infos, **EVERY_STEP) for infos in ("all", "end"))
     full.reset(seed=SEEDS[0])
     sparse.reset(seed=SEEDS[0])
     num_full = 0
@@ -67,7 +69,7 @@ def test_infos_at_the_end_only(scenario: fe.FlockScenario) -> None:
 @pytest.mark.parametrize("reward", ["team", *INDIVIDUAL_REWARDS])
 def test_dicts_and_arrays_play_one_episode(dimension: int, objective: str, reward: str) -> None:
     scenario = hunted(dimension)
-    options = {"objective": objective, "reward": reward, "steps_per_action": 2}
+    options = {**EVERY_STEP, "objective": objective, "reward": reward, "steps_per_action": 2}
     env = fe.parallel_env(scenario, action_mode="range", **options)
     env.reset(seed=4)
     alive = np.ones(scenario.num_agents, bool)
@@ -95,7 +97,7 @@ def test_dicts_and_arrays_play_one_episode(dimension: int, objective: str, rewar
 
 def test_arrays_ignore_actions_of_caught_agents() -> None:
     scenario = hunted()
-    first, second = fe.parallel_env(scenario), fe.parallel_env(scenario)
+    first, second = (fe.parallel_env(scenario, **EVERY_STEP) for _ in range(2))
     first.reset_array(seed=4)
     second.reset_array(seed=4)
     caught = np.zeros(9, bool)
@@ -120,7 +122,8 @@ def test_individual_running_minimum_is_0_for_caught_agents() -> None:
         own = np.stack([reference.predator_distances(*at) for at in places])
         is_caught = (run.caught_at >= 0) & (run.caught_at <= np.arange(len(own))[:, None])
         own[is_caught] = 0.0
-        for t, step in zip(steps, play_array(scenario, seed, reward="individual"), strict=False):
+        played = play_array(scenario, seed, reward="individual", **EVERY_STEP)
+        for t, step in zip(steps, played, strict=False):
             before = max((fall for fall in falls if fall < t), default=0)
             expected = (
                 np.where(is_caught[t - 1], 0.0, own[t] - own[before]) if t in falls else np.zeros(len(own[t]))
@@ -161,11 +164,11 @@ def test_survival_rewards_the_fraction_surviving(reward: str, steps_per_action: 
 @pytest.mark.parametrize("radius", [4.0, 12.0, 500.0])
 def test_predators_stay_while_agents_are_caught(dimension: int, radius: float) -> None:
     """With dicts and arrays. The predators start in the middle of the flock."""
-    hunters = (fe.Learned((10.0, 10.0), (5.0, 0.0)), fe.Learned((20.0, 20.0), (0.0, -5.0)))
+    hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
     scenario = small_flock(dimension, num_agents=12, predators=hunters, capture_radius=radius)
     rng = np.random.default_rng(0)
     for reward in ("team", "distance", "individual_distance"):
-        environment, arrays = (fe.parallel_env(scenario, reward=reward) for _ in range(2))
+        environment, arrays = (fe.parallel_env(scenario, reward=reward, **EVERY_STEP) for _ in range(2))
         environment.reset(seed=1)
         arrays.reset_array(seed=1)
         while environment.agents:

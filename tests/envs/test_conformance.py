@@ -12,6 +12,7 @@ from gymnasium.utils.env_checker import check_env as check_gymnasium
 from option_table import (
     AGENTS,
     DIMENSIONS,
+    EVERY_STEP,
     FLOCK,
     LINE,
     OBJECTIVES,
@@ -33,7 +34,8 @@ from pettingzoo.test import (
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
 import flockesc_env
-from flockesc_env import FlockScenario, Learned, LineScenario, flockesc_v1
+from flockesc_env import FlockScenario, LineScenario, flockesc_v1
+from flockesc_env.scenario import Learned
 
 FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v1"
 LINE_ID = "flockesc_env:flockesc/LineEscape-v1"
@@ -90,8 +92,8 @@ def test_agents(options: Options, dimension: int) -> None:
 @every_pair(dimension=DIMENSIONS, objective=OBJECTIVES, capture_radius=(0.0, 4.0, 1e6))
 def test_captures(dimension: int, objective: str, capture_radius: float) -> None:
     scenario = hunted(dimension, capture_radius=capture_radius)
-    check_single(FLOCK_ID, scenario, {"objective": objective})
-    check_agents(scenario, 60, objective=objective)
+    check_single(FLOCK_ID, scenario, {"objective": objective, **EVERY_STEP})
+    check_agents(scenario, 60, objective=objective, **EVERY_STEP)
 
 
 # Agents and predators have different observation spaces, which the suite advises against.

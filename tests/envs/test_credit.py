@@ -15,6 +15,7 @@ from option_table import DIMENSIONS, OBJECTIVES, small_flock
 import flockesc_env as fe
 from flockesc_env.envs.pettingzoo import FlockParallelEnv
 from flockesc_env.models.graph import neighbor_pairs
+from flockesc_env.scenario import ConstantVelocity, Learned, PurePursuit, Wandering
 from flockesc_env.scenario.neighbors import Topological
 
 MAX_RANGE = 12.0
@@ -23,9 +24,9 @@ dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 objectives = pytest.mark.parametrize("objective", OBJECTIVES)
 
 HUNTERS = (
-    fe.PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0, confusion_rate=2.0, sight=1e3),
-    fe.Wandering((25.0, 0.0), (0.0, 15.0), angular_diffusion=2.0),
-    fe.ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
+    PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0, confusion_rate=2.0, sight=1e3),
+    Wandering((25.0, 0.0), (0.0, 15.0), angular_diffusion=2.0),
+    ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
 )
 FLOCKS: dict[str, dict[str, Any]] = {
     "paper": {},
@@ -35,7 +36,7 @@ FLOCKS: dict[str, dict[str, Any]] = {
     "blind angle": {"blind_angle": 2.0},
     "frozen graph": {"frozen_graph": True},
     "nearest": {"neighbor_rule": Topological()},
-    "learned": {"predators": (fe.Learned((0.0, 0.0), (8.0, 8.0)), HUNTERS[0]), "capture_radius": 7.0},
+    "learned": {"predators": (Learned((0.0, 0.0), (8.0, 8.0)), HUNTERS[0]), "capture_radius": 7.0},
 }
 DENSE: dict[str, Any] = {"num_agents": 12, "num_steps": 30, "initial_side": 18.0}
 flocks = pytest.mark.parametrize("flock", FLOCKS)
@@ -116,7 +117,7 @@ def assert_neighborhoods(scenario: fe.FlockScenario, graph: Any, steps_per_actio
 def test_agents_on_the_edge_of_a_neighborhood() -> None:
     """An agent at exactly the largest range counts; an agent slightly farther away does not."""
     scenario = small_flock(
-        num_agents=2, num_steps=1, time_step=1.0, predators=(fe.ConstantVelocity((0, 0), (0, 0)),)
+        num_agents=2, num_steps=1, time_step=1.0, predators=(ConstantVelocity((0, 0), (0, 0)),)
     )
     env = fe.parallel_env(scenario, reward="neighborhood_distance_change", max_range=MAX_RANGE)
     for gap, is_near in ((MAX_RANGE, True), (np.nextafter(MAX_RANGE, 99.0), False)):

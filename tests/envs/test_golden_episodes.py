@@ -55,10 +55,10 @@ def test_changed_bits_need_a_new_version_of_an_id(monkeypatch: pytest.MonkeyPatc
     with pytest.raises(ValueError, match="pursuit"):
         updated(GOLDEN, changed)
     assert updated(GOLDEN, {**GOLDEN, "a new case": "bits"})["a new case"] == "bits"
-    monkeypatch.setitem(gymnasium.registry, "flockesc/FlockEscape-v1", None)
+    monkeypatch.setitem(gymnasium.registry, "flockesc/FlockEscape-v2", None)
     with pytest.raises(ValueError, match="pursuit"):
         updated(GOLDEN, changed)  # the new version has no golden episode
-    changed["flockesc/FlockEscape-v1"] = "bits"
+    changed["flockesc/FlockEscape-v2"] = "bits"
     assert updated(GOLDEN, changed) == changed
 
 

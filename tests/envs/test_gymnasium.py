@@ -11,9 +11,10 @@ from envs import state
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
-from option_table import DIMENSIONS, IDS, small_flock
+from option_table import DIMENSIONS, EVERY_STEP, IDS, small_flock
 
 import flockesc_env as fe
+from flockesc_env.scenario import PurePursuit
 
 
 def play(env: Any) -> list[Any]:
@@ -79,7 +80,7 @@ def test_discrete_grid() -> None:
 
 @pytest.mark.parametrize("count_components", [False, True])
 def test_components_are_counted_on_request(count_components: bool) -> None:
-    env = fe.FlockEscapeEnv(small_flock(), count_components=count_components)
+    env = fe.FlockEscapeEnv(small_flock(), count_components=count_components, **EVERY_STEP)
     _, info = env.reset(seed=0)
     assert info.get("num_components") == (5 if count_components else None)
     *_, info = env.step(env.action_space.high)  # every agent hears every other one
@@ -87,13 +88,13 @@ def test_components_are_counted_on_request(count_components: bool) -> None:
     assert set(info) == (INFO_KEYS | {"num_components"} if count_components else INFO_KEYS)
 
 
-PREDATORS = (fe.PurePursuit((0.0, 0.0), (8.0, 8.0)), fe.PurePursuit((30.0, 0.0), (0.0, 9.0)))
+PREDATORS = (PurePursuit((0.0, 0.0), (8.0, 8.0)), PurePursuit((30.0, 0.0), (0.0, 9.0)))
 
 
 @pytest.mark.parametrize("dimension", DIMENSIONS)
 def test_a_flock_equals_the_simulation(dimension: int) -> None:
     scenario = small_flock(dimension, predators=PREDATORS, capture_radius=4.0)
-    env = fe.FlockEscapeEnv(scenario, action_mode="range", max_range=9.0)
+    env = fe.FlockEscapeEnv(scenario, action_mode="range", max_range=9.0, steps_per_action=1)
     with pytest.raises(ResetNeeded):
         _ = env.flock.positions
     env.reset(seed=5)

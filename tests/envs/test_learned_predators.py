@@ -17,9 +17,10 @@ from observation_reference import squash
 from option_table import AGENT_REWARDS, DIMENSIONS, INDIVIDUAL_REWARDS, OBJECTIVES, small_flock
 from reference import Floats, FlockState, unit
 
-from flockesc_env import EnvOptions, FlockScenario, Learned, parallel_env, simulate
+from flockesc_env import EnvOptions, FlockScenario, parallel_env, simulate
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.scenario import Learned
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 

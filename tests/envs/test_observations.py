@@ -9,10 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from observation_reference import Reference, assert_plays_as, flocks, random_start
+from option_table import EVERY_STEP
 
 import flockesc_env as fe
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View
+from flockesc_env.scenario import Reynolds, Topological, Voronoi
 
 RANGES = (0.0, 9.0, 40.0)
 ENTRIES = ("escape_direction", "closest_approach")
@@ -41,11 +43,11 @@ def test_entries(
 @pytest.mark.parametrize(
     "changes",
     [
-        {"neighbor_rule": fe.Topological()},
-        {"neighbor_rule": fe.Voronoi()},
+        {"neighbor_rule": Topological()},
+        {"neighbor_rule": Voronoi()},
         {"blind_angle": 2.0},
         {"mutual": True},
-        {"motion": fe.Reynolds()},
+        {"motion": Reynolds()},
     ],
     ids=str,
 )
@@ -53,7 +55,7 @@ def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict
     """After a step under rho_k, the heard velocity is candidate k of the observation before."""
     scenario = fe.FlockScenario(num_agents=70, **changes)
     ranges = (0.0, 3.0, 11.0, 40.0)
-    options = fe.EnvOptions(action_mode="range", profile_ranges=ranges)
+    options = fe.EnvOptions(action_mode="range", profile_ranges=ranges, **EVERY_STEP)
     batch = FlockBatch(scenario, options, num_flocks=len(ranges), view=View.AGENT)
     batch.reset(range(len(ranges)), [7] * len(ranges))
     actions = np.repeat(np.array(ranges, np.float32), 70)[:, None]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from envs import draw
 from objective_values import INFO_KEYS
-from option_table import ACTION_MODES, AGENT_REWARDS, DIMENSIONS, every_pair, small_flock
+from option_table import ACTION_MODES, AGENT_REWARDS, DIMENSIONS, EVERY_STEP, every_pair, small_flock
 from pettingzoo.utils import aec_to_parallel
 from pettingzoo.utils.wrappers import ClipOutOfBoundsWrapper
 
@@ -47,8 +47,9 @@ def test_unknown_reset_options_are_ignored_with_a_warning() -> None:
 @pytest.mark.parametrize("dimension", DIMENSIONS)
 def test_the_flock_view_as_state_is_the_observation_of_the_flock(dimension: int) -> None:
     flock = small_flock(dimension)
-    environment = parallel_env(flock, state="flock_view", action_mode="range", profile_ranges=(0.0, 5.0))
-    whole = FlockEscapeEnv(flock, action_mode="range")
+    options: dict[str, Any] = {"action_mode": "range", **EVERY_STEP}
+    environment = parallel_env(flock, state="flock_view", profile_ranges=(0.0, 5.0), **options)
+    whole = FlockEscapeEnv(flock, **options)
     assert environment.state_space == whole.observation_space
     environment.reset(seed=0)
     observation, _ = whole.reset(seed=0)
@@ -65,7 +66,7 @@ def test_the_flock_view_as_state_is_the_observation_of_the_flock(dimension: int)
 
 def test_conversions_play_the_same_episode() -> None:
     """From the AEC interface back to the parallel one, and with clipped actions."""
-    scenario = small_flock()
+    scenario = small_flock(num_steps=40)
     environment, back = parallel_env(scenario), aec_to_parallel(env(scenario))
     clipped = aec_to_parallel(ClipOutOfBoundsWrapper(env(scenario)))
     steps = [environment.reset(seed=9)]

@@ -24,12 +24,14 @@ from stable_baselines3.common.vec_env import VecMonitor
 import flockesc_env as fe
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict
+from flockesc_env.policies import Pursue
 from flockesc_env.sb3 import vec_env
+from flockesc_env.scenario import PurePursuit, Topological
 
 # Entries that the action space rejects.
 BAD_ENTRIES = {
     "normalized": [np.nan, np.inf, -np.inf, 1.001, -1.001],
-    "range": [np.nan, np.inf, -np.inf, 100.1, -0.1],
+    "range": [np.nan, np.inf, -np.inf, fe.EnvOptions.max_range + 0.1, -0.1],
     "discrete": [-1, 21, 10**9],
 }
 
@@ -164,7 +166,7 @@ MADE: dict[str, Callable[..., Any]] = {
     ),
     **LINES,
 }
-HUNTED = small_flock(predators=(fe.PurePursuit(),))
+HUNTED = small_flock(predators=(PurePursuit(),))
 
 
 @pytest.mark.parametrize("interface", MADE)
@@ -179,8 +181,8 @@ def test_options_that_do_not_fit_are_named(interface: str) -> None:
         alone = fe.LineScenario(predator_position=None)
         refusals.append((alone, {}, "predator_position", "expected"))
     else:
-        counted = small_flock(neighbor_rule=fe.Topological())
-        chased = {"predator_policy": fe.Pursue()}
+        counted = small_flock(neighbor_rule=Topological())
+        chased = {"predator_policy": Pursue()}
         words = r"with_learned_predators\(\) makes one, got PurePursuit"
         refusals.append((small_flock(predators=()), {}, "predators", "expected"))
         refusals.append((counted, {}, "max_range", "number of neighbors"))
@@ -264,7 +266,7 @@ SIMULATE: list[tuple[Any, dict[str, Any], str]] = [
 @pytest.mark.parametrize(("rho", "arguments", "field"), SIMULATE)
 def test_an_entry_of_an_array_is_named(rho: Any, arguments: dict[str, Any], field: str) -> None:
     with pytest.raises(InputError) as caught:
-        fe.simulate(FLOCK, rho, seed=0, **arguments)
+        fe.simulate(small_flock(), rho, seed=0, **arguments)
     assert caught.value.field == field
     assert isinstance(caught.value, ValueError)
 

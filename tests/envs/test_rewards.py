@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from envs import FLOCKS, has_ended, same_action, start, step
 from objective_values import SERIES
-from option_table import OBJECTIVES, STEPS_PER_ACTION, every_pair, small_flock
+from option_table import EVERY_STEP, OBJECTIVES, STEPS_PER_ACTION, every_pair, small_flock
 from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
 from flockesc_env.policies import FixedRange
+from flockesc_env.scenario import ConstantVelocity
 
 RHO = 25.0  # exact in every interface: action -0.5 of [0, 100]
 SEED = 8
@@ -25,7 +26,7 @@ def played(interface: str) -> Play:
     """Return a function that plays an episode and returns its rewards, shape (actions, rows)."""
 
     def play(scenario: fe.FlockScenario, **options: Any) -> np.ndarray:
-        env = FLOCKS[interface](scenario, **options)
+        env = FLOCKS[interface](scenario, **EVERY_STEP | options)
         start(env, SEED)
         rewards: list[Any] = []
         is_over = False
@@ -41,7 +42,8 @@ def played(interface: str) -> Play:
 
 def play_rollout(per_agent: bool) -> Play:
     def play(scenario: fe.FlockScenario, **options: Any) -> np.ndarray:
-        episodes = fe.rollout(scenario, FixedRange(RHO), [SEED], per_agent=per_agent, **options)
+        given = {**EVERY_STEP, **options, "per_agent": per_agent}
+        episodes = fe.rollout(scenario, FixedRange(RHO), [SEED], **given)
         return episodes.mean_return[None]
 
     return play
@@ -115,8 +117,8 @@ def test_individual_returns(interface: str, objective: str, reward: str, steps_p
 
 
 TWO_WAVES = (
-    fe.ConstantVelocity((-20.0, 35.0), (150.0, 0.0)),
-    fe.ConstantVelocity((180.0, 15.0), (-180.0, 0.0)),
+    ConstantVelocity((-20.0, 35.0), (150.0, 0.0)),
+    ConstantVelocity((180.0, 15.0), (-180.0, 0.0)),
 )
 """Two predators: the first passes by, and the second comes nearer later."""
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from envs import draw
 from gymnasium import Wrapper
-from option_table import doomed, small_flock
+from option_table import EVERY_STEP, doomed, small_flock
 from stable_baselines3 import A2C, PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
@@ -21,6 +21,7 @@ from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import Pursue
 from flockesc_env.sb3 import FlockEvalCallback, vec_env
+from flockesc_env.scenario import Learned
 
 FLOCKS = 3
 SHOWN = ("min_mean_distance",)
@@ -43,7 +44,7 @@ def test_slots_equal_those_of_gymnasium_with_autoreset_in_the_same_step(
     per_agent: bool, reward: Any, scenario: Any, ends: set[bool]
 ) -> None:
     """``ends`` are the ways in which episodes end: by truncation (True) or termination."""
-    options: Any = {"per_agent": per_agent, "reward": reward}
+    options: Any = {"per_agent": per_agent, "reward": reward, **EVERY_STEP}
     env: Any = vec_env(scenario, FLOCKS, **options)
     twin = BatchVectorEnv(env.num_envs, scenario, autoreset_mode="SameStep", **options)
     env.seed(11)
@@ -71,7 +72,7 @@ def test_slots_equal_those_of_gymnasium_with_autoreset_in_the_same_step(
 @PER_AGENT
 def test_infos_at_the_end_only(per_agent: bool) -> None:
     """Infos of running slots are one new empty dict; ended slots have the same infos as otherwise."""
-    scenarios = [small_flock(num_steps=3), small_flock(num_steps=4, capture_radius=6.0)]
+    scenarios = [small_flock(num_steps=12), small_flock(num_steps=16, capture_radius=6.0)]
     full, sparse = (
         VecMonitor(VecNormalize(vec_env(scenarios, 2, per_agent=per_agent, infos=infos)), info_keywords=SHOWN)
         for infos in ("all", "end")
@@ -200,11 +201,9 @@ def test_a_slot_per_line(scenario: Any) -> None:
 @pytest.mark.parametrize("learning_rate", [0.0, 0.1])
 def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float, tmp_path: Path) -> None:
     settings = {"n_steps": 10, "batch_size": 50, "seed": 0, "device": "cpu", "learning_rate": learning_rate}
-    hunted = small_flock(predators=(fe.Learned(),))
-    scenarios, options = (
-        [hunted, hunted.replace(num_steps=9)],
-        {"objective": "min_min_distance", "max_range": 40.0},
-    )
+    hunted = small_flock(predators=(Learned(),))
+    scenarios = [hunted, hunted.replace(num_steps=9)]
+    options = {**EVERY_STEP, "objective": "min_min_distance", "max_range": 40.0}
     callback = FlockEvalCallback(10, 3, best_model_save_path=tmp_path / "best")
     models = []
     for chosen in (None, callback):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from envs import FLOCKS, RANDOM, adapters, info_of, same_action, start, step
-from option_table import hunted, small_flock
+from option_table import EVERY_STEP, hunted, small_flock
 from same import plain
 
 import flockesc_env as fe
@@ -36,7 +36,7 @@ def test_environments_play_the_simulated_flock(
 ) -> None:
     scenario = small_flock(dimension, **changes)
     run = fe.simulate(scenario, RHO, seed=seed)
-    environment = FLOCKS[interface](scenario, count_components=True)
+    environment = FLOCKS[interface](scenario, count_components=True, **EVERY_STEP)
     infos = [info_of(environment, start(environment, seed))]
     infos += [
         info_of(environment, step(environment, same_action(environment, ACTION)))
@@ -61,7 +61,7 @@ def test_sweep_and_rollout_play_the_simulated_flock(seed: int, dimension: int) -
     swept = fe.sweep(scenario, [RHO], [seed])
     assert tuple(getattr(swept, name) for name in names) == expected
     for per_agent in (False, True):
-        episodes = fe.rollout(scenario, FixedRange(RHO), [seed], per_agent=per_agent)
+        episodes = fe.rollout(scenario, FixedRange(RHO), [seed], per_agent=per_agent, **EVERY_STEP)
         assert tuple(getattr(episodes, name) for name in names) == expected
         assert episodes.seeds.tolist() == [seed]
 
@@ -110,7 +110,7 @@ def test_a_schedule_goes_on_after_the_episode_that_a_reset_chose(interface: str)
     scenario = small_flock(num_steps=4, predators=RANDOM, angular_noise=0.5)
     single = interface.endswith("vector")  # one number for all slots
     flocks = {} if interface == "agent vector" else {"num_flocks": 3}
-    environment = FLOCKS[interface](scenario, **flocks)
+    environment = FLOCKS[interface](scenario, **flocks, **EVERY_STEP)
     numbers = [4] if interface == "agent vector" else [4] * 3 if single else [4, 0, 2]
     rows = environment.num_envs // len(numbers)
     each = [{"episode": number} for number in numbers for _ in range(rows)]

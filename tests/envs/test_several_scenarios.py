@@ -15,18 +15,20 @@ from same import plain, same
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
+from flockesc_env.policies import Pursue
 from flockesc_env.sb3 import vec_env
+from flockesc_env.scenario import Learned, PurePursuit, Topological, Uniform, Voronoi
 
 HUNTED = small_flock(
     num_steps=7,
     capture_radius=6.0,
     predators=[
-        fe.PurePursuit((0.0, 0.0), (20.0, 20.0), max_turn_rate=6.0),
-        fe.PurePursuit((30.0, 30.0), (-9.0, 0.0)),
+        PurePursuit((0.0, 0.0), (20.0, 20.0), max_turn_rate=6.0),
+        PurePursuit((30.0, 30.0), (-9.0, 0.0)),
     ],
 )
 DRAWN = small_flock(
-    num_steps=16, randomization=[fe.Uniform("predator_range", 5.0, 25.0)], neighbor_rule=fe.Voronoi()
+    num_steps=16, randomization=[Uniform("predator_range", 5.0, 25.0)], neighbor_rule=Voronoi()
 )
 SCENARIOS = [small_flock(**UNLIKE), HUNTED, DRAWN, HUNTED]
 FLOCKS, AGENTS = len(SCENARIOS), 5
@@ -121,8 +123,8 @@ def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dic
         ("num_agents", small_flock(num_agents=6)),
         ("dimension", small_flock(3)),
         ("initial_side", small_flock(initial_side=31.0)),
-        ("neighbor_rule", small_flock(neighbor_rule=fe.Topological())),
-        ("predators", small_flock(predators=[fe.Learned()])),
+        ("neighbor_rule", small_flock(neighbor_rule=Topological())),
+        ("predators", small_flock(predators=[Learned()])),
         ("predators", small_flock(predators=[])),
     ],
 )
@@ -157,8 +159,8 @@ def test_snapshots_belong_to_scenarios() -> None:
 
 
 def test_predator_policies() -> None:
-    scenarios = [small_flock(predators=[fe.Learned(max_speed=speed)]) for speed in (12.0, 24.0)]
-    options = {"action_mode": "range", "predator_policy": fe.Pursue(), "autoreset_mode": "SameStep"}
+    scenarios = [small_flock(predators=[Learned(max_speed=speed)]) for speed in (12.0, 24.0)]
+    options = {"action_mode": "range", "predator_policy": Pursue(), "autoreset_mode": "SameStep"}
     together = BatchVectorEnv(2, scenarios, **options)
     alone = [BatchVectorEnv(1, scenario, **options) for scenario in scenarios]
     together.reset(seed=1)

@@ -12,7 +12,7 @@ import pytest
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
-from option_table import ACTION_MODES, FLOCK_REWARDS, doomed, small_flock
+from option_table import ACTION_MODES, EVERY_STEP, FLOCK_REWARDS, doomed, small_flock
 
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.envs.vector import BatchVectorEnv
@@ -37,7 +37,7 @@ class Twins:
         max_episode_steps: int | None = None,
         **options: Any,
     ) -> None:
-        options.setdefault("scenario", small_flock())
+        options = {"scenario": small_flock(), **EVERY_STEP, **options}
         own = {"num_threads": num_threads, "max_episode_steps": max_episode_steps}
         self.native = BatchVectorEnv(SLOTS, autoreset_mode=autoreset_mode, **own, **options)
         make = partial(gymnasium.make, NAME, max_episode_steps, disable_env_checker=True, **options)

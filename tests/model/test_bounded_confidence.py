@@ -13,7 +13,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from flockesc_env import LineScenario, LineTrajectory, simulate_line
+from flockesc_env import LineScenario, simulate_line
+from flockesc_env.models import LineTrajectory
 
 States = list[Fraction]
 

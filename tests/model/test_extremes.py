@@ -10,13 +10,32 @@ import pytest
 from option_table import DIMENSIONS, every_pair, small_flock
 
 import flockesc_env as fe
+from flockesc_env.models import Trajectory
+from flockesc_env.scenario import (
+    Attracted,
+    ConstantVelocity,
+    Encircle,
+    FirstOrder,
+    Herd,
+    Inertial,
+    Intercept,
+    Learned,
+    PreferredDistance,
+    PurePursuit,
+    Reynolds,
+    Topological,
+    Vicsek,
+    Voronoi,
+    Wandering,
+    Zones,
+)
 
 N, STEPS, RHO = 9, 6, 7.3
 
 RULES: dict[str, dict[str, Any]] = {
     "metric": {},
-    "topological": {"neighbor_rule": fe.Topological()},
-    "voronoi": {"neighbor_rule": fe.Voronoi()},
+    "topological": {"neighbor_rule": Topological()},
+    "voronoi": {"neighbor_rule": Voronoi()},
     "field of view": {"blind_angle": 2.0},
     "mutual": {"mutual": True},
     "frozen": {"frozen_graph": True},
@@ -29,29 +48,29 @@ RULES: dict[str, dict[str, Any]] = {
     },
 }
 MOTIONS = (
-    fe.Inertial(),
-    fe.Vicsek(),
-    fe.Reynolds(1.3, 0.7, 4.1),
-    fe.PreferredDistance(1.3, 4.1, 0.7),
-    fe.Zones(1.3, 4.1, 7.0),
-    fe.FirstOrder(41.0, 0.7),
+    Inertial(),
+    Vicsek(),
+    Reynolds(1.3, 0.7, 4.1),
+    PreferredDistance(1.3, 4.1, 0.7),
+    Zones(1.3, 4.1, 7.0),
+    FirstOrder(41.0, 0.7),
 )
 # By names that say what is their own; none of them draws, or prefers a side.
 PREDATORS: dict[str, tuple[Any, ...]] = {
-    "straight": (fe.ConstantVelocity((-3.0, -5.0), (11.0, 7.0)),),
-    "nearest": (fe.PurePursuit((-3.0, -5.0), (11.0, 7.0)),),
-    "centroid": (fe.PurePursuit((-3.0, -5.0), (11.0, 7.0), target="centroid"),),
-    "isolated": (fe.PurePursuit((-3.0, -5.0), (11.0, 7.0), target="most_isolated"),),
-    "assigned": tuple(fe.PurePursuit((x, -5.0), (1.0, 9.0), target="assigned") for x in (-4.0, 21.0)),
-    "intercept": (fe.Intercept((-3.0, -5.0), (11.0, 7.0)),),
-    "encircle": tuple(fe.Encircle((x, y), (1.0, 9.0)) for x, y in ((-31.0, -5.0), (40.0, 3.0), (7.0, 50.0))),
-    "herd": (fe.ConstantVelocity((-3.0, -5.0), (11.0, 7.0)), fe.Herd((30.0, 41.0), (-2.0, -9.0), partner=0)),
-    "attracted": (fe.Attracted((-3.0, -5.0), (11.0, 7.0)),),
-    "coasting": (fe.Learned((-3.0, -5.0), (11.0, 7.0)),),
+    "straight": (ConstantVelocity((-3.0, -5.0), (11.0, 7.0)),),
+    "nearest": (PurePursuit((-3.0, -5.0), (11.0, 7.0)),),
+    "centroid": (PurePursuit((-3.0, -5.0), (11.0, 7.0), target="centroid"),),
+    "isolated": (PurePursuit((-3.0, -5.0), (11.0, 7.0), target="most_isolated"),),
+    "assigned": tuple(PurePursuit((x, -5.0), (1.0, 9.0), target="assigned") for x in (-4.0, 21.0)),
+    "intercept": (Intercept((-3.0, -5.0), (11.0, 7.0)),),
+    "encircle": tuple(Encircle((x, y), (1.0, 9.0)) for x, y in ((-31.0, -5.0), (40.0, 3.0), (7.0, 50.0))),
+    "herd": (ConstantVelocity((-3.0, -5.0), (11.0, 7.0)), Herd((30.0, 41.0), (-2.0, -9.0), partner=0)),
+    "attracted": (Attracted((-3.0, -5.0), (11.0, 7.0)),),
+    "coasting": (Learned((-3.0, -5.0), (11.0, 7.0)),),
 }
 DRAWING = (
-    fe.Wandering((0.0, 9.0), (5.0, 5.0), angular_diffusion=1.0),
-    fe.PurePursuit((9.0, 0.0), confusion_rate=3.0),
+    Wandering((0.0, 9.0), (5.0, 5.0), angular_diffusion=1.0),
+    PurePursuit((9.0, 0.0), confusion_rate=3.0),
 )
 
 settings = every_pair(rule=RULES, predator=PREDATORS, dimension=DIMENSIONS)
@@ -79,7 +98,7 @@ def start(dimension: int) -> tuple[np.ndarray, np.ndarray]:
 
 def run(
     scenario: fe.FlockScenario, positions: np.ndarray, velocities: np.ndarray, rho: Any = RHO
-) -> fe.Trajectory:
+) -> Trajectory:
     return fe.simulate(scenario, rho, seed=1, initial_positions=positions, initial_velocities=velocities)
 
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flockesc_env import ConstantVelocity, FlockScenario, LineScenario, simulate, simulate_line
+from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
+from flockesc_env.scenario import ConstantVelocity
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 LINE = json.loads((GOLDEN / "line.json").read_text())

@@ -13,6 +13,7 @@ from scipy.spatial import Delaunay
 
 import flockesc_env as fe
 from flockesc_env.models.graph import component_labels, laplacian, neighbor_pairs, perron_matrix
+from flockesc_env.scenario import Metric, NeighborRule, Topological, Voronoi
 
 lines = st.tuples(st.integers(1, 40), st.integers(0, 2**32 - 1)).map(
     lambda drawn: np.random.default_rng(drawn[1]).random(drawn[0])
@@ -81,14 +82,14 @@ def reference_graph(scenario: fe.FlockScenario, r: Floats, v: Floats, ranges: Fl
     d = offsets(scenario, r)
     distances = np.linalg.norm(d, axis=-1)
     graph = seen(scenario, d, v)
-    if isinstance(scenario.neighbor_rule, fe.Topological):
+    if isinstance(scenario.neighbor_rule, Topological):
         others = np.where(graph & ~np.eye(len(r), dtype=bool), distances, np.inf)
         farthest = np.sort(np.hstack([np.zeros((len(r), 1)), others]), axis=1)
         k = np.minimum(np.floor(ranges + 0.5).astype(int), len(r))
         graph &= distances <= farthest[np.arange(len(r)), k, np.newaxis] * (1 + 1e-12)
     else:
         graph &= distances <= ranges[:, np.newaxis]
-    if isinstance(scenario.neighbor_rule, fe.Voronoi):
+    if isinstance(scenario.neighbor_rule, Voronoi):
         shared = np.zeros_like(graph)
         for triangle in Delaunay(r).simplices:
             shared[np.ix_(triangle, triangle)] = True
@@ -100,11 +101,11 @@ def reference_graph(scenario: fe.FlockScenario, r: Floats, v: Floats, ranges: Fl
 VARIANTS = [
     fe.FlockScenario(num_agents=40, dimension=dimension, initial_side=40.0, neighbor_rule=rule, **on_top)
     for dimension, rule in [
-        (2, fe.Metric()),
-        (2, fe.Topological()),
-        (2, fe.Voronoi()),
-        (3, fe.Metric()),
-        (3, fe.Topological()),
+        (2, Metric()),
+        (2, Topological()),
+        (2, Voronoi()),
+        (3, Metric()),
+        (3, Topological()),
     ]
     for on_top in (
         {},
@@ -114,7 +115,7 @@ VARIANTS = [
         {"periodic_side": 40.0, "predators": ()},
         {"periodic_side": 40.0, "predators": (), "blind_angle": 4.0, "mutual": True},
     )
-    if not (rule == fe.Voronoi() and "periodic_side" in on_top)
+    if not (rule == Voronoi() and "periodic_side" in on_top)
 ]
 
 
@@ -132,7 +133,7 @@ def test_the_reference_has_every_rule() -> None:
 def test_graph_equals_the_all_pairs_reference(scenario: fe.FlockScenario) -> None:
     rng = np.random.default_rng(3)
     for count in (1, 7, 40, 150):
-        if count < 4 and isinstance(scenario.neighbor_rule, fe.Voronoi):
+        if count < 4 and isinstance(scenario.neighbor_rule, Voronoi):
             continue  # too few points for scipy's triangulation
         r = rng.uniform(0, 40, (count, scenario.dimension))
         v = rng.normal(size=(count, scenario.dimension))
@@ -152,7 +153,7 @@ def test_runs_follow_the_graph(scenario: fe.FlockScenario, is_frozen: bool) -> N
     """The paper's law with the graph of each step, or of the first step."""
     scenario = scenario.replace(num_steps=15, frozen_graph=is_frozen)
     rng = np.random.default_rng(1)
-    top = 9.0 if isinstance(scenario.neighbor_rule, fe.Topological) else 15.0
+    top = 9.0 if isinstance(scenario.neighbor_rule, Topological) else 15.0
     schedule = rng.uniform(0, top, (15, 40))
     run = fe.simulate(scenario, policy=fe.ScheduledRange(schedule), seed=5)
     state = reference.flock_start(scenario, run.positions[0], run.velocities[0])
@@ -169,8 +170,8 @@ def test_runs_follow_the_graph(scenario: fe.FlockScenario, is_frozen: bool) -> N
         state.positions, state.velocities = run.positions[t + 1], run.velocities[t + 1]
 
 
-@pytest.mark.parametrize("rule", [fe.Metric(), fe.Topological(), fe.Voronoi()])
-def test_a_full_blind_angle_leaves_no_neighbors(rule: fe.NeighborRule) -> None:
+@pytest.mark.parametrize("rule", [Metric(), Topological(), Voronoi()])
+def test_a_full_blind_angle_leaves_no_neighbors(rule: NeighborRule) -> None:
     """With a blind angle of 2 pi an agent hears only itself, under every range."""
     blind = fe.FlockScenario(num_steps=40, blind_angle=2 * np.pi, neighbor_rule=rule)
     paper = fe.FlockScenario(num_steps=40)

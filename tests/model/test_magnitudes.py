@@ -16,6 +16,7 @@ from option_table import small_flock
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.policies.predators import Pursue
+from flockesc_env.scenario import ConstantVelocity, Inertial, Learned, PurePursuit, Reynolds, Vicsek
 
 BELOW, ABOVE = math.nextafter(SMALLEST, 0), math.nextafter(LARGEST, math.inf)
 MAX = 1.7976931348623157e308
@@ -57,8 +58,8 @@ def test_nothing_is_ever_nan_or_infinite(scenario: fe.FlockScenario, data: st.Da
     entries = st.lists(coordinate, min_size=math.prod(shape), max_size=math.prod(shape))
     is_given = data.draw(st.booleans())
     start = {name: np.reshape(data.draw(entries), shape) for name in STARTS[:2]} if is_given else {}
-    options = {"action_mode": "range", "max_range": 3e38, "predator_sensing_range": math.inf}
-    if any(isinstance(predator, fe.Learned) for predator in scenario.predators):
+    options = {"action_mode": "range", "max_range": 3e38, "steps_per_action": 1}
+    if any(isinstance(predator, Learned) for predator in scenario.predators):
         options["predator_policy"] = Pursue()
     flock = fe.FlockEscapeEnv(scenario, **options)
     team = fe.parallel_env(scenario, **options, reward="neighborhood_distance_change")
@@ -86,7 +87,7 @@ def test_nothing_is_ever_nan_or_infinite(scenario: fe.FlockScenario, data: st.Da
 
 def test_agents_at_tiny_distances_count_as_coincident() -> None:
     """Offsets whose squares are 0 have no direction and give no force; all agents are neighbors."""
-    scenario = small_flock(num_steps=3, predators=(fe.ConstantVelocity((0.0, 0.0), (0.0, 0.0)),))
+    scenario = small_flock(num_steps=3, predators=(ConstantVelocity((0.0, 0.0), (0.0, 0.0)),))
     for tiny in (5e-324, 1e-300, 1e-170):
         positions = np.arange(10.0).reshape(5, 2) * tiny
         run = fe.simulate(scenario, 0.0, seed=1, initial_positions=positions)
@@ -101,14 +102,14 @@ def test_a_shift_by_2_to_the_40_changes_no_neighbor_sum() -> None:
     rng = np.random.default_rng(0)
     positions = rng.integers(0, 2**12, (60, 2)) / 64.0
     velocities = rng.normal(0, 10, (60, 2))
-    for motion in (fe.Inertial(), fe.Vicsek(), fe.Reynolds()):
+    for motion in (Inertial(), Vicsek(), Reynolds()):
         runs = [
             fe.simulate(
                 fe.FlockScenario(
                     num_agents=60,
                     num_steps=1,
                     motion=motion,
-                    predators=(fe.PurePursuit((10.0 + far, 10.0 + far), (3.0, 4.0)),),
+                    predators=(PurePursuit((10.0 + far, 10.0 + far), (3.0, 4.0)),),
                 ),
                 9.0,
                 initial_positions=positions + far,

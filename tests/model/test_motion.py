@@ -9,7 +9,9 @@ import pytest
 from option_table import DIMENSIONS, small_flock
 from scipy import stats
 
-from flockesc_env import FlockScenario, Vicsek, preset, run_differences, simulate
+from flockesc_env import FlockScenario, simulate
+from flockesc_env.models import run_differences
+from flockesc_env.scenario import Vicsek, preset
 
 EVERYWHERE = 1e9  # m; every agent hears every other one
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)

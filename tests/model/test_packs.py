@@ -13,6 +13,16 @@ from predator_reference import PACKS, path_position
 
 import flockesc_env as fe
 from flockesc_env.envs.vector import BatchVectorEnv
+from flockesc_env.models import Trajectory
+from flockesc_env.scenario import (
+    ConstantVelocity,
+    Encircle,
+    Herd,
+    Intercept,
+    PrescribedPath,
+    PurePursuit,
+    Wandering,
+)
 
 STEPS = 60
 
@@ -33,7 +43,7 @@ def drawn(dimension: int, seed: int, agents: int = 30) -> tuple[Starts, dict[str
     return starts, start
 
 
-def hunt(predators: Any, start: dict[str, np.ndarray], **changes: Any) -> fe.Trajectory:
+def hunt(predators: Any, start: dict[str, np.ndarray], **changes: Any) -> Trajectory:
     agents, dimension = start["initial_positions"].shape
     fields = {"num_agents": agents, "num_steps": STEPS, "initial_side": 100.0, "predators": predators}
     return fe.simulate(small_flock(dimension, **{**fields, **changes}), 7.3, seed=5, **start)
@@ -69,7 +79,7 @@ def around_a_still_flock(*predators: Any, **changes: Any) -> np.ndarray:
 @pytest.mark.parametrize("count", [1, 2, 3, 5])
 def test_encirclers_spread_evenly(count: int, dimension: int) -> None:
     """They fly from one corner to their stations and circle there with a turning radius of 2.5 m."""
-    pack = [fe.Encircle((-90.0 + k, -90.0), (3.0, 4.0), max_turn_rate=2.0, radius=40.0) for k in range(count)]
+    pack = [Encircle((-90.0 + k, -90.0), (3.0, 4.0), max_turn_rate=2.0, radius=40.0) for k in range(count)]
     around = around_a_still_flock(*pack, dimension=dimension)
     np.testing.assert_allclose(np.linalg.norm(around, axis=2), 40.0, atol=6.0)
     bearings = np.sort(np.arctan2(around[..., 1], around[..., 0]), axis=1)
@@ -83,8 +93,8 @@ def test_encirclers_spread_evenly(count: int, dimension: int) -> None:
 def test_a_herder_ends_behind_the_flock(dimension: int) -> None:
     """It starts on its partner's side."""
     pack = [
-        fe.ConstantVelocity((120.0, 50.0), (0.0, 0.0)),
-        fe.Herd((120.0, 40.0), (3.0, 4.0), max_turn_rate=2.0, distance=30.0),
+        ConstantVelocity((120.0, 50.0), (0.0, 0.0)),
+        Herd((120.0, 40.0), (3.0, 4.0), max_turn_rate=2.0, distance=30.0),
     ]
     around = around_a_still_flock(*pack, dimension=dimension)
     partner, herder = around[:, 0], around[:, 1]
@@ -99,7 +109,7 @@ def test_a_herder_ends_behind_the_flock(dimension: int) -> None:
 def test_packs_do_not_depend_on_the_batch(pack: str, threads: int) -> None:
     starts, _ = drawn(2, 2)
     scenario = fe.FlockScenario(num_agents=30, num_steps=20, predators=tuple(PACKS[pack](starts)))
-    env = BatchVectorEnv(4, scenario, action_mode="range", num_threads=threads)
+    env = BatchVectorEnv(4, scenario, action_mode="range", num_threads=threads, steps_per_action=1)
     env.reset(seed=[9, 2, 7, 2])
     runs = [fe.simulate(scenario, 9.0, seed=seed) for seed in (9, 2, 7, 2)]
     for t in range(1, 20):
@@ -111,7 +121,7 @@ def test_packs_do_not_depend_on_the_batch(pack: str, threads: int) -> None:
 @pytest.mark.parametrize("interval", [None, 0.013])
 def test_rounding_errors_of_a_path_do_not_accumulate(interval: float | None) -> None:
     points = np.cumsum(np.random.default_rng(2).normal(0, 5, (20, 2)), axis=0)
-    path = fe.PrescribedPath(points, interval=interval)  # type: ignore[arg-type]
+    path = PrescribedPath(points, interval=interval)  # type: ignore[arg-type]
     scenario = small_flock(num_agents=1, num_steps=100_000, time_step=0.007, predators=(path,))
     expected = path_position(path, 100_000, 0.007)
     final = fe.simulate(scenario, 5.0, seed=1).predator_positions[-1, 0]
@@ -120,8 +130,8 @@ def test_rounding_errors_of_a_path_do_not_accumulate(interval: float | None) -> 
 
 @pytest.mark.parametrize("name", ["predator_positions", "predator_velocities"])
 def test_a_start_that_contradicts_a_path_is_refused(name: str) -> None:
-    path = fe.PrescribedPath(((0.0, 0.0), (1.0, 2.0)))
-    env = fe.FlockEscapeEnv(small_flock(predators=(fe.PurePursuit(), path)))
+    path = PrescribedPath(((0.0, 0.0), (1.0, 2.0)))
+    env = fe.FlockEscapeEnv(small_flock(predators=(PurePursuit(), path)))
     with pytest.raises(fe.InputError, match=r"predators\[1\] has a prescribed path") as caught:
         env.reset(options={name: np.zeros((2, 2))})
     assert caught.value.field == name
@@ -132,7 +142,7 @@ PREY_SPEED, HUNTER_SPEED = 5.0, 10.0
 NO_LIMIT = 1e9
 
 
-def chase(predator: Any, time_step: float, seconds: float) -> fe.Trajectory:
+def chase(predator: Any, time_step: float, seconds: float) -> Trajectory:
     """Simulate the pursuit of one agent that does not flee and flies up along x = DISTANCE."""
     scenario = fe.FlockScenario(
         num_agents=1,
@@ -156,7 +166,7 @@ def test_pure_pursuit_flies_the_radiodrome() -> None:
     """The error is of first order in dt: half the step gives half the error."""
     errors = []
     for time_step in (2e-3, 1e-3):
-        hunter = fe.PurePursuit((0.0, 0.0), (HUNTER_SPEED, 0.0), max_turn_rate=NO_LIMIT)
+        hunter = PurePursuit((0.0, 0.0), (HUNTER_SPEED, 0.0), max_turn_rate=NO_LIMIT)
         path = chase(hunter, time_step, 2.2).predator_positions[:, 0]
         assert 0.9 * DISTANCE < path[-1, 0] < DISTANCE
         errors.append(np.abs(path[:, 1] - radiodrome(path[:, 0])).max())
@@ -164,7 +174,7 @@ def test_pure_pursuit_flies_the_radiodrome() -> None:
     assert errors[1] / errors[0] == pytest.approx(0.5, abs=0.05)
 
 
-def sight_angles(run: fe.Trajectory) -> np.ndarray:
+def sight_angles(run: Trajectory) -> np.ndarray:
     """Return the direction of the line of sight in rad, until the distance is 1 m."""
     offset = run.positions[:, 0] - run.predator_positions[:, 0]
     is_far = np.logical_and.accumulate(np.linalg.norm(offset, axis=1) > 1)
@@ -175,8 +185,8 @@ def sight_angles(run: fe.Trajectory) -> np.ndarray:
 def test_intercept_ends_on_a_collision_course(constant: float) -> None:
     """The rate of the bearing falls as (time to go)^(N - 2). Pure pursuit ends behind the target."""
     start = {"position": (0.0, 0.0), "velocity": (HUNTER_SPEED, 0.0), "max_turn_rate": NO_LIMIT}
-    intercept = sight_angles(chase(fe.Intercept(**start, navigation_constant=constant), 1e-3, 4.0))
-    pursuit = sight_angles(chase(fe.PurePursuit(**start), 1e-3, 4.0))
+    intercept = sight_angles(chase(Intercept(**start, navigation_constant=constant), 1e-3, 4.0))
+    pursuit = sight_angles(chase(PurePursuit(**start), 1e-3, 4.0))
     assert len(intercept) < len(pursuit)
     rates = np.diff(intercept)
     assert rates[-1] < 2 * (1 / DISTANCE) ** (constant - 2) * rates[0]
@@ -184,7 +194,7 @@ def test_intercept_ends_on_a_collision_course(constant: float) -> None:
     assert intercept[-1] < np.pi / 6
 
 
-def headings(run: fe.Trajectory) -> np.ndarray:
+def headings(run: Trajectory) -> np.ndarray:
     """Return the unit vectors along which the predators flew, shape (T, P, D)."""
     moves = np.diff(run.predator_positions, axis=0)
     return moves / np.linalg.norm(moves, axis=-1, keepdims=True)
@@ -195,7 +205,7 @@ def test_wandering_forgets_its_heading(dimension: int) -> None:
     """The mean cosine to the first heading decays as exp(-(D - 1) D_r t), equally for all directions."""
     rate, count = 0.8, 4000
     hunters = (
-        fe.Wandering((0.0, 0.0, 0.0)[:dimension], (6.0, 8.0, 0.0)[:dimension], angular_diffusion=rate),
+        Wandering((0.0, 0.0, 0.0)[:dimension], (6.0, 8.0, 0.0)[:dimension], angular_diffusion=rate),
     ) * count
     scenario = fe.FlockScenario(num_agents=1, dimension=dimension, num_steps=41, predators=hunters)
     run = fe.simulate(scenario, 0.0, seed=2)
@@ -215,7 +225,7 @@ FAR = np.array([[0.0, 40.0]])
 
 def targets(confusion_rate: float, positions: np.ndarray, steps: int, sight: float = 30.0) -> np.ndarray:
     """Return the target of each step of a predator in the middle of a nearly resting flock."""
-    hunter = fe.PurePursuit(
+    hunter = PurePursuit(
         (0.1, 0.0), (1e-6, 0.0), max_turn_rate=NO_LIMIT, confusion_rate=confusion_rate, sight=sight
     )
     scenario = fe.FlockScenario(

@@ -11,6 +11,16 @@ from option_table import hunted
 from predator_reference import PACKS
 
 import flockesc_env as fe
+from flockesc_env.models import run_differences
+from flockesc_env.scenario import (
+    ConstantVelocity,
+    FirstOrder,
+    Inertial,
+    PreferredDistance,
+    Reynolds,
+    Vicsek,
+    Zones,
+)
 
 SIDE = 40.0
 HUGE = 1e200  # its square is not a finite number
@@ -37,15 +47,15 @@ def flock_scenarios(draw: st.DrawFn) -> fe.FlockScenario:
         st.sampled_from(
             # Unequal weights, so that forces do not cancel up to rounding errors, which would be the heading.
             [
-                fe.Inertial(),
-                fe.Vicsek(),
-                fe.Reynolds(1.0, 0.7),
-                fe.Reynolds(2.0, 0.5, 12.0),
-                fe.Reynolds(3.0, 0.0, HUGE),
-                fe.PreferredDistance(2.0, 4.0, 1.5),
-                fe.Zones(2.0, 12.0, 3.0),
-                fe.Zones(0.0, HUGE, 100.0),
-                fe.FirstOrder(30.0, 0.4),
+                Inertial(),
+                Vicsek(),
+                Reynolds(1.0, 0.7),
+                Reynolds(2.0, 0.5, 12.0),
+                Reynolds(3.0, 0.0, HUGE),
+                PreferredDistance(2.0, 4.0, 1.5),
+                Zones(2.0, 12.0, 3.0),
+                Zones(0.0, HUGE, 100.0),
+                FirstOrder(30.0, 0.4),
             ]
         )
     )
@@ -62,7 +72,7 @@ def flock_scenarios(draw: st.DrawFn) -> fe.FlockScenario:
         motion=motion,
         sensing_delay=draw(st.sampled_from([0, 1, 3, STEPS])),
         capture_radius=draw(st.sampled_from([None, None, 0.5, 4.0, 10.0])),
-        constant_speed=isinstance(motion, fe.Vicsek | fe.Zones) or draw(st.booleans()),
+        constant_speed=isinstance(motion, Vicsek | Zones) or draw(st.booleans()),
         predators=draw(st.sampled_from([lambda _: (), *PACKS.values()]))(starts),
     )
 
@@ -146,7 +156,7 @@ def test_agent_brought_to_rest(constant_speed: bool, expected: float) -> None:
         mass=0.5,
         repulsion_strength=18.0,
         constant_speed=constant_speed,
-        predators=(fe.ConstantVelocity((-3.0, 0.0), (0.0, 0.0)),),
+        predators=(ConstantVelocity((-3.0, 0.0), (0.0, 0.0)),),
     )
     run = fe.simulate(scenario, 1.0, initial_positions=[[0.0, 0.0]], initial_velocities=[[-8.0, 0.0]])
     assert run.velocities[1].tolist() == [[expected, 0.0]]
@@ -158,7 +168,7 @@ def test_boundaries_of_the_flock_are_inclusive() -> None:
         num_agents=2,
         num_steps=1,
         predator_range=5.0,
-        predators=(fe.ConstantVelocity((0.0, 0.0), (0.0, 0.0)),),
+        predators=(ConstantVelocity((0.0, 0.0), (0.0, 0.0)),),
     )
     start = {"initial_positions": [[3.0, 4.0], [6.0, 8.0]], "initial_velocities": [[10.0, 0.0], [0.0, 10.0]]}
     touching = fe.simulate(scenario, 5.0, **start)
@@ -179,12 +189,12 @@ def test_a_radius_without_captures_changes_no_bit(dimension: int, per_agent: boo
     free = hunted(dimension, num_agents=200, capture_radius=None)
     rho = np.linspace(0, 15, 200) if per_agent else 7.0
     runs = (fe.simulate(each, rho, seed=2) for each in (free, free.replace(capture_radius=0.0)))
-    assert fe.run_differences(*runs) == []
+    assert run_differences(*runs) == []
 
 
 def test_a_capture_can_raise_the_mean_distance_but_not_its_running_minimum() -> None:
     scenario = fe.FlockScenario(
-        num_agents=2, num_steps=1, capture_radius=1.0, predators=(fe.ConstantVelocity((0, 0), (0, 0)),)
+        num_agents=2, num_steps=1, capture_radius=1.0, predators=(ConstantVelocity((0, 0), (0, 0)),)
     )
     start = {"initial_positions": [[0.5, 0.0], [50.0, 0.0]], "initial_velocities": np.zeros((2, 2))}
     env = fe.FlockEscapeEnv(scenario)

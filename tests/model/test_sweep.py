@@ -12,15 +12,16 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
+from flockesc_env.models import FlockSweepResult, LineSweepResult
 
 RANGES = [0.0, 5.0, 30.0]
 SEEDS = [4, 2**64 - 1, 17, 3]
 
 
-def result_of(values: np.ndarray) -> fe.FlockSweepResult:
+def result_of(values: np.ndarray) -> FlockSweepResult:
     """Return a sweep with the given values of J_mean; other objectives have the opposite ones."""
     ranges, seeds = values.shape
-    return fe.FlockSweepResult(
+    return FlockSweepResult(
         scenario=fe.FlockScenario(),
         interaction_ranges=np.arange(ranges, dtype=np.float64),
         seeds=np.arange(seeds, dtype=np.uint64),
@@ -30,17 +31,17 @@ def result_of(values: np.ndarray) -> fe.FlockSweepResult:
 
 
 @pytest.fixture(scope="module")
-def flocks() -> fe.FlockSweepResult:
+def flocks() -> FlockSweepResult:
     result = fe.sweep(small_flock(num_agents=20), RANGES, SEEDS)
-    assert isinstance(result, fe.FlockSweepResult)
+    assert isinstance(result, FlockSweepResult)
     return result
 
 
 @pytest.fixture(scope="module")
-def lines() -> fe.LineSweepResult:
+def lines() -> LineSweepResult:
     scenario = fe.LineScenario(escape_force="linear_as_printed", max_steps=60)
     result = fe.sweep(scenario, [0.1, 0.4, 0.8], range(30))
-    assert isinstance(result, fe.LineSweepResult)
+    assert isinstance(result, LineSweepResult)
     return result
 
 
@@ -64,7 +65,7 @@ def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
         assert fewest < ((low <= 70) & (high >= 70)).mean() < most
 
 
-def test_table_has_a_row_per_run(flocks: fe.FlockSweepResult, lines: fe.LineSweepResult) -> None:
+def test_table_has_a_row_per_run(flocks: FlockSweepResult, lines: LineSweepResult) -> None:
     table = flocks.table()
     outcomes = ["min_mean_distance", "min_min_distance", "fraction_surviving", "num_components"]
     assert table.columns == ["interaction_range", "seed", *outcomes]
@@ -81,7 +82,7 @@ def test_table_has_a_row_per_run(flocks: fe.FlockSweepResult, lines: fe.LineSwee
     assert lines.table()["converged"].to_list() == lines.converged.ravel().tolist()
 
 
-def test_parquet_round_trip(flocks: fe.FlockSweepResult, lines: fe.LineSweepResult, tmp_path: Path) -> None:
+def test_parquet_round_trip(flocks: FlockSweepResult, lines: LineSweepResult, tmp_path: Path) -> None:
     for result in (flocks, lines):
         for path in (tmp_path / "sweep.parquet", str(tmp_path / "sweep.parquet")):
             result.to_parquet(path)
@@ -90,9 +91,7 @@ def test_parquet_round_trip(flocks: fe.FlockSweepResult, lines: fe.LineSweepResu
             assert type(result.scenario).from_json(document) == result.scenario
 
 
-def test_a_plot_shows_the_means_and_the_best_range(
-    flocks: fe.FlockSweepResult, lines: fe.LineSweepResult
-) -> None:
+def test_a_plot_shows_the_means_and_the_best_range(flocks: FlockSweepResult, lines: LineSweepResult) -> None:
     for result, objective in ((flocks, None), (flocks, "fraction_surviving"), (lines, None)):
         (axes,) = result.plot(objective).axes
         curve, best = axes.lines

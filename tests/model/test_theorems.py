@@ -13,7 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flockesc_env import LineScenario, LineTrajectory, simulate_line
+from flockesc_env import LineScenario, simulate_line
+from flockesc_env.models import LineTrajectory
 
 
 def run_line(states: list[float], rho: float, **fields: Any) -> LineTrajectory:

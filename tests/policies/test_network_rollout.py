@@ -34,24 +34,24 @@ HEADS: dict[str, Any] = {
     **cases(),
     "argmax": (
         fe.FlockScenario(num_agents=20, num_steps=40),
-        fe.policies.Architecture(("polarization", "mean_distance"), ranges=(0.0, 3.0, 7.3, 20.0)),
+        Architecture(("polarization", "mean_distance"), ranges=(0.0, 3.0, 7.3, 20.0)),
         {"max_range": 20.0},
     ),
     "argmax of agents": (
         fe.FlockScenario(num_agents=20, num_steps=40),
-        fe.policies.Architecture(("speed", "heard_velocity_left"), mirror=True, ranges=(0.0, 3.0, 20.0)),
+        Architecture(("speed", "heard_velocity_left"), mirror=True, ranges=(0.0, 3.0, 20.0)),
         {"max_range": 20.0, "per_agent": True, "action_mode": "discrete"},
     ),
     "candidates": (
         fe.FlockScenario(num_agents=20, num_steps=40),
-        fe.policies.Architecture(("time",), candidate_inputs=("range", "neighbor_count"), mirror=True),
+        Architecture(("time",), candidate_inputs=("range", "neighbor_count"), mirror=True),
         {**PROFILE, "per_agent": True},
     ),
 }
 
 
 def test_python_and_the_networks_above_have_every_field_of_an_architecture() -> None:
-    plain = fe.policies.Architecture(("time",))
+    plain = Architecture(("time",))
     policy, spec = fe.NetworkPolicy(plain, np.zeros(plain.size)), fe.FlockEscapeEnv().policy_spec
     policy._document = '{"no_such_field": 0}'
     with pytest.raises(fe.InputError, match="no_such_field") as caught:

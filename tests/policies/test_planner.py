@@ -10,17 +10,18 @@ from option_table import ACTION_MODES, doomed, hunted, small_flock
 
 import flockesc_env as fe
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.policies import Planner
+from flockesc_env.policies import Planner, Pursue
+from flockesc_env.scenario import Wandering
 
 FLOCK = small_flock(num_agents=20, num_steps=30, predator_range=15.0)
 RANGES, FUTURES = [0.0, 3.0, 6.0, 9.0, 14.0], [0.0, 6.0, 20.0]
-NOISY = FLOCK.replace(angular_noise=1.0, predators=(fe.scenario.Wandering(angular_diffusion=2.0),))
+NOISY = FLOCK.replace(angular_noise=1.0, predators=(Wandering(angular_diffusion=2.0),))
 LEARNED = FLOCK.with_learned_predators()
 CASES: list[tuple[fe.FlockScenario, dict[str, Any]]] = [
     (FLOCK, {}),
     (FLOCK, {"objective": "min_min_distance"}),
     (NOISY, {"objective": "min_min_distance"}),
-    (LEARNED, {"predator_policy": fe.policies.Pursue()}),
+    (LEARNED, {"predator_policy": Pursue()}),
     (hunted(), {"objective": "fraction_surviving"}),
     (doomed(), {"objective": "min_mean_distance"}),
 ]

@@ -29,6 +29,7 @@ from flockesc_env.policies import (
     bind,
 )
 from flockesc_env.sb3 import vec_env
+from flockesc_env.scenario import ConstantVelocity
 
 SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
 SEEDS = [3, 4]
@@ -135,7 +136,7 @@ def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_act
 @pytest.mark.parametrize("sensing", [math.inf, 50.0])
 def test_stubborn_leaders(dimension: int, sensing: float) -> None:
     """The rule computed from positions and velocities gives the same ranges in each step."""
-    predators = (fe.scenario.ConstantVelocity((-5.0, -5.0)),)
+    predators = (ConstantVelocity((-5.0, -5.0)),)
     scenario = small_flock(dimension, num_agents=20, num_steps=8, initial_side=60.0, predators=predators)
     env = fe.parallel_env(scenario, action_mode="range", predator_sensing_range=sensing, steps_per_action=1)
     act = bind(StubbornLeaders(min_cosine=0.6, interaction_range=14.0), env)

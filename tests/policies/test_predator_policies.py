@@ -13,10 +13,12 @@ from option_table import DIMENSIONS, small_flock
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.policies import FixedRange, StubbornLeaders
+from flockesc_env.models import run_differences
+from flockesc_env.policies import FixedRange, StubbornLeaders, bind
 from flockesc_env.policies.predators import Pursue
+from flockesc_env.scenario import ConstantVelocity, PurePursuit
 
-TWO = (fe.scenario.ConstantVelocity(), fe.scenario.PurePursuit((40.0, 20.0), (-3.0, 1.0)))
+TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
@@ -84,7 +86,7 @@ def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
 
 def test_a_bound_policy_steers_the_predator_of_the_pursuit() -> None:
     pursuit, twin = (fe.PredatorEnv(hunted(), flock_policy=FixedRange(10.0)) for _ in range(2))
-    act = fe.policies.bind(Pursue(), pursuit)
+    act = bind(Pursue(), pursuit)
     observation, _ = pursuit.reset(seed=5)
     twin.reset(seed=5)
     for _ in range(3):
@@ -117,7 +119,7 @@ def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: i
     assert run.predator_actions.any()
     fe.save_run(run, tmp_path / "run.npz")
     loaded = fe.load_run(tmp_path / "run.npz").trajectory
-    assert fe.models.run_differences(loaded, fe.replay_run(loaded)) == []
+    assert run_differences(loaded, fe.replay_run(loaded)) == []
     straight = fe.simulate(run.scenario, 9.0, seed=3)
     assert not np.array_equal(straight.predator_positions, run.predator_positions)
 

@@ -20,10 +20,11 @@ from flockesc_env.policies import (
     WinStayLoseShift,
     bind,
 )
+from flockesc_env.scenario import ConstantVelocity
 
 
 def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
-    predators = (fe.scenario.ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
+    predators = (ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
     options: Any = {"action_mode": "range", "steps_per_action": 1, "predator_sensing_range": 20.0}
     env = fe.parallel_env(scenario, **options)
@@ -155,7 +156,7 @@ OPTIONS: Any = {
 
 
 def test_the_best_next_heading_is_the_best_of_all_simulated_ones() -> None:
-    predators = (fe.scenario.ConstantVelocity((-20.0, -10.0), tuple(PREDATOR)),)
+    predators = (ConstantVelocity((-20.0, -10.0), tuple(PREDATOR)),)
     flock = small_flock(
         num_agents=20, num_steps=8, initial_side=60.0, predator_range=0.0, predators=predators
     )

@@ -12,6 +12,7 @@ TIMEOUT = 60  # seconds; reached only by a call that does not stop
 PRELUDE = """
 import os, signal, sys
 import flockesc_env as fe
+from flockesc_env.policies import Architecture
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env import FixedRange, FlockScenario, LineScenario, rollout, simulate, simulate_line, sweep
 
@@ -83,7 +84,7 @@ def test_ctrl_c_without_progress(call: str) -> None:
         import numpy as np
         spec = fe.FlockEscapeEnv(flock).policy_spec
         names = spec.layout.names
-        architecture = fe.Architecture(names, (2_000, 2_000))
+        architecture = Architecture(names, (2_000, 2_000))
         network = fe.NetworkPolicy(architecture, np.zeros(architecture.size))
         try:
             interrupt_next_call()

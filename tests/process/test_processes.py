@@ -53,8 +53,8 @@ def test_a_child_can_sweep_and_step_after_its_parent(method: str) -> None:
 @METHODS
 @pytest.mark.parametrize("name", ["FlockEscape", "LineEscape"])
 def test_async_vector_env_equals_sync_vector_env(method: str, name: str) -> None:
-    scenario = small_flock(num_steps=6) if name == "FlockEscape" else LineScenario(num_agents=6, max_steps=6)
-    make = functools.partial(gymnasium.make, f"flockesc_env:flockesc/{name}-v0", scenario=scenario)
+    scenario = small_flock(num_steps=24) if name == "FlockEscape" else LineScenario(num_agents=6, max_steps=6)
+    make = functools.partial(gymnasium.make, f"flockesc_env:flockesc/{name}-v1", scenario=scenario)
     sweep(small_flock(), [1.0], range(4), num_threads=2)
     sync, parallel = SyncVectorEnv([make] * 3), AsyncVectorEnv([make] * 3, context=method)
     try:
@@ -98,10 +98,8 @@ def test_fork_while_another_thread_is_busy(busy: str) -> None:
 
 ROUNDING = """
 import ctypes, platform
-from flockesc_env import (
-    FlockescError, FlockEscapeEnv, FlockScenario, LineEscapeEnv, LineScenario,
-    rollout, simulate, simulate_line, sweep,
-)
+from flockesc_env import FlockescError, FlockEscapeEnv, FlockScenario, LineEscapeEnv, LineScenario
+from flockesc_env import rollout, simulate, simulate_line, sweep
 from flockesc_env.policies import FixedRange
 
 fesetround = ctypes.CDLL(None).fesetround

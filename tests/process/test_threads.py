@@ -69,7 +69,7 @@ def test_eight_threads_share_one_pool() -> None:
             return fe.sweep(small, [1.0, 9.0], range(index, index + 30), num_threads=2).min_mean_distance
         if index % 4 == 2:
             return fe.rollout(small, FixedRange(9.0), range(index, 40), num_threads=2).mean_return
-        return played(fe.FlockEscapeEnv(large, num_threads=2), index, 5)
+        return played(fe.FlockEscapeEnv(large, num_threads=2, steps_per_action=1), index, 5)
 
     for there, here in zip(at_once(work), map(work, range(THREADS)), strict=True):
         np.testing.assert_equal(there, here)
@@ -89,12 +89,10 @@ def test_pools_of_many_sizes_do_not_stay() -> None:
 
 
 ONE = np.array([10.0], np.float32)
+CROWD = fe.FlockScenario(num_agents=600, initial_side=140.0)
 ENDLESS = fe.LineScenario(escape_force="linear_as_printed", max_steps=10**6)
 SHARED: dict[str, tuple[Callable[[], Any], np.ndarray]] = {
-    "flock": (
-        lambda: fe.FlockEscapeEnv(fe.FlockScenario(num_agents=600, initial_side=140.0), action_mode="range"),
-        ONE,
-    ),
+    "flock": (lambda: fe.FlockEscapeEnv(CROWD, action_mode="range", steps_per_action=1), ONE),
     "batch": (
         lambda: BatchVectorEnv(12, fe.FlockScenario(num_agents=100), num_threads=2, action_mode="range"),
         np.full((12, 1), 10.0, np.float32),

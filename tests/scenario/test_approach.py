@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flockesc_env import ConstantVelocity, FlockScenario, Intercept, approach, preset
+from flockesc_env import FlockScenario
+from flockesc_env.scenario import ConstantVelocity, Intercept, approach, preset
 from studies.paper.plan import OFFSETS, aimed
 
 DIRECTIONS = [(1.0, 1.0), (0.0, -3.0), (-2.0, 0.5)]

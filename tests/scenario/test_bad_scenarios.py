@@ -14,48 +14,62 @@ import pytest
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
+from flockesc_env.scenario import (
+    AlignedHeadings,
+    Clusters,
+    ConstantVelocity,
+    GivenHeadings,
+    GivenPositions,
+    Herd,
+    PrescribedPath,
+    PurePursuit,
+    Ring,
+    Segment,
+    Vicsek,
+    Voronoi,
+)
 
 PATH, POINTS = ((0.0, 0.0), (1.0, 2.0)), ((1.0, 2.0),) * 4
 IN_PLANE = {"dimension": 3, "initial_plane": True}
-TOO_MANY, UNEVEN = fe.Clusters(10**7 + 1), fe.GivenPositions((*POINTS, (1.0, 2.0, 3.0)))
-AT_REST = fe.GivenHeadings((*POINTS, (0.0, 0.0)))
+TOO_MANY, UNEVEN = Clusters(10**7 + 1), GivenPositions((*POINTS, (1.0, 2.0, 3.0)))
+AT_REST = GivenHeadings((*POINTS, (0.0, 0.0)))
 CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
-    ({"motion": fe.Vicsek(), "constant_speed": False}, "constant_speed"),
-    ({"neighbor_rule": fe.Voronoi(), "dimension": 3}, "neighbor_rule"),
+    ({"motion": Vicsek(), "constant_speed": False}, "constant_speed"),
+    ({"neighbor_rule": Voronoi(), "dimension": 3}, "neighbor_rule"),
     ({"periodic_side": 100.0}, "periodic_side"),
-    ({"periodic_side": 100.0, "predators": (), "neighbor_rule": fe.Voronoi()}, "periodic_side"),
+    ({"periodic_side": 100.0, "predators": (), "neighbor_rule": Voronoi()}, "periodic_side"),
     ({"mass": (1.0, 2.0)}, "mass"),
     ({"speed": (1.0, 2.0, -1.0, 1.0, 1.0)}, "speed[2]"),
-    ({"predators": (fe.PurePursuit(target="assigned"),) * 65}, "predators"),
+    ({"predators": (PurePursuit(target="assigned"),) * 65}, "predators"),
     *(
         ({"initial_positions": positions, **changes}, f"initial_positions.{field}")
         for positions, changes, field in (
-            (fe.Ring(5.0, 10.1), {}, "ring.width"),
+            (Ring(5.0, 10.1), {}, "ring.width"),
             (TOO_MANY, {}, "clusters.num_clusters"),
-            (fe.GivenPositions(POINTS), {}, "given_positions.points"),
+            (GivenPositions(POINTS), {}, "given_positions.points"),
             (UNEVEN, {}, "given_positions.points[4]"),
-            (fe.Segment(end=(1.0, 1.0, -1.0)), IN_PLANE, "segment.end[2]"),
+            (Segment(end=(1.0, 1.0, -1.0)), IN_PLANE, "segment.end[2]"),
         )
     ),
     *(
         ({"initial_headings": headings, **changes}, f"initial_headings.{field}")
         for headings, changes, field in (
-            (fe.AlignedHeadings((1e-200, 0.0)), {}, "aligned.direction"),
-            (fe.AlignedHeadings((0.0, 1e300)), {}, "aligned.direction[1]"),
-            (fe.AlignedHeadings((1.0, 0.0, 0.1)), IN_PLANE, "aligned.direction[2]"),
+            (AlignedHeadings((1e-200, 0.0)), {}, "aligned.direction"),
+            (AlignedHeadings((0.0, 1e300)), {}, "aligned.direction[1]"),
+            (AlignedHeadings((1.0, 0.0, 0.1)), IN_PLANE, "aligned.direction[2]"),
             (AT_REST, {}, "given_headings.directions[4]"),
         )
     ),
     *(
-        ({"predators": (fe.ConstantVelocity(), predator)}, f"predators[1].{field}")
+        ({"predators": (ConstantVelocity(), predator)}, f"predators[1].{field}")
         for predator, field in (
-            (fe.ConstantVelocity((1.0, 2.0, 3.0, 4.0)), "constant_velocity.position"),
-            (fe.PurePursuit(target="centroid", confusion_rate=1.0), "pure_pursuit.confusion_rate"),
-            (fe.PurePursuit(acceleration=1.0), "pure_pursuit.acceleration"),
-            (fe.PurePursuit(max_speed=14.1), "pure_pursuit.max_speed"),
-            (fe.Herd(partner=1), "herd.partner"),
-            (fe.PrescribedPath(PATH[:1]), "prescribed_path.positions"),
-            (fe.PrescribedPath(((0.0, 0.0), (1.0, 1e21))), "prescribed_path.positions[1][1]"),
+            (ConstantVelocity((1.0, 2.0, 3.0, 4.0)), "constant_velocity.position"),
+            (PurePursuit(target="centroid", confusion_rate=1.0), "pure_pursuit.confusion_rate"),
+            (PurePursuit(acceleration=1.0), "pure_pursuit.acceleration"),
+            (PurePursuit(max_speed=14.1), "pure_pursuit.max_speed"),
+            (Herd(partner=1), "herd.partner"),
+            (PrescribedPath(PATH[:1]), "prescribed_path.positions"),
+            (PrescribedPath(((0.0, 0.0), (1.0, 1e21))), "prescribed_path.positions[1][1]"),
         )
     ),
 ]
@@ -94,7 +108,7 @@ def test_documents(document: Any, field: str) -> None:
     [
         ({"num_agents": 3.5}, "num_agents: expected an integer, got 3.5"),
         ({"mass": (0.1, "heavy")}, "mass[1]: expected a number, got 'heavy'"),
-        ({"predators": fe.PurePursuit()}, "predators: expected a tuple of predators, got PurePursuit"),
+        ({"predators": PurePursuit()}, "predators: expected a tuple of predators, got PurePursuit"),
         ({"motion": {"reynolds": {"cohesion": 1}}}, "got 'cohesion' (did you mean cohesion_strength?)"),
     ],
 )

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import flockesc_env as fe
+from flockesc_env.models import run_differences
+from flockesc_env.scenario import GivenHeadings, GivenPositions, RandomHeadings, read_initial_state
 
 RNG = np.random.default_rng(0)
 
@@ -37,7 +39,7 @@ def write(path: Path, positions: Any, velocities: Any = None) -> Path:
 @pytest.mark.parametrize("suffix", [".CSV", ".npy", ".Npz"])
 def test_a_file_sets_the_start_bit_for_bit(tmp_path: Path, suffix: str, dimension: int) -> None:
     positions, velocities = state(dimension)
-    fields = fe.read_initial_state(write(tmp_path / f"flock{suffix}", positions, velocities))
+    fields = read_initial_state(write(tmp_path / f"flock{suffix}", positions, velocities))
     scenario = fe.FlockScenario(num_steps=5, **fields)
     run = fe.simulate(scenario, 10.0, seed=1)
     np.testing.assert_array_equal(run.positions[0], positions)
@@ -48,9 +50,9 @@ def test_a_file_sets_the_start_bit_for_bit(tmp_path: Path, suffix: str, dimensio
     np.testing.assert_array_equal(run.positions, again.positions)
     assert fe.sweep(scenario, [10.0], [1]).min_mean_distance[0, 0] == run.mean_distance.min()
 
-    fields = fe.read_initial_state(write(tmp_path / f"positions{suffix}", positions))
+    fields = read_initial_state(write(tmp_path / f"positions{suffix}", positions))
     assert "initial_headings" not in fields
-    assert fe.FlockScenario(**fields).initial_headings == fe.RandomHeadings()
+    assert fe.FlockScenario(**fields).initial_headings == RandomHeadings()
 
 
 def test_given_starts_are_part_of_documents(tmp_path: Path) -> None:
@@ -58,15 +60,15 @@ def test_given_starts_are_part_of_documents(tmp_path: Path) -> None:
     scenario = fe.FlockScenario(
         num_agents=7,
         num_steps=5,
-        initial_positions=fe.GivenPositions(positions),  # type: ignore[arg-type]
-        initial_headings=fe.GivenHeadings(velocities),  # type: ignore[arg-type]
+        initial_positions=GivenPositions(positions),  # type: ignore[arg-type]
+        initial_headings=GivenHeadings(velocities),  # type: ignore[arg-type]
     )
     assert fe.FlockScenario.from_json(scenario.to_json()) == scenario
     assert fe.FlockScenario.from_toml(scenario.to_toml()) == scenario
     run = fe.simulate(scenario, 10.0, seed=1)
     fe.save_run(run, tmp_path / "run.npz")
     loaded = fe.load_run(tmp_path / "run.npz").trajectory
-    assert not fe.run_differences(loaded, fe.replay_run(loaded))
+    assert not run_differences(loaded, fe.replay_run(loaded))
     env = fe.FlockEscapeEnv(scenario=scenario)
     for seed in (None, 3):
         _, info = env.reset(seed=seed)
@@ -81,8 +83,8 @@ def test_points_of_the_plane_lie_at_z_0_in_space() -> None:
             num_steps=1,
             dimension=3,
             initial_plane=in_plane,
-            initial_positions=fe.GivenPositions(positions),  # type: ignore[arg-type]
-            initial_headings=fe.GivenHeadings(velocities),  # type: ignore[arg-type]
+            initial_positions=GivenPositions(positions),  # type: ignore[arg-type]
+            initial_headings=GivenHeadings(velocities),  # type: ignore[arg-type]
         )
         run = fe.simulate(scenario, 10.0, seed=0)
         assert (run.positions[0, :, :2] == positions).all()
@@ -121,6 +123,6 @@ def test_refused_files(tmp_path: Path, name: str, content: Any, where: str, expe
     else:
         np.save(path, content)
     with pytest.raises(fe.InputError) as caught:
-        fe.read_initial_state(path)
+        read_initial_state(path)
     assert caught.value.field == f"{path}{where}"
     assert expected in caught.value.expected

@@ -7,32 +7,35 @@ from typing import Any
 import numpy as np
 import pytest
 from envs import play, start
-from option_table import small_flock
+from option_table import SENSING_RANGES, small_flock
 
 import flockesc_env as fe
 from flockesc_env.envs.vector import BatchVectorEnv
+from flockesc_env.models import Trajectory, run_differences
+from flockesc_env.policies import FixedRange
+from flockesc_env.scenario import Choice, ConstantVelocity, LogUniform, PurePursuit, Ring, Uniform
 
 POSITION = "predators[0].constant_velocity.position[1]"
 DRAWS = (
-    fe.Uniform("predator_range", 5.0, 60.0),
-    fe.LogUniform("mass", 0.01, 1.0),
-    fe.Choice("predators[1].pure_pursuit.max_turn_rate", (0.5, 1.0, 2.0)),
-    fe.Uniform(POSITION, -30.0, 30.0),
-    fe.Uniform("initial_positions.ring.radius", 5.0, 20.0),
+    Uniform("predator_range", 5.0, 60.0),
+    LogUniform("mass", 0.01, 1.0),
+    Choice("predators[1].pure_pursuit.max_turn_rate", (0.5, 1.0, 2.0)),
+    Uniform(POSITION, -30.0, 30.0),
+    Uniform("initial_positions.ring.radius", 5.0, 20.0),
 )
 
 
 def randomized(**changes: Any) -> fe.FlockScenario:
     fields: dict[str, Any] = {
-        "predators": (fe.ConstantVelocity(), fe.PurePursuit((20.0, -20.0))),
-        "initial_positions": fe.Ring(5.0, 2.0),
+        "predators": (ConstantVelocity(), PurePursuit((20.0, -20.0))),
+        "initial_positions": Ring(5.0, 2.0),
         "randomization": DRAWS,
     }
     return small_flock(**{**fields, **changes})
 
 
-def assert_equal(first: fe.Trajectory, second: fe.Trajectory) -> None:
-    assert not fe.run_differences(first, second)
+def assert_equal(first: Trajectory, second: Trajectory) -> None:
+    assert not run_differences(first, second)
     assert first.scenario == second.scenario
 
 
@@ -53,21 +56,19 @@ def test_everything_runs_the_drawn_scenario(seed: int) -> None:
     assert run.scenario == drawn
     for each in (scenario, drawn):
         assert fe.sweep(each, [10.0], [seed]).min_mean_distance[0, 0] == run.mean_distance.min()
-        episodes = fe.rollout(each, fe.policies.FixedRange(10.0), [seed], action_mode="range")
+        episodes = fe.rollout(each, FixedRange(10.0), [seed], action_mode="range")
         assert episodes.min_mean_distance[0] == run.mean_distance.min()
-        assert_equal(
-            fe.simulate(each, policy=fe.policies.FixedRange(10.0), seed=seed, action_mode="range"), run
-        )
+        assert_equal(fe.simulate(each, policy=FixedRange(10.0), seed=seed, action_mode="range"), run)
 
 
-@pytest.mark.parametrize("sensing", ["predator_range", None, 10.0])
+@pytest.mark.parametrize("sensing", SENSING_RANGES)
 @pytest.mark.parametrize("make", [fe.FlockEscapeEnv, fe.parallel_env])
 def test_environments_play_and_show_the_drawn_scenario(make: Any, sensing: Any) -> None:
     scenario = randomized()
     for seed in range(10):
         played = []
         for each in (scenario, scenario.drawn(seed)):
-            env = make(scenario=each, predator_sensing_range=sensing)
+            env = make(scenario=each, predator_sensing_range=sensing, steps_per_action=1)
             played.append([start(env, seed), *play(env, np.random.default_rng(seed), 5)])
         np.testing.assert_equal(*played)
 
@@ -75,21 +76,21 @@ def test_environments_play_and_show_the_drawn_scenario(make: Any, sensing: Any) 
 @pytest.mark.parametrize(
     ("part", "field"),
     [
-        (fe.Uniform("wings", 0.0, 1.0), "uniform.field"),
-        (fe.Uniform("time_step", 0.01, 0.05), "uniform.field"),
-        (fe.Uniform("predators[2].pure_pursuit.sight", 1.0, 2.0), "uniform.field"),
-        (fe.Uniform("speed", 1.0, 2.0), "uniform.field"),
-        (fe.LogUniform("mass", 0.0, 1.0), "log_uniform.low"),
+        (Uniform("wings", 0.0, 1.0), "uniform.field"),
+        (Uniform("time_step", 0.01, 0.05), "uniform.field"),
+        (Uniform("predators[2].pure_pursuit.sight", 1.0, 2.0), "uniform.field"),
+        (Uniform("speed", 1.0, 2.0), "uniform.field"),
+        (LogUniform("mass", 0.0, 1.0), "log_uniform.low"),
     ],
 )
 def test_refused_distributions(part: Any, field: str) -> None:
     with pytest.raises(fe.InputError) as caught:
-        randomized(randomization=(fe.Uniform("speed", 5.0, 10.0), part))
+        randomized(randomization=(Uniform("speed", 5.0, 10.0), part))
     assert caught.value.field == f"randomization[1].{field}"
 
 
 WIDTH = "initial_positions.ring.width"
-SOMETIMES = fe.Choice(WIDTH, (2.0, 11.0))
+SOMETIMES = Choice(WIDTH, (2.0, 11.0))
 """The ring is wider than its diameter of 10 m in the episode of seed 1 and the second one from seed 0."""
 
 
@@ -108,7 +109,7 @@ def test_a_draw_out_of_bounds_is_refused_before_its_episode(make: Any) -> None:
         lambda: envs.step([[0.0]]),  # it starts the next episode
         lambda: fe.simulate(scenario, 1.0, seed=1),
         lambda: fe.sweep(scenario, [1.0], [1]),
-        lambda: fe.rollout(scenario, fe.policies.FixedRange(1.0), [1]),
+        lambda: fe.rollout(scenario, FixedRange(1.0), [1]),
         lambda: scenario.drawn(1),
     ):
         with pytest.raises(fe.InputError, match=WIDTH):
@@ -117,7 +118,7 @@ def test_a_draw_out_of_bounds_is_refused_before_its_episode(make: Any) -> None:
 
 
 def test_a_change_without_effect_is_refused() -> None:
-    scenario = small_flock(randomization=(fe.Uniform("predator_range", 5.0, 60.0),))
+    scenario = small_flock(randomization=(Uniform("predator_range", 5.0, 60.0),))
     with pytest.raises(fe.InputError, match="predator_range: expected a field that randomization does not"):
         scenario.replace(predator_range=9.0)
     assert scenario.replace(predator_range=9.0, randomization=()).predator_range == 9.0
@@ -126,8 +127,8 @@ def test_a_change_without_effect_is_refused() -> None:
 @pytest.mark.parametrize(
     ("field", "what", "part"),
     [
-        ("randomization", "distributions", fe.Uniform("mass", 0.1, 1.0)),
-        ("predators", "predators", fe.ConstantVelocity()),
+        ("randomization", "distributions", Uniform("mass", 0.1, 1.0)),
+        ("predators", "predators", ConstantVelocity()),
     ],
 )
 def test_long_lists_are_refused(field: str, what: str, part: Any) -> None:

@@ -19,16 +19,27 @@ from hypothesis import strategies as st
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
+from flockesc_env.scenario import (
+    AlignedHeadings,
+    Clusters,
+    ConstantVelocity,
+    Gaussian,
+    Learned,
+    PurePursuit,
+    Segment,
+    Square,
+    Vicsek,
+    Wandering,
+    preset,
+)
 from studies.paper.plan import aimed
 
 BOUNDS = Bounds()
 PARTS: dict[str, Any] = {
-    "initial_positions": st.sampled_from([fe.Square(), fe.Clusters(10**7, 0.1)])
-    | st.builds(fe.Gaussian, BOUNDS.computed)
-    | st.builds(fe.Segment, *[st.tuples(BOUNDS.coordinate, BOUNDS.coordinate)] * 2),
-    "initial_headings": st.builds(
-        fe.AlignedHeadings, st.tuples(*[st.floats(1e-3, 1e3)] * 2), st.floats(0, 3)
-    ),
+    "initial_positions": st.sampled_from([Square(), Clusters(10**7, 0.1)])
+    | st.builds(Gaussian, BOUNDS.computed)
+    | st.builds(Segment, *[st.tuples(BOUNDS.coordinate, BOUNDS.coordinate)] * 2),
+    "initial_headings": st.builds(AlignedHeadings, st.tuples(*[st.floats(1e-3, 1e3)] * 2), st.floats(0, 3)),
     "num_steps": st.integers(1, 10**9),
     "initial_plane": st.booleans(),
 }
@@ -76,16 +87,16 @@ def test_missing_fields_take_their_defaults(scenario: Any) -> None:
 
 def test_a_part_may_be_given_as_its_document() -> None:
     given = fe.FlockScenario(motion={"vicsek": {}}, predators=[{"pure_pursuit": {"max_turn_rate": 2}}])  # type: ignore[arg-type, list-item]
-    assert given == fe.FlockScenario(motion=fe.Vicsek(), predators=(fe.PurePursuit(max_turn_rate=2.0),))
+    assert given == fe.FlockScenario(motion=Vicsek(), predators=(PurePursuit(max_turn_rate=2.0),))
 
 
-@pytest.mark.parametrize("make", [fe.ConstantVelocity, fe.PurePursuit, fe.Wandering, fe.Learned])
+@pytest.mark.parametrize("make", [ConstantVelocity, PurePursuit, Wandering, Learned])
 @pytest.mark.parametrize("name", ["position", "velocity"])
 def test_predators_have_as_many_coordinates_as_the_scenario(make: Any, name: str) -> None:
     with pytest.raises(
         fe.InputError, match=r"expected 3 numbers, because the dimension is 3, got \(1.0, 2.0\)"
     ) as caught:
-        fe.FlockScenario(dimension=3, predators=(fe.ConstantVelocity(), make(**{name: (1.0, 2.0)})))
+        fe.FlockScenario(dimension=3, predators=(ConstantVelocity(), make(**{name: (1.0, 2.0)})))
     assert caught.value.field == f"predators[1].{make.kind}.{name}"
     with pytest.raises(fe.InputError) as caught:
         fe.FlockScenario().replace(dimension=3)
@@ -93,9 +104,9 @@ def test_predators_have_as_many_coordinates_as_the_scenario(make: Any, name: str
 
 
 def test_learned_predators_keep_their_starts() -> None:
-    swift = fe.Learned((1.0, 2.0), max_speed=40.0)
-    made = fe.FlockScenario(predators=(fe.PurePursuit((5.0, 6.0)), swift)).with_learned_predators()
-    assert made == fe.FlockScenario(predators=(fe.Learned((5.0, 6.0), (10.0, 10.0)), swift))
+    swift = Learned((1.0, 2.0), max_speed=40.0)
+    made = fe.FlockScenario(predators=(PurePursuit((5.0, 6.0)), swift)).with_learned_predators()
+    assert made == fe.FlockScenario(predators=(Learned((5.0, 6.0), (10.0, 10.0)), swift))
     with pytest.raises(fe.InputError, match="predators: expected at least one predator"):
         fe.FlockScenario(predators=()).with_learned_predators()
 
@@ -108,25 +119,26 @@ GOLDEN = Path(__file__).parents[1] / "golden" / "presets.json"
 
 def test_presets_have_not_changed() -> None:
     """A changed default makes another scenario under the same name, so results would not be comparable."""
-    documents = {name: json.loads(fe.preset(name).to_json()) for name in fe.PRESETS}
+    documents = {name: json.loads(preset(name).to_json()) for name in fe.PRESETS}
     assert documents == json.loads(GOLDEN.read_text("utf-8"))
 
 
 def test_presets_differ_as_described() -> None:
     assert len({known.scenario for known in fe.PRESETS.values()}) == len(fe.PRESETS)
     assert len({known.description for known in fe.PRESETS.values()}) == len(fe.PRESETS)
-    assert fe.preset("paper-flock") == fe.FlockScenario()
-    assert fe.preset("paper-line") == fe.LineScenario()
-    assert fe.preset("edge-attack") == aimed(50.0)
+    assert preset("paper-flock") == fe.FlockScenario()
+    assert preset("paper-line") == fe.LineScenario()
+    assert preset("edge-attack") == aimed(50.0)
     with pytest.raises(TypeError):
         fe.PRESETS["mine"] = fe.PRESETS["pursuit"]  # type: ignore[index]
 
 
-@pytest.mark.parametrize("interface", [name for name in FLOCKS if name != "pursuit"])
+@pytest.mark.parametrize("interface", [name for name in FLOCKS if name != "predator"])
 def test_flock_environments_take_names(interface: str) -> None:
     for name in ("two-predators", None):
-        assert FLOCKS[interface](name).unwrapped.scenario == fe.preset(name or "paper-flock")
-    for wrong in ("escape", "paper-line", fe.LineScenario(), 5):
+        assert FLOCKS[interface](name).unwrapped.scenario == preset(name or "paper-flock")
+    lines = () if "slots" in interface else ("paper-line", fe.LineScenario())  # vec_env also makes lines
+    for wrong in ("escape", *lines, 5):
         with pytest.raises(InputError) as caught:
             FLOCKS[interface](wrong)
         assert caught.value.field == "scenario"

@@ -23,6 +23,7 @@ from flockesc_env.common.checks import in_job
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import graph
 from flockesc_env.policies import FixedRange
+from flockesc_env.scenario import Topological, Voronoi
 
 LONGEST = 0.2
 """Seconds of processor time from the signal to the exception."""
@@ -79,7 +80,7 @@ def parallel_step() -> Call:
 
 def observation() -> Call:
     """Agents search for their 1,000 nearest ones under eight candidate ranges."""
-    scenario = fe.FlockScenario(num_agents=3000, initial_side=300.0, neighbor_rule=fe.Topological())
+    scenario = fe.FlockScenario(num_agents=3000, initial_side=300.0, neighbor_rule=Topological())
     env = fe.parallel_env(scenario, max_range=1008, profile_ranges=tuple(range(1000, 1008)))
     env.reset(seed=0)
     state = env.get_state()
@@ -103,7 +104,7 @@ CALLS: dict[str, Callable[[], Call]] = {
     ),
     "step, 10 slow steps per action": lambda: gymnasium_step(dense, 50.0, steps_per_action=10),
     "step, 99 steps of Voronoi neighbors": lambda: gymnasium_step(
-        crowd.replace(neighbor_rule=fe.Voronoi(), num_agents=30_000), steps_per_action=99
+        crowd.replace(neighbor_rule=Voronoi(), num_agents=30_000), steps_per_action=99
     ),
     "step of a vector environment": vector_step,
     "step with difference rewards": parallel_step,

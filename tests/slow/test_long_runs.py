@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 
 import flockesc_env as fe
+from flockesc_env.scenario import Inertial, PurePursuit, Reynolds, Vicsek, Wandering
 
 STEPS = 10**6
 
 
-def hunters(dimension: int) -> tuple[fe.Wandering | fe.PurePursuit, ...]:
+def hunters(dimension: int) -> tuple[Wandering | PurePursuit, ...]:
     above = (0.0,) * (dimension - 2)
     return (
-        fe.Wandering((0.0, 9.0, *above), (5.0, 5.0, *above), angular_diffusion=1.0),
-        fe.PurePursuit((9.0, 0.0, *above), (6.0, 6.0, *above), confusion_rate=3.0),
-        fe.PurePursuit((9.0, 9.0, *above), (1.0, 6.0, *above), max_speed=30.0, acceleration=0.01),
+        Wandering((0.0, 9.0, *above), (5.0, 5.0, *above), angular_diffusion=1.0),
+        PurePursuit((9.0, 0.0, *above), (6.0, 6.0, *above), confusion_rate=3.0),
+        PurePursuit((9.0, 9.0, *above), (1.0, 6.0, *above), max_speed=30.0, acceleration=0.01),
     )
 
 
@@ -25,11 +26,11 @@ def hunters(dimension: int) -> tuple[fe.Wandering | fe.PurePursuit, ...]:
 @pytest.mark.parametrize(
     ("motion", "constant_speed"),
     [
-        (fe.Inertial(), True),
-        (fe.Inertial(), False),
-        (fe.Vicsek(), True),
-        (fe.Reynolds(), True),
-        (fe.Reynolds(), False),
+        (Inertial(), True),
+        (Inertial(), False),
+        (Vicsek(), True),
+        (Reynolds(), True),
+        (Reynolds(), False),
     ],
     ids=lambda value: getattr(value, "kind", value),
 )

@@ -71,7 +71,7 @@ def test_a_stopped_video_leaves_the_older_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", [FLOCK_ID, LINE_ID])
 def test_gymnasium_records(tmp_path: Path, name: str) -> None:
-    scenario = small_flock() if name == FLOCK_ID else LineScenario(num_agents=20)
+    scenario = small_flock(num_steps=40) if name == FLOCK_ID else LineScenario(num_agents=20)
     env = gymnasium.make(name, scenario=scenario, render_mode="rgb_array", render_options=SMALL)
     env = RecordVideo(env, str(tmp_path / "videos"), episode_trigger=lambda _: True)
     env.action_space.seed(0)

@@ -14,13 +14,15 @@ from cli_runs import Ran
 from option_table import small_flock
 
 import flockesc_env as fe
-from flockesc_env import FlockScenario, bind, record, save_policy
+from flockesc_env import FlockScenario, record, save_policy
 from flockesc_env.cli.exits import Exit
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Cache, Job, find_backend
 from flockesc_env.models.sweep import FLOCK_RANGES
+from flockesc_env.policies import bind
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import NamedPolicy
+from flockesc_env.scenario import GivenHeadings, GivenPositions
 from flockesc_env.tasks.fitting import check_fits
 from studies.__main__ import STUDIES
 from studies.findings import ablation, fear, headlines, listening, losses, one_agent
@@ -55,9 +57,9 @@ def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> 
     for strength in fear.STRENGTHS:
         scenario = one.task.scenario.replace(repulsion_strength=strength)
         kept = table.filter(strength=strength)[: len(flocks)]
-        played = play(one.content, scenario, one.name, flocks)["objective"]
+        played = play(one.content, scenario, one.task.spec.name, flocks)["objective"]
         assert kept["objective"].to_list() == played.tolist()
-        fixed = play(f"fixed:{one.best_fixed_range:g}", scenario, one.name, flocks)["objective"]
+        fixed = play(f"fixed:{one.best_fixed_range:g}", scenario, one.task.spec.name, flocks)["objective"]
         assert kept["fixed"].to_list() == fixed.tolist()
 
 
@@ -72,7 +74,7 @@ def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> 
 def test_losses_replay_bit_for_bit(file: str, name: str, task: str) -> None:
     scenario, one = (losses.starts() | losses.scenarios())[name], HEADLINES[task]
     kept = pl.read_parquet(COMMITTED / file).filter(task=task, scenario=name)[:2]
-    played = play(one.content, scenario, one.name, HELD_OUT[:2])["objective"]
+    played = play(one.content, scenario, one.task.spec.name, HELD_OUT[:2])["objective"]
     assert kept["objective"].to_list() == played.tolist()
     fixed = fe.sweep(scenario, kept["interaction_range"][:1], HELD_OUT[:2])
     assert kept["fixed"].to_list() == one.task.spec.values(fixed)[0].tolist()
@@ -83,7 +85,7 @@ def test_the_best_fixed_range_is_that_of_tuning_flocks(tmp_path: Path) -> None:
     table = losses.play([one], {"small": SCENARIO}, 6, 1.0, runner)
     tuned = fe.sweep(SCENARIO, FLOCK_RANGES, TUNING[:12]).min_mean_distance.mean(axis=1)
     assert set(table["interaction_range"]) == {FLOCK_RANGES[int(tuned.argmax())]}
-    played = play(one.content, SCENARIO, one.name, HELD_OUT[:6])["objective"]
+    played = play(one.content, SCENARIO, one.task.spec.name, HELD_OUT[:6])["objective"]
     assert table["objective"].to_list() == played.tolist()
     fixed = fe.sweep(SCENARIO, table["interaction_range"][:1], HELD_OUT[:6]).min_mean_distance[0]
     assert table["fixed"].to_list() == fixed.tolist()
@@ -106,8 +108,8 @@ def test_the_largest_turn_is_that_of_the_model(neighbors: int) -> None:
         flock = FlockScenario(
             num_agents=1 + neighbors,
             num_steps=1,
-            initial_positions=fe.GivenPositions(((0.0, 0.0),) * (1 + neighbors)),
-            initial_headings=fe.GivenHeadings(((1.0, 0.0), *others)),
+            initial_positions=GivenPositions(((0.0, 0.0),) * (1 + neighbors)),
+            initial_headings=GivenHeadings(((1.0, 0.0), *others)),
             predators=(),
         )
         along, across = fe.simulate(flock, 1.0, seed=0).velocities[-1][0]
@@ -123,7 +125,7 @@ def listener(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[NamedPolic
     options = {
         "max_range": 20.0,
         "steps_per_action": STEPS,
-        "predator_sensing_range": math.inf if request.param else 30.0,
+        "predator_sensing_range": math.inf if request.param else SCENARIO.predator_range,
     }
     policy = NetworkPolicy(Architecture(names, ()), [-3.0, 3.0, -0.8, -0.8])
     entry = NamedPolicy("it", policy, per_agent=True, options=options, scenario=SCENARIO)
@@ -217,8 +219,9 @@ def test_all_is_measured_and_an_interrupted_study_continues(
     assert finished > 10
     assert not {job.key for job in jobs} & {job.key for job in again}
     chosen = headlines.load(tmp_path)[0]
+    column, scenario = chosen.task.spec.name, chosen.task.scenario
     means = {
-        file: play((headlines.BOARD / file).read_bytes(), chosen.task.scenario, chosen.name, TUNING[:2])
+        file: play((headlines.BOARD / file).read_bytes(), scenario, column, TUNING[:2])
         for file in files["per-agent-visible"]
     }
     best = max(means, key=lambda file: means[file]["objective"].mean())

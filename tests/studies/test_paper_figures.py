@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import flockesc_env as fe
+from flockesc_env.models import FlockSweepResult, LineSweepResult
 
 LINE_BATCH = 40
 LINE_GRID = np.arange(11) / 10
@@ -36,20 +37,20 @@ def assert_close_to_mean_of(values: np.ndarray, figure: float, states: int, half
 
 
 @pytest.fixture(scope="module")
-def flocks() -> fe.FlockSweepResult:
+def flocks() -> FlockSweepResult:
     result = fe.sweep(fe.FlockScenario(), list(FIGURES), range(250))
-    assert isinstance(result, fe.FlockSweepResult)
+    assert isinstance(result, FlockSweepResult)
     return result
 
 
-def lines(force: str, grid: np.ndarray | list[float] = LINE_GRID) -> fe.LineSweepResult:
+def lines(force: str, grid: np.ndarray | list[float] = LINE_GRID) -> LineSweepResult:
     result = fe.sweep(fe.LineScenario(escape_force=force), grid, range(10 * LINE_BATCH))
-    assert isinstance(result, fe.LineSweepResult)
+    assert isinstance(result, LineSweepResult)
     return result
 
 
 @pytest.mark.parametrize("rho", FIGURES)
-def test_flock_table(flocks: fe.FlockSweepResult, rho: float) -> None:
+def test_flock_table(flocks: FlockSweepResult, rho: float) -> None:
     row = list(FIGURES).index(rho)
     mean, mean_error, minimum, minimum_error, components, half_digit = FIGURES[rho]
     assert_close(flocks.min_mean_distance[row], mean, mean_error)
@@ -57,7 +58,7 @@ def test_flock_table(flocks: fe.FlockSweepResult, rho: float) -> None:
     assert_close_to_mean_of(flocks.num_components[row], components, FLOCKS, half_digit)
 
 
-def test_best_fixed_range_of_the_mean_distance_is_in_the_interior(flocks: fe.FlockSweepResult) -> None:
+def test_best_fixed_range_of_the_mean_distance_is_in_the_interior(flocks: FlockSweepResult) -> None:
     assert 5 <= flocks.best_range("min_mean_distance") <= 20
     # No fixed range is best for every flock: a policy can gain up to the oracle's lead.
     lead = (

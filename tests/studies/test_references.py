@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from flockesc_env import FlockScenario, InputError, PurePursuit, rollout, simulate
+from flockesc_env import FlockScenario, InputError, rollout, simulate
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.policies import find_policy
+from flockesc_env.scenario import PurePursuit
 from flockesc_env.scenario.approach import approach
 from flockesc_env.tasks import Task, tasks
 from studies.scoreboard import references

@@ -21,9 +21,31 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env import policies, sb3
-from flockesc_env.policies import registry
+from flockesc_env.models import Trajectory, component_labels, neighbor_pairs
+from flockesc_env.policies import Architecture, registry
 from flockesc_env.render import video
-from flockesc_env.scenario import initial, motion, neighbors, predators, randomization
+from flockesc_env.scenario import (
+    Choice,
+    ConstantVelocity,
+    Disc,
+    Encircle,
+    Learned,
+    LogUniform,
+    Metric,
+    PrescribedPath,
+    PurePursuit,
+    RandomHeadings,
+    Reynolds,
+    Ring,
+    approach,
+    initial,
+    motion,
+    neighbors,
+    predators,
+    preset,
+    randomization,
+    read_initial_state,
+)
 
 DEEP: list[Any] = []
 for _ in range(5000):
@@ -135,10 +157,10 @@ def parts(good: Any, *confusing: Any) -> Kind:
 
 FLOCK = small_flock()
 LINE = fe.LineScenario(num_agents=5, max_steps=10)
-HUNTED = small_flock(predators=(fe.scenario.Learned(),))
+HUNTED = small_flock(predators=(Learned(),))
 RUN, LINE_RUN = fe.simulate(FLOCK, 5.0, seed=1), fe.simulate_line(LINE, 0.25, seed=1)
 POINTS = np.arange(10.0).reshape(5, 2) * 2.0
-NET = fe.policies.Architecture(("time",), (2,))
+NET = Architecture(("time",), (2,))
 NAMED = registry.NamedPolicy("net", fe.NetworkPolicy(NET, np.zeros(NET.size)), scenario=FLOCK, per_agent=True)
 PER_AGENT = floats(np.arange(1.0, 6.0), 0.0, or_number=True)
 POINT = floats([1.0, 2.0])
@@ -156,11 +178,11 @@ class Model:
 BY_TYPE: dict[Any, Kind] = {
     float | tuple[float, ...]: PER_AGENT,
     bool: Kind(True, [0, 1, 1.0, "True", [True], np.array([True])], [np.True_], (bool, np.bool)),
-    fe.FlockScenario: part(FLOCK, LINE, fe.scenario.Disc()),
+    fe.FlockScenario: part(FLOCK, LINE, Disc()),
     fe.LineScenario: part(LINE, FLOCK),
-    fe.models.Trajectory: part(RUN, FLOCK),
+    Trajectory: part(RUN, FLOCK),
     fe.RenderOptions: part(fe.RenderOptions(size=160)),
-    fe.policies.Architecture: part(NET),
+    Architecture: part(NET),
     policies.Policy: part(fe.FixedRange(5.0)),
     float: number(2.0),
     int: count(2),
@@ -223,11 +245,11 @@ BY_NAME: dict[str, Kind] = {
     "hidden": parts((2,), (0,), (2.0,), (-1,), (True,)),
     "candidate_inputs": parts((), (1,), "range"),
     "ranges": parts((), ("far",), (-1.0,), 3.0),
-    "initial_headings": part(fe.scenario.RandomHeadings(), fe.scenario.Disc(), fe.scenario.Metric()),
-    "motion": part(fe.scenario.Reynolds(), fe.scenario.Metric()),
-    "predators": parts((), (fe.scenario.Disc(),), fe.scenario.PurePursuit(), (None,), (5,)),
-    "neighbor_rule": part(fe.scenario.Metric(), fe.scenario.Disc(), fe.scenario.PurePursuit()),
-    "randomization": parts((), (fe.scenario.Disc(),), (5,), fe.scenario.Metric()),
+    "initial_headings": part(RandomHeadings(), Disc(), Metric()),
+    "motion": part(Reynolds(), Metric()),
+    "predators": parts((), (Disc(),), PurePursuit(), (None,), (5,)),
+    "neighbor_rule": part(Metric(), Disc(), PurePursuit()),
+    "randomization": parts((), (Disc(),), (5,), Metric()),
 }
 ALIASES = {
     "name": ("scenario", "policies"),
@@ -241,39 +263,33 @@ ALIASES = {
 
 OF: dict[Any, dict[str, Kind]] = {
     fe.FlockScenario: {
-        "initial_positions": part(fe.scenario.Disc(), fe.scenario.RandomHeadings(), fe.scenario.Metric()),
+        "initial_positions": part(Disc(), RandomHeadings(), Metric()),
         "num_agents": count(5),
     },
     fe.simulate: {
-        "scenario": part(HUNTED, fe.scenario.Disc()),
+        "scenario": part(HUNTED, Disc()),
         "interaction_range": PER_AGENT,
         "schedule": floats(np.full((10, 1), 4.0), 0.0),
     },
     fe.simulate_line: {"scenario": Kind(LINE, [FLOCK, 0, [LINE]], is_optional=True)},
-    fe.scenario.approach: {"initial_side": number(8.0)},
-    fe.scenario.Encircle: {"radius": number(8.0)},
-    **{call: {"scenario": part(FLOCK, fe.scenario.Disc())} for call in (fe.sweep, fe.rollout)},
-    sb3.vec_env: {"scenario": part(FLOCK, fe.scenario.Disc())},
-    fe.scan: {"scenario": Kind(FLOCK, [LINE, 0, fe.scenario.Disc()], is_optional=True)},
+    approach: {"initial_side": number(8.0)},
+    Encircle: {"radius": number(8.0)},
+    **{call: {"scenario": part(FLOCK, Disc())} for call in (fe.sweep, fe.rollout, sb3.vec_env)},
+    fe.scan: {"scenario": Kind(FLOCK, [LINE, 0, Disc()], is_optional=True)},
     video.write_video: {"path": file("made.mp4")},
-    fe.scenario.preset: {"name": choice("pursuit")},
+    preset: {"name": choice("pursuit")},
     fe.built_in: {"name": choice("random"), "argument": text("policies")},
-    **{
-        call: {"interaction_range": PER_AGENT}
-        for call in (fe.models.neighbor_pairs, fe.models.component_labels)
-    },
+    **{call: {"interaction_range": PER_AGENT} for call in (neighbor_pairs, component_labels)},
     fe.load_policy: {"path": file("policy.npz")},
     fe.save_policy: {"policy": part(NAMED, fe.FixedRange(5.0))},
-    fe.scenario.read_initial_state: {"path": file("state.csv")},
+    read_initial_state: {"path": file("state.csv")},
     fe.load_run: {"path": file("run.npz")},
-    fe.NamedPolicy: {"scenario": part(FLOCK, fe.scenario.Disc()), "options": part({}, accepts=(dict,))},
+    fe.NamedPolicy: {"scenario": part(FLOCK, Disc()), "options": part({}, accepts=(dict,))},
     fe.ScheduledRange: {"schedule": floats(np.full((10, 5), 4.0), 0.0, any_length=True)},
-    fe.scenario.PrescribedPath: {"positions": floats([[1.0, 2.0], [3.0, 5.0]], any_length=True)},
-    fe.scenario.Ring: {"width": number(4.0, high=16.0)},
-    fe.scenario.LogUniform: {"low": positive(2.0)},
-    fe.scenario.Choice: {
-        "values": floats([0.25, 0.5], any_length=True)
-    },  # the drawn number is checked at reset
+    PrescribedPath: {"positions": floats([[1.0, 2.0], [3.0, 5.0]], any_length=True)},
+    Ring: {"width": number(4.0, high=16.0)},
+    LogUniform: {"low": positive(2.0)},
+    Choice: {"values": floats([0.25, 0.5], any_length=True)},  # the drawn number is checked at reset
 }
 """Kinds of the arguments of one callable."""
 
@@ -301,7 +317,7 @@ def _kind(call: Any, name: str, hint: Any, *, is_optional: bool = False) -> Kind
 
 
 SLOTS: dict[str, tuple[Callable[[Any], Any], Any]] = {
-    "predators": (lambda part: (fe.scenario.ConstantVelocity(), part), predators.Predator),
+    "predators": (lambda part: (ConstantVelocity(), part), predators.Predator),
     "initial_positions": (lambda part: part, initial.InitialPositions),
     "initial_headings": (lambda part: part, initial.InitialHeadings),
     "motion": (lambda part: part, motion.Motion),

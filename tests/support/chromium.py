@@ -12,7 +12,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, Page, sync_playwright
 
-import flockesc_env as fe
+from flockesc_env.models import Trajectory
 
 _NAMES = ("chromium", "chromium-browser", "google-chrome")
 EXECUTABLE = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, _NAMES)), None)
@@ -68,7 +68,7 @@ COLORED = """[...document.querySelectorAll(".panel canvas")].map((canvas) => {
 })"""
 
 
-def lowest(run: fe.models.Trajectory) -> float:
+def lowest(run: Trajectory) -> float:
     return float(run.mean_distance.min())
 
 

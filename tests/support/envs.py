@@ -25,7 +25,9 @@ import flockesc_env.policies
 from flockesc_env import flockesc_v1
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.episodes.spaces import PolicySpec
+from flockesc_env.policies import Pursue, RowMemory
 from flockesc_env.sb3 import vec_env
+from flockesc_env.scenario import PurePursuit, Wandering
 
 FLOCKS: dict[str, Callable[..., Any]] = {
     "gymnasium": fe.FlockEscapeEnv,
@@ -40,13 +42,14 @@ FLOCKS: dict[str, Callable[..., Any]] = {
     ),
 }
 """The environments of flocks by scenario and options."""
-FLOCK = small_flock()
+FLOCK = small_flock(num_steps=40)
+"""Episodes of 10 actions."""
 RANDOM = (
-    fe.scenario.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
-    fe.scenario.PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
+    Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
+    PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
 )
 """Predators that draw random numbers."""
-CAPTURE = small_flock(capture_radius=6.0)
+CAPTURE = FLOCK.replace(capture_radius=6.0)
 LINE = fe.LineScenario(num_agents=30, escape_force="linear_as_printed", max_steps=10)
 PICTURES = {"render_mode": "rgb_array", "render_options": fe.RenderOptions(size=160)}
 
@@ -74,11 +77,11 @@ ADAPTERS = {
         lambda: gymnasium.make("flockesc/FlockEscape-v1", scenario=FLOCK), has_states=False
     ),
     "different agents with noise and delay": Adapter(
-        lambda: fe.FlockEscapeEnv(small_flock(3, predators=RANDOM, capture_radius=2.0, **UNLIKE))
+        lambda: fe.FlockEscapeEnv(
+            small_flock(3, num_steps=40, predators=RANDOM, capture_radius=2.0, **UNLIKE)
+        )
     ),
-    "chased": Adapter(
-        lambda: fe.FlockEscapeEnv(FLOCK.with_learned_predators(), predator_policy=fe.policies.Pursue())
-    ),
+    "chased": Adapter(lambda: fe.FlockEscapeEnv(FLOCK.with_learned_predators(), predator_policy=Pursue())),
     "discrete": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, action_mode="discrete", range_grid=[1.0, 5.0, 9.0])),
     "pictures": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, **PICTURES), has_pictures=True),
     "predator": Adapter(lambda: fe.PredatorEnv(FLOCK)),
@@ -90,10 +93,10 @@ ADAPTERS = {
     "vector in pictures": Adapter(lambda: _vector("SameStep", **PICTURES), has_pictures=True),
     "vector without copies": Adapter(lambda: _vector("NextStep", copy=False), reuses_buffers=True),
     "vector of several scenarios": Adapter(
-        lambda: BatchVectorEnv(3, [FLOCK, CAPTURE, small_flock(num_steps=7)], num_threads=2)
+        lambda: BatchVectorEnv(3, [FLOCK, CAPTURE, small_flock(num_steps=25)], num_threads=2)
     ),
     "a slot per agent": Adapter(lambda: BatchVectorEnv(10, CAPTURE, per_agent=True, num_threads=2)),
-    "parallel": Adapter(lambda: fe.parallel_env(small_flock(3), reward="individual")),
+    "parallel": Adapter(lambda: fe.parallel_env(small_flock(3, num_steps=40), reward="individual")),
     "parallel with capture": Adapter(lambda: fe.parallel_env(CAPTURE, reward="difference")),
     "parallel with predators": Adapter(lambda: fe.parallel_env(FLOCK.with_learned_predators())),
     "agent by agent": Adapter(lambda: flockesc_v1.env(FLOCK), has_states=False),
@@ -104,7 +107,7 @@ ADAPTERS = {
 }
 
 
-class Weave(fe.policies.RowMemory):
+class Weave(RowMemory):
     """A policy of a predator or a flock whose action depends on the number of actions since the start."""
 
     per_agent = True
@@ -123,7 +126,7 @@ class Weave(fe.policies.RowMemory):
         return np.repeat(share[:, np.newaxis], spec.dimension, axis=1)
 
 
-HUNT, LONG_HUNT = (small_flock(num_steps=steps).with_learned_predators() for steps in (10, 1000))
+HUNT, LONG_HUNT = (small_flock(num_steps=steps).with_learned_predators() for steps in (40, 4000))
 
 REMEMBERING: dict[str, Callable[[Weave], Any]] = {
     "gymnasium": lambda weave: fe.FlockEscapeEnv(HUNT, predator_policy=weave),

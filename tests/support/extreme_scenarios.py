@@ -8,6 +8,25 @@ from hypothesis import strategies as st
 from option_table import small_flock
 
 import flockesc_env as fe
+from flockesc_env.scenario import (
+    Attracted,
+    ConstantVelocity,
+    Encircle,
+    FirstOrder,
+    Herd,
+    Inertial,
+    Intercept,
+    Learned,
+    PreferredDistance,
+    PrescribedPath,
+    PurePursuit,
+    Reynolds,
+    Topological,
+    Vicsek,
+    Voronoi,
+    Wandering,
+    Zones,
+)
 
 SMALLEST, LARGEST = 1e-20, 1e20
 
@@ -36,52 +55,42 @@ def predators(draw: st.DrawFn, numbers: Bounds) -> tuple[Any, ...]:
     steering = start | {"max_turn_rate": draw(computed)}
     path = (start["position"], start["velocity"])
     kinds = [
-        fe.scenario.ConstantVelocity(**start),
-        fe.scenario.Wandering(**start, angular_diffusion=draw(computed)),
-        fe.scenario.PrescribedPath(path, interval=draw(st.none() | numbers.dividing)),
-        fe.scenario.Learned(**start, max_acceleration=draw(computed), max_speed=draw(numbers.dividing)),
-        fe.scenario.PurePursuit(**steering, confusion_rate=draw(computed), sight=draw(numbers.compared)),
-        fe.scenario.PurePursuit(
-            **steering, target=draw(st.sampled_from(["centroid", "most_isolated", "assigned"]))
-        ),
-        fe.scenario.Intercept(**steering, navigation_constant=draw(computed)),
-        fe.scenario.Attracted(
+        ConstantVelocity(**start),
+        Wandering(**start, angular_diffusion=draw(computed)),
+        PrescribedPath(path, interval=draw(st.none() | numbers.dividing)),
+        Learned(**start, max_acceleration=draw(computed), max_speed=draw(numbers.dividing)),
+        PurePursuit(**steering, confusion_rate=draw(computed), sight=draw(numbers.compared)),
+        PurePursuit(**steering, target=draw(st.sampled_from(["centroid", "most_isolated", "assigned"]))),
+        Intercept(**steering, navigation_constant=draw(computed)),
+        Attracted(
             **start, strength=draw(computed), exponent=draw(st.floats(0, 10)), max_speed=draw(computed)
         ),
-        fe.scenario.Encircle(**steering, radius=draw(computed), closing_speed=draw(computed)),
+        Encircle(**steering, radius=draw(computed), closing_speed=draw(computed)),
     ]
     chosen = tuple(draw(st.lists(st.sampled_from(kinds), min_size=1, max_size=3)))
-    return (
-        (*chosen, fe.scenario.Herd(**steering, distance=draw(computed), partner=0))
-        if draw(st.booleans())
-        else chosen
-    )
+    return (*chosen, Herd(**steering, distance=draw(computed), partner=0)) if draw(st.booleans()) else chosen
 
 
 @st.composite
 def flocks(draw: st.DrawFn, numbers: Bounds) -> fe.FlockScenario:
-    motions = st.builds(fe.scenario.Reynolds, numbers.computed, numbers.computed, numbers.compared)
-    motions |= st.builds(fe.scenario.PreferredDistance, numbers.computed, numbers.computed, numbers.dividing)
-    motions |= st.builds(fe.scenario.Zones, numbers.compared, numbers.compared, numbers.computed)
-    motions |= st.builds(fe.scenario.FirstOrder, numbers.computed, numbers.computed)
-    motion = draw(st.sampled_from([fe.scenario.Inertial(), fe.scenario.Vicsek()]) | motions)
+    motions = st.builds(Reynolds, numbers.computed, numbers.computed, numbers.compared)
+    motions |= st.builds(PreferredDistance, numbers.computed, numbers.computed, numbers.dividing)
+    motions |= st.builds(Zones, numbers.compared, numbers.compared, numbers.computed)
+    motions |= st.builds(FirstOrder, numbers.computed, numbers.computed)
+    motion = draw(st.sampled_from([Inertial(), Vicsek()]) | motions)
     dimension = draw(st.sampled_from([2, 3]))
-    rule = (
-        draw(st.sampled_from([fe.scenario.Topological(), fe.scenario.Voronoi()]))
-        if dimension == 2
-        else fe.scenario.Topological()
-    )
+    rule = draw(st.sampled_from([Topological(), Voronoi()])) if dimension == 2 else Topological()
     return small_flock(
         dimension,
         num_agents=draw(st.integers(1, 9)),
         num_steps=6,
         **{name: draw(numbers.dividing) for name in DIVIDING},
         **{name: draw(numbers.computed) for name in COMPUTED},
-        sensing_noise=0.0 if isinstance(motion, fe.scenario.Zones) else draw(numbers.computed),
+        sensing_noise=0.0 if isinstance(motion, Zones) else draw(numbers.computed),
         predator_range=draw(numbers.compared),
         capture_radius=draw(numbers.compared | st.none()),
         motion=motion,
-        constant_speed=isinstance(motion, fe.scenario.Vicsek | fe.scenario.Zones) or draw(st.booleans()),
+        constant_speed=isinstance(motion, Vicsek | Zones) or draw(st.booleans()),
         angular_noise=draw(st.sampled_from([0.0, 1.0])),
         sensing_delay=draw(st.sampled_from([0, 2])),
         blind_angle=draw(st.sampled_from([0.0, 2.0])),

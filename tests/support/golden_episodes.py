@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -16,11 +17,12 @@ from typing import Any
 import gymnasium
 import numpy as np
 from objective_values import LATER
-from option_table import UNLIKE, small_flock
+from option_table import EVERY_STEP, UNLIKE, small_flock
 
 import flockesc_env as fe
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies.predators import Pursue
+from flockesc_env.scenario import ConstantVelocity, PrescribedPath, PurePursuit, Wandering
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "golden_episodes.json"
 SEED = 7
@@ -28,8 +30,8 @@ TEAM = ("paper-flock", "capture", "randomized", "noisy-hearing", "topological", 
 
 CHASED = {
     "predators": (
-        fe.scenario.Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
-        fe.scenario.PurePursuit((30.0, 0.0), (0.0, 9.0)),
+        Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
+        PurePursuit((30.0, 0.0), (0.0, 9.0)),
     ),
     "capture_radius": 1.0,
 }
@@ -53,32 +55,45 @@ def versioned_ids() -> set[str]:
 
 
 def registered(_: int, seed: int, name: str) -> Iterator[Any]:
-    """Play an environment as its id makes it; one without single environments as 300 slots."""
-    single = name != "flockesc/FlockAgents-v1"
-    env: Any = gymnasium.make(name) if single else gymnasium.make_vec(name, num_envs=300)
-    yield env.reset(seed=seed)
-    size = int(np.prod(env.action_space.shape))
+    """Play an environment as its id makes it: with arrays, or in 300 slots without single environments."""
+    env: Any
+    if name == fe.flockesc_v1.FlockParallelEnv.metadata["name"]:
+        env = fe.parallel_env()
+        reset, act, shape = env.reset_array, env.step_array, (300, 1)
+    else:
+        env = gymnasium.make_vec(name, num_envs=300) if "Agents" in name else gymnasium.make(name)
+        reset, act, shape = env.reset, env.step, env.action_space.shape
+    yield reset(seed=seed)
     for t in range(100):
-        actions = (ranges(t, size) - 30) / 32
-        step = env.step(actions.reshape(env.action_space.shape))
+        step = act((ranges(t, math.prod(shape)).reshape(shape) - 30) / 32)
         yield step
         if np.all(step[2]) or np.all(step[3]):
             break
 
 
-def flock(num_threads: int, seed: int, scenario: fe.FlockScenario, **options: Any) -> Iterator[Any]:
-    env = fe.FlockEscapeEnv(scenario, action_mode="range", num_threads=num_threads, **options)
-    yield env.reset(seed=seed)
+def every_step(scenario: fe.FlockScenario, seed: int, options: dict[str, Any]) -> dict[str, Any]:
+    """Return options with an action per step; agents see a predator within the range of their fear."""
+    sensing = scenario.drawn(seed).predator_range
+    return {"action_mode": "range", **EVERY_STEP, "predator_sensing_range": sensing, **options}
+
+
+def flock(
+    num_threads: int, seed: int, scenario: fe.FlockScenario, episode: int = 0, **options: Any
+) -> Iterator[Any]:
+    """Play an episode of the schedule of a seed, and begin the next one."""
+    given = every_step(scenario, fe.episode_seed(seed, episode), options)
+    env = fe.FlockEscapeEnv(scenario, num_threads=num_threads, **given)
+    yield env.reset(seed=seed, options={"episode": episode})
     for t in range(2 * scenario.num_steps):
         step = env.step(ranges(t, 1)[0])
         yield step
         if step[2] or step[3]:
-            yield env.reset()
+            yield next(flock(num_threads, seed, scenario, episode + 1, **options))
             break
 
 
 def team(num_threads: int, seed: int, scenario: fe.FlockScenario, **options: Any) -> Iterator[Any]:
-    env = fe.parallel_env(scenario, action_mode="range", num_threads=num_threads, **options)
+    env = fe.parallel_env(scenario, num_threads=num_threads, **every_step(scenario, seed, options))
     learned = env.predator_policy_spec.count
     yield env.reset_array(seed=seed)
     for t in range(scenario.num_steps):
@@ -88,7 +103,7 @@ def team(num_threads: int, seed: int, scenario: fe.FlockScenario, **options: Any
 
 
 def vector(num_threads: int, seed: int, scenario: fe.FlockScenario, mode: str) -> Iterator[Any]:
-    options: Any = {"num_threads": num_threads, "action_mode": "range", "max_range": 61.0}
+    options = every_step(scenario, seed, {"num_threads": num_threads, "max_range": 61.0})
     env = BatchVectorEnv(5, scenario, autoreset_mode=mode, **options)
     yield env.reset(seed=seed)
     for t in range(3 * scenario.num_steps):
@@ -112,20 +127,18 @@ def run(num_threads: int, seed: int, scenario: fe.FlockScenario, rho: float) -> 
 
 def cases() -> dict[str, Case]:
     """Return every case by name."""
-    ids = sorted(name for name in versioned_ids() if "/" in name)
-    found: dict[str, Case] = {name: partial(registered, name=name) for name in ids}
-    found[fe.flockesc_v1.FlockParallelEnv.metadata["name"]] = partial(team, scenario=fe.FlockScenario())
+    found: dict[str, Case] = {name: partial(registered, name=name) for name in sorted(versioned_ids())}
     for name, (_, scenario) in fe.PRESETS.items():
         if isinstance(scenario, fe.LineScenario):
             found[name] = partial(line, scenario=scenario)
         elif scenario.predators:
-            found[name] = partial(flock, scenario=scenario, count_components=True, max_range=100.0)
+            found[name] = partial(flock, scenario=scenario, count_components=True)
         if name in TEAM:
-            options = {"reward": "individual_distance_change", "steps_per_action": 8, "max_range": 100.0}
+            options = {"reward": "individual_distance_change", "steps_per_action": 8}
             found[f"{name}, an action per agent"] = partial(team, scenario=scenario, **options)
     straight, path = (
-        fe.scenario.ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),
-        fe.scenario.PrescribedPath(ZIGZAG, interval=0.3),
+        ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),
+        PrescribedPath(ZIGZAG, interval=0.3),
     )
     for dimension in (2, 3):
         small = small_flock(dimension, num_steps=40, **RANDOM)

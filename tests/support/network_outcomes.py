@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from golden_episodes import CHASED, RANDOM
 from objective_values import LATER
-from option_table import small_flock
+from option_table import EVERY_STEP, small_flock
 
 from flockesc_env import FlockScenario, LineScenario, NetworkPolicy, rollout
 from flockesc_env.policies import Architecture
@@ -52,12 +52,13 @@ def cases() -> dict[str, Case]:
     }
     for dimension in (2, 3):
         small = small_flock(dimension, num_steps=40, **RANDOM)
-        options = {"per_agent": True, "reward": "individual_distance_change", "steps_per_action": 3}
-        found[f"capture, {dimension}D"] = (small, ARCHITECTURES["agents, mirror and memory"], options)
+        own = {**EVERY_STEP, "per_agent": True, "reward": "individual_distance_change", "steps_per_action": 3}
+        found[f"capture, {dimension}D"] = (small, ARCHITECTURES["agents, mirror and memory"], own)
         chased = small_flock(dimension, num_steps=40, **CHASED)
-        found[f"shared range, {dimension}D"] = (chased, ARCHITECTURES["flock"], {"min_range": 2.0})
+        far = {**EVERY_STEP, "min_range": 2.0}
+        found[f"shared range, {dimension}D"] = (chased, ARCHITECTURES["flock"], far)
         learned = chased.with_learned_predators()
-        found[f"learned predators, {dimension}D"] = (learned, ARCHITECTURES["flock, memory"], {})
+        found[f"learned predators, {dimension}D"] = (learned, ARCHITECTURES["flock, memory"], EVERY_STEP)
     line = Architecture(("time", "escape_distance", "offset_0", "offset_9"), (8,), memory=1)
     found["line"] = (LineScenario(num_agents=10), line, {"steps_per_action": 2})
     return found

@@ -248,8 +248,10 @@ def flocks(draw: st.DrawFn) -> tuple[FlockScenario, EnvOptions, np.random.Genera
     )
     options = EnvOptions(
         action_mode="range",
+        max_range=100.0,
+        steps_per_action=1,
         objective=draw(st.sampled_from(OBJECTIVES)),
-        predator_sensing_range=draw(st.sampled_from([30.0, math.inf, 35.0])),
+        predator_sensing_range=draw(st.sampled_from([scenario.predator_range, math.inf, 35.0])),
     )
     return scenario, options, rng
 

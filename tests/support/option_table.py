@@ -13,6 +13,7 @@ from covertable import make
 import flockesc_env as fe
 from flockesc_env.episodes.objectives import Objective
 from flockesc_env.episodes.options import ActionMode, IndividualReward, LineReward, TeamReward
+from flockesc_env.scenario import ConstantVelocity, Intercept, PurePursuit
 from flockesc_env.scenario.predators import PrescribedPath, Start
 
 # Read from the schema, so that a new variant is tested without a change here.
@@ -30,6 +31,8 @@ IDS = [
     if name.startswith("flockesc/") and "task" not in spec.kwargs
 ]
 """The ids of the environments, without those of the tasks."""
+EVERY_STEP: dict[str, Any] = {"max_range": 100.0, "predator_sensing_range": 30.0, "steps_per_action": 1}
+"""Options of an action per model step, of up to 100 m, by agents that see a predator within 30 m."""
 
 
 # Five different agents with noise and delay.
@@ -105,9 +108,9 @@ def embedded(predator: Any, dimension: int) -> Any:
 def hunted(dimension: int = 2, **changes: Any) -> fe.FlockScenario:
     """Return a flock in which three predators catch most agents at different times."""
     predators = (
-        fe.scenario.PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0),
-        fe.scenario.Intercept((25.0, 0.0), (0.0, 15.0), max_turn_rate=3.0),
-        fe.scenario.ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
+        PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0),
+        Intercept((25.0, 0.0), (0.0, 15.0), max_turn_rate=3.0),
+        ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
     )
     fields = {"num_agents": 9, "num_steps": 25, "initial_side": 20.0, "capture_radius": 4.0}
     return small_flock(dimension, **{**fields, "predators": predators, **changes})

@@ -11,57 +11,66 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 import flockesc_env as fe
+from flockesc_env.scenario import (
+    Attracted,
+    ConstantVelocity,
+    Encircle,
+    Herd,
+    Intercept,
+    Learned,
+    PrescribedPath,
+    PurePursuit,
+    Wandering,
+)
 from flockesc_env.scenario.predators import Predator
 
 Floats = NDArray[np.float64]
 Names = NDArray[np.int64]
 FAST = {"max_speed": 30.0, "acceleration": 8.0}
 PACKS: dict[str, Any] = {
-    "straight": lambda s: [fe.scenario.ConstantVelocity(*s[0])],
-    "coasting": lambda s: [fe.scenario.Learned(*s[0], max_speed=1e3)],
+    "straight": lambda s: [ConstantVelocity(*s[0])],
+    "coasting": lambda s: [Learned(*s[0], max_speed=1e3)],
     "nearest": lambda s: [
-        fe.scenario.PurePursuit(*s[0]),
-        fe.scenario.PurePursuit(*s[1], max_turn_rate=0.4, **FAST),
+        PurePursuit(*s[0]),
+        PurePursuit(*s[1], max_turn_rate=0.4, **FAST),
     ],
-    "centroid": lambda s: [fe.scenario.PurePursuit(*s[0], target="centroid", **FAST)],
-    "most isolated": lambda s: [fe.scenario.PurePursuit(*s[0], target="most_isolated", **FAST)],
-    "assigned": lambda s: [
-        fe.scenario.PurePursuit(*start, max_turn_rate=2.0, target="assigned", **FAST) for start in s
-    ],
+    "centroid": lambda s: [PurePursuit(*s[0], target="centroid", **FAST)],
+    "most isolated": lambda s: [PurePursuit(*s[0], target="most_isolated", **FAST)],
+    "assigned": lambda s: [PurePursuit(*start, max_turn_rate=2.0, target="assigned", **FAST) for start in s],
     "intercept": lambda s: [
-        fe.scenario.Intercept(*s[0]),
-        fe.scenario.Intercept(*s[1], max_turn_rate=2.0, navigation_constant=4.0, **FAST),
+        Intercept(*s[0]),
+        Intercept(*s[1], max_turn_rate=2.0, navigation_constant=4.0, **FAST),
     ],
-    "confused": lambda s: [fe.scenario.PurePursuit(*start, confusion_rate=0.5) for start in s],
-    "wandering": lambda s: [fe.scenario.Wandering(*start, angular_diffusion=1.0) for start in s],
-    "encircle": lambda s: [fe.scenario.Encircle(*start, radius=25.0, **FAST) for start in s],
-    "closing in": lambda s: [fe.scenario.Encircle(*start, radius=25.0, closing_speed=12.0) for start in s],
+    "confused": lambda s: [PurePursuit(*start, confusion_rate=0.5) for start in s],
+    "wandering": lambda s: [Wandering(*start, angular_diffusion=1.0) for start in s],
+    "encircle": lambda s: [Encircle(*start, radius=25.0, **FAST) for start in s],
+    "closing in": lambda s: [Encircle(*start, radius=25.0, closing_speed=12.0) for start in s],
     "herd": lambda s: [
-        fe.scenario.PurePursuit(*s[0]),
-        fe.scenario.Herd(*s[1], distance=20.0, **FAST),
-        fe.scenario.Herd(*s[2], partner=1),
+        PurePursuit(*s[0]),
+        Herd(*s[1], distance=20.0, **FAST),
+        Herd(*s[2], partner=1),
     ],
     "attracted": lambda s: [
-        fe.scenario.Attracted(*s[0]),
-        fe.scenario.Attracted(*s[1], strength=50.0, exponent=1.0),
+        Attracted(*s[0]),
+        Attracted(*s[1], strength=50.0, exponent=1.0),
     ],
-    "path": lambda s: [fe.scenario.PrescribedPath([place for place, _ in s], interval=0.5)],
+    "path": lambda s: [PrescribedPath([place for place, _ in s], interval=0.5)],
     "limits": lambda s: [
-        fe.scenario.PurePursuit(*s[0], max_turn_rate=0.0),
-        fe.scenario.PurePursuit(*s[1], max_turn_rate=1e3, max_speed=1e3),
-        fe.scenario.Intercept(*s[2], navigation_constant=0.0),
-        fe.scenario.Attracted(*s[3], exponent=0.0),
-        fe.scenario.Wandering(*s[4], angular_diffusion=0.0),
+        PurePursuit(*s[0], max_turn_rate=0.0),
+        PurePursuit(*s[1], max_turn_rate=1e3, max_speed=1e3),
+        Intercept(*s[2], navigation_constant=0.0),
+        Attracted(*s[3], exponent=0.0),
+        Wandering(*s[4], angular_diffusion=0.0),
     ],
     "all at once": lambda s: [
-        fe.scenario.Wandering(*s[0], angular_diffusion=1.0),
-        fe.scenario.PurePursuit(*s[1], target="assigned"),
-        fe.scenario.Herd(*s[2], partner=1, **FAST),
-        fe.scenario.PurePursuit(*s[3], confusion_rate=0.5),
-        fe.scenario.PurePursuit(*s[4], target="assigned", **FAST),
-        fe.scenario.Encircle(*s[5], radius=10.0),
-        fe.scenario.Encircle(*s[6], radius=20.0),
-        fe.scenario.PrescribedPath([place for place, _ in s[::2]], interval=0.7),
+        Wandering(*s[0], angular_diffusion=1.0),
+        PurePursuit(*s[1], target="assigned"),
+        Herd(*s[2], partner=1, **FAST),
+        PurePursuit(*s[3], confusion_rate=0.5),
+        PurePursuit(*s[4], target="assigned", **FAST),
+        Encircle(*s[5], radius=10.0),
+        Encircle(*s[6], radius=20.0),
+        PrescribedPath([place for place, _ in s[::2]], interval=0.7),
     ],
 }
 """All strategies, by positions and velocities of up to seven predators. Learned ones get no actions."""
@@ -96,25 +105,25 @@ def steered(
     for k, predator in enumerate(pack):
         own, nearest = velocities[k], int(np.argmin(np.linalg.norm(r - places[k], axis=1)))
         match predator:
-            case fe.scenario.ConstantVelocity() | fe.scenario.Learned():  # no action: straight on
+            case ConstantVelocity() | Learned():  # no action: straight on
                 continue
-            case fe.scenario.PrescribedPath():
+            case PrescribedPath():
                 new[k] = (path_position(predator, minds.steps + 1, dt) - places[k]) / dt
                 continue
-            case fe.scenario.Attracted():
+            case Attracted():
                 offsets = r - places[k]
                 distances = np.linalg.norm(offsets, axis=1, keepdims=True)
                 pull = predator.strength * (offsets / distances**predator.exponent).mean(axis=0)
                 new[k] = pull * min(1, predator.max_speed / np.linalg.norm(pull))
                 continue
-            case fe.scenario.Wandering():
+            case Wandering():
                 new[k] = wandered(own, predator.angular_diffusion * dt, minds.draws)
                 continue
-            case fe.scenario.Intercept():
+            case Intercept():
                 rate = sight_rate(r[nearest] - places[k], v[nearest] - own)
                 gain, limit = predator.navigation_constant * dt, predator.max_turn_rate * dt
                 turned_own = navigated(own, rate, gain, limit)
-            case fe.scenario.PurePursuit():
+            case PurePursuit():
                 aims = {"nearest": nearest, "most_isolated": most_isolated(r), "assigned": assigned.get(k)}
                 if predator.confusion_rate:
                     kept = np.flatnonzero(names == minds.kept.get(k))
@@ -122,12 +131,12 @@ def steered(
                     minds.kept[k] = names[aims["nearest"]]
                 aim = centroid if predator.target == "centroid" else r[aims[predator.target]]
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
-            case fe.scenario.Encircle():
+            case Encircle():
                 radius = max(predator.radius - predator.closing_speed * minds.steps * dt, 0)
                 aim = centroid.copy()
                 aim[:2] += radius * np.array([np.cos(stations[k]), np.sin(stations[k])])
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
-            case fe.scenario.Herd():
+            case Herd():
                 away = centroid - places[predator.partner]
                 aim = centroid + predator.distance * away / np.linalg.norm(away)
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
@@ -140,13 +149,13 @@ def steered(
 
 def start(predator: Predator, scenario: fe.FlockScenario) -> tuple[Floats, Floats]:
     """Return the initial position and velocity of a predator."""
-    if isinstance(predator, fe.scenario.PrescribedPath):
+    if isinstance(predator, PrescribedPath):
         first, second = (path_position(predator, steps, scenario.time_step) for steps in (0, 1))
         return first, (second - first) / scenario.time_step
     return np.array(predator.position), np.array(predator.velocity)
 
 
-def path_position(predator: fe.scenario.PrescribedPath, steps: int, dt: float) -> Floats:
+def path_position(predator: PrescribedPath, steps: int, dt: float) -> Floats:
     """Return the position on the path after ``steps`` steps, extended straight on beyond its end."""
     points, interval = np.array(predator.positions), predator.interval or dt
     end, time = (len(points) - 1) * interval, steps * dt
@@ -157,9 +166,7 @@ def path_position(predator: fe.scenario.PrescribedPath, steps: int, dt: float) -
 
 def assignment(pack: tuple, r: Floats, places: Floats) -> dict[int, int]:
     """Return the agent assigned to each predator, by an assignment over all agents without a shortlist."""
-    hunters = [
-        k for k, p in enumerate(pack) if isinstance(p, fe.scenario.PurePursuit) and p.target == "assigned"
-    ]
+    hunters = [k for k, p in enumerate(pack) if isinstance(p, PurePursuit) and p.target == "assigned"]
     distances = np.linalg.norm(places[hunters, None] - r[None], axis=-1)
     agents = {k: int(row.argmin()) for k, row in zip(hunters, distances, strict=True)}
     rows, columns = linear_sum_assignment(distances)
@@ -168,7 +175,7 @@ def assignment(pack: tuple, r: Floats, places: Floats) -> dict[int, int]:
 
 def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, float]:
     """Return the angle of each encircling predator's station: evenly spaced, with the smallest turns."""
-    ring = [k for k, p in enumerate(pack) if isinstance(p, fe.scenario.Encircle)]
+    ring = [k for k, p in enumerate(pack) if isinstance(p, Encircle)]
     bearings = {k: np.arctan2(*(places[k] - centroid)[1::-1]) for k in ring}
     order = sorted(ring, key=bearings.__getitem__)
     spaced = 2 * np.pi * np.arange(len(ring)) / max(len(ring), 1)
@@ -177,7 +184,7 @@ def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, flo
 
 
 def confused(
-    predator: fe.scenario.PurePursuit, r: Floats, place: Floats, dt: float, kept: Names, draws: chacha.Stream
+    predator: PurePursuit, r: Floats, place: Floats, dt: float, kept: Names, draws: chacha.Stream
 ) -> int:
     """Return the target of a predator that others can confuse; ``kept`` is its last one, if alive."""
     distances = np.linalg.norm(r - place, axis=1)

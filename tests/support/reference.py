@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 import flockesc_env as fe
+from flockesc_env.models import Trajectory
+from flockesc_env.scenario import FirstOrder, PreferredDistance, Reynolds, Vicsek, Zones
 
 Floats = NDArray[np.float64]
 
@@ -68,13 +70,13 @@ def flock_step(
             heard[i] = alignment[i] * speed[i] * mean / length(mean)
         near = neighbors[i] & (np.arange(len(r)) != i)
         match scenario.motion:
-            case fe.scenario.Reynolds() as law:
+            case Reynolds() as law:
                 heard[i] += speed[i] * flocking_force(law, r[i], r[neighbors[i]])
-            case fe.scenario.PreferredDistance() as law:
+            case PreferredDistance() as law:
                 heard[i] += speed[i] * spacing_force(law, r[near] - r[i])
-            case fe.scenario.Zones() as law:
+            case Zones() as law:
                 heard[i] = alignment[i] * speed[i] * unit(zones_direction(law, r[near] - r[i], v[near]))
-            case fe.scenario.FirstOrder() as law:
+            case FirstOrder() as law:
                 heard[i] += swarming_velocity(law, r[near] - r[i]) / len(r)
     forces = [*state.heard, heard]
     force = forces[max(0, len(forces) - 1 - scenario.sensing_delay)].copy()
@@ -82,18 +84,18 @@ def flock_step(
         for predator in state.predator_positions:
             distance = length(r[i] - predator)
             if 0 < distance <= scenario.predator_range:
-                power = 2 if isinstance(scenario.motion, fe.scenario.FirstOrder) else 1
+                power = 2 if isinstance(scenario.motion, FirstOrder) else 1
                 force[i] += repulsion[i] * (r[i] - predator) / distance**power
     new_r = r + scenario.time_step * v
     match scenario.motion:
-        case fe.scenario.Vicsek():
+        case Vicsek():
             new_v = force
-        case fe.scenario.Zones() as law:
+        case Zones() as law:
             limit = law.max_turn_rate * scenario.time_step
             start = np.where(v.any(axis=1, keepdims=True), v, force)
             turned = [predator_reference.turned(*each, limit) for each in zip(start, force, strict=True)]
             new_v = np.where(force.any(axis=1, keepdims=True), turned, 0.0)
-        case fe.scenario.FirstOrder():
+        case FirstOrder():
             new_v = force.copy()
             if not scenario.constant_speed:
                 norms = np.maximum(np.linalg.norm(force, axis=1), speed)
@@ -103,7 +105,7 @@ def flock_step(
     if scenario.constant_speed:
         for i in range(len(r)):
             new_v[i] = speed[i] * new_v[i] / length(new_v[i]) if new_v[i].any() else v[i]
-    if isinstance(scenario.motion, fe.scenario.FirstOrder):
+    if isinstance(scenario.motion, FirstOrder):
         new_r = r + scenario.time_step * new_v
     new_predators = state.predator_positions + scenario.time_step * state.predator_velocities
     if scenario.capture_radius is not None:
@@ -119,9 +121,7 @@ def flock_step(
     return FlockState(new_r, new_v, new_predators, steered, state.minds, names, forces)
 
 
-def assert_follows(
-    run: fe.models.Trajectory, schedule: Floats, *, rtol: float = 1e-12, atol: float = 1e-9
-) -> None:
+def assert_follows(run: Trajectory, schedule: Floats, *, rtol: float = 1e-12, atol: float = 1e-9) -> None:
     """Compare a whole run with this model under a schedule of shape (T, n); captures must agree exactly."""
     scenario = run.scenario
     state = flock_start(scenario, run.positions[0].copy(), run.velocities[0].copy(), run.seed or 0)
@@ -149,7 +149,7 @@ def assert_follows(
             state = flock_step(scenario, state, now)
 
 
-def flocking_force(law: fe.scenario.Reynolds, own: Floats, neighbors: Floats) -> Floats:
+def flocking_force(law: Reynolds, own: Floats, neighbors: Floats) -> Floats:
     """Return cohesion and separation over v0 of an agent at ``own``; ``neighbors`` may include it."""
     distances = np.linalg.norm(own - neighbors, axis=1)
     close = (distances > 0) & (distances <= law.separation_range)
@@ -158,13 +158,13 @@ def flocking_force(law: fe.scenario.Reynolds, own: Floats, neighbors: Floats) ->
     return law.cohesion_strength * unit(center) + law.separation_strength * unit(apart)
 
 
-def spacing_force(law: fe.scenario.PreferredDistance, offsets: Floats) -> Floats:
+def spacing_force(law: PreferredDistance, offsets: Floats) -> Floats:
     """Return the force over v0 of an agent with other neighbors at ``offsets``."""
     pulls = [np.tanh((length(offset) - law.distance) / law.width) * unit(offset) for offset in offsets]
     return law.strength * np.sum(pulls, axis=0) / max(1, len(pulls))
 
 
-def zones_direction(law: fe.scenario.Zones, offsets: Floats, velocities: Floats) -> Floats:
+def zones_direction(law: Zones, offsets: Floats, velocities: Floats) -> Floats:
     """Return the direction that an agent with other neighbors at ``offsets`` wants to fly."""
     away = along = np.zeros(offsets.shape[1])
     for offset, velocity in zip(offsets, velocities, strict=True):
@@ -175,7 +175,7 @@ def zones_direction(law: fe.scenario.Zones, offsets: Floats, velocities: Floats)
     return away if away.any() else along
 
 
-def swarming_velocity(law: fe.scenario.FirstOrder, offsets: Floats) -> Floats:
+def swarming_velocity(law: FirstOrder, offsets: Floats) -> Floats:
     """Return n times the velocity of an agent with other neighbors at ``offsets``."""
     apart = offsets[offsets.any(axis=1)]
     return (law.attraction * apart - law.repulsion * apart / (apart**2).sum(axis=1, keepdims=True)).sum(

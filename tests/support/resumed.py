@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from option_table import UNLIKE, small_flock
+from option_table import EVERY_STEP, UNLIKE, small_flock
 
 from flockesc_env import FlockEscapeEnv
 
 
 def make() -> FlockEscapeEnv:
-    return FlockEscapeEnv(small_flock(**UNLIKE), num_threads=2)
+    return FlockEscapeEnv(small_flock(**UNLIKE), num_threads=2, **EVERY_STEP)
 
 
 def steps(env: FlockEscapeEnv) -> list[Any]:

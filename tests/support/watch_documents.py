@@ -12,14 +12,16 @@ import numpy as np
 import pytest
 
 import flockesc_env as fe
+from flockesc_env.models import Trajectory
 from flockesc_env.models.graph import component_labels
 from flockesc_env.policies import StubbornLeaders
+from flockesc_env.scenario import ConstantVelocity, PurePursuit
 from flockesc_env.watch.live import has_engine
 
 needs_engine = pytest.mark.skipif(not has_engine(), reason="needs the core for web pages: `make engine`")
 
 FLOCK = fe.FlockScenario(num_agents=12, num_steps=9)
-TWO = (fe.scenario.ConstantVelocity(), fe.scenario.PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
+TWO = (ConstantVelocity(), PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
 
 RUNS = {
     "one range": lambda: fe.simulate(FLOCK, 10.0, seed=3),
@@ -51,7 +53,7 @@ def numbers(column: dict[str, Any]) -> np.ndarray:
     return np.frombuffer(raw, np.dtype(column["dtype"]).newbyteorder("<")).reshape(column["shape"])
 
 
-def assert_shows(shown: Any, run: fe.models.Trajectory) -> None:
+def assert_shows(shown: Any, run: Trajectory) -> None:
     columns = {name: numbers(column) for name, column in shown["columns"].items()}
     in_force = np.concatenate([run.interaction_ranges, run.interaction_ranges[-1:]])
     expected = {

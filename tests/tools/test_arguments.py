@@ -40,9 +40,12 @@ from flockesc_env import flockesc_v1, jobs, policies, sb3, watch
 from flockesc_env.common.errors import FlockescError
 from flockesc_env.envs import vector
 from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.models import neighbor_pairs
 from flockesc_env.notebook import Replay
+from flockesc_env.policies import FlyStraight, RandomRange, bind
 from flockesc_env.render import draw, video
 from flockesc_env.sb3 import environments
+from flockesc_env.scenario import PurePursuit, approach
 
 MADE_HERE = {
     *("Trajectory", "LineTrajectory", "SweepResult", "FlockSweepResult", "LineSweepResult", "ScanResult"),
@@ -117,8 +120,8 @@ def go_on(env: Any) -> list[Any]:
 AFTER: dict[Any, Callable[[Any], Any]] = {
     fe.load_policy: lambda made: made.policy.parameters,
     fe.built_in: lambda made: (made.name, made.options, made.per_agent),
-    fe.policies.bind: lambda _: None,
-    fe.policies.RandomRange: lambda made: made._rng.bit_generator.state,
+    bind: lambda _: None,
+    RandomRange: lambda made: made._rng.bit_generator.state,
     fe.NetworkPolicy: lambda made: made.parameters,
     policies.SB3Policy: lambda _: None,
     sb3.FlockEvalCallback: lambda made: [made.eval_freq, made.num_flocks, made.best_model_save_path],
@@ -309,16 +312,14 @@ def test_scenarios_and_options_are_values(value: Any) -> None:
         setattr(value, dataclasses.fields(value)[0].name, 1)
 
 
-LEAGUE = FLOCK.replace(
-    predators=(fe.scenario.PurePursuit(), fe.scenario.PurePursuit((40.0, 20.0), (-3.0, 1.0)))
-)
+LEAGUE = FLOCK.replace(predators=(PurePursuit(), PurePursuit((40.0, 20.0), (-3.0, 1.0))))
 CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
-    (lambda: fe.scenario.approach((1.0, 2.0, 3.0), dimension=2), "aim"),
-    (lambda: fe.scenario.approach(direction=(0.0, 0.0)), "direction"),
-    (lambda: fe.scenario.approach("edge", direction=(0.0, 0.0, 1.0), dimension=3), "direction"),
+    (lambda: approach((1.0, 2.0, 3.0), dimension=2), "aim"),
+    (lambda: approach(direction=(0.0, 0.0)), "direction"),
+    (lambda: approach("edge", direction=(0.0, 0.0, 1.0), dimension=3), "direction"),
     (lambda: fe.FlockEscapeEnv(action_mode="range", max_range=1e39), "max_range"),
     (lambda: fe.PredatorEnv(LEAGUE), "predators"),
-    (lambda: fe.PredatorEnv(predator_policy=fe.policies.FlyStraight()), "predator_policy"),
+    (lambda: fe.PredatorEnv(predator_policy=FlyStraight()), "predator_policy"),
     (lambda: fe.PredatorEnv(reward="individual_distance"), "reward"),
     (lambda: fe.FlockEscapeEnv(profile_ranges=[0.0, 5.0]), "profile_ranges"),
     (lambda: fe.LineEscapeEnv(profile_ranges=[0.0, 0.5]), "profile_ranges"),  # type: ignore[call-arg]
@@ -330,11 +331,11 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: fe.rollout(FLOCK, policies.Planner(FLOCK), [0]), "policy"),
     (lambda: fe.rollout(LINE, fe.FixedRange(0.1), [0], per_agent=True), "per_agent"),
     (
-        lambda: fe.rollout(LINE, fe.FixedRange(0.1), [0], predator_policy=fe.policies.FlyStraight()),
+        lambda: fe.rollout(LINE, fe.FixedRange(0.1), [0], predator_policy=FlyStraight()),
         "predator_policy",
     ),
     (
-        lambda: fe.models.neighbor_pairs(fe.FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0),
+        lambda: neighbor_pairs(fe.FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0),
         "velocities",
     ),
     (lambda: fe.fe.load_policy("fixed:nan"), "policies"),

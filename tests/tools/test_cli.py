@@ -15,6 +15,7 @@ from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file, run_process, sweep_fl
 import flockesc_env as fe
 from flockesc_env.cli.exits import Exit
 from flockesc_env.models.records import load_run, save_run
+from flockesc_env.scenario import AlignedHeadings, Herd, Intercept, PurePursuit, Ring, Vicsek
 from flockesc_env.tasks import tasks
 
 
@@ -72,9 +73,9 @@ CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
         ],
         SMALL.replace(
             predators=(
-                fe.scenario.PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid"),
-                fe.scenario.Intercept(velocity=(3.0, 10.0)),
-                fe.scenario.Herd(),
+                PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid"),
+                Intercept(velocity=(3.0, 10.0)),
+                Herd(),
             )
         ),
     ),
@@ -86,9 +87,9 @@ CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
             "motion=vicsek",
         ],
         SMALL.replace(
-            initial_positions=fe.scenario.Ring(30.0),
-            initial_headings=fe.scenario.AlignedHeadings(),
-            motion=fe.scenario.Vicsek(),
+            initial_positions=Ring(30.0),
+            initial_headings=AlignedHeadings(),
+            motion=Vicsek(),
         ),
     ),
     "line": (
@@ -114,7 +115,7 @@ def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture
 def test_a_scenario_comes_from_a_file_and_is_changed(
     suffix: str, encoding: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    path, pursuer = tmp_path / f"storm{suffix}", fe.scenario.PurePursuit(velocity=(12.0, 0.0))
+    path, pursuer = tmp_path / f"storm{suffix}", PurePursuit(velocity=(12.0, 0.0))
     scenario = SMALL.replace(num_agents=3, mass=(0.1, 1.0, 2.0), predators=(pursuer,))
     written = scenario.replace(num_steps=30)
     path.write_text(written.to_toml() if suffix == ".TOML" else written.to_json(), encoding)

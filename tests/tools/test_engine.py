@@ -25,6 +25,7 @@ from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.spaces import flock_policy_spec
 from flockesc_env.models.graph import component_labels, neighbor_pairs
 from flockesc_env.policies.network import choices
+from flockesc_env.scenario import PrescribedPath
 
 ROOT = Path(__file__).parents[2]
 ENGINE = ROOT / "flockesc_env" / "watch" / "engine"
@@ -90,7 +91,7 @@ def flocks() -> dict[str, fe.FlockScenario]:
     """Return all presets that environments take, and flocks with every option."""
     presets = {name: flock for name, (_, flock) in fe.PRESETS.items() if isinstance(flock, fe.FlockScenario)}
     found = {name: flock for name, flock in presets.items() if flock.predators}
-    path = fe.scenario.PrescribedPath(ZIGZAG, interval=0.3)
+    path = PrescribedPath(ZIGZAG, interval=0.3)
     for dimension in (2, 3):
         small = small_flock(dimension, num_steps=ACTIONS, **RANDOM)
         found |= {

@@ -16,6 +16,7 @@ from same import same
 import flockesc_env as fe
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import EnvOptions, View
+from flockesc_env.policies import Architecture
 from flockesc_env.render import draw
 
 SEED = 3
@@ -51,7 +52,7 @@ def test_a_view_is_played_in_both_languages_stored_and_trained(view: View, tmp_p
     assert observations.shape == (2 * spec.rows, len(spec.layout.names))
     assert (spec.layout.low <= observations).all()
     assert (observations <= spec.layout.high).all()
-    architecture = fe.policies.Architecture(spec.layout.names, hidden=())
+    architecture = Architecture(spec.layout.names, hidden=())
     parameters = np.random.default_rng(0).normal(size=architecture.size)
     network = fe.NetworkPolicy(architecture, parameters)
 

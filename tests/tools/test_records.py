@@ -14,8 +14,9 @@ from watch_documents import RUNS as SHOWN
 
 import flockesc_env as fe
 from flockesc_env.models.records import load_run, replay_run, run_differences, save_run, versions
+from flockesc_env.scenario import Learned, Wandering
 
-RANDOM = (fe.scenario.Wandering(angular_diffusion=2.0),)
+RANDOM = (Wandering(angular_diffusion=2.0),)
 RUNS = {
     **{name: make for name, make in SHOWN.items() if name != "more agents than 16 bits"},
     "unseeded": lambda: fe.simulate(FLOCK, 10.0),
@@ -24,7 +25,7 @@ RUNS = {
     "random predator, given start": lambda: fe.simulate(
         FLOCK.replace(predators=RANDOM), 20.0, initial_velocities=np.ones((12, 2))
     ),
-    "learned predator": lambda: fe.simulate(FLOCK.replace(predators=(fe.scenario.Learned(),)), 10.0, seed=3),
+    "learned predator": lambda: fe.simulate(FLOCK.replace(predators=(Learned(),)), 10.0, seed=3),
     "line": lambda: fe.simulate_line(fe.LineScenario(), 0.1, seed=3),
     "line, given": lambda: fe.simulate_line(
         fe.LineScenario(num_agents=3), 0.1, initial_state=[0.1, 0.5, 0.9]

@@ -20,12 +20,14 @@ from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
 from flockesc_env.envs.vector import BatchVectorEnv
+from flockesc_env.models import Trajectory
 from flockesc_env.render import RenderOptions, draw
 from flockesc_env.render.canvas import Canvas
 from flockesc_env.render.frames import recorded_view
 from flockesc_env.render.palette import LABELS, LIGHT, rgb
 from flockesc_env.render.picture import PREDATOR, camera
 from flockesc_env.sb3 import vec_env
+from flockesc_env.scenario import ConstantVelocity
 
 SIZE = 512
 
@@ -90,7 +92,7 @@ def test_a_batch_shows_every_flock(interface: str) -> None:
 
 @pytest.mark.parametrize("interface", ["flock", "parallel", "line"])
 def test_environments_and_recorded_runs_look_the_same(interface: str) -> None:
-    env = make(interface, action_mode="range", render_mode="rgb_array")
+    env = make(interface, action_mode="range", render_mode="rgb_array", steps_per_action=1)
     env.reset(seed=3)
     ranges = {"flock": np.array([7.0]), "parallel": np.arange(5.0, 10.0), "line": np.array([0.1])}[interface]
     run: Any = fe.simulate_line if interface == "line" else fe.simulate
@@ -161,7 +163,7 @@ def near(picture: np.ndarray, at: np.ndarray, color: Any, reach: int = 2) -> boo
     return bool((patch == np.array(color, np.uint8)).all(axis=-1).any())
 
 
-def still(positions: list[tuple[float, ...]], ranges: Any, **changes: Any) -> fe.models.Trajectory:
+def still(positions: list[tuple[float, ...]], ranges: Any, **changes: Any) -> Trajectory:
     """Return a run of one step from given positions in which agents hardly move."""
     scenario = fe.FlockScenario(
         num_agents=len(positions), num_steps=1, time_step=1e-6, dimension=len(positions[0]), **changes
@@ -171,7 +173,7 @@ def still(positions: list[tuple[float, ...]], ranges: Any, **changes: Any) -> fe
     return fe.simulate(scenario, ranges, initial_positions=positions, initial_velocities=velocities)
 
 
-def place(run: fe.models.Trajectory, point: Any) -> np.ndarray:
+def place(run: Trajectory, point: Any) -> np.ndarray:
     return camera(recorded_view(run, 1), SIZE).pixels(np.array(point, float))
 
 
@@ -179,9 +181,7 @@ def place(run: fe.models.Trajectory, point: Any) -> np.ndarray:
 def test_predator_and_agents_are_where_the_camera_says(dimension: int) -> None:
     depth = (0.0,) * (dimension - 2)
     predator, agents = (30.0, 20.0, *depth), [(80.0, 60.0, *depth), (10.0, 95.0, *depth)]
-    run = still(
-        agents, 0.0, predators=(fe.scenario.ConstantVelocity(position=predator, velocity=(1.0, 0.0, *depth)),)
-    )
+    run = still(agents, 0.0, predators=(ConstantVelocity(position=predator, velocity=(1.0, 0.0, *depth)),))
     picture = draw(run, 1)
     assert near(picture, place(run, predator), PREDATOR)
     assert not near(picture, place(run, (80.0, 20.0, *depth)), PREDATOR, reach=9)
@@ -233,12 +233,12 @@ def test_the_first_picture_shows_the_range_of_the_first_action() -> None:
 def test_a_picture_without_predators_or_agents_says_so() -> None:
     alone = still([(10.0, 10.0), (80.0, 80.0)], 5.0, predators=())
     assert "no predator" in words(lambda: draw(alone, 1))
-    near = fe.scenario.ConstantVelocity(position=(30.0, 20.0), velocity=(1.0, 0.0))
+    near = ConstantVelocity(position=(30.0, 20.0), velocity=(1.0, 0.0))
     eaten = still([(30.0, 20.0), (30.0, 21.0)], 5.0, predators=(near,), capture_radius=9.0)
     assert "2 caught" in words(lambda: draw(eaten, 1, options=RenderOptions(show="edges")))
 
 
-def changed(run: fe.models.Trajectory, **options: Any) -> np.ndarray:
+def changed(run: Trajectory, **options: Any) -> np.ndarray:
     pictures = [draw(run, 1, options=RenderOptions(**each)) for each in ({}, options)]
     different: np.ndarray = (pictures[0] != pictures[1]).any(axis=-1)
     return different
