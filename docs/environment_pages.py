@@ -15,6 +15,7 @@ from matplotlib.image import imsave
 from sphinx.application import Sphinx
 
 import flockesc_env as fe
+from flockesc_env.envs.pettingzoo import FlockParallelEnv
 from flockesc_env.episodes.options import ActionMode, ExtraEntries, TeamReward
 
 ROOT = Path(__file__).parents[1]
@@ -44,8 +45,9 @@ def write(docs: Path) -> None:
         shutil.copy(notebook, notebooks)
     loader = jinja2.FileSystemLoader(docs / "_templates")
     template = jinja2.Environment(loader=loader, trim_blocks=True)  # noqa: S701, writes Markdown
-    pages = [_registered(name) for name in sorted(gymnasium.registry) if name.startswith("flockesc/")]
-    pages.append(_page("parallel_env", "parallel_env()", fe.parallel_env, fe.FlockParallelEnv))
+    specs = [gymnasium.spec(name) for name in sorted(gymnasium.registry) if name.startswith("flockesc/")]
+    pages = [_registered(spec.id) for spec in specs if "task" not in spec.kwargs]
+    pages.append(_page("parallel_env", "parallel_env()", fe.parallel_env, FlockParallelEnv))
     for page in pages:
         text = template.get_template("environment.md").render(page)
         (folder / f"{page['stem']}.md").write_text(text, "utf-8")
@@ -85,7 +87,7 @@ def _page(name: str, call: str, make: Any, kind: type) -> dict[str, Any]:
         "stem": name.removeprefix("flockesc/"),
         "version": name.rpartition("-")[2] if "-" in name else env.metadata["name"],
         "call": call,
-        "kind": kind.__name__,
+        "kind": f"{'flockesc_env' if hasattr(fe, kind.__name__) else kind.__module__}.{kind.__name__}",
         "description": _description(kind),
         "view": view,
         "anchor": view.lower().replace(" ", "-"),

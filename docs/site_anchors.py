@@ -2,6 +2,7 @@
 
 import re
 from html import unescape
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -23,15 +24,16 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 
 def _add_anchors(_app: Sphinx, doctree: nodes.document) -> None:
-    """Add ``flockesc_env.NAME`` to the anchors of every name.
+    """Add anchors such as ``flockesc_env.NAME`` with every package above its module to every name.
 
     ``sphinx.ext.viewcode`` takes one prefix for all names of a source file, also where the reference has some
     as ``flockesc_env.NAME`` and others as ``flockesc_env.policies.NAME``.
     """
     for signature in doctree.findall(addnodes.desc_signature):
-        anchor = f"flockesc_env.{signature['fullname']}"
-        if anchor not in signature["ids"]:
-            signature["ids"].append(anchor)
+        for package in accumulate((signature["module"] or "flockesc_env").split("."), "{}.{}".format):
+            anchor = f"{package}.{signature['fullname']}"
+            if anchor not in signature["ids"]:
+                signature["ids"].append(anchor)
 
 
 def _check_anchors(app: Sphinx, error: Exception | None) -> None:

@@ -26,7 +26,7 @@ from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
 from ray.tune import register_env
 
-from flockesc_env import AgentVectorEnv, FixedRange, FlockScenario, parallel_env, rollout, save_policy
+from flockesc_env import FixedRange, FlockScenario, parallel_env, rollout, save_policy
 from flockesc_env.policies import NetworkPolicy, torch_network
 
 OPTIONS: dict[str, Any] = {
@@ -47,7 +47,8 @@ def mean_action(module: Any) -> NetworkPolicy:
 
 def scaled_flock(num_envs: int, **options: Any) -> VectorEnv:
     """Return a slot per agent with scaled rewards, which the critic learns faster."""
-    return TransformReward(AgentVectorEnv(num_envs, **options), lambda rewards: 0.1 * rewards)
+    env = gymnasium.make_vec("flockesc/FlockAgents-v1", num_envs, **options)
+    return TransformReward(env, lambda rewards: 0.1 * rewards)
 
 
 def configure(interface: str, iterations: int, flocks: int, seed: int) -> PPOConfig:

@@ -12,8 +12,6 @@
 from importlib import import_module as _import_module
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
-import gymnasium as _gymnasium
-
 import flockesc_env.notebook as _notebook  # noqa: F401, results show themselves in notebooks
 from flockesc_env._core import __version__
 from flockesc_env.common.errors import FlockescError, InputError, ResetNeededError
@@ -34,6 +32,7 @@ from flockesc_env.policies.registry import load_policy
 from flockesc_env.policies.rollout import rollout, simulate
 from flockesc_env.policies.rules import StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
+from flockesc_env.registration import register as _register
 from flockesc_env.render import RenderOptions
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -80,18 +79,7 @@ __all__ = [
 
 _MODULES = {"benchmarl", "flockesc_v1", "jobs", "sb3", "torchrl"}
 
-_gymnasium.register(
-    "flockesc/FlockEscape-v1",
-    "flockesc_env.envs.gymnasium:FlockEscapeEnv",
-    vector_entry_point="flockesc_env.envs.vector:FlockVectorEnv",
-)
-_gymnasium.register(
-    "flockesc/FlockAgents-v1",
-    "flockesc_env.envs.vector:_no_single_env",
-    vector_entry_point="flockesc_env.envs.vector:AgentVectorEnv",
-)
-_gymnasium.register("flockesc/Predator-v1", "flockesc_env.envs.predator:PredatorEnv")
-_gymnasium.register("flockesc/LineEscape-v1", "flockesc_env.envs.line:LineEscapeEnv")
+_register()
 
 
 if not _TYPE_CHECKING:

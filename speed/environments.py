@@ -12,9 +12,10 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from flockesc_env import AgentVectorEnv, FlockScenario, NetworkPolicy, parallel_env, rollout
+from flockesc_env import FlockScenario, NetworkPolicy, parallel_env, rollout
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import Architecture
-from flockesc_env.sb3 import FlockVecEnv
+from flockesc_env.sb3 import vec_env
 from speed.measure import EVERY_STEP, PROJECT, Call, Candidate, Comparison
 from speed.peers import Peer
 
@@ -48,8 +49,8 @@ def _own() -> Iterator[Candidate]:
     threads: dict[str, Any] = {"num_threads": 1, **options}
     env = gymnasium.make(_ID, **options)
     vector = gymnasium.make_vec(_ID, FLOCKS, "vector_entry_point", copy=False, **threads)
-    vec = FlockVecEnv(FLOCKS, **threads)
-    per_agent = AgentVectorEnv(FLOCKS * AGENTS, copy=False, **threads)
+    vec = vec_env(num_flocks=FLOCKS, **threads)
+    per_agent = BatchVectorEnv(FLOCKS * AGENTS, per_agent=True, copy=False, **threads)
     parallel, few = parallel_env(**options), parallel_env(infos="end", **options)
     dicts = dict.fromkeys(parallel.possible_agents, one)
     rows: dict[str, tuple[int, Call, Call]] = {

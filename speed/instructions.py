@@ -18,17 +18,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from flockesc_env import (
-    AgentVectorEnv,
-    FlockScenario,
-    FlockVectorEnv,
-    LineScenario,
-    NetworkPolicy,
-    parallel_env,
-    rollout,
-    simulate,
-    sweep,
-)
+from flockesc_env import FlockScenario, LineScenario, NetworkPolicy, parallel_env, rollout, simulate, sweep
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.episodes.options import PROFILE_RANGES
 from flockesc_env.models import component_labels
 from flockesc_env.policies import Architecture
@@ -62,10 +53,10 @@ def _cases() -> Iterator[Case]:
     yield "run of the line, range 0.05", _STEPS, line
     positions = simulate(_FLOCK, 10.0, seed=7).positions[-1]
     yield "connected components, 10 m", 1, lambda: component_labels(_FLOCK, positions, 10.0)
-    yield _stepped("`FlockVectorEnv`", FlockVectorEnv)
-    yield _stepped("`AgentVectorEnv`", AgentVectorEnv)
+    yield _stepped("`make_vec`, a slot per flock")
+    yield _stepped("`make_vec`, a slot per agent", per_agent=True)
     extra = {"profile_ranges": PROFILE_RANGES, "extra_entries": ["escape_direction", "closest_approach"]}
-    yield _stepped("`AgentVectorEnv` with profile", AgentVectorEnv, **extra)
+    yield _stepped("`make_vec`, a slot per agent with profile", per_agent=True, **extra)
     env = parallel_env(_FLOCK, **EVERY_STEP)
     env.reset(seed=7)
     ranges = np.full((_FLOCK.num_agents, 1), -0.8, np.float32)
@@ -82,8 +73,8 @@ def _swept(name: str, scenario: FlockScenario, rho: float) -> Case:
     return name, scenario.num_steps, partial(sweep, scenario, [rho], seeds=[7], num_threads=1)
 
 
-def _stepped(name: str, make: Callable[..., Any], **options: Any) -> Case:
-    env = make(scenario=_FLOCK, num_threads=1, **EVERY_STEP, **options)
+def _stepped(name: str, **options: Any) -> Case:
+    env: Any = BatchVectorEnv(scenario=_FLOCK, num_threads=1, **EVERY_STEP, **options)
     env.reset(seed=7)
     actions = np.full(env.action_space.shape, -0.8, np.float32)
     return name, _STEPS, partial(_repeat, lambda: env.step(actions))

@@ -141,7 +141,9 @@ class Viewed:
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
 
 
-_SETTINGS = {"autoreset_mode", "copy", "num_envs", "num_flocks", "per_agent", "scenario"}
+_SETTINGS = {
+    *("autoreset_mode", "copy", "max_episode_steps", "num_envs", "num_flocks", "per_agent", "scenario")
+}
 """Arguments of constructors that are not in a ``TypedDict``."""
 
 _DERIVED = {
@@ -165,7 +167,7 @@ class Registered(Viewed):
     @spec.setter
     def spec(self, spec: EnvSpec | None) -> None:
         self._spec = copy(spec)
-        if self._spec is not None and self._spec.max_episode_steps is None:
+        if self._spec is not None:
             self._spec.max_episode_steps = self._num_actions()
 
     def set_wrapper_attr(self, name: str, value: Any, *, force: bool = True) -> bool:

@@ -11,7 +11,8 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 from pettingzoo import AECEnv, ParallelEnv
-from pettingzoo.utils import parallel_to_aec, wrappers
+from pettingzoo.utils.conversions import parallel_to_aec_wrapper
+from pettingzoo.utils.wrappers import OrderEnforcingWrapper
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
@@ -332,11 +333,11 @@ def raw_env(
     scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
 ) -> AECEnv[str, Observation, Any]:
     """Return the PettingZoo AEC environment without wrappers; see ``FlockParallelEnv``."""
-    return parallel_to_aec(FlockParallelEnv(scenario, **arguments))
+    return parallel_to_aec_wrapper(FlockParallelEnv(scenario, **arguments))
 
 
 def env(
     scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
 ) -> AECEnv[str, Observation, Any]:
     """Return the PettingZoo AEC environment with ``OrderEnforcingWrapper``; see ``FlockParallelEnv``."""
-    return wrappers.OrderEnforcingWrapper(raw_env(scenario, **arguments))
+    return OrderEnforcingWrapper(raw_env(scenario, **arguments))

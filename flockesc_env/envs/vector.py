@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar, NoReturn, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_flag, as_mapping, as_seed
+from flockesc_env.common.checks import (
+    FloatArray,
+    as_choice,
+    as_count,
+    as_flag,
+    as_integer,
+    as_mapping,
+    as_seed,
+)
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, needs_reset_if_interrupted
@@ -23,35 +31,63 @@ from flockesc_env.scenario.flock import FlockScenario
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]
 
 
-class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
-    """Base class: a batch of flocks with one or more slots per flock, which share its episode."""
+class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
+    """Many flocks under attack with ``gymnasium.make_vec``: one slot per flock, or one slot per agent.
 
-    _view: ClassVar[View]
+    ``flockesc/FlockEscape-v1`` has one slot, and one range, per flock. It returns the same values as
+    ``SyncVectorEnv`` over ``FlockEscapeEnv``, bit for bit, and is faster.
+
+    ``flockesc/FlockAgents-v1`` has ``per_agent=True``: slot ``f * num_agents + i`` is agent i of flock f, and
+    one shared policy sets the range of each agent. It returns the same values as ``parallel_env``, bit for
+    bit. ``reset(seed=s)`` gives flock f the seed ``s + f``. The slots of a flock start and end an episode
+    together. A caught agent keeps its slot until then, as in SuperSuit's ``black_death``: its observation is
+    zeros, its reward is 0, and its action is ignored. At the end of the episode its slot terminates and the
+    others are truncated. If a scenario has a ``capture_radius``, ``infos["active"]`` is the mask of the
+    agents that are not caught.
+
+    An episode terminates when all agents are caught and is truncated after ``scenario.num_steps`` model
+    steps.
+
+    Args:
+        num_envs: number of slots, with ``per_agent`` a multiple of ``scenario.num_agents``; ``None``: those
+            of one flock, or of one flock per scenario of a list.
+        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
+            scenario per flock (docs/environments.md, "Several scenarios").
+        per_agent: True: one slot per agent. False: one slot per flock.
+        autoreset_mode: what happens after the end of an episode, as the enum or its value (``"NextStep"``,
+            ``"SameStep"``, ``"Disabled"``).
+        copy: True: ``reset`` and ``step`` return new arrays. False: the next call overwrites the returned
+            observations and rewards.
+        max_episode_steps: number of actions after which an episode is truncated, as by ``TimeLimit``;
+            ``None`` or -1: only ``scenario.num_steps`` limits it.
+        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.
+
+    Raises:
+        InputError: as ``FlockEscapeEnv``, and if scenarios of a list do not agree.
+    """
 
     def __init__(
         self,
         num_envs: int | None = None,
         scenario: Scenarios | None = None,
         *,
+        per_agent: bool = False,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
         max_episode_steps: int | None = None,
         **arguments: Unpack[FlockArguments],
     ) -> None:
         self.autoreset_mode = _mode(autoreset_mode)
-        given = as_scenarios(scenario)
+        given, view = as_scenarios(scenario), View.of(per_agent)
         scenarios = [given] if isinstance(given, FlockScenario) else given
-        rows = scenarios[0].num_agents if self._view.is_per_agent else 1
+        rows = scenarios[0].num_agents if view.is_per_agent else 1
         slots = len(scenarios) * rows
         if num_envs is not None:
             slots = as_count(num_envs, "num_envs", most=MAX_FLOCKS * rows)
         if slots % rows:
             raise InputError("num_envs", f"a multiple of scenario.num_agents = {rows}", slots)
-        super().__init__(given, arguments, num_flocks=slots // rows, view=self._view)
-        least = self._num_actions()
-        if max_episode_steps is not None and as_count(max_episode_steps, "max_episode_steps") < least:
-            expected = f"None or at least {least}, the number of actions of an episode"
-            raise InputError("max_episode_steps", expected, max_episode_steps)
+        super().__init__(given, arguments, num_flocks=slots // rows, view=view)
+        self._limit = self._as_limit(max_episode_steps)
         self.num_envs = slots
         self.policy_spec = self._batch.policy_spec
         self.single_observation_space = self.policy_spec.layout.space()
@@ -116,7 +152,7 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
             ResetNeededError: if called before ``reset``, or after the end of an episode if autoreset is
                 disabled.
         """
-        step = _autoreset.step(self._batch, actions, self.autoreset_mode, self._out)
+        step = _autoreset.step(self._batch, actions, self.autoreset_mode, self._out, self._limit)
         columns = self._columns(step.columns, step.ranges, step.active)
         infos = self._infos(columns, np.ones(self.num_envs, np.bool))
         if step.ending is not None:
@@ -129,15 +165,30 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
 
     @needs_reset_if_interrupted
     def set_state(self, state: bytes, flocks: Any = None) -> Observations:
+        """Restore flocks from a snapshot; see ``ManyFlocks.set_state``."""
         observations = super().set_state(state, flocks)
         self._is_started = True
         return observations
 
     def close(self, **kwargs: Any) -> None:
+        """Close the window if one is open."""
         VectorEnv.close(self, **kwargs)
 
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002
+        """Close the window; ``close`` calls this once."""
         ManyFlocks.close(self)
+
+    def _as_limit(self, max_episode_steps: Any) -> int | None:
+        """Return the largest number of actions of an episode; ``None``: no episode reaches it."""
+        if max_episode_steps is None or as_integer(max_episode_steps, "max_episode_steps") == -1:
+            return None
+        actions = as_count(max_episode_steps, "max_episode_steps")
+        # `TimeLimit` also truncates an episode that terminates in its last action.
+        can_terminate = any(scenario.capture_radius is not None for scenario in self.scenarios)
+        return actions if actions < super()._num_actions() + can_terminate else None
+
+    def _num_actions(self) -> int:
+        return super()._num_actions() if self._limit is None else self._limit
 
     def _drop_episodes(self) -> None:
         super()._drop_episodes()
@@ -201,64 +252,6 @@ class _BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[An
                 raise InputError("seed", f"{count} seeds, one per flock", len(seed))
             return [None if one is None else as_seed(one, f"seed[{i}]") for i, one in enumerate(seed)]
         return consecutive_seeds(seed, count)
-
-
-class FlockVectorEnv(_BatchVectorEnv):
-    """Many flocks under attack, ``flockesc/FlockEscape-v1`` with ``gymnasium.make_vec``; one range per flock.
-
-    It returns the same values as ``SyncVectorEnv`` over ``FlockEscapeEnv``, bit for bit, and is faster.
-    An episode terminates when all agents are caught and is truncated after ``scenario.num_steps`` model
-    steps.
-
-    Args:
-        num_envs: number of flocks; ``None``: one, or one per scenario of a list.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
-            scenario per flock (docs/environments.md, "Several scenarios").
-        autoreset_mode: what happens after the end of an episode, as the enum or its value (``"NextStep"``,
-            ``"SameStep"``, ``"Disabled"``).
-        copy: True: ``reset`` and ``step`` return new arrays. False: the next call overwrites the returned
-            observations and rewards.
-        max_episode_steps: passed by ``gymnasium.make_vec``. It must not be smaller than the number of actions
-            of an episode, which ``scenario.num_steps`` determines.
-        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.
-
-    Raises:
-        InputError: as ``FlockEscapeEnv``, and if scenarios of a list do not agree.
-    """
-
-    _view = View.FLOCK
-
-
-class AgentVectorEnv(_BatchVectorEnv):
-    """Many flocks with a slot per agent, ``flockesc/FlockAgents-v1`` with ``gymnasium.make_vec``.
-
-    Slot ``f * num_agents + i`` is agent i of flock f; one shared policy sets the range of each agent. It
-    returns the same values as ``FlockParallelEnv``, bit for bit. ``reset(seed=s)`` gives flock f the seed
-    ``s + f``; a list contains one seed per flock.
-
-    The slots of a flock start and end an episode together. A caught agent keeps its slot until then, as in
-    SuperSuit's ``black_death``: its observation is zeros, its reward is 0, and its action is ignored. At the
-    end of the episode its slot terminates and the others are truncated. If a scenario has a
-    ``capture_radius``, ``infos["active"]`` is the mask of the agents that are not caught.
-
-    Args:
-        num_envs: number of slots, a multiple of ``scenario.num_agents``; ``None``: one flock, or one
-            per scenario of a list.
-        scenario, autoreset_mode, copy, max_episode_steps: see ``FlockVectorEnv``.
-        **arguments: see ``FlockVectorEnv``.
-
-    Raises:
-        InputError: as ``FlockVectorEnv``.
-    """
-
-    _view = View.AGENT
-
-
-def _no_single_env(**_: Any) -> NoReturn:
-    """Refuse ``gymnasium.make("flockesc/FlockAgents-v1")``, which has no environment of one slot."""
-    way = 'gymnasium.make_vec("flockesc/FlockAgents-v1", num_envs=300 * flocks)'
-    expected = f"an environment of one slot; for a slot per agent, 300 per flock by default, call {way}"
-    raise InputError("id", expected, "flockesc/FlockAgents-v1")
 
 
 def _mode(mode: Any) -> AutoresetMode:

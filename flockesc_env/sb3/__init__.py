@@ -5,7 +5,7 @@ from flockesc_env.common.extras import require
 require("sb3", ["stable_baselines3"])
 
 from flockesc_env.sb3.callbacks import FlockEvalCallback  # noqa: E402, after the check
+from flockesc_env.sb3.environments import vec_env  # noqa: E402
 from flockesc_env.sb3.policies import RangePolicy, ScorerPolicy  # noqa: E402
-from flockesc_env.sb3.vec_env import AgentVecEnv, FlockVecEnv  # noqa: E402
 
-__all__ = ["AgentVecEnv", "FlockEvalCallback", "FlockVecEnv", "RangePolicy", "ScorerPolicy"]
+__all__ = ["FlockEvalCallback", "RangePolicy", "ScorerPolicy", "vec_env"]

@@ -17,17 +17,17 @@ from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies.playing import play
 from flockesc_env.policies.sb3 import SB3Policy
-from flockesc_env.sb3.vec_env import BatchVecEnv
+from flockesc_env.sb3.environments import BatchVecEnv
 
 
 class FlockEvalCallback(BaseCallback):
     """Plays tuning flocks during ``learn``, logs their mean objective and keeps the best model.
 
-    Stable-baselines3's ``EvalCallback`` and ``evaluate_policy`` count slots: on ``AgentVecEnv`` their default
-    judges a few agents of one flock. This callback plays whole episodes of ``num_flocks`` flocks in each
-    scenario of the training environment, with its options and the model's most likely actions. It does so
-    before the first action, so that the untrained model counts, every ``eval_freq`` actions, and at the end.
-    Training is the same with and without it.
+    Stable-baselines3's ``EvalCallback`` and ``evaluate_policy`` count slots: with a slot per agent their
+    default judges a few agents of one flock. This callback plays whole episodes of ``num_flocks`` flocks in
+    each scenario of the training environment, with its options and the model's most likely actions. It does
+    so before the first action, so that the untrained model counts, every ``eval_freq`` actions, and at the
+    end. Training is the same with and without it.
 
     The logger, and thus TensorBoard, receives ``eval/min_mean_distance`` in m, or the column of the
     environment's other objective, and ``eval/episodes``, the number of episodes played so far.
@@ -45,7 +45,7 @@ class FlockEvalCallback(BaseCallback):
 
     Raises:
         InputError: if an argument has the wrong type or value, or in ``learn`` if the training
-            environment is none of ``Task.vec_env``, which may be wrapped.
+            environment is neither one of ``vec_env`` nor a wrapped one.
     """
 
     def __init__(

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
+import gymnasium
 import msgspec
 
 from flockesc_env.common.errors import InputError
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecEnv
 
     from flockesc_env.envs.pettingzoo import FlockParallelEnv
+    from flockesc_env.sb3 import FlockEvalCallback
 
 VERSION: Final = "v1"
 """Version of the tasks. A change of a task gets another version; old ones stay."""
@@ -115,6 +118,11 @@ class TaskDefinition:
     sha256: str
 
     @property
+    def id(self) -> str:
+        """Gymnasium's id of the task, for ``gymnasium.make`` and ``gymnasium.make_vec``."""
+        return f"flockesc/{self.name}-{VERSION}"
+
+    @property
     def actor(self) -> str:
         """What sets a range: an agent, a flock or a line."""
         return "agent" if self.per_agent else self.spec.model
@@ -150,26 +158,43 @@ class TaskDefinition:
         options = {**self.options, **options}
         return parallel_env(self.scenario, **{"reward": self.reward, **options})
 
-    def vec_env(self, num_flocks: int, **options: Any) -> VecEnv:
+    def vec_env(self, num_flocks: int = 1, **options: Any) -> VecEnv:
         """Return the environment for stable-baselines3, with one slot per agent, per flock or per line.
 
         Args:
             num_flocks: number of flocks, or of lines.
-            **options: options beside the task's, of ``flockesc_env.sb3.AgentVecEnv`` and ``FlockVecEnv``;
-                ``reward`` is ``Task.reward`` by default. ``scenario`` replaces the task's.
+            **options: options beside the task's, of ``flockesc_env.sb3.vec_env``; ``reward`` is
+                ``Task.reward`` by default. ``scenario`` replaces the task's.
 
         Raises:
             MissingExtraError: if stable-baselines3 is not installed.
             InputError: if an option is unknown or out of bounds.
         """
-        from flockesc_env.sb3.vec_env import AgentVecEnv, FlockVecEnv, line_vec_env
+        from flockesc_env.sb3 import vec_env
 
-        options = {"reward": self.reward, **self.options, **options}
-        scenario = options.pop("scenario", self.scenario)
-        if isinstance(scenario, LineScenario):
-            return line_vec_env(num_flocks, scenario, **options)
-        make = AgentVecEnv if self.per_agent else FlockVecEnv
-        return make(num_flocks, scenario, **{"infos": "end", **options})
+        options = {"scenario": self.scenario, "reward": self.reward, **self.options, **options}
+        if self.spec.model == "flock":
+            options = {"infos": "end", "per_agent": self.per_agent, **options}
+        envs = vec_env(num_flocks=num_flocks, **options)
+        if self.id in gymnasium.registry:
+            envs.set_attr("spec", gymnasium.spec(self.id))
+        return envs
+
+    def eval_callback(
+        self,
+        num_flocks: int = 20,
+        eval_freq: int = 1000,
+        best_model_save_path: str | Path | None = None,
+    ) -> FlockEvalCallback:
+        """Return a callback for ``learn`` on ``vec_env`` that plays tuning flocks; see ``FlockEvalCallback``.
+
+        Raises:
+            MissingExtraError: if stable-baselines3 is not installed.
+            InputError: if an argument has the wrong type or value.
+        """
+        from flockesc_env.sb3 import FlockEvalCallback
+
+        return FlockEvalCallback(eval_freq, num_flocks, best_model_save_path=best_model_save_path)
 
     @property
     def reward(self) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import data_frame, require
-from flockesc_env.envs.vector import AgentVectorEnv
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.episodes.options import UNOBSERVED
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.splits import refuse_held_out
@@ -30,7 +30,7 @@ def environment(task: Task, **options: Any) -> Any:
     """Return the environment of a task's training; with one range per agent it is a batch of one flock."""
     if task.per_agent and isinstance(task.scenario, FlockScenario):
         options = {**task.options, **options}
-        return AgentVectorEnv(scenario=task.scenario, autoreset_mode="Disabled", **options)
+        return BatchVectorEnv(scenario=task.scenario, per_agent=True, autoreset_mode="Disabled", **options)
     return task.env(**options)
 
 

@@ -43,7 +43,7 @@ LEARNERS: Final[Mapping[str, External]] = {
         "one-range",
         3,
         ".compat/rl_zoo3",
-        "-m rl_zoo3.train --algo ppo --env flockesc/FlockEscape-v1 --gym-packages flockesc_env"
+        "-m rl_zoo3.train --algo ppo --env flockesc/one-range-v1 --gym-packages flockesc_env"
         " -conf examples/rl_zoo3/ppo.yml --eval-freq -1 --device cpu"
         f" --n-timesteps {tasks['one-range'].samples}",
         ("rl_zoo3", "stable-baselines3", "torch"),
@@ -94,7 +94,7 @@ def train(learner: str, seed: int) -> Arrays:
 def _store(folder: Path, file: Path, name: str) -> int:
     """Write the policy file of the model that rl_zoo3 saved; return the number of samples."""
     task: Any = tasks["one-range"]
-    (saved,) = folder.rglob("flockesc-FlockEscape-v1.zip")
+    (saved,) = folder.rglob("flockesc-one-range-v1.zip")
     model = PPO.load(saved, task.vec_env(1), device="cpu", custom_objects=_SCHEDULES)
     save_policy(SB3Policy(model).network().with_options(name=name), file)
     return model.num_timesteps

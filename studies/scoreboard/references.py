@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from cmaes import CMA
 
-from flockesc_env import FlockEscapeEnv, FlockScenario, FlockVectorEnv, InputError, rollout
+from flockesc_env import FlockEscapeEnv, FlockScenario, InputError, rollout
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.jobs import Arrays
 from flockesc_env.policies import BestCandidate
 from flockesc_env.scenario import ConstantVelocity
@@ -66,7 +67,7 @@ class _Replays:
     def __init__(self, task: str, scenario: str, flock: int, count: int) -> None:
         self._model, self._column = _flock(task, scenario), tasks[task].spec.name
         self._max_range = float(tasks[task].options["max_range"])
-        self._copies = FlockVectorEnv(
+        self._copies = BatchVectorEnv(
             count,
             self._model,
             autoreset_mode="Disabled",

@@ -10,6 +10,7 @@ import pytest
 from option_table import DIMENSIONS, EVERY_STEP, small_flock
 
 import flockesc_env as fe
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.scenario import Inertial, Reynolds
 
@@ -88,7 +89,7 @@ def agents_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[A
 
 def flocks_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
     """Play two large flocks into their second episode; batch and flocks share the threads."""
-    env = fe.FlockVectorEnv(2, scenario, num_threads=num_threads, **EVERY_STEP)
+    env = BatchVectorEnv(2, scenario, num_threads=num_threads, **EVERY_STEP)
     env.action_space.seed(0)
     return [env.reset(seed=2), *(env.step(env.action_space.sample()) for _ in range(11))]
 

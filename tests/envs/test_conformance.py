@@ -34,7 +34,7 @@ from pettingzoo.test import (
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario
+from flockesc_env import FlockScenario, LineScenario, flockesc_v1
 from flockesc_env.scenario import Learned
 
 FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v1"
@@ -77,9 +77,9 @@ def test_gymnasium_defaults(name: str) -> None:
 
 def check_agents(scenario: FlockScenario, num_cycles: int = 30, **options: Any) -> None:
     parallel_api_test(flockesc_env.parallel_env(scenario, **options), num_cycles=num_cycles)
-    api_test(flockesc_env.env(scenario, **options), num_cycles=num_cycles)
+    api_test(flockesc_v1.env(scenario, **options), num_cycles=num_cycles)
     parallel_seed_test(lambda: flockesc_env.parallel_env(scenario, **options), num_cycles=num_cycles)
-    seed_test(lambda: flockesc_env.env(scenario, **options), num_cycles=num_cycles)
+    seed_test(lambda: flockesc_v1.env(scenario, **options), num_cycles=num_cycles)
 
 
 @agent_options
@@ -112,7 +112,7 @@ def test_learned_predators(dimension: int, options: dict[str, Any]) -> None:
     hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
     captured = small_flock(dimension, num_agents=12, predators=hunters, capture_radius=12.0)
     parallel_api_test(flockesc_env.parallel_env(captured), num_cycles=30)
-    api_test(flockesc_env.env(captured), num_cycles=30)
+    api_test(flockesc_v1.env(captured), num_cycles=30)
 
 
 # Positions and velocities have no bounds.
@@ -120,7 +120,7 @@ def test_learned_predators(dimension: int, options: dict[str, Any]) -> None:
 @agent_options
 def test_state(options: Options, dimension: int) -> None:
     scenario = small_flock(dimension)
-    env = flockesc_env.env(scenario, **options)
+    env = flockesc_v1.env(scenario, **options)
     state_test(env, flockesc_env.parallel_env(scenario, **options))
 
 
@@ -133,6 +133,6 @@ def test_max_cycles(options: Options, dimension: int) -> None:
 
     module = SimpleNamespace(
         parallel_env=lambda max_cycles: flockesc_env.parallel_env(scenario(max_cycles), **options),
-        env=lambda max_cycles: flockesc_env.env(scenario(max_cycles), **options),
+        env=lambda max_cycles: flockesc_v1.env(scenario(max_cycles), **options),
     )
     max_cycles_test(module)

@@ -13,6 +13,7 @@ from objective_values import SERIES
 from option_table import DIMENSIONS, OBJECTIVES, small_flock
 
 import flockesc_env as fe
+from flockesc_env.envs.pettingzoo import FlockParallelEnv
 from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.scenario import ConstantVelocity, Learned, PurePursuit, Wandering
 from flockesc_env.scenario.neighbors import Topological
@@ -41,7 +42,7 @@ DENSE: dict[str, Any] = {"num_agents": 12, "num_steps": 30, "initial_side": 18.0
 flocks = pytest.mark.parametrize("flock", FLOCKS)
 
 
-def played(scenario: fe.FlockScenario, reward: str, **options: Any) -> fe.flockesc_v1.FlockParallelEnv:
+def played(scenario: fe.FlockScenario, reward: str, **options: Any) -> FlockParallelEnv:
     env = fe.parallel_env(scenario, reward=reward, action_mode="range", max_range=MAX_RANGE, **options)
     env.reset_array(seed=6)
     return env

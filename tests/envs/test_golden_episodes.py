@@ -15,7 +15,8 @@ from golden_episodes import SEED, cases, hashed, hashes, updated
 from masked_cpu import each_level, run_masked
 from option_table import small_flock
 
-from flockesc_env import FlockEscapeEnv, FlockVectorEnv, parallel_env
+from flockesc_env import FlockEscapeEnv, parallel_env
+from flockesc_env.envs.vector import BatchVectorEnv
 
 GOLDEN = json.loads(FILE.read_text())
 
@@ -71,7 +72,7 @@ def unseeded(_: int) -> list[bytes]:
     """Return the first observations of new environments of every interface after resets without a seed."""
     seen = []
     for index in range(ENVIRONMENTS):
-        env = (FlockEscapeEnv, parallel_env, FlockVectorEnv)[index % 3](scenario=small_flock())
+        env = (FlockEscapeEnv, parallel_env, BatchVectorEnv)[index % 3](scenario=small_flock())
         for _ in range(RESETS):
             observation, info = env.reset()
             shown = observation["agent_0"] if isinstance(observation, dict) else observation

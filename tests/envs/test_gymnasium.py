@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import gymnasium
 import numpy as np
 import pytest
 from envs import state
-from gymnasium import wrappers
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
-from option_table import DIMENSIONS, EVERY_STEP, small_flock
+from option_table import DIMENSIONS, EVERY_STEP, IDS, small_flock
 
 import flockesc_env as fe
 from flockesc_env.scenario import PurePursuit
-
-IDS = [name for name in gymnasium.registry if name.startswith("flockesc/")]
 
 
 def play(env: Any) -> list[Any]:
@@ -53,46 +49,6 @@ def test_every_id(name: str) -> None:
     else:
         with pytest.raises(fe.InputError, match=r"call gymnasium.make_vec\(.*, num_envs=300 \* flocks\)"):
             gymnasium.make(name)
-
-
-WRAPPERS: dict[str, dict[str, Any]] = {
-    "ClipAction": {},
-    "RescaleAction": {"min_action": np.float32(0), "max_action": np.float32(1)},
-    "RescaleObservation": {"min_obs": np.float32(0), "max_obs": np.float32(1)},
-    "NormalizeObservation": {},
-    "NormalizeReward": {},
-    "RecordEpisodeStatistics": {},
-    "ClipReward": {"min_reward": -0.1},
-    "TimeAwareObservation": {},
-    "FrameStackObservation": {"stack_size": 3},
-    "DelayObservation": {"delay": 2},
-}
-MAKERS: list[tuple[Any, Callable[[], Any]]] = [
-    (wrappers, lambda: gymnasium.make("flockesc/FlockEscape-v1", scenario=small_flock(), **EVERY_STEP)),
-    (wrappers.vector, lambda: fe.FlockVectorEnv(2, small_flock(), **EVERY_STEP)),
-    (wrappers.vector, lambda: fe.AgentVectorEnv(10, small_flock(), **EVERY_STEP)),
-]
-
-
-@pytest.mark.parametrize(
-    ("make", "wrapper", "arguments"),
-    [
-        (make, getattr(module, name), arguments)
-        for module, make in MAKERS
-        for name, arguments in WRAPPERS.items()
-        if hasattr(module, name)
-    ],
-)
-def test_wrappers(make: Callable[[], Any], wrapper: Any, arguments: dict[str, Any]) -> None:
-    """An episode in a wrapper has the length of one without, and observations in the wrapper's space."""
-    env = wrapper(make(), **arguments)
-    env.action_space.seed(0)
-    observation, _ = env.reset(seed=0)
-    for step in range(small_flock().num_steps):
-        assert observation in env.observation_space
-        observation, reward, _, truncated, _ = env.step(env.action_space.sample())
-        assert np.isfinite(reward).all()
-        assert np.all(truncated) == np.any(truncated) == (step == small_flock().num_steps - 1)
 
 
 def test_line_terminates_when_steady_and_is_truncated_otherwise() -> None:

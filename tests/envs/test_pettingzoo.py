@@ -12,9 +12,10 @@ from option_table import ACTION_MODES, AGENT_REWARDS, DIMENSIONS, EVERY_STEP, ev
 from pettingzoo.utils import aec_to_parallel
 from pettingzoo.utils.wrappers import ClipOutOfBoundsWrapper
 
-from flockesc_env import FlockEscapeEnv, env, parallel_env
+from flockesc_env import FlockEscapeEnv
 from flockesc_env.common.errors import FlockescError
 from flockesc_env.envs.pettingzoo import FlockParallelEnv
+from flockesc_env.flockesc_v1 import env, parallel_env
 
 
 def test_types_of_an_episode() -> None:

@@ -25,7 +25,7 @@ import flockesc_env as fe
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict
 from flockesc_env.policies import Pursue
-from flockesc_env.sb3 import AgentVecEnv
+from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import PurePursuit, Topological
 
 # Entries that the action space rejects.
@@ -224,7 +224,7 @@ def test_settings_are_not_assigned_after_creation(make: Callable[[], Any]) -> No
 def test_settings_are_not_assigned_through_wrappers() -> None:
     alone = gymnasium.make("flockesc/FlockEscape-v1", scenario=small_flock())
     several = gymnasium.make_vec("flockesc/LineEscape-v1", num_envs=2)
-    slots = AgentVecEnv(1, small_flock())
+    slots = vec_env(small_flock(), per_agent=True)
     for name in ("scenario", "max_range"):
         for call in (alone.set_wrapper_attr, several.set_attr, slots.set_attr, VecMonitor(slots).set_attr):
             with pytest.raises(InputError, match=f"{name}: .*environment with {name}=.."):

@@ -1,4 +1,4 @@
-"""The contract of stable-baselines3's VecEnv for FlockVecEnv and AgentVecEnv."""
+"""The contract of stable-baselines3's VecEnv for one slot per flock and one per agent."""
 
 from __future__ import annotations
 
@@ -10,21 +10,22 @@ import pytest
 from envs import draw
 from gymnasium import Wrapper
 from option_table import EVERY_STEP, doomed, small_flock
-from stable_baselines3 import A2C, DQN, PPO, SAC
-from stable_baselines3.common.callbacks import CheckpointCallback, EvalCallback
+from stable_baselines3 import A2C, PPO
 from stable_baselines3.common.evaluation import evaluate_policy
-from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecMonitor, VecNormalize
+from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import Pursue
-from flockesc_env.sb3 import AgentVecEnv, FlockEvalCallback, FlockVecEnv
+from flockesc_env.sb3 import FlockEvalCallback, vec_env
 from flockesc_env.scenario import Learned
 
 FLOCKS = 3
-ENVS = pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
+SHOWN = ("min_mean_distance",)
+PER_AGENT = pytest.mark.parametrize("per_agent", [False, True])
 
 
 @pytest.mark.parametrize(
@@ -37,19 +38,15 @@ ENVS = pytest.mark.parametrize("make", [FlockVecEnv, AgentVecEnv])
     ids=["no capture", "capture", "several scenarios"],
 )
 @pytest.mark.parametrize(
-    ("make", "like", "reward"),
-    [
-        (FlockVecEnv, fe.FlockVectorEnv, "team"),
-        (AgentVecEnv, fe.AgentVectorEnv, "team"),
-        (AgentVecEnv, fe.AgentVectorEnv, "individual_distance"),
-    ],
+    ("per_agent", "reward"), [(False, "team"), (True, "team"), (True, "individual_distance")]
 )
 def test_slots_equal_those_of_gymnasium_with_autoreset_in_the_same_step(
-    make: Any, like: Any, reward: Any, scenario: Any, ends: set[bool]
+    per_agent: bool, reward: Any, scenario: Any, ends: set[bool]
 ) -> None:
     """``ends`` are the ways in which episodes end: by truncation (True) or termination."""
-    env = make(FLOCKS, scenario, reward=reward, **EVERY_STEP)
-    twin = like(env.num_envs, scenario, reward=reward, autoreset_mode="SameStep", **EVERY_STEP)
+    options: Any = {"per_agent": per_agent, "reward": reward, **EVERY_STEP}
+    env: Any = vec_env(scenario, FLOCKS, **options)
+    twin = BatchVectorEnv(env.num_envs, scenario, autoreset_mode="SameStep", **options)
     env.seed(11)
     np.testing.assert_array_equal(env.reset(), twin.reset(seed=11)[0])
     rng, seen = np.random.default_rng(0), set()
@@ -72,12 +69,14 @@ def test_slots_equal_those_of_gymnasium_with_autoreset_in_the_same_step(
     assert seen == ends
 
 
-@ENVS
-def test_infos_at_the_end_only(make: type[VecEnv]) -> None:
+@PER_AGENT
+def test_infos_at_the_end_only(per_agent: bool) -> None:
     """Infos of running slots are one new empty dict; ended slots have the same infos as otherwise."""
     scenarios = [small_flock(num_steps=12), small_flock(num_steps=16, capture_radius=6.0)]
-    full = VecMonitor(VecNormalize(make(2, scenarios)), info_keywords=("min_mean_distance",))
-    sparse = VecMonitor(VecNormalize(make(2, scenarios, infos="end")), info_keywords=("min_mean_distance",))
+    full, sparse = (
+        VecMonitor(VecNormalize(vec_env(scenarios, 2, per_agent=per_agent, infos=infos)), info_keywords=SHOWN)
+        for infos in ("all", "end")
+    )
     rng = np.random.default_rng(0)
     for env in (full, sparse):
         env.seed(0)
@@ -100,9 +99,9 @@ def test_infos_at_the_end_only(make: type[VecEnv]) -> None:
             info["written"] = True  # does not show in later steps
 
 
-@ENVS
-def test_seeds_are_used_once(make: type[VecEnv]) -> None:
-    env, twin = make(FLOCKS, small_flock()), make(FLOCKS, small_flock())
+@PER_AGENT
+def test_seeds_are_used_once(per_agent: bool) -> None:
+    env, twin = (vec_env(small_flock(), FLOCKS, per_agent=per_agent) for _ in range(2))
     rows = env.num_envs // FLOCKS
     assert list(env.seed(5)) == [5 + slot // rows for slot in range(env.num_envs)]
     first, second, third = env.reset(), env.reset(), env.reset()
@@ -115,25 +114,25 @@ def test_seeds_are_used_once(make: type[VecEnv]) -> None:
     np.testing.assert_array_equal(env.reset()[:rows], first[rows : 2 * rows])
 
 
-@ENVS
-def test_options_are_used_once(make: type[VecEnv]) -> None:
+@PER_AGENT
+def test_options_are_used_once(per_agent: bool) -> None:
     scenario = small_flock()
     start = np.arange(10.0).reshape(5, 2)
-    env, twin = make(FLOCKS, scenario), make(FLOCKS, scenario)
-    single = fe.parallel_env(scenario) if make is AgentVecEnv else fe.FlockEscapeEnv(scenario)
+    env, twin = (vec_env(scenario, FLOCKS, per_agent=per_agent) for _ in range(2))
+    single = fe.parallel_env(scenario) if per_agent else fe.FlockEscapeEnv(scenario)
     env.seed(1)
     env.set_options({"initial_positions": start})
     given = env.reset()
     rows = env.num_envs // FLOCKS
     expected, _ = single.reset(seed=2, options={"initial_positions": start})
-    expected = np.array(list(expected.values())) if make is AgentVecEnv else expected[np.newaxis]
+    expected = np.array(list(expected.values())) if per_agent else expected[np.newaxis]
     np.testing.assert_array_equal(given[rows : 2 * rows], expected)
     env.seed(1)
     twin.seed(1)
     np.testing.assert_array_equal(env.reset(), twin.reset())
 
 
-@ENVS
+@PER_AGENT
 @pytest.mark.parametrize(
     ("options", "field"),
     [
@@ -143,9 +142,9 @@ def test_options_are_used_once(make: type[VecEnv]) -> None:
         ({"positions": 0}, "options['positions']"),
     ],
 )
-def test_a_refused_reset_leaves_no_trace(make: type[VecEnv], options: dict[str, Any], field: str) -> None:
+def test_a_refused_reset_leaves_no_trace(per_agent: bool, options: dict[str, Any], field: str) -> None:
     """The last flock's options are bad, so those before it are not reset either."""
-    env, twin = make(2, small_flock()), make(2, small_flock())
+    env, twin = (vec_env(small_flock(), 2, per_agent=per_agent) for _ in range(2))
     for each in (env, twin):
         each.seed(3)
         each.reset()
@@ -163,12 +162,15 @@ def test_a_refused_reset_leaves_no_trace(make: type[VecEnv], options: dict[str, 
     np.testing.assert_array_equal(env.reset(), twin.reset())
 
 
-@ENVS
-def test_attributes_and_methods(make: type[VecEnv]) -> None:
-    env = make(FLOCKS, small_flock())
+@PER_AGENT
+def test_attributes_and_methods(per_agent: bool) -> None:
+    env = vec_env(small_flock(), FLOCKS, per_agent=per_agent)
     assert env.get_attr("scenario") == [small_flock()] * env.num_envs
     assert env.get_attr("render_mode", indices=[0, 2]) == [None, None]
     assert env.get_attr("scenario", indices=1) == [small_flock()]
+    (spec,) = env.get_attr("spec", indices=0)
+    assert spec.id == ("flockesc/FlockAgents-v1" if per_agent else "flockesc/FlockEscape-v1")
+    assert spec.max_episode_steps == env.get_attr("policy_spec")[0].num_actions
     env.set_attr("note", 7)
     assert env.get_attr("note", indices=0) == [7]
     assert env.has_attr("note")
@@ -187,40 +189,13 @@ def weights(model: Any) -> np.ndarray:
     return np.concatenate([part.detach().numpy().ravel() for part in model.policy.parameters()])
 
 
-@pytest.mark.parametrize(
-    ("algorithm", "settings"),
-    [
-        (PPO, {"n_steps": 10, "batch_size": 50}),
-        (A2C, {}),
-        (SAC, {"learning_starts": 20, "buffer_size": 100}),
-        (DQN, {"learning_starts": 20, "buffer_size": 100}),
-    ],
-)
-def test_the_loop_of_stable_baselines3(algorithm: Any, settings: Any, tmp_path: Path) -> None:
-    """Train with its wrappers and callbacks, save, load, act alike, learn on."""
-
-    def make() -> VecMonitor:
-        mode = "discrete" if algorithm is DQN else "normalized"
-        return VecMonitor(AgentVecEnv(1, small_flock(), action_mode=mode))
-
-    env, judge = VecNormalize(make()), VecNormalize(make(), training=False)
-    model = algorithm("MlpPolicy", env, device="cpu", seed=0, **settings)
-    checkpoints = CheckpointCallback(10, str(tmp_path), save_vecnormalize=True)
-    evaluations = EvalCallback(judge, eval_freq=10, best_model_save_path=str(tmp_path), verbose=0)
-    model.learn(100, callback=[checkpoints, evaluations]).save(tmp_path / "last.zip")
-    rows = judge.reset()
-    last = algorithm.load(tmp_path / "last.zip", device="cpu")
-    actions = [each.predict(rows, deterministic=True)[0] for each in (model, last)]
-    np.testing.assert_array_equal(*actions)
-    assert np.isfinite(evaluations.best_mean_reward)
-    assert algorithm.load(tmp_path / "best_model.zip", device="cpu").num_timesteps in {50, 100}
-
-    env = VecNormalize.load(str(tmp_path / "rl_model_vecnormalize_100_steps.pkl"), make())
-    model = algorithm.load(tmp_path / "rl_model_100_steps.zip", env=env, device="cpu")
-    before = weights(model)
-    model.learn(100, reset_num_timesteps=False)
-    assert model.num_timesteps == 200
-    assert not np.array_equal(weights(model), before)
+@pytest.mark.parametrize("scenario", ["paper-line", fe.LineScenario()])
+def test_a_slot_per_line(scenario: Any) -> None:
+    env = vec_env(scenario, 2, reward="terminal")
+    assert [spec.id for spec in env.get_attr("spec")] == ["flockesc/LineEscape-v1"] * 2
+    VecNormalize(VecMonitor(env)).reset()
+    with pytest.raises(InputError, match="per_agent"):
+        vec_env(scenario, per_agent=True)
 
 
 @pytest.mark.parametrize("learning_rate", [0.0, 0.1])
@@ -232,7 +207,7 @@ def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float
     callback = FlockEvalCallback(10, 3, best_model_save_path=tmp_path / "best")
     models = []
     for chosen in (None, callback):
-        env = AgentVecEnv(2, scenarios, predator_policy=Pursue(), **options)
+        env = vec_env(scenarios, 2, per_agent=True, predator_policy=Pursue(), **options)
         model = PPO("MlpPolicy", VecNormalize(env), tensorboard_log=str(tmp_path), **settings)
         models.append(model.learn(200, callback=chosen))
     np.testing.assert_array_equal(*map(weights, models))  # the callback does not change the training
@@ -267,7 +242,7 @@ def test_the_callback_refuses_other_environments() -> None:
 def test_one_episode_per_agent_judges_whole_flocks() -> None:
     """As docs/trainers.md says: ``evaluate_policy`` counts slots."""
     scenario = small_flock()
-    env = VecMonitor(AgentVecEnv(2, scenario), info_keywords=("min_mean_distance",))
+    env = VecMonitor(vec_env(scenario, 2, per_agent=True), info_keywords=SHOWN)
     model = A2C("MlpPolicy", env, device="cpu", seed=0)
     env.seed(7)
     values = []

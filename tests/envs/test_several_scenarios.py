@@ -14,8 +14,9 @@ from same import plain, same
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import Pursue
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import Learned, PurePursuit, Topological, Uniform, Voronoi
 
 HUNTED = small_flock(
@@ -57,8 +58,7 @@ class Gymnasium:
         self, per_agent: bool, mode: AutoresetMode, scenarios: list[fe.FlockScenario], **options: Any
     ) -> None:
         count = len(scenarios) * (AGENTS if per_agent else 1)
-        kind = fe.AgentVectorEnv if per_agent else fe.FlockVectorEnv
-        self.env = kind(count, scenarios, autoreset_mode=mode, **options)
+        self.env = BatchVectorEnv(count, scenarios, per_agent=per_agent, autoreset_mode=mode, **options)
         self.rows = count // len(scenarios)
 
     def reset(self, seed: int) -> Slots:
@@ -109,7 +109,14 @@ def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dic
             same(env.step(actions[slots]), returned[slots])
 
 
-@pytest.mark.parametrize("make", [fe.FlockVectorEnv, FlockVecEnv, AgentVecEnv])
+@pytest.mark.parametrize(
+    "make",
+    [
+        partial(BatchVectorEnv, 3),
+        partial(vec_env, num_flocks=3),
+        partial(vec_env, num_flocks=3, per_agent=True),
+    ],
+)
 @pytest.mark.parametrize(
     ("field", "other"),
     [
@@ -123,12 +130,12 @@ def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dic
 )
 def test_scenarios_that_differ_too_much(make: Any, field: str, other: fe.FlockScenario) -> None:
     with pytest.raises(InputError) as raised:
-        make(3, [SCENARIOS[0], HUNTED, other], max_range=4.0)
+        make(scenario=[SCENARIOS[0], HUNTED, other], max_range=4.0)
     assert raised.value.field == f"scenario[2].{field}"
 
 
 def test_snapshots_belong_to_scenarios() -> None:
-    envs, other = fe.FlockVectorEnv(FLOCKS, SCENARIOS), fe.FlockVectorEnv(FLOCKS, SCENARIOS[::-1])
+    envs, other = BatchVectorEnv(FLOCKS, SCENARIOS), BatchVectorEnv(FLOCKS, SCENARIOS[::-1])
     envs.reset(seed=3)
     other.reset(seed=8)
     actions = np.zeros((FLOCKS, 1), np.float32)
@@ -143,7 +150,7 @@ def test_snapshots_belong_to_scenarios() -> None:
     single = fe.FlockEscapeEnv(HUNTED)
     single.set_state(one)
     assert other.get_state(0) == other.get_state(2) == single.get_state() == one
-    twin = fe.FlockVectorEnv(FLOCKS, list(SCENARIOS), num_threads=2)
+    twin = BatchVectorEnv(FLOCKS, list(SCENARIOS), num_threads=2)
     twin.set_state(state)
     copy = pickle.loads(pickle.dumps(envs))  # noqa: S301
     for _ in range(20):
@@ -154,8 +161,8 @@ def test_snapshots_belong_to_scenarios() -> None:
 def test_predator_policies() -> None:
     scenarios = [small_flock(predators=[Learned(max_speed=speed)]) for speed in (12.0, 24.0)]
     options = {"action_mode": "range", "predator_policy": Pursue(), "autoreset_mode": "SameStep"}
-    together = fe.FlockVectorEnv(2, scenarios, **options)
-    alone = [fe.FlockVectorEnv(1, scenario, **options) for scenario in scenarios]
+    together = BatchVectorEnv(2, scenarios, **options)
+    alone = [BatchVectorEnv(1, scenario, **options) for scenario in scenarios]
     together.reset(seed=1)
     for seed, env in enumerate(alone, 1):
         env.reset(seed=seed)

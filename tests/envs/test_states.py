@@ -16,6 +16,7 @@ from envs import ADAPTERS, REMEMBERING, Weave, play, start
 from option_table import small_flock
 
 import flockesc_env as fe
+from flockesc_env.envs.vector import BatchVectorEnv
 
 STEPS = 25
 """Number of steps, which reaches the third episode."""
@@ -114,7 +115,7 @@ def test_in_another_process(method: str) -> None:
 def test_one_state_in_all_slots() -> None:
     """Planning: many slots continue from one state of one flock, with different actions."""
     scenario = small_flock()
-    env, crowd = fe.FlockEscapeEnv(scenario), fe.FlockVectorEnv(5, scenario, num_threads=2)
+    env, crowd = fe.FlockEscapeEnv(scenario), BatchVectorEnv(5, scenario, num_threads=2)
     env.reset(seed=3)
     env.step(np.array([0.1], np.float32))
     crowd.set_state(env.get_state())

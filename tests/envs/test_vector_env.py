@@ -1,8 +1,9 @@
-"""FlockVectorEnv returns the same as Gymnasium's SyncVectorEnv over single environments."""
+"""BatchVectorEnv returns the same as Gymnasium's SyncVectorEnv over single environments."""
 
 from __future__ import annotations
 
 import copy
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -13,8 +14,8 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
 from option_table import ACTION_MODES, EVERY_STEP, FLOCK_REWARDS, doomed, small_flock
 
-from flockesc_env import AgentVectorEnv, FlockEscapeEnv, FlockVectorEnv
 from flockesc_env.common.errors import FlockescError, InputError
+from flockesc_env.envs.vector import BatchVectorEnv
 
 NAME = "flockesc_env:flockesc/FlockEscape-v1"
 SLOTS = 4
@@ -26,14 +27,21 @@ action_modes = pytest.mark.parametrize("action_mode", ACTION_MODES)
 
 
 class Twins:
-    """FlockVectorEnv and SyncVectorEnv, called with the same arguments and compared."""
+    """BatchVectorEnv and SyncVectorEnv, called with the same arguments and compared."""
 
     def __init__(
-        self, autoreset_mode: AutoresetMode, *, num_threads: int | None = None, **options: Any
+        self,
+        autoreset_mode: AutoresetMode,
+        *,
+        num_threads: int | None = None,
+        max_episode_steps: int | None = None,
+        **options: Any,
     ) -> None:
         options = {"scenario": small_flock(), **EVERY_STEP, **options}
-        self.native = FlockVectorEnv(SLOTS, autoreset_mode=autoreset_mode, num_threads=num_threads, **options)
-        self.sync = SyncVectorEnv([lambda: FlockEscapeEnv(**options)] * SLOTS, autoreset_mode=autoreset_mode)
+        own = {"num_threads": num_threads, "max_episode_steps": max_episode_steps}
+        self.native = BatchVectorEnv(SLOTS, autoreset_mode=autoreset_mode, **own, **options)
+        make = partial(gymnasium.make, NAME, max_episode_steps, disable_env_checker=True, **options)
+        self.sync = SyncVectorEnv([make] * SLOTS, autoreset_mode=autoreset_mode)
         self.sync.action_space.seed(0)
         self.ended = np.zeros(SLOTS, bool)
         self.ends = np.zeros(2, int)
@@ -85,6 +93,90 @@ def test_options(autoreset_mode: AutoresetMode, dimension: int, reward: str, ste
     twins.step(15)
 
 
+HOURS = {"scenario": small_flock(num_steps=100), "steps_per_action": 1}
+LIMITS: dict[str, tuple[int, dict[str, Any]]] = {
+    "one action": (1, HOURS),
+    "normalized": (10, HOURS),
+    "range": (10, HOURS | {"action_mode": "range", "min_range": 0.1, "reward": "terminal"}),
+    "discrete": (10, HOURS | {"action_mode": "discrete", "steps_per_action": 3, "count_components": True}),
+    "beyond the end": (30, HOURS | {"steps_per_action": 4}),
+    "at the end": (10, {"scenario": doomed(num_steps=10), "steps_per_action": 1}),
+    "captures": (11, {"scenario": doomed(), "steps_per_action": 3}),
+}
+
+
+@autoreset_modes
+@pytest.mark.parametrize(("limit", "options"), LIMITS.values(), ids=LIMITS)
+def test_a_limit_is_that_of_gymnasium(
+    autoreset_mode: AutoresetMode, limit: int, options: dict[str, Any]
+) -> None:
+    """Slots end at different times, and the actions of slots that start again are ignored."""
+    twins = Twins(autoreset_mode, max_episode_steps=limit, num_threads=3, **options)
+    twins.reset(1)
+    twins.step(4)
+    twins.reset(mask=MASK)
+    twins.step(60)
+    if limit < 12:
+        assert twins.ends.sum() >= 4 * SLOTS
+
+
+@action_modes
+def test_actions_of_slots_that_a_limit_resets_are_ignored(action_mode: str) -> None:
+    twins = Twins(AutoresetMode.NEXT_STEP, max_episode_steps=3, **HOURS, action_mode=action_mode)
+    twins.reset(0)
+    twins.step(1)
+    twins.reset(mask=MASK)
+    twins.step(2)
+    assert twins.ended.tolist() == [False, True, False, True]
+    actions = twins.sync.action_space.sample()
+    spoilt = actions.copy()
+    spoilt[1::2] = 10**6 if action_mode == "discrete" else np.nan
+    bad = spoilt.copy()
+    bad[2] = bad[1]
+    for refused, field in ((bad, "action[2]"), (spoilt[1:], "action"), (spoilt.astype(object), "action")):
+        with pytest.raises(InputError) as caught:
+            twins.native.step(refused)
+        assert caught.value.field == field
+    assert data_equivalence(twins.native.step(spoilt), twins.sync.step(actions), exact=True)
+    twins.step(5)
+
+
+@autoreset_modes
+@pytest.mark.parametrize("per_agent", [False, True])
+def test_a_limit_counts_from_the_restored_state(autoreset_mode: AutoresetMode, per_agent: bool) -> None:
+    scenario = small_flock(num_steps=100, capture_radius=1.0)
+    options: Any = {"per_agent": per_agent, "autoreset_mode": autoreset_mode, "max_episode_steps": 3}
+    env = gymnasium.make_vec(NAME, 10, scenario=scenario, copy=False, **options)
+    assert env.spec is not None
+    assert env.spec.max_episode_steps == 3
+    actions = np.zeros(env.action_space.shape, np.float32)  # type: ignore[arg-type]
+    with pytest.raises(FlockescError, match=r"reset\(\)"):
+        env.step(actions)
+    env.reset(seed=0)
+    env.step(actions)
+    state = env.get_state()
+    for _ in range(2):
+        env.set_state(state)
+        assert not env.step(actions)[3].any()
+        copied = copy.deepcopy(env)
+        observations, rewards, _, truncated, _ = env.step(actions)
+        assert truncated.all()
+        np.testing.assert_array_equal(copied.step(actions)[0], observations)
+        if autoreset_mode is AutoresetMode.DISABLED:
+            with pytest.raises(FlockescError, match="after the end of flock 0's episode"):
+                env.step(actions)
+        else:
+            _, rewards, _, truncated, _ = env.step(actions)
+            assert not truncated.any()
+            assert (autoreset_mode is AutoresetMode.NEXT_STEP) == (not rewards.any())
+
+
+def test_no_limit() -> None:
+    for limit in (-1, None):
+        env = gymnasium.make_vec("flockesc/one-range-v1", max_episode_steps=limit)
+        assert env.spec.max_episode_steps == 60  # type: ignore[union-attr]
+
+
 @autoreset_modes
 @pytest.mark.parametrize("steps_per_action", [1, 3])
 def test_captures(autoreset_mode: AutoresetMode, steps_per_action: int) -> None:
@@ -123,7 +215,7 @@ def test_wrappers_of_gymnasium_see_no_difference(autoreset_mode: AutoresetMode) 
 def test_make_vec(mode: Any) -> None:
     options = {"scenario": small_flock(), "autoreset_mode": mode, "num_threads": 1, "reward": "distance"}
     env = gymnasium.make_vec(NAME, num_envs=3, vectorization_mode="vector_entry_point", **options)
-    assert type(env) is FlockVectorEnv
+    assert type(env) is BatchVectorEnv
     assert env.metadata["autoreset_mode"] is AutoresetMode(mode)
     assert env.options.reward == "distance"
     assert env.spec is not None
@@ -134,7 +226,7 @@ def test_make_vec(mode: Any) -> None:
     env.close()
     env.close()
     assert env.closed
-    assert type(gymnasium.make_vec(NAME)) is FlockVectorEnv  # the default
+    assert type(gymnasium.make_vec(NAME)) is BatchVectorEnv  # the default
 
 
 def play(env: VectorEnv[Any, Any, Any], keep: Any = copy.deepcopy) -> list[Any]:
@@ -157,7 +249,7 @@ def test_copy_false_reuses_two_arrays(autoreset_mode: AutoresetMode) -> None:
         return kept
 
     fresh, reusing = (
-        FlockVectorEnv(SLOTS, small_flock(), autoreset_mode=autoreset_mode, copy=keep)
+        BatchVectorEnv(SLOTS, small_flock(), autoreset_mode=autoreset_mode, copy=keep)
         for keep in (True, False)
     )
     expected = play(fresh, keep=lambda result: result)
@@ -217,7 +309,7 @@ def test_ended_slots_are_not_stepped_without_autoreset() -> None:
     ],
 )
 def test_refused_resets_leave_no_trace(seed: Any, options: dict[str, Any], field: str) -> None:
-    env, twin = (FlockVectorEnv(SLOTS, small_flock()) for _ in range(2))
+    env, twin = (BatchVectorEnv(SLOTS, small_flock()) for _ in range(2))
     for each in (env, twin):
         each.reset(seed=6)
     with pytest.raises(InputError) as caught:
@@ -230,7 +322,7 @@ def test_refused_resets_leave_no_trace(seed: Any, options: dict[str, Any], field
 
 def test_a_mask_contains_whole_flocks() -> None:
     num_agents = small_flock().num_agents
-    env = AgentVectorEnv(3 * num_agents, small_flock())
+    env = BatchVectorEnv(3 * num_agents, small_flock(), per_agent=True)
     mask = np.arange(3 * num_agents) < num_agents
     with pytest.raises(FlockescError, match="reset_mask"):
         env.reset(options={"reset_mask": mask})

@@ -12,6 +12,7 @@ from option_table import DIMENSIONS, every_pair, small_flock
 from predator_reference import PACKS, path_position
 
 import flockesc_env as fe
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import Trajectory
 from flockesc_env.scenario import (
     ConstantVelocity,
@@ -108,7 +109,7 @@ def test_a_herder_ends_behind_the_flock(dimension: int) -> None:
 def test_packs_do_not_depend_on_the_batch(pack: str, threads: int) -> None:
     starts, _ = drawn(2, 2)
     scenario = fe.FlockScenario(num_agents=30, num_steps=20, predators=tuple(PACKS[pack](starts)))
-    env = fe.FlockVectorEnv(4, scenario, action_mode="range", num_threads=threads, steps_per_action=1)
+    env = BatchVectorEnv(4, scenario, action_mode="range", num_threads=threads, steps_per_action=1)
     env.reset(seed=[9, 2, 7, 2])
     runs = [fe.simulate(scenario, 9.0, seed=seed) for seed in (9, 2, 7, 2)]
     for t in range(1, 20):

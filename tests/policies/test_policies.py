@@ -18,6 +18,7 @@ from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNorma
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import (
     FixedRange,
     RandomRange,
@@ -27,7 +28,7 @@ from flockesc_env.policies import (
     StubbornWitnesses,
     bind,
 )
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import ConstantVelocity
 
 SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
@@ -117,13 +118,13 @@ def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_act
         again = fe.simulate(SCENARIO, policy=ScheduledRange(own), seed=SEEDS[0])
         np.testing.assert_array_equal(again.positions, run.positions)
     singles: list[Any] = [fe.parallel_env(SCENARIO, **options)]
-    slots: list[Any] = [AgentVecEnv(2, SCENARIO, **options)]
+    slots: list[Any] = [vec_env(SCENARIO, 2, per_agent=True, **options)]
     if name in SHARED_POLICIES:
         shared = fe.rollout(SCENARIO, make(), SEEDS, **options)
         np.testing.assert_array_equal(outcome(shared), expected)
         flock = fe.FlockEscapeEnv(SCENARIO, **options)
         singles += [flock, gymnasium.wrappers.RecordEpisodeStatistics(fe.FlockEscapeEnv(SCENARIO, **options))]
-        slots += [FlockVecEnv(2, SCENARIO, **options), VecMonitor(FlockVecEnv(2, SCENARIO, **options))]
+        slots += [vec_env(SCENARIO, 2, **options), VecMonitor(vec_env(SCENARIO, 2, **options))]
     for env in singles:
         for column, seed in enumerate(SEEDS):
             assert play_single(env, make(), seed) == expected[:, column].tolist()
@@ -205,8 +206,8 @@ def test_policies_by_name_set_their_options() -> None:
         (lambda env: gymnasium.wrappers.RescaleAction(env, 0, 1), "env.action_space"),
         (lambda env: gymnasium.wrappers.FrameStackObservation(env, 2), "env.observation_space"),
         (lambda env: SyncVectorEnv([lambda: NormalizeObservation(env)]), "env.observation_space"),
-        (lambda _: VecFrameStack(FlockVecEnv(1, SCENARIO), 2), "env.observation_space"),
-        (lambda _: VecMonitor(VecNormalize(FlockVecEnv(1, SCENARIO))), "env"),
+        (lambda _: VecFrameStack(vec_env(SCENARIO), 2), "env.observation_space"),
+        (lambda _: VecMonitor(VecNormalize(vec_env(SCENARIO))), "env"),
     ],
 )
 def test_bind_refuses_wrappers_that_change_observations_or_actions(wrap: Any, field: str) -> None:
@@ -218,7 +219,7 @@ def test_bind_refuses_wrappers_that_change_observations_or_actions(wrap: Any, fi
 def test_bind_takes_wrappers_that_clip_actions_or_normalize_rewards() -> None:
     for env in (
         gymnasium.wrappers.ClipAction(fe.FlockEscapeEnv(SCENARIO)),
-        gymnasium.wrappers.vector.ClipAction(fe.FlockVectorEnv(2, SCENARIO)),
-        VecNormalize(AgentVecEnv(1, SCENARIO), norm_obs=False),
+        gymnasium.wrappers.vector.ClipAction(BatchVectorEnv(2, SCENARIO)),
+        VecNormalize(vec_env(SCENARIO, per_agent=True), norm_obs=False),
     ):
         assert callable(bind(FixedRange(12.0), env))

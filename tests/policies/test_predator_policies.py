@@ -12,6 +12,7 @@ from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import run_differences
 from flockesc_env.policies import FixedRange, StubbornLeaders, bind
 from flockesc_env.policies.predators import Pursue
@@ -140,7 +141,7 @@ class Counting:
 def test_predator_policies_are_reset_in_every_episode(mode: str) -> None:
     policy = Counting()
     scenario = small_flock(num_steps=2).with_learned_predators()
-    env = fe.FlockVectorEnv(3, scenario, predator_policy=policy, autoreset_mode=mode)
+    env = BatchVectorEnv(3, scenario, predator_policy=policy, autoreset_mode=mode)
     env.reset(seed=0)
     for _ in range(7):
         env.step(np.zeros((3, 1), np.float32))

@@ -20,8 +20,9 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecFrameStack, VecMoni
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import SB3Policy, ScheduledRange, bind
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+from flockesc_env.sb3 import vec_env
 
 SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
 SEEDS = [3, 4]
@@ -58,7 +59,7 @@ def test_the_state_of_a_recurrent_model_is_kept_and_starts_with_every_episode() 
 
 def test_the_state_of_a_row_starts_with_its_episode() -> None:
     """One flock of a vector environment is reset during the episode of the other."""
-    env = fe.FlockVectorEnv(2, SCENARIO)
+    env = BatchVectorEnv(2, SCENARIO)
     act = bind(SB3Policy(Mood()), env)
     observations, _ = env.reset(seed=0)
     ranges = []
@@ -72,7 +73,7 @@ def test_the_state_of_a_row_starts_with_its_episode() -> None:
 
 
 def test_a_recurrent_model_of_sb3_plays_like_its_own_loop(monkeypatch: pytest.MonkeyPatch) -> None:
-    env = AgentVecEnv(1, SCENARIO)
+    env = vec_env(SCENARIO, per_agent=True)
     model = RecurrentPPO("MlpLstmPolicy", env, n_steps=8, batch_size=14, device="cpu", seed=0)
     calls: list[Any] = []
 
@@ -106,7 +107,7 @@ def test_a_recurrent_model_of_sb3_plays_like_its_own_loop(monkeypatch: pytest.Mo
     ],
 )
 def test_a_model_of_another_environment_is_refused(options: dict[str, Any], field: str) -> None:
-    policy = SB3Policy(PPO("MlpPolicy", FlockVecEnv(1, SCENARIO), n_steps=8, batch_size=8, device="cpu"))
+    policy = SB3Policy(PPO("MlpPolicy", vec_env(SCENARIO), n_steps=8, batch_size=8, device="cpu"))
     assert len(fe.rollout(SCENARIO, policy, [1]).seeds) == 1
     with pytest.raises(InputError) as caught:
         fe.rollout(SCENARIO, policy, [1], **options)
@@ -132,7 +133,7 @@ def normalized(env: Any, **settings: Any) -> VecNormalize:
 )
 @pytest.mark.parametrize("is_loaded", [False, True])
 def test_observations_are_normalized_as_in_the_training(wrap: Any, is_loaded: bool, tmp_path: Path) -> None:
-    env = wrap(AgentVecEnv(1, SCENARIO))
+    env = wrap(vec_env(SCENARIO, per_agent=True))
     model = PPO("MlpPolicy", env, **SIZES)
     env.seed(3)
     rows, expected = env.reset(), []
@@ -143,7 +144,7 @@ def test_observations_are_normalized_as_in_the_training(wrap: Any, is_loaded: bo
     if is_loaded:
         model.save(tmp_path / "model.zip")
         model.get_vec_normalize_env().save(tmp_path / "statistics.pkl")
-        statistics = VecNormalize.load(tmp_path / "statistics.pkl", AgentVecEnv(1, SCENARIO))
+        statistics = VecNormalize.load(tmp_path / "statistics.pkl", vec_env(SCENARIO, per_agent=True))
         policy = SB3Policy(PPO.load(tmp_path / "model.zip"), vec_normalize=statistics)
     run = fe.simulate(SCENARIO, policy=policy, seed=3)
     assert run.interaction_ranges.tolist() == expected
@@ -153,12 +154,12 @@ def test_observations_are_normalized_as_in_the_training(wrap: Any, is_loaded: bo
 def test_a_model_without_the_statistics_of_its_observations_is_refused(
     algorithm: Any, tmp_path: Path
 ) -> None:
-    env = VecNormalize(AgentVecEnv(1, SCENARIO))
+    env = VecNormalize(vec_env(SCENARIO, per_agent=True))
     algorithm("MlpPolicy", env, device="cpu", seed=0).learn(1).save(tmp_path / "model.zip")
     policy = SB3Policy(algorithm.load(tmp_path / "model.zip"))
     with pytest.raises(InputError, match=r"^vec_normalize: expected VecNormalize.load\(path, venv\)"):
         fe.rollout(SCENARIO, policy, [1])
-    policy = SB3Policy(policy.model, vec_normalize=VecNormalize(FlockVecEnv(1, SCENARIO)))
+    policy = SB3Policy(policy.model, vec_normalize=VecNormalize(vec_env(SCENARIO)))
     with pytest.raises(InputError, match=r"^vec_normalize: expected statistics of 13 entries"):
         fe.rollout(SCENARIO, policy, [1])
 
@@ -169,7 +170,7 @@ def test_a_model_without_the_statistics_of_its_observations_is_refused(
 )
 @pytest.mark.parametrize("wrap", [lambda env: env, lambda env: normalized(env, clip_obs=np.inf)])
 def test_networks_of_all_algorithms_act_as_their_models(algorithm: Any, settings: Any, wrap: Any) -> None:
-    env = wrap(AgentVecEnv(1, SCENARIO))
+    env = wrap(vec_env(SCENARIO, per_agent=True))
     sde = {"use_sde": True} if settings else {}
     model = algorithm("MlpPolicy", env, device="cpu", seed=1, policy_kwargs={**TANH, **settings}, **sde)
     with torch.no_grad():
@@ -190,7 +191,7 @@ def test_networks_of_all_algorithms_act_as_their_models(algorithm: Any, settings
 
 def model_of(algorithm: Any, env: Any = None, **settings: Any) -> Any:
     """Return a model of an algorithm; with tanh layers and one slot per flock unless told otherwise."""
-    return algorithm("MlpPolicy", env or FlockVecEnv(1, SCENARIO), device="cpu", **deepcopy(settings))
+    return algorithm("MlpPolicy", env or vec_env(SCENARIO), device="cpu", **deepcopy(settings))
 
 
 def alone() -> Any:
@@ -204,17 +205,17 @@ def alone() -> Any:
     [
         (lambda: model_of(ARS), "model: expected an MlpPolicy of PPO, A2C, .* got ARS"),
         (
-            lambda: RecurrentPPO("MlpLstmPolicy", FlockVecEnv(1, SCENARIO), device="cpu"),
+            lambda: RecurrentPPO("MlpLstmPolicy", vec_env(SCENARIO), device="cpu"),
             "model: expected a model without a memory, got RecurrentPPO",
         ),
         (alone, r"model.env: expected .* after PPO.load\(path, env=env\), got none"),
         (lambda: model_of(PPO, "Pendulum-v1"), "model.env: expected an environment of this package"),
         (
-            lambda: model_of(PPO, FlockVecEnv(1, SCENARIO, action_mode="range")),
+            lambda: model_of(PPO, vec_env(SCENARIO, action_mode="range")),
             "model.env.options.action_mode: expected 'normalized' or 'discrete', got 'range'",
         ),
         (
-            lambda: model_of(PPO, normalized(FlockVecEnv(1, SCENARIO), clip_obs=1.0)),
+            lambda: model_of(PPO, normalized(vec_env(SCENARIO), clip_obs=1.0)),
             "vec_normalize.clip_obs: expected numpy.inf, .* got 1.0",
         ),
         (lambda: model_of(SAC), r"layers: .*torch.nn.Tanh.* got Linear, ReLU, Linear"),
@@ -231,7 +232,7 @@ def test_models_that_are_no_network_of_the_package_are_refused(make: Any, messag
 
 
 def test_the_model_knows_whether_it_sets_the_ranges_of_agents() -> None:
-    for env, per_agent in ((FlockVecEnv(1, SCENARIO), False), (AgentVecEnv(1, SCENARIO), True)):
+    for env, per_agent in ((vec_env(SCENARIO), False), (vec_env(SCENARIO, per_agent=True), True)):
         policy = SB3Policy(model_of(PPO, env))
         expected = fe.simulate(SCENARIO, policy=policy, seed=1, per_agent=per_agent).interaction_ranges
         assert fe.simulate(SCENARIO, policy=policy, seed=1).interaction_ranges.tolist() == expected.tolist()
@@ -241,7 +242,7 @@ def test_the_model_knows_whether_it_sets_the_ranges_of_agents() -> None:
 @pytest.mark.parametrize(
     "env",
     [
-        VecFrameStack(AgentVecEnv(1, SCENARIO), 2),
+        VecFrameStack(vec_env(SCENARIO, per_agent=True), 2),
         DummyVecEnv([lambda: TimeAwareObservation(TimeLimit(fe.FlockEscapeEnv(SCENARIO), T))]),
     ],
 )

@@ -13,6 +13,7 @@ PRELUDE = """
 import os, signal, sys
 import flockesc_env as fe
 from flockesc_env.policies import Architecture
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env import FixedRange, FlockScenario, LineScenario, rollout, simulate, simulate_line, sweep
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits none
@@ -157,7 +158,7 @@ STEPS = {
         act = lambda: env.step(np.array([1.0], np.float32))
     """,
     "vector": """
-        env = FlockVectorEnv(3, flock, copy=False, steps_per_action=10**9, action_mode="range", num_threads=2)
+        env = BatchVectorEnv(3, flock, copy=False, steps_per_action=10**9, action_mode="range", num_threads=2)
         act = lambda: env.step(np.ones((3, 1), np.float32))
     """,
     "parallel": """
@@ -177,7 +178,7 @@ def test_ctrl_c_during_a_step_requires_a_reset(interface: str) -> None:
     process = start(f"""
         import numpy as np
         from gymnasium.error import ResetNeeded
-        from flockesc_env import FlockEscapeEnv, FlockVectorEnv, LineEscapeEnv, parallel_env
+        from flockesc_env import FlockEscapeEnv, LineEscapeEnv, parallel_env
         options = None
         {STEPS[interface]}
         for seed in range(2):

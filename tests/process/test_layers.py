@@ -85,6 +85,7 @@ def test_the_check_sees_a_planted_import() -> None:
         "import flockesc_env.render, flockesc_env.render.video",
         "from flockesc_env import *; sweep(LineScenario(), [0.1], [0]).best_range()",
         "import gymnasium; gymnasium.make('flockesc_env:flockesc/FlockEscape-v1').reset(seed=0)",
+        "import gymnasium; gymnasium.make('flockesc_env:flockesc/one-range-v1').reset(seed=0)",
         "import flockesc_env; flockesc_env.parallel_env().reset(seed=0)",
     ],
 )

@@ -19,7 +19,7 @@ sweep(flock, np.ones(10_000), range(100_000))
 sweep(flock.replace(num_agents=10**7), [1.0], [0])
 rollout(flock, FixedRange(1.0), range(10**12))
 LineEscapeEnv(LineScenario(num_agents=10**7)).reset(seed=0)
-FlockVectorEnv(100_000, flock)
+BatchVectorEnv(100_000, flock)
 FlockEscapeEnv(flock.replace(num_agents=10**7))
 FlockEscapeEnv(flock.replace(sensing_delay=10**8, num_steps=10**9))
 frozen.step(np.array([[0.1], [1e9]], np.float32))
@@ -29,6 +29,7 @@ SCRIPT = """
 import resource
 import numpy as np
 from flockesc_env import *
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models.graph import laplacian, neighbor_pairs
 
 flock, place = FlockScenario(num_agents=10), np.zeros((100_000, 2))
@@ -36,7 +37,7 @@ crowd = FlockScenario(num_agents=100_000, num_steps=9, frozen_graph=True)
 # Two groups that chase each other past the predator for ever.
 endless = LineScenario(num_agents=100_000, escape_force="linear_as_printed", max_steps=10**9)
 options = dict(action_mode="range", max_range=1e9, num_threads=1)
-frozen, twin = (FlockVectorEnv(2, crowd, **options) for _ in range(2))
+frozen, twin = (BatchVectorEnv(2, crowd, **options) for _ in range(2))
 for env in (frozen, twin):
     env.reset(seed=0)
 # The first call starts the threads of the package, whose stacks are address space.

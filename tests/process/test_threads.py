@@ -16,6 +16,7 @@ from envs import adapters, play, start
 from option_table import small_flock
 
 import flockesc_env as fe
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import FixedRange
 
 THREADS = 8
@@ -82,7 +83,7 @@ def test_pools_of_many_sizes_do_not_stay() -> None:
     sizes = range(2, 22)
     before = num_threads()
     for size in sizes:
-        fe.FlockVectorEnv(2, small_flock(), num_threads=size).reset(seed=0)
+        BatchVectorEnv(2, small_flock(), num_threads=size).reset(seed=0)
     while num_threads() - before > sum(sizes[-4:]):  # threads end in their own time
         time.sleep(0.01)
 
@@ -93,7 +94,7 @@ ENDLESS = fe.LineScenario(escape_force="linear_as_printed", max_steps=10**6)
 SHARED: dict[str, tuple[Callable[[], Any], np.ndarray]] = {
     "flock": (lambda: fe.FlockEscapeEnv(CROWD, action_mode="range", steps_per_action=1), ONE),
     "batch": (
-        lambda: fe.FlockVectorEnv(12, fe.FlockScenario(num_agents=100), num_threads=2, action_mode="range"),
+        lambda: BatchVectorEnv(12, fe.FlockScenario(num_agents=100), num_threads=2, action_mode="range"),
         np.full((12, 1), 10.0, np.float32),
     ),
     "line": (lambda: fe.LineEscapeEnv(ENDLESS, action_mode="range", max_range=10.0), ONE),

@@ -10,6 +10,7 @@ from envs import play, start
 from option_table import SENSING_RANGES, small_flock
 
 import flockesc_env as fe
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import Trajectory, run_differences
 from flockesc_env.policies import FixedRange
 from flockesc_env.scenario import Choice, ConstantVelocity, LogUniform, PurePursuit, Ring, Uniform
@@ -96,7 +97,7 @@ SOMETIMES = Choice(WIDTH, (2.0, 11.0))
 @pytest.mark.parametrize("make", [fe.FlockEscapeEnv, fe.parallel_env])
 def test_a_draw_out_of_bounds_is_refused_before_its_episode(make: Any) -> None:
     scenario = randomized(randomization=(SOMETIMES,), num_steps=1)
-    env, envs = make(scenario), fe.FlockVectorEnv(1, scenario)
+    env, envs = make(scenario), BatchVectorEnv(1, scenario)
     env.reset(seed=0)
     envs.reset(seed=[0])
     envs.step([[0.0]])

@@ -137,7 +137,8 @@ def test_presets_differ_as_described() -> None:
 def test_flock_environments_take_names(interface: str) -> None:
     for name in ("two-predators", None):
         assert FLOCKS[interface](name).unwrapped.scenario == preset(name or "paper-flock")
-    for wrong in ("escape", "paper-line", fe.LineScenario(), 5):
+    lines = () if "slots" in interface else ("paper-line", fe.LineScenario())  # vec_env also makes lines
+    for wrong in ("escape", *lines, 5):
         with pytest.raises(InputError) as caught:
             FLOCKS[interface](wrong)
         assert caught.value.field == "scenario"

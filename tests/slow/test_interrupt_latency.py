@@ -20,6 +20,7 @@ import pytest
 
 import flockesc_env as fe
 from flockesc_env.common.checks import in_job
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import graph
 from flockesc_env.policies import FixedRange
 from flockesc_env.scenario import Topological, Voronoi
@@ -54,7 +55,7 @@ def step(env: Any, actions: Any, **options: Any) -> Call:
 def profiled() -> Any:
     scenario = fe.FlockScenario(num_agents=20_000, initial_side=816.0)
     candidates = tuple(np.linspace(5.0, 300.0, 64).tolist())
-    return fe.AgentVectorEnv(20_000, scenario, max_range=300.0, profile_ranges=candidates)
+    return BatchVectorEnv(20_000, scenario, per_agent=True, max_range=300.0, profile_ranges=candidates)
 
 
 def profiled_reset() -> Call:
@@ -67,7 +68,7 @@ def gymnasium_step(scenario: fe.FlockScenario, rho: float = 10.0, **options: Any
 
 
 def vector_step() -> Call:
-    env = fe.FlockVectorEnv(64, small, action_mode="range", steps_per_action=10_000, copy=False)
+    env = BatchVectorEnv(64, small, action_mode="range", steps_per_action=10_000, copy=False)
     return step(env, np.full((64, 1), 10.0, np.float32))
 
 
@@ -113,7 +114,7 @@ CALLS: dict[str, Callable[[], Call]] = {
     "observation, topological candidates": observation,
     "reset of 1,000,000 agents": lambda: lambda: fe.FlockEscapeEnv(huge).reset(seed=0),
     "reset of 64 x 30,000 agents": lambda: (
-        lambda: fe.FlockVectorEnv(64, crowd.replace(num_agents=30_000, initial_side=1000.0)).reset(seed=0)
+        lambda: BatchVectorEnv(64, crowd.replace(num_agents=30_000, initial_side=1000.0)).reset(seed=0)
     ),
     "perron_matrix": lambda: lambda: graph.perron_matrix(points[:15_000, 0], 0.1),
     "laplacian": lambda: lambda: graph.laplacian(points[:15_000, 0], 0.1),

@@ -20,7 +20,7 @@ import pytest
 from option_table import small_flock
 
 import flockesc_env as fe
-from flockesc_env import policies
+from flockesc_env import policies, sb3
 from flockesc_env.models import Trajectory, component_labels, neighbor_pairs
 from flockesc_env.policies import Architecture, registry
 from flockesc_env.render import video
@@ -213,7 +213,7 @@ BY_NAME: dict[str, Kind] = {
     "min_range": number(0.25),
     "max_speed": number(40.0),
     "size": count(160, low=160),
-    "max_episode_steps": count(10, low=10),
+    "max_episode_steps": Kind(7, [0, -2, 2.0, [7]], [np.int16(7)]),
     "max_angle": number(1.0, high=np.pi),
     "exponent": number(3.0, high=10.0),
     "low": any_number(2.0),
@@ -274,7 +274,7 @@ OF: dict[Any, dict[str, Kind]] = {
     fe.simulate_line: {"scenario": Kind(LINE, [FLOCK, 0, [LINE]], is_optional=True)},
     approach: {"initial_side": number(8.0)},
     Encircle: {"radius": number(8.0)},
-    **{call: {"scenario": part(FLOCK, Disc())} for call in (fe.sweep, fe.rollout)},
+    **{call: {"scenario": part(FLOCK, Disc())} for call in (fe.sweep, fe.rollout, sb3.vec_env)},
     fe.scan: {"scenario": Kind(FLOCK, [LINE, 0, Disc()], is_optional=True)},
     video.write_video: {"path": file("made.mp4")},
     preset: {"name": choice("pursuit")},

@@ -22,20 +22,24 @@ from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
 import flockesc_env.policies
+from flockesc_env import flockesc_v1
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import Pursue, RowMemory
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import PurePursuit, Wandering
 
 FLOCKS: dict[str, Callable[..., Any]] = {
     "gymnasium": fe.FlockEscapeEnv,
     "predator": fe.PredatorEnv,
     "parallel": fe.parallel_env,
-    "aec": fe.env,
-    "vector": lambda scenario=None, num_flocks=1, **given: fe.FlockVectorEnv(num_flocks, scenario, **given),
-    "agent vector": lambda scenario=None, **given: fe.AgentVectorEnv(None, scenario, **given),
-    "flock slots": lambda scenario=None, num_flocks=1, **given: FlockVecEnv(num_flocks, scenario, **given),
-    "agent slots": lambda scenario=None, num_flocks=1, **given: AgentVecEnv(num_flocks, scenario, **given),
+    "aec": flockesc_v1.env,
+    "vector": lambda scenario=None, num_flocks=1, **given: BatchVectorEnv(num_flocks, scenario, **given),
+    "agent vector": lambda scenario=None, **given: BatchVectorEnv(None, scenario, per_agent=True, **given),
+    "flock slots": lambda scenario=None, num_flocks=1, **given: vec_env(scenario, num_flocks, **given),
+    "agent slots": lambda scenario=None, num_flocks=1, **given: vec_env(
+        scenario, num_flocks, per_agent=True, **given
+    ),
 }
 """The environments of flocks by scenario and options."""
 FLOCK = small_flock(num_steps=40)
@@ -63,8 +67,8 @@ class Adapter:
     """Whether the next step overwrites the arrays that it returned."""
 
 
-def _vector(mode: str, **options: Any) -> fe.FlockVectorEnv:
-    return fe.FlockVectorEnv(3, FLOCK, autoreset_mode=mode, num_threads=2, **options)
+def _vector(mode: str, **options: Any) -> BatchVectorEnv:
+    return BatchVectorEnv(3, FLOCK, autoreset_mode=mode, num_threads=2, **options)
 
 
 ADAPTERS = {
@@ -89,15 +93,17 @@ ADAPTERS = {
     "vector in pictures": Adapter(lambda: _vector("SameStep", **PICTURES), has_pictures=True),
     "vector without copies": Adapter(lambda: _vector("NextStep", copy=False), reuses_buffers=True),
     "vector of several scenarios": Adapter(
-        lambda: fe.FlockVectorEnv(3, [FLOCK, CAPTURE, small_flock(num_steps=25)], num_threads=2)
+        lambda: BatchVectorEnv(3, [FLOCK, CAPTURE, small_flock(num_steps=25)], num_threads=2)
     ),
-    "a slot per agent": Adapter(lambda: fe.AgentVectorEnv(10, CAPTURE, num_threads=2)),
+    "a slot per agent": Adapter(lambda: BatchVectorEnv(10, CAPTURE, per_agent=True, num_threads=2)),
     "parallel": Adapter(lambda: fe.parallel_env(small_flock(3, num_steps=40), reward="individual")),
     "parallel with capture": Adapter(lambda: fe.parallel_env(CAPTURE, reward="difference")),
     "parallel with predators": Adapter(lambda: fe.parallel_env(FLOCK.with_learned_predators())),
-    "agent by agent": Adapter(lambda: fe.env(FLOCK), has_states=False),
-    "stable-baselines3": Adapter(lambda: FlockVecEnv(3, FLOCK, num_threads=2)),
-    "stable-baselines3, a slot per agent": Adapter(lambda: AgentVecEnv(2, CAPTURE, num_threads=2)),
+    "agent by agent": Adapter(lambda: flockesc_v1.env(FLOCK), has_states=False),
+    "stable-baselines3": Adapter(lambda: vec_env(FLOCK, 3, num_threads=2)),
+    "stable-baselines3, a slot per agent": Adapter(
+        lambda: vec_env(CAPTURE, 2, per_agent=True, num_threads=2)
+    ),
 }
 
 
@@ -125,17 +131,19 @@ HUNT, LONG_HUNT = (small_flock(num_steps=steps).with_learned_predators() for ste
 REMEMBERING: dict[str, Callable[[Weave], Any]] = {
     "gymnasium": lambda weave: fe.FlockEscapeEnv(HUNT, predator_policy=weave),
     "predator": lambda weave: fe.PredatorEnv(HUNT, flock_policy=weave, per_agent=True),
-    "vector": lambda weave: fe.FlockVectorEnv(3, HUNT, predator_policy=weave),
-    "vector in the same step": lambda weave: fe.FlockVectorEnv(
+    "vector": lambda weave: BatchVectorEnv(3, HUNT, predator_policy=weave),
+    "vector in the same step": lambda weave: BatchVectorEnv(
         3, HUNT, autoreset_mode="SameStep", predator_policy=weave
     ),
-    "vector without autoreset": lambda weave: fe.FlockVectorEnv(
+    "vector without autoreset": lambda weave: BatchVectorEnv(
         3, LONG_HUNT, autoreset_mode="Disabled", predator_policy=weave
     ),
-    "a slot per agent": lambda weave: fe.AgentVectorEnv(10, HUNT, predator_policy=weave),
+    "a slot per agent": lambda weave: BatchVectorEnv(10, HUNT, per_agent=True, predator_policy=weave),
     "parallel": lambda weave: fe.parallel_env(HUNT, predator_policy=weave),
-    "stable-baselines3": lambda weave: FlockVecEnv(3, HUNT, predator_policy=weave),
-    "stable-baselines3, a slot per agent": lambda weave: AgentVecEnv(2, HUNT, predator_policy=weave),
+    "stable-baselines3": lambda weave: vec_env(HUNT, 3, predator_policy=weave),
+    "stable-baselines3, a slot per agent": lambda weave: vec_env(
+        HUNT, 2, per_agent=True, predator_policy=weave
+    ),
 }
 """Environments whose predator or flock follows a policy with a memory."""
 

@@ -18,7 +18,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flockesc_env import FlockEscapeEnv, FlockScenario, FlockVectorEnv, sweep
+from flockesc_env import FlockEscapeEnv, FlockScenario, sweep
+from flockesc_env.envs.vector import BatchVectorEnv
 
 HANGS = 60.0  # seconds; reached only by a child that hangs
 LARGE = FlockScenario(num_agents=5000, initial_side=400.0)
@@ -38,7 +39,7 @@ def played(num_threads: int | None) -> bytes:
     large = FlockEscapeEnv(LARGE, num_threads=num_threads, action_mode="range")
     shown = [large.reset(seed=4)[0]]
     shown += [large.step(np.array([10.0], np.float32))[0] for _ in range(3)]
-    small = FlockVectorEnv(5, SMALL, num_threads=num_threads, action_mode="range")
+    small = BatchVectorEnv(5, SMALL, num_threads=num_threads, action_mode="range")
     shown += [small.reset(seed=4)[0]]
     shown += [small.step(np.full((5, 1), 10.0, np.float32))[0] for _ in range(10)]
     return b"".join(observations.tobytes() for observations in shown)

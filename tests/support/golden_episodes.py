@@ -20,6 +20,7 @@ from objective_values import LATER
 from option_table import EVERY_STEP, UNLIKE, small_flock
 
 import flockesc_env as fe
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies.predators import Pursue
 from flockesc_env.scenario import ConstantVelocity, PrescribedPath, PurePursuit, Wandering
 
@@ -47,8 +48,9 @@ def ranges(t: int, count: int) -> np.ndarray:
 
 
 def versioned_ids() -> set[str]:
-    """Return the ids of all environments; each ends with its version."""
+    """Return the ids of all environments, without those of tasks; each ends with its version."""
     registered = {name for name in gymnasium.registry if name.startswith("flockesc/")}
+    registered -= {task.id for task in fe.tasks.values()}
     return registered | {fe.flockesc_v1.FlockParallelEnv.metadata["name"]}
 
 
@@ -102,7 +104,7 @@ def team(num_threads: int, seed: int, scenario: fe.FlockScenario, **options: Any
 
 def vector(num_threads: int, seed: int, scenario: fe.FlockScenario, mode: str) -> Iterator[Any]:
     options = every_step(scenario, seed, {"num_threads": num_threads, "max_range": 61.0})
-    env = fe.FlockVectorEnv(5, scenario, autoreset_mode=mode, **options)
+    env = BatchVectorEnv(5, scenario, autoreset_mode=mode, **options)
     yield env.reset(seed=seed)
     for t in range(3 * scenario.num_steps):
         yield env.step(ranges(t, 5))

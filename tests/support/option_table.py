@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterable
 from typing import Any, get_args
 
+import gymnasium
 import numpy as np
 import pytest
 from covertable import make
@@ -24,6 +25,12 @@ AGENT_REWARDS = FLOCK_REWARDS + INDIVIDUAL_REWARDS
 SENSING_RANGES = (30.0, math.inf, 5.0)
 STEPS_PER_ACTION = (1, 4, 7)
 DIMENSIONS = (2, 3)
+IDS = [
+    name
+    for name, spec in gymnasium.registry.items()
+    if name.startswith("flockesc/") and "task" not in spec.kwargs
+]
+"""The ids of the environments, without those of the tasks."""
 EVERY_STEP: dict[str, Any] = {"max_range": 100.0, "predator_sensing_range": 30.0, "steps_per_action": 1}
 """Options of an action per model step, of up to 100 m, by agents that see a predator within 30 m."""
 

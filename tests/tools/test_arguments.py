@@ -36,13 +36,15 @@ from pettingzoo import ParallelEnv
 from same import plain, same, spoil
 
 import flockesc_env as fe
-from flockesc_env import jobs, policies, sb3, watch
+from flockesc_env import flockesc_v1, jobs, policies, sb3, watch
 from flockesc_env.common.errors import FlockescError
+from flockesc_env.envs import vector
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.models import neighbor_pairs
 from flockesc_env.notebook import Replay
 from flockesc_env.policies import FlyStraight, RandomRange, bind
 from flockesc_env.render import draw, video
+from flockesc_env.sb3 import environments
 from flockesc_env.scenario import PurePursuit, approach
 
 MADE_HERE = {
@@ -53,7 +55,14 @@ MADE_HERE = {
 """Classes that only this package, or stable-baselines3, constructs."""
 ELSEWHERE = {"policies.Planner", "policies.RowMemory", "policies.find_policy", "policies.torch_network"}
 """In the tests of policies."""
-MODULES: dict[str, ModuleType] = {"policies": policies, "sb3": sb3, "watch": watch}
+MODULES: dict[str, ModuleType] = {
+    "policies": policies,
+    "sb3": sb3,
+    "watch": watch,
+    "flockesc_v1": flockesc_v1,
+    "envs.vector": vector,
+    "sb3.environments": environments,
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -116,7 +125,7 @@ AFTER: dict[Any, Callable[[Any], Any]] = {
     fe.NetworkPolicy: lambda made: made.parameters,
     policies.SB3Policy: lambda _: None,
     sb3.FlockEvalCallback: lambda made: [made.eval_freq, made.num_flocks, made.best_model_save_path],
-    **dict.fromkeys((fe.parallel_env, fe.env, fe.raw_env), played),
+    **dict.fromkeys((fe.parallel_env, flockesc_v1.env, flockesc_v1.raw_env, sb3.vec_env), played),
 }
 
 

@@ -13,8 +13,8 @@ from textwrap import dedent
 from types import ModuleType
 from typing import Any, get_args
 
-import gymnasium
 import pytest
+from option_table import IDS
 
 from flockesc_env import (
     PRESETS,
@@ -169,8 +169,7 @@ def test_a_users_page_names_all_that_there_is(page: str, names: Iterable[str]) -
 
 def test_a_users_page_names_every_registered_environment() -> None:
     text = (ROOT / "docs" / "environments.md").read_text("utf-8")
-    ids = [name for name in gymnasium.registry if name.startswith("flockesc/")]
-    assert [name for name in ids if f"flockesc_env:{name}" not in text] == []
+    assert [name for name in IDS if f"flockesc_env:{name}" not in text] == []
 
 
 def resolved(name: str) -> object:

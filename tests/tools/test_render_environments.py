@@ -19,13 +19,14 @@ from hypothesis import strategies as st
 from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import Trajectory
 from flockesc_env.render import RenderOptions, draw
 from flockesc_env.render.canvas import Canvas
 from flockesc_env.render.frames import recorded_view
 from flockesc_env.render.palette import LABELS, LIGHT, rgb
 from flockesc_env.render.picture import PREDATOR, camera
-from flockesc_env.sb3 import AgentVecEnv, FlockVecEnv
+from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import ConstantVelocity
 
 SIZE = 512
@@ -37,9 +38,9 @@ SINGLE = {
     "parallel": lambda **options: fe.parallel_env(small_flock(), **options),
 }
 BATCHED = {
-    "vector": lambda **options: fe.FlockVectorEnv(3, small_flock(), **options),
-    "sb3 flocks": lambda **options: FlockVecEnv(3, small_flock(), **options),
-    "sb3 agents": lambda **options: AgentVecEnv(3, small_flock(), **options),
+    "vector": lambda **options: BatchVectorEnv(3, small_flock(), **options),
+    "sb3 flocks": lambda **options: vec_env(small_flock(), 3, **options),
+    "sb3 agents": lambda **options: vec_env(small_flock(), 3, per_agent=True, **options),
 }
 single = pytest.mark.parametrize("interface", SINGLE)
 every = pytest.mark.parametrize("interface", [*SINGLE, *BATCHED])
@@ -146,6 +147,7 @@ def test_a_window_leaves_signals_alone() -> None:
     """SDL would turn SIGTERM into an event, and pools of forked workers would wait forever."""
     script = """
 import os, signal
+from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env import FlockEscapeEnv
 env = FlockEscapeEnv(render_mode="human")
 env.reset(seed=0)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, ClassVar, Unpack, get_args
+from typing import Any, Unpack, get_args
 
+import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
@@ -13,36 +14,73 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from flockesc_env import _core
-from flockesc_env.common.checks import as_array, as_choice, as_count
+from flockesc_env.common.checks import as_array, as_choice, as_count, as_flag
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs import _autoreset
-from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, needs_reset_if_interrupted
+from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, Registered, needs_reset_if_interrupted
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.batch import Columns
 from flockesc_env.episodes.options import View
 from flockesc_env.episodes.scenarios import Scenarios
 from flockesc_env.episodes.seeds import consecutive_seeds, fresh_seed
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import preset
 
 
-class BatchVecEnv(ManyFlocks, VecEnv):
-    """Base class: a batch of flocks with one or more slots per flock, which share its episode.
+def vec_env(
+    scenario: Scenarios | LineScenario | None = None,
+    num_flocks: int = 1,
+    *,
+    per_agent: bool = False,
+    **options: Any,
+) -> VecEnv:
+    """Return an environment with one slot per flock, per agent or per line.
 
-    An episode terminates when all agents are caught and is truncated after ``scenario.num_steps`` model
-    steps.
+    Slot ``f * num_agents + i`` is agent i of flock f. ``seed(s)`` gives flock f the seed ``s + f``. An
+    episode terminates when all agents are caught and is truncated after ``scenario.num_steps`` model steps.
+    A caught agent keeps its slot until then, as in SuperSuit's ``black_death``: its observation is zeros, its
+    reward is 0, its action is ignored, and it is not done.
+
+    Args:
+        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
+            scenario per flock (docs/environments.md, "Several scenarios"). A ``LineScenario``, or the name of
+            one, makes lines.
+        num_flocks: number of flocks, or of lines.
+        per_agent: True: one slot per agent, for a shared policy that sets the range of each agent. False: one
+            slot per flock.
+        **options: for flocks those of ``FlockArguments`` and ``EnvOptions``, and ``infos``: which ``info``
+            dicts of ``step`` have entries. ``"all"``: all. ``"end"``: those of slots whose episode has ended
+            in this step; the others share one new empty dict, which is faster. ``render`` returns one image
+            of all flocks. For lines those of ``LineArguments`` and ``LineOptions``.
+
+    Raises:
+        InputError: as ``FlockEscapeEnv`` and ``LineEscapeEnv``; if scenarios of a list do not agree; if lines
+            are ``per_agent``.
     """
+    model = preset(scenario) if isinstance(scenario, str) else scenario
+    if not isinstance(model, LineScenario):
+        return BatchVecEnv(model, num_flocks, per_agent=per_agent, **options)
+    if as_flag(per_agent, "per_agent"):
+        raise InputError("per_agent", "False, because all agents of a line have the same range", per_agent)
+    envs = DummyVecEnv([partial(LineEscapeEnv, model, **options)] * as_count(num_flocks, "num_flocks"))
+    envs.set_attr("spec", gymnasium.spec("flockesc/LineEscape-v1"))
+    return envs
 
-    _view: ClassVar[View]
+
+class BatchVecEnv(Registered, ManyFlocks, VecEnv):
+    """A batch of flocks with one or more slots per flock, which share its episode; see ``vec_env``."""
 
     def __init__(
         self,
-        num_flocks: int,
         scenario: Scenarios | None = None,
+        num_flocks: int = 1,
         *,
+        per_agent: bool = False,
         infos: Infos = "all",
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        super().__init__(scenario, arguments, num_flocks=num_flocks, view=self._view)
+        view = View.of(per_agent)
+        super().__init__(scenario, arguments, num_flocks=num_flocks, view=view)
         self.policy_spec = spec = self._batch.policy_spec
         self.predator_policy = arguments.get("predator_policy")
         self._infos: Infos = as_choice(infos, "infos", get_args(Infos))
@@ -51,6 +89,8 @@ class BatchVecEnv(ManyFlocks, VecEnv):
         slots = self._batch.num_flocks * self._batch.rows
         VecEnv.__init__(self, slots, spec.layout.space(), spec.actions.space())
         self.metadata, self.render_mode = kept
+        kind = "FlockAgents" if view.is_per_agent else "FlockEscape"
+        self.spec = gymnasium.spec(f"flockesc/{kind}-v1")
 
     @needs_reset_if_interrupted
     def reset(self) -> VecEnvObs:
@@ -148,44 +188,3 @@ class BatchVecEnv(ManyFlocks, VecEnv):
     def _slot_infos(self, columns: Columns, ranges: NDArray[np.float64]) -> list[dict[str, Any]]:
         not_truncated = np.zeros(len(ranges) // self._batch.rows, np.bool)
         return _core.infos({**columns, "TimeLimit.truncated": not_truncated}, ranges)
-
-
-class FlockVecEnv(BatchVecEnv):
-    """Vectorized environment with one slot per flock: one action sets the range of the whole flock.
-
-    Args:
-        num_flocks: number of flocks, and of slots.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
-            scenario per flock (docs/environments.md, "Several scenarios").
-        infos: which ``info`` dicts of ``step`` have entries. ``"all"``: all. ``"end"``: those of slots whose
-            episode has ended in this step; the others share one new empty dict, which is faster.
-        **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image of all flocks.
-
-    Raises:
-        InputError: as ``FlockEscapeEnv``, and if scenarios of a list do not agree.
-    """
-
-    _view = View.FLOCK
-
-
-class AgentVecEnv(BatchVecEnv):
-    """Vectorized environment with one slot per agent: one shared policy sets the range of each agent.
-
-    Slot ``f * num_agents + i`` is agent i of flock f. ``seed(s)`` gives flock f the seed ``s + f``.
-
-    A caught agent keeps its slot until the episode of its flock ends, as in SuperSuit's ``black_death``: its
-    observation is zeros, its reward is 0, its action is ignored, and it is not done.
-
-    Args:
-        num_flocks: number of flocks; there are ``num_flocks * scenario.num_agents`` slots.
-        scenario: see ``FlockVecEnv``.
-        infos: see ``FlockVecEnv``.
-        **arguments: see ``FlockVecEnv``.
-    """
-
-    _view = View.AGENT
-
-
-def line_vec_env(num_lines: int, scenario: LineScenario, **options: Any) -> DummyVecEnv:
-    """Return one slot per line; ``options`` are those of ``LineEscapeEnv``."""
-    return DummyVecEnv([partial(LineEscapeEnv, scenario, **options)] * as_count(num_lines, "num_lines"))

@@ -1,0 +1,100 @@
+"""Gymnasium ids of the environments and of the tasks, such as ``flockesc/one-range-v1``."""
+
+from __future__ import annotations
+
+import tomllib
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import gymnasium
+
+from flockesc_env.common.errors import InputError, shown
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import PRESETS
+
+if TYPE_CHECKING:
+    from flockesc_env.envs.vector import BatchVectorEnv
+    from flockesc_env.tasks.task import Task
+
+_VECTOR = "flockesc_env.envs.vector:BatchVectorEnv"
+
+FIXED = (
+    *("scenario", "per_agent", "steps_per_action", "objective", "predator_sensing_range", "profile_ranges"),
+    "extra_entries",
+)
+"""Arguments that a task fixes."""
+
+
+def register() -> None:
+    """Register all ids. This reads the names of the tasks and builds none of their scenarios."""
+    gymnasium.register(
+        "flockesc/FlockEscape-v1", "flockesc_env.envs.gymnasium:FlockEscapeEnv", vector_entry_point=_VECTOR
+    )
+    gymnasium.register(
+        "flockesc/FlockAgents-v1",
+        f"{__name__}:no_single_env",
+        vector_entry_point=_VECTOR,
+        kwargs={"per_agent": True},
+    )
+    gymnasium.register("flockesc/Predator-v1", "flockesc_env.envs.predator:PredatorEnv")
+    gymnasium.register("flockesc/LineEscape-v1", "flockesc_env.envs.line:LineEscapeEnv")
+    document = tomllib.loads(files("flockesc_env").joinpath("tasks/v1.toml").read_text("utf-8"))
+    for name, entry in document["tasks"].items():
+        changed = document["scenarios"].get(entry["scenario"], {"preset": entry["scenario"]})
+        model = PRESETS[changed["preset"]].scenario
+        is_line = isinstance(model, LineScenario)
+        num_steps = model.max_steps if isinstance(model, LineScenario) else model.num_steps
+        gymnasium.register(
+            f"flockesc/{name}-v1",
+            f"{__name__}:make_task",
+            vector_entry_point=None if is_line else f"{__name__}:make_task_vec",
+            max_episode_steps=-(-num_steps // entry["options"]["steps_per_action"]),
+            kwargs={"task": name},
+        )
+
+
+def no_single_env(**_: Any) -> NoReturn:
+    """Refuse ``gymnasium.make("flockesc/FlockAgents-v1")``, which has no environment of one slot."""
+    _refuse_single_env("flockesc/FlockAgents-v1", 300, "flockesc_env.parallel_env()")
+
+
+def make_task(task: str, **options: Any) -> gymnasium.Env[Any, Any]:
+    """Return the Gymnasium environment of a task, for ``gymnasium.make``; see ``Task.env``.
+
+    Raises:
+        InputError: if every agent sets its own range; if an option would change the task.
+    """
+    chosen = _checked(task, options)
+    if chosen.per_agent:
+        way = f'flockesc_env.tasks["{task}"].parallel_env()'
+        _refuse_single_env(chosen.id, chosen.policy_spec().num_agents, way)
+    return chosen.env(**options)
+
+
+def make_task_vec(task: str, num_envs: int, **options: Any) -> BatchVectorEnv:
+    """Return the vector environment of a task, for ``gymnasium.make_vec``; see ``make_task``."""
+    from flockesc_env.envs.vector import BatchVectorEnv
+
+    chosen: Any = _checked(task, options)
+    options = {"reward": chosen.reward, **chosen.options, **options}
+    return BatchVectorEnv(num_envs, chosen.scenario, per_agent=chosen.per_agent, **options)
+
+
+def _checked(name: str, options: dict[str, Any]) -> Task:
+    """Return a task after a check that no option changes it."""
+    from flockesc_env.tasks.task import tasks
+
+    task = tasks[name]
+    for option in options.keys() & set(FIXED):
+        kind = "LineEscape" if isinstance(task.scenario, LineScenario) else "FlockEscape"
+        way = f'gymnasium.make("flockesc/{kind}-v1", {option}=..)'
+        if task.per_agent:
+            way = f'gymnasium.make_vec("flockesc/FlockAgents-v1", {option}=..)'
+        expected = f"no argument, because the task {name} fixes it ({way} accepts one)"
+        raise InputError(option, expected, shown(options[option]))
+    return task
+
+
+def _refuse_single_env(name: str, num_agents: int, way: str) -> NoReturn:
+    call = f'gymnasium.make_vec("{name}", num_envs={num_agents} * flocks)'
+    raise InputError("id", f"one range per flock; for one per agent, call {call} or {way}", name)
