@@ -14,7 +14,7 @@ from flockesc_env.common.files import suffix_of
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.files import SUFFIX
 from flockesc_env.policies.registry import EXPECTED as NAMED
-from flockesc_env.policies.registry import as_policy, load_policy
+from flockesc_env.policies.registry import as_policy, find_policy
 from flockesc_env.policies.sb3 import SB3Policy
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def policy_of(spec: str, argument: str = "policy", *, task: Task | None = None) 
         return _model_policy(spec, argument, task)
     module, is_code, function = spec.partition(":")
     if not is_code or module == "fixed" or suffix_of(spec) == SUFFIX:
-        return load_policy(spec, argument)
+        return find_policy(spec, argument)
     if str(Path.cwd()) not in sys.path:
         sys.path.append(str(Path.cwd()))  # the script `flockesc` does not search there
     try:

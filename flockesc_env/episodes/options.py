@@ -8,7 +8,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from numbers import Real
 from typing import Any, Literal, Self, TypedDict, get_args
 
 import numpy as np
@@ -165,10 +164,10 @@ class EnvOptions(ActionOptions):
         as_choice(self.objective, "objective", get_args(Objective))
         as_choice(self.reward, "reward", get_args(Reward))
         sensing: Any = self.predator_sensing_range
-        if isinstance(sensing, bool) or not isinstance(sensing, Real):
+        if sensing is None or isinstance(sensing, str):
             expected = "a distance in m (math.inf: agents see the predator at any distance)"
             raise InputError("predator_sensing_range", expected, shown(sensing))
-        if sensing != math.inf:
+        if not (isinstance(sensing, float) and sensing == math.inf):
             sensing = float(as_floats(sensing, "predator_sensing_range", (), least=0.0))
         self._convert(
             predator_sensing_range=sensing,

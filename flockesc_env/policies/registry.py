@@ -69,7 +69,7 @@ EXPECTED: Final = f"{', '.join(NAMES)}, TASK/LEARNER of a trained policy, or a p
 """What ``load_policy`` takes."""
 
 
-def load_policy(policy: str | os.PathLike[str], argument: str = "policy") -> BasePolicy:
+def load_policy(policy: str | os.PathLike[str]) -> BasePolicy:
     """Return a built-in rule, a trained policy of this package, or the policy in a file.
 
     The policy knows its options: ``parallel_env(policy.scenario, **policy.options)`` is its environment.
@@ -78,12 +78,16 @@ def load_policy(policy: str | os.PathLike[str], argument: str = "policy") -> Bas
         policy: one of ``NAMES``, for example ``"stubborn-leaders"``; a task and a learner of the scoreboard,
             for example ``"per-agent-visible/search"``; the path of a file that ``save_policy`` wrote; or the
             folder of a training run. Untrusted files are safe: no code in them is executed.
-        argument: name of the argument, for the error message.
 
     Raises:
         InputError: if there is no such policy; if the file is damaged, is not a policy, contains an unknown
             option or an invalid scenario; or if its network cannot act in its scenario with its options.
     """
+    return find_policy(policy, "policy")
+
+
+def find_policy(policy: Any, argument: str) -> BasePolicy:
+    """Return ``load_policy``; errors name the argument."""
     spec = policy if isinstance(policy, str) else os.fspath(as_path(policy, argument))
     if spec.startswith("fixed:") and (rho := _range(spec.removeprefix("fixed:"))) is not None:
         return FixedRange(rho).with_options(name=spec)
@@ -123,7 +127,7 @@ def as_policy(value: Any, argument: str = "policy") -> BasePolicy:
     if isinstance(value, BasePolicy):
         return value
     if isinstance(value, str | os.PathLike):
-        return load_policy(value, argument)
+        return find_policy(value, argument)
     if not isinstance(value, type):
         if callable(getattr(value, "act", None)):
             return GivenPolicy(value)

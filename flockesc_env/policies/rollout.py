@@ -63,8 +63,8 @@ def rollout(
 def rollout(*arguments: Any, **options: Any) -> Any: ...  # the type depends on the scenario of the policy
 def rollout(
     scenario: Any = None,
-    policy: Any = None,
-    seeds: Any = None,
+    policy: AnyPolicy = None,
+    seeds: int | Iterable[int] | None = None,
     *,
     per_agent: bool | None = None,
     batch_size: int | None = None,

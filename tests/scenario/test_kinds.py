@@ -48,7 +48,7 @@ def test_python_has_every_part(family: str) -> None:
     members = get_args(FAMILIES[family])
     classes = [member for member in members if isinstance(member, type)]
     assert {getattr(member, "kind", member) for member in members} == set(_core.kinds()[family])
-    assert {cls.__name__ for cls in classes} <= set(fe.__all__)
+    assert {cls.__name__ for cls in classes} <= set(fe.scenario.__all__)
 
 
 def test_the_defaults_of_both_languages_are_equal() -> None:

@@ -22,7 +22,7 @@ from option_table import small_flock
 import flockesc_env as fe
 from flockesc_env import policies, sb3
 from flockesc_env.models import Trajectory, component_labels, neighbor_pairs
-from flockesc_env.policies import Architecture, registry
+from flockesc_env.policies import Architecture
 from flockesc_env.render import video
 from flockesc_env.scenario import (
     Choice,
@@ -99,9 +99,11 @@ positive = partial(number, is_above=True)
 
 
 def seeds(good: list[int]) -> Kind:
-    near = [[], iter(()), 5, good[0], [*good, -1], [*good, True], [*good, None], [good]]
+    near = [[], iter(()), 0, -1, [*good, -1], [*good, True], [*good, None], [good]]
     near += [np.array(good, float), [2**64], "01", np.array(3)]
-    return Kind(good, near, [np.array(good), tuple(good), np.array(good, ">u8"), np.repeat(good, 2)[::2]])
+    return Kind(
+        good, near, [len(good), np.array(good), tuple(good), np.array(good, ">u8"), np.repeat(good, 2)[::2]]
+    )
 
 
 def floats(good: Any, low: float = -np.inf, *, any_length: bool = False, or_number: bool = False) -> Kind:
@@ -161,7 +163,7 @@ HUNTED = small_flock(predators=(Learned(),))
 RUN, LINE_RUN = fe.simulate(FLOCK, 5.0, seed=1), fe.simulate_line(LINE, 0.25, seed=1)
 POINTS = np.arange(10.0).reshape(5, 2) * 2.0
 NET = Architecture(("time",), (2,))
-NAMED = registry.NamedPolicy("net", fe.NetworkPolicy(NET, np.zeros(NET.size)), scenario=FLOCK, per_agent=True)
+NAMED = fe.NetworkPolicy(NET, np.zeros(NET.size)).with_options(name="net", per_agent=True, scenario=FLOCK)
 PER_AGENT = floats(np.arange(1.0, 6.0), 0.0, or_number=True)
 POINT = floats([1.0, 2.0])
 GRID = floats([0.25, 0.5], 0.0, any_length=True)
@@ -185,10 +187,10 @@ BY_TYPE: dict[Any, Kind] = {
     Architecture: part(NET),
     policies.Policy: part(fe.FixedRange(5.0)),
     float: number(2.0),
-    int: count(2),
     Path: file("made.npz"),
     str: text("a text"),
     Iterable[int]: seeds([0, 1]),
+    int: count(2),
     tuple[float, ...]: POINT,
 }
 """The kinds of annotations; of a union the first that is here. A ``Literal`` is a choice."""
@@ -210,6 +212,7 @@ BY_NAME: dict[str, Kind] = {
     "skip": integer(2, high=10),
     "num_threads": count(1),
     "max_range": positive(0.5),
+    "predator_sensing_range": Kind(2.0, [-1.0, np.nan, -np.inf, [2.0]], [2, np.array(2.0)], (float,)),
     "min_range": number(0.25),
     "max_speed": number(40.0),
     "size": count(160, low=160),
@@ -218,12 +221,10 @@ BY_NAME: dict[str, Kind] = {
     "exponent": number(3.0, high=10.0),
     "low": any_number(2.0),
     "high": number(4.0, low=2.0),
-    "schedule": floats(np.full((10, 5), 4.0), 0.0),
     "initial_state": floats([0.0, 0.25, 0.5, 0.75, 1.0]),
     "parameters": floats(np.arange(NET.size) * 1.0),
     "states": floats([0.0, 0.25, 1.0], any_length=True),
     "positions": floats(POINTS, any_length=True),
-    "predator_actions": floats(np.full((10, 1, 2), 0.5)),
     "order_parameter": Kind([0.5, 0.25], ([0.5, np.nan], np.array(["1"])), accepts=(np.ndarray,)),
     "axis": Kind(0, (1, -2, (0, 0), 0.5), accepts=(tuple,)),
     "objective": choice("min_mean_distance"),
@@ -236,6 +237,7 @@ BY_NAME: dict[str, Kind] = {
     "runs": part([("a", RUN)], [("a", 1)], [(1, RUN)], [RUN], [("a",)]),
     "predator_policy": part(None),  # the scenarios of the table have no learned predator
     "model": part(Model()),
+    "policy": part(fe.FixedRange(5.0)),
     "vec_normalize": part(None),
     "env": part(fe.FlockEscapeEnv(FLOCK)),
     "progress": Kind(None, accepts=(type(len), type, bool, np.bool)),
@@ -252,8 +254,8 @@ BY_NAME: dict[str, Kind] = {
     "randomization": parts((), (Disc(),), (5,), Metric()),
 }
 ALIASES = {
-    "name": ("scenario", "policies"),
-    "schedule": ("interaction_range",),
+    "name": ("scenario", "policy"),
+    "policy": ("interaction_range",),
     "values": ("speed",),
     "recorded": ("again",),
     "again": ("recorded",),
@@ -266,11 +268,7 @@ OF: dict[Any, dict[str, Kind]] = {
         "initial_positions": part(Disc(), RandomHeadings(), Metric()),
         "num_agents": count(5),
     },
-    fe.simulate: {
-        "scenario": part(HUNTED, Disc()),
-        "interaction_range": PER_AGENT,
-        "schedule": floats(np.full((10, 1), 4.0), 0.0),
-    },
+    fe.simulate: {"scenario": part(HUNTED, Disc()), "interaction_range": PER_AGENT},
     fe.simulate_line: {"scenario": Kind(LINE, [FLOCK, 0, [LINE]], is_optional=True)},
     approach: {"initial_side": number(8.0)},
     Encircle: {"radius": number(8.0)},
@@ -278,13 +276,11 @@ OF: dict[Any, dict[str, Kind]] = {
     fe.scan: {"scenario": Kind(FLOCK, [LINE, 0, Disc()], is_optional=True)},
     video.write_video: {"path": file("made.mp4")},
     preset: {"name": choice("pursuit")},
-    fe.built_in: {"name": choice("random"), "argument": text("policies")},
     **{call: {"interaction_range": PER_AGENT} for call in (neighbor_pairs, component_labels)},
-    fe.load_policy: {"path": file("policy.npz")},
+    fe.load_policy: {"policy": file("policy.npz")},
     fe.save_policy: {"policy": part(NAMED, fe.FixedRange(5.0))},
     read_initial_state: {"path": file("state.csv")},
     fe.load_run: {"path": file("run.npz")},
-    fe.NamedPolicy: {"scenario": part(FLOCK, Disc()), "options": part({}, accepts=(dict,))},
     fe.ScheduledRange: {"schedule": floats(np.full((10, 5), 4.0), 0.0, any_length=True)},
     PrescribedPath: {"positions": floats([[1.0, 2.0], [3.0, 5.0]], any_length=True)},
     Ring: {"width": number(4.0, high=16.0)},

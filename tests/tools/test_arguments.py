@@ -36,7 +36,7 @@ from pettingzoo import ParallelEnv
 from same import plain, same, spoil
 
 import flockesc_env as fe
-from flockesc_env import flockesc_v1, jobs, policies, sb3, watch
+from flockesc_env import flockesc_v1, jobs, models, policies, sb3, scenario, watch
 from flockesc_env.common.errors import FlockescError
 from flockesc_env.envs import vector
 from flockesc_env.episodes.options import EnvOptions
@@ -48,14 +48,20 @@ from flockesc_env.sb3 import environments
 from flockesc_env.scenario import PurePursuit, approach
 
 MADE_HERE = {
-    *("Trajectory", "LineTrajectory", "SweepResult", "FlockSweepResult", "LineSweepResult", "ScanResult"),
-    *("Episodes", "LineEpisodes", "RecordedRun", "PolicySpec", "policies.Plan", "policies.PlannedEpisode"),
-    *("sb3.RangePolicy", "sb3.ScorerPolicy"),
+    *("models.Trajectory", "models.LineTrajectory", "models.RecordedRun", "models.ScanResult"),
+    *("models.SweepResult", "models.FlockSweepResult", "models.LineSweepResult"),
+    *("policies.Episodes", "policies.LineEpisodes", "policies.PolicySpec"),
+    *("policies.Plan", "policies.PlannedEpisode", "sb3.RangePolicy", "sb3.ScorerPolicy"),
 }
 """Classes that only this package, or stable-baselines3, constructs."""
-ELSEWHERE = {"policies.Planner", "policies.RowMemory", "policies.find_policy", "policies.torch_network"}
+ELSEWHERE = {
+    *("policies.Planner", "policies.RowMemory", "policies.BasePolicy", "policies.as_policy"),
+    "policies.torch_network",
+}
 """In the tests of policies."""
 MODULES: dict[str, ModuleType] = {
+    "scenario": scenario,
+    "models": models,
     "policies": policies,
     "sb3": sb3,
     "watch": watch,
@@ -118,8 +124,7 @@ def go_on(env: Any) -> list[Any]:
 
 
 AFTER: dict[Any, Callable[[Any], Any]] = {
-    fe.load_policy: lambda made: made.policy.parameters,
-    fe.built_in: lambda made: (made.name, made.options, made.per_agent),
+    fe.load_policy: lambda made: made.parameters,
     bind: lambda _: None,
     RandomRange: lambda made: made._rng.bit_generator.state,
     fe.NetworkPolicy: lambda made: made.parameters,
@@ -132,8 +137,8 @@ AFTER: dict[Any, Callable[[Any], Any]] = {
 def row_of(call: Any) -> Row:
     """Return a row whose arguments follow from the signature."""
     own, passed = kinds(call)
-    if call is fe.simulate:  # either interaction_range or schedule
-        passed["schedule"] = own.pop("schedule")
+    if call is fe.simulate:  # either interaction_range or policy
+        passed |= {name: own.pop(name) for name in ("policy", "per_agent")}
     if call in SLOT_OF:  # a scenario checks its parts
         slot = SLOT_OF[call]
         return Row(lambda **given: FLOCK.replace(**{slot: SLOTS[slot][0](call(**given))}), own)
@@ -287,7 +292,7 @@ def test_taken(row: Row) -> None:
             same(row.after(subject), end)
 
 
-KEPT = {"NamedPolicy", "sb3.FlockEvalCallback"}
+KEPT = {"sb3.FlockEvalCallback"}
 """Records of what they are given."""
 COPIED = {name: row for name, row in CALLABLES.items() if row.after is not played and name not in KEPT}
 
@@ -326,7 +331,7 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: fe.rollout(FLOCK, fe.StubbornLeaders(), [0], per_agent=False), "per_agent"),
     (lambda: fe.rollout(FLOCK, policies.ListenWhileFleeing(), [0], per_agent=True), "per_agent"),
     (lambda: fe.rollout(FLOCK, policies.BestCandidate("escape_cosine"), [0]), "profile_ranges"),
-    (lambda: fe.rollout(FLOCK, fe.FixedRange(100.5), [0]), "interaction_range"),
+    (lambda: fe.rollout(FLOCK, fe.FixedRange(5.5), [0], max_range=5.0), "interaction_range"),
     (lambda: fe.rollout(FLOCK, fe.ScheduledRange(np.ones((10, 4))), [0], per_agent=True), "schedule"),
     (lambda: fe.rollout(FLOCK, policies.Planner(FLOCK), [0]), "policy"),
     (lambda: fe.rollout(LINE, fe.FixedRange(0.1), [0], per_agent=True), "per_agent"),
@@ -338,7 +343,7 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
         lambda: neighbor_pairs(fe.FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0),
         "velocities",
     ),
-    (lambda: fe.fe.load_policy("fixed:nan"), "policies"),
+    (lambda: fe.load_policy("fixed:nan"), "policy"),
     (lambda: jobs.find_backend("ray2"), "backend"),
     (lambda: jobs.run_jobs(lambda number: {}, [(1,)], cache="cache"), "function"),
     (lambda: jobs.Job("m:f", (object(),), engine="").key, "arguments"),
