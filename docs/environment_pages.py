@@ -170,13 +170,13 @@ def _picture(view: str) -> Any:
     if view == "Line view":
         env, policy = fe.LineEscapeEnv(**PICTURE), fe.FixedRange(0.05)
     elif view == "Predator view":
-        env, policy = fe.PredatorEnv(**PICTURE), fe.Pursue("centroid")
+        env, policy = fe.PredatorEnv(**PICTURE), fe.policies.Pursue("centroid")
     elif view == "Agent view":
         colors = PICTURE | {"render_options": fe.RenderOptions(size=640, color="range")}
         env, policy = fe.parallel_env(predator_sensing_range=math.inf, **colors), fe.StubbornLeaders()
     else:
         env, policy = fe.FlockEscapeEnv(**PICTURE), fe.FixedRange(12.0)
-    act = fe.bind(policy, env)
+    act = fe.policies.bind(policy, env)
     observation, _ = env.reset(seed=7)
     for _ in range(PICTURE_STEPS):
         observation, _, terminated, truncated, _ = env.step(act(observation))

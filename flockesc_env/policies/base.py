@@ -331,9 +331,10 @@ def _bound(policy: BasePolicy, env: Any) -> Callable[[Any], Any]:
     except (AttributeError, TypeError):
         raise InputError("env", "an environment of this package", shown(env)) from None
     _check_wrappers(env, spec)
-    policy.check(spec.options, per_agent=spec.per_agent)
-    time = spec.layout.index("time")
-    rows_per_flock = spec.num_agents if spec.per_agent else 1
+    rows_per_flock, time = 1, spec.layout.index("time")
+    if isinstance(spec, PolicySpec):  # not that of a predator
+        policy.check(spec.options, per_agent=spec.per_agent)
+        rows_per_flock = spec.rows
 
     def act_on_rows(observations: Observations) -> NDArray[Any]:
         if len(observations) % rows_per_flock:

@@ -73,6 +73,15 @@ class ScheduledRange(BasePolicy):
             raise InputError("schedule", "shape (T,) or (T, n)", f"shape {self.schedule.shape}")
         self.per_agent = True if self.schedule.ndim == 2 else None
 
+    def check_length(self, num_steps: int) -> None:
+        """Check that the schedule has a range for every step of an episode.
+
+        Raises:
+            InputError: if it has not.
+        """
+        if len(self.schedule) != num_steps:
+            raise InputError("schedule", f"{num_steps} steps", len(self.schedule))
+
     def default_options(self, scenario: Scenario) -> dict[str, Any]:
         """Return one step per action, and a ``max_range`` that includes all ranges."""
         return {"steps_per_action": 1, **_including(float(self.schedule.max()), scenario)}
@@ -83,8 +92,7 @@ class ScheduledRange(BasePolicy):
         Raises:
             InputError: if the schedule does not match the number of steps or of agents.
         """
-        if len(self.schedule) != spec.num_steps:
-            raise InputError("schedule", f"{spec.num_steps} steps", len(self.schedule))
+        self.check_length(spec.num_steps)
         time = observations[:, spec.layout.index("time")].astype(np.float64)
         steps = np.minimum(np.rint(time * spec.num_steps).astype(int), spec.num_steps - 1)
         if self.schedule.ndim == 1:

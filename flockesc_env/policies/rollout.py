@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, Unpack, cast, overload
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from flockesc_env.common.checks import as_count, as_flag, as_seed, as_seeds
@@ -230,9 +231,12 @@ def simulate(
         _refuse(others, "None for a line")
         return simulate_line(model, ranges, seed=seed)
     if isinstance(player, ScheduledRange) and predator_policy is None and not options:
-        schedule = player.schedule
-        ranges = schedule[:, None] if schedule.ndim == 1 else schedule
+        player.check_length(model.num_steps)
+        ranges = player.schedule if player.per_agent else player.schedule[:, None]
     if ranges is not None and per_agent is None and predator_policy is None and not options:
+        if policy is None and np.ndim(ranges) > 1:
+            expected = f"a scalar or shape ({model.num_agents},) (policy=ScheduledRange(..): one per step)"
+            raise InputError("interaction_range", expected, f"shape {np.shape(ranges)}")
         return run_flock(model, ranges, seed=seed, num_threads=num_threads, **start)
     if policy is None:
         _refuse(

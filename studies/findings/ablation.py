@@ -112,7 +112,7 @@ def hide(policy: bytes, column: str, shown: tuple[tuple[int, float], ...], flock
 def _instead(policy: Policy, replaced: BasePolicy) -> BasePolicy:
     """Return a policy with the view, the scenario and the options of another one."""
     known: Any = {"per_agent": replaced.per_agent, "scenario": replaced.scenario}
-    return as_policy(policy).with_options(**known, **(replaced.options or {}))
+    return as_policy(policy).with_options(**known, **replaced.all_options())
 
 
 def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:

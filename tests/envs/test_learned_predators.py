@@ -17,9 +17,10 @@ from observation_reference import squash
 from option_table import AGENT_REWARDS, DIMENSIONS, INDIVIDUAL_REWARDS, OBJECTIVES, small_flock
 from reference import Floats, FlockState, unit
 
-from flockesc_env import EnvOptions, FlockScenario, parallel_env, simulate
+from flockesc_env import EnvOptions, FlockScenario, parallel_env
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.models.simulate import run_flock
 from flockesc_env.scenario import Learned
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
@@ -113,7 +114,7 @@ def hunted(dimension: int, hunters: tuple[Learned, ...] = HUNTERS, **changes: An
 
 
 def start_of(scenario: FlockScenario, seed: int) -> FlockState:
-    run = simulate(scenario, 0.0, seed=seed)
+    run = run_flock(scenario, 0.0, seed=seed)
     return reference.flock_start(scenario, run.positions[0], run.velocities[0])
 
 
@@ -150,7 +151,7 @@ def test_law_and_observations(dimension: int, seed: int, hold: int, at_rest: boo
 def test_rounding_in_float32_is_clipped(dimension: int) -> None:
     scenario = hunted(dimension)
     ends = np.resize([1.0, 0.0, -1.0, 1.0, 0.0], (scenario.num_steps, 2, dimension))
-    exact, beyond = (simulate(scenario, 9.0, seed=1, predator_actions=ends * by) for by in (1, 1 + 3e-7))
+    exact, beyond = (run_flock(scenario, 9.0, seed=1, predator_actions=ends * by) for by in (1, 1 + 3e-7))
     np.testing.assert_array_equal(exact.predator_positions, beyond.predator_positions)
     spec = FlockBatch(scenario, EnvOptions()).predator_policy_spec
     np.testing.assert_array_equal(spec.plain(ends[0] * (1 + 3e-7), 2), ends[0])

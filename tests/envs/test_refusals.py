@@ -161,7 +161,7 @@ LINES: dict[str, Callable[..., Any]] = {
 MADE: dict[str, Callable[..., Any]] = {
     **FLOCKS,
     "rollout": lambda scenario=None, **options: fe.rollout(scenario, fe.FixedRange(1.0), [0], **options),
-    "record": lambda scenario=None, **options: fe.simulate(
+    "simulate": lambda scenario=None, **options: fe.simulate(
         scenario, policy=fe.FixedRange(1.0), seed=0, **options
     ),
     **LINES,
@@ -184,8 +184,10 @@ def test_options_that_do_not_fit_are_named(interface: str) -> None:
         counted = small_flock(neighbor_rule=Topological())
         chased = {"predator_policy": Pursue()}
         words = r"with_learned_predators\(\) makes one, got PurePursuit"
-        refusals.append((small_flock(predators=()), {}, "predators", "expected"))
-        refusals.append((counted, {}, "max_range", "number of neighbors"))
+        if interface != "simulate":  # a model needs no predator
+            refusals.append((small_flock(predators=()), {}, "predators", "expected"))
+        if interface not in {"rollout", "simulate"}:  # the fixed range says the largest number
+            refusals.append((counted, {}, "max_range", "number of neighbors"))
         if interface != "predator":
             refusals.append((HUNTED, chased, "predator_policy", words))
             MADE[interface](HUNTED.with_learned_predators(), **chased)
@@ -255,8 +257,7 @@ SPOILT[3, 1] = np.inf
 SIMULATE: list[tuple[Any, dict[str, Any], str]] = [
     ([1, 1, 1, 1, -1], {}, "interaction_range[4]"),
     (np.ones((10, 5)), {}, "interaction_range"),
-    (None, {"schedule": np.ones((5, 10))}, "schedule"),
-    (None, {"schedule": np.ones(10)}, "schedule"),
+    (None, {"policy": fe.ScheduledRange(np.ones((5, 10)))}, "schedule"),
     (1.0, {"initial_positions": POSITIONS.T}, "initial_positions"),
     (1.0, {"initial_positions": np.full((5, 2), 1e30)}, "initial_positions[0, 0]"),
     (1.0, {"initial_velocities": SPOILT}, "initial_velocities[3, 1]"),

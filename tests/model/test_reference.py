@@ -111,7 +111,7 @@ def test_flock(data: st.DataObject, scenario: fe.FlockScenario, seed: int) -> No
     if len(rho) == 1:
         given = {"interaction_range": rho[0, 0] if rho.size == 1 else rho[0]}
     else:
-        given = {"schedule": rho}
+        given = {"policy": fe.ScheduledRange(rho if rho.shape[1] > 1 else rho[:, 0])}
     positions, velocities = random_start(scenario, np.random.default_rng(seed))
     run = fe.simulate(scenario, **given, initial_positions=positions, initial_velocities=velocities)
     np.testing.assert_array_equal(run.positions[0], positions)

@@ -66,10 +66,12 @@ class Spin:
 def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
     """Every interface gives the same run as the parallel environment with explicit predator actions."""
     scenario = hunted(dimension).with_learned_predators()
-    by_hand = fe.parallel_env(scenario)
+    by_hand = fe.parallel_env(scenario, steps_per_action=1)
     observations, _ = by_hand.reset(seed=4)
     made = {
-        name: make(scenario, predator_policy=Pursue()) for name, make in FLOCKS.items() if name != "pursuit"
+        name: make(scenario, predator_policy=Pursue(), steps_per_action=1)
+        for name, make in FLOCKS.items()
+        if name != "predator"
     }
     for env in made.values():
         start(env, 4)
@@ -141,7 +143,7 @@ class Counting:
 def test_predator_policies_are_reset_in_every_episode(mode: str) -> None:
     policy = Counting()
     scenario = small_flock(num_steps=2).with_learned_predators()
-    env = BatchVectorEnv(3, scenario, predator_policy=policy, autoreset_mode=mode)
+    env = BatchVectorEnv(3, scenario, predator_policy=policy, autoreset_mode=mode, steps_per_action=1)
     env.reset(seed=0)
     for _ in range(7):
         env.step(np.zeros((3, 1), np.float32))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import torch
 from gymnasium.wrappers import NormalizeObservation, TimeAwareObservation, TimeLimit
-from option_table import small_flock
+from option_table import EVERY_STEP, small_flock
 from rounding import actor_layers, float32_error
 from same import outcome
 from sb3_contrib import ARS, TQC, RecurrentPPO
@@ -48,10 +48,11 @@ def mood(steps: int) -> np.ndarray:
 def test_the_state_of_a_recurrent_model_is_kept_and_starts_with_every_episode() -> None:
     policy = SB3Policy(Mood())
     for seeds in ([1, 2, 3], [4]):  # different rows than before
-        assert outcome(fe.rollout(SCENARIO, policy, seeds)).tolist() == (
+        assert outcome(fe.rollout(SCENARIO, policy, seeds, **EVERY_STEP)).tolist() == (
             outcome(fe.rollout(SCENARIO, ScheduledRange(mood(T)), seeds)).tolist()
         )
-    assert fe.simulate(SCENARIO, policy=policy, seed=1).interaction_ranges[:, 0].tolist() == mood(T).tolist()
+    run = fe.simulate(SCENARIO, policy=policy, seed=1, **EVERY_STEP)
+    assert run.interaction_ranges[:, 0].tolist() == mood(T).tolist()
     line = fe.LineScenario(num_agents=8, max_steps=5)
     runs = [fe.rollout(line, each, [1, 2]) for each in (policy, ScheduledRange(mood(5) / 100))]
     assert runs[0].escape_distance.tolist() == runs[1].escape_distance.tolist()
@@ -59,7 +60,7 @@ def test_the_state_of_a_recurrent_model_is_kept_and_starts_with_every_episode() 
 
 def test_the_state_of_a_row_starts_with_its_episode() -> None:
     """One flock of a vector environment is reset during the episode of the other."""
-    env = BatchVectorEnv(2, SCENARIO)
+    env = BatchVectorEnv(2, SCENARIO, **EVERY_STEP)
     act = bind(SB3Policy(Mood()), env)
     observations, _ = env.reset(seed=0)
     ranges = []
@@ -73,7 +74,7 @@ def test_the_state_of_a_row_starts_with_its_episode() -> None:
 
 
 def test_a_recurrent_model_of_sb3_plays_like_its_own_loop(monkeypatch: pytest.MonkeyPatch) -> None:
-    env = vec_env(SCENARIO, per_agent=True)
+    env = vec_env(SCENARIO, per_agent=True, **EVERY_STEP)
     model = RecurrentPPO("MlpLstmPolicy", env, n_steps=8, batch_size=14, device="cpu", seed=0)
     calls: list[Any] = []
 
@@ -99,7 +100,7 @@ def test_a_recurrent_model_of_sb3_plays_like_its_own_loop(monkeypatch: pytest.Mo
 @pytest.mark.parametrize(
     ("options", "field"),
     [
-        ({"per_agent": True}, "model.observation_space"),
+        ({"per_agent": True}, "per_agent"),
         ({"action_mode": "range"}, "model.action_space"),
         ({"max_range": 50.0}, "max_range"),
         ({"min_range": 5.0}, "min_range"),
@@ -133,7 +134,7 @@ def normalized(env: Any, **settings: Any) -> VecNormalize:
 )
 @pytest.mark.parametrize("is_loaded", [False, True])
 def test_observations_are_normalized_as_in_the_training(wrap: Any, is_loaded: bool, tmp_path: Path) -> None:
-    env = wrap(vec_env(SCENARIO, per_agent=True))
+    env = wrap(vec_env(SCENARIO, per_agent=True, **EVERY_STEP))
     model = PPO("MlpPolicy", env, **SIZES)
     env.seed(3)
     rows, expected = env.reset(), []
@@ -144,9 +145,11 @@ def test_observations_are_normalized_as_in_the_training(wrap: Any, is_loaded: bo
     if is_loaded:
         model.save(tmp_path / "model.zip")
         model.get_vec_normalize_env().save(tmp_path / "statistics.pkl")
-        statistics = VecNormalize.load(tmp_path / "statistics.pkl", vec_env(SCENARIO, per_agent=True))
+        statistics = VecNormalize.load(
+            tmp_path / "statistics.pkl", vec_env(SCENARIO, per_agent=True, **EVERY_STEP)
+        )
         policy = SB3Policy(PPO.load(tmp_path / "model.zip"), vec_normalize=statistics)
-    run = fe.simulate(SCENARIO, policy=policy, seed=3)
+    run = fe.simulate(SCENARIO, policy=policy, seed=3, **EVERY_STEP)
     assert run.interaction_ranges.tolist() == expected
 
 
@@ -170,7 +173,7 @@ def test_a_model_without_the_statistics_of_its_observations_is_refused(
 )
 @pytest.mark.parametrize("wrap", [lambda env: env, lambda env: normalized(env, clip_obs=np.inf)])
 def test_networks_of_all_algorithms_act_as_their_models(algorithm: Any, settings: Any, wrap: Any) -> None:
-    env = wrap(vec_env(SCENARIO, per_agent=True))
+    env = wrap(vec_env(SCENARIO, per_agent=True, **EVERY_STEP))
     sde = {"use_sde": True} if settings else {}
     model = algorithm("MlpPolicy", env, device="cpu", seed=1, policy_kwargs={**TANH, **settings}, **sde)
     with torch.no_grad():
@@ -247,6 +250,6 @@ def test_the_model_knows_whether_it_sets_the_ranges_of_agents() -> None:
     ],
 )
 def test_a_model_of_wrapped_observations_fits_neither_view(env: Any) -> None:
-    message = r"shape \(18,\) for one row per flock or \(13,\) for one row per agent, .*VecFrameStack.* got"
+    message = r"shape \((18|13),\) for one row per (flock|agent), .*VecFrameStack.* got"
     with pytest.raises(InputError, match=f"{message} {re.escape(str(env.observation_space.shape))}"):
         fe.rollout(SCENARIO, SB3Policy(model_of(PPO, env)), [1])

@@ -140,11 +140,16 @@ def steered(
                 away = centroid - places[predator.partner]
                 aim = centroid + predator.distance * away / np.linalg.norm(away)
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
-        speed = np.linalg.norm(own)
-        if predator.max_speed is not None and 0 < speed < predator.max_speed:
-            turned_own = turned_own / speed * min(speed + predator.acceleration * dt, predator.max_speed)
-        new[k] = turned_own
+        new[k] = sped_up(predator, turned_own, dt)
     return new
+
+
+def sped_up(predator: Predator, own: Floats, dt: float) -> Floats:
+    """Return a velocity after the acceleration of a step; without agents that is all that a predator does."""
+    speed, limit = np.linalg.norm(own), getattr(predator, "max_speed", None)
+    if limit is None or not hasattr(predator, "acceleration") or not 0 < speed < limit:
+        return own
+    return own / speed * min(speed + predator.acceleration * dt, limit)
 
 
 def start(predator: Predator, scenario: fe.FlockScenario) -> tuple[Floats, Floats]:

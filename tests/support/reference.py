@@ -112,7 +112,8 @@ def flock_step(
         escapes = predator_distances(new_r, new_predators) > scenario.capture_radius
         new_r, new_v, names = new_r[escapes], new_v[escapes], names[escapes]
         forces = [force[escapes] for force in forces]
-    steered = state.predator_velocities
+    pack = zip(scenario.predators, state.predator_velocities, strict=True)
+    steered = np.array([predator_reference.sped_up(*each, scenario.time_step) for each in pack])
     if len(new_r):
         flock = new_r, new_v, names
         steered = predator_reference.steered(

@@ -142,7 +142,7 @@ BAD = {
         ["scores"],
         "report, episodes, got 'scores' (did you mean score or compare?)",
     ),
-    "task": ([*SCORE, "per-agent-visibly"], "got 'per-agent-visibly' (did you mean per-agent-visible or "),
+    "task": ([*SCORE, "per-agent-visibly"], "got 'per-agent-visibly' (did you mean per-agent-visible, "),
     "no policy": (["score", "--task", TASK], "policies: expected at least one policy, got none"),
     "no file": (["verify"], "files: expected at least one file, got none"),
     "no report": (["report"], "files: expected at least one file, got none"),

@@ -97,7 +97,7 @@ def test_an_environment_of_each_kind_has_the_tasks_options_or_says_what_to_call(
 
 
 def test_an_unknown_task_lists_the_near_ones() -> None:
-    with pytest.raises(InputError, match=r"task: expected one of .* \(did you mean per-agent-visible\?\)"):
+    with pytest.raises(InputError, match=r"task: expected one of .* \(did you mean per-agent-visible, "):
         tasks["per-agent-visibel"]
     assert "per-agent-visible" in tasks
     assert all(name in repr(tasks) for name in tasks)

@@ -102,7 +102,7 @@ def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) ->
     """Agents are caught on the way; a policy for the flock plays the loop of Gymnasium."""
     entry = load_policy(name)
     options: dict[str, Any] = {"max_range": 150.0, **(entry.options or {})}
-    were_caught = 0
+    were_caught, per_agent = 0, bool(entry.per_agent)
     for scenario in (preset.scenario for preset in PRESETS.values()):
         if not isinstance(scenario, FlockScenario) or not scenario.predators:
             continue
@@ -110,7 +110,7 @@ def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) ->
         unlike = {k: v[:8] for k, v in fields if isinstance(v, tuple) and len(v) == scenario.num_agents}
         flock = scenario.replace(num_agents=8, num_steps=9, capture_radius=70.0, **unlike)
         try:
-            env: Any = parallel_env(flock, **options) if entry.per_agent else FlockEscapeEnv(flock, **options)
+            env: Any = parallel_env(flock, **options) if per_agent else FlockEscapeEnv(flock, **options)
         except InputError:  # this preset has no profile
             assert "profile_ranges" in options
             continue
@@ -119,9 +119,9 @@ def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) ->
         has_ended = False
         while not has_ended:
             observations, _, terminated, truncated, _ = env.step(act(observations))
-            has_ended = not env.agents if entry.per_agent else terminated or truncated
-            were_caught += entry.per_agent and 0 < len(env.agents) < 8
-    assert were_caught or not entry.per_agent
+            has_ended = not env.agents if per_agent else terminated or truncated
+            were_caught += per_agent and 0 < len(env.agents) < 8
+    assert were_caught or not per_agent
 
 
 def test_the_snippet_and_the_caption_of_the_readme_have_the_numbers_of_their_flock(

@@ -169,12 +169,10 @@ def test_stored_networks_set_the_same_ranges_on_a_flock_with_other_options() -> 
     for path in sorted((ROOT / "scoreboard").glob("*/policies/*-0.npz")):
         header, _ = read_document(path, "a policy", "parameters")
         stored = fe.load_policy(path)
-        if isinstance(stored.scenario, fe.FlockScenario) and isinstance(stored.policy, fe.NetworkPolicy):
+        if isinstance(stored.scenario, fe.FlockScenario) and isinstance(stored, fe.NetworkPolicy):
             short = stored.scenario.replace(num_steps=ACTIONS)
             architecture, chosen = json.dumps(header["architecture"]), EnvOptions(**stored.options)
-            case, outcome = network_case(
-                short, stored.policy, architecture, stored.per_agent, **stored.options
-            )
+            case, outcome = network_case(short, stored, architecture, stored.per_agent, **stored.options)
             case |= {
                 "kind": "observed",
                 "options": EnvOptions(objective=chosen.objective, steps_per_action=1).to_core(View.AGENT),

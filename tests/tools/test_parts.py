@@ -62,8 +62,6 @@ def test_a_view_is_played_in_both_languages_stored_and_trained(view: View, tmp_p
     arguments: Any = {"seeds": [SEED, SEED + 1], "per_agent": view.is_per_agent, "max_range": 20.0}
     played = fe.rollout(FLOCK, network, **arguments)
     same(fe.rollout(FLOCK, InPython(architecture, parameters), **arguments), played)
-    named = fe.NamedPolicy(
-        "mine", network, per_agent=view.is_per_agent, options={"max_range": 20.0}, scenario=FLOCK
-    )
-    fe.save_policy(named, tmp_path / "policy.npz")
-    same(fe.rollout(None, fe.load_policy(tmp_path / "policy.npz"), [SEED, SEED + 1]), played)
+    mine = network.with_options(per_agent=view.is_per_agent, scenario=FLOCK, max_range=20.0)
+    fe.save_policy(mine, tmp_path / "policy.npz")
+    same(fe.rollout(str(tmp_path / "policy.npz"), [SEED, SEED + 1]), played)
