@@ -34,7 +34,7 @@ impl Fingerprint {
 pub(crate) fn encode(fingerprint: Fingerprint, body: &impl Serialize) -> Result<Vec<u8>> {
     let mut bytes = vec![0; HEADER_LEN];
     bytes = postcard::to_extend(body, bytes)
-        .map_err(|error| Error::argument("state", "a serializable state", error))?;
+        .map_err(|error| Error::input("state", "a serializable state", error))?;
     let sum = crc32fast::hash(&bytes[HEADER_LEN..]);
     let words = [u32::from_le_bytes(MAGIC), VERSION, sum, fingerprint.0];
     for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
@@ -46,9 +46,9 @@ pub(crate) fn encode(fingerprint: Fingerprint, body: &impl Serialize) -> Result<
 /// Checks the header that [`encode`] wrote and reads the body.
 ///
 /// # Errors
-/// [`Error::Argument`] on `state` if the bytes are damaged or have another version or fingerprint.
+/// [`Error::Input`] on `state` if the bytes are damaged or have another version or fingerprint.
 pub(crate) fn decode<T: DeserializeOwned>(fingerprint: Fingerprint, state: &[u8]) -> Result<T> {
-    let refused = |expected: &str, given: String| Err(Error::argument("state", expected, given));
+    let refused = |expected: &str, given: String| Err(Error::input("state", expected, given));
     let Some((head, body)) = state.split_at_checked(HEADER_LEN) else {
         let given = format!("{} bytes", state.len());
         return refused("bytes from get_state", given);
@@ -96,5 +96,5 @@ pub(crate) fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T> {
 /// Returns the error for a damaged snapshot; `what` is the invalid part or the reason.
 pub(crate) fn damaged(what: impl std::fmt::Display) -> Error {
     let given = format!("damaged bytes ({what})");
-    Error::argument("state", "bytes from get_state", given)
+    Error::input("state", "bytes from get_state", given)
 }

@@ -50,7 +50,7 @@ pub struct LineOutcome {
 /// ```
 ///
 /// # Errors
-/// [`crate::Error::Argument`] if a range or the number of threads is out of bounds; [`crate::Error::Memory`];
+/// [`crate::Error::Input`] if a range or the number of threads is out of bounds; [`crate::Error::Memory`];
 /// [`crate::Error::Interrupted`] if `progress` was cancelled. `progress` counts finished runs.
 pub fn sweep_flock(
     config: &Arc<FlockConfig>,

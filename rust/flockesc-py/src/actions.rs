@@ -108,7 +108,7 @@ impl RangeMap {
             (_, Some(_)) => "'discrete'",
             (false, None) => "'range'",
         };
-        Err(Error::argument("action_mode", "'normalized'", given).into())
+        Err(Error::input("action_mode", "'normalized'", given).into())
     }
 
     /// Returns the ranges of `count` stacked actions, with NaN for actions outside of the action

@@ -35,7 +35,7 @@ pub(crate) fn overwrite<T: Element + Copy, D: Dimension>(
     if entries.len() != values.len() {
         let expected = format!("{} entries", values.len());
         let given = format!("{} entries", entries.len());
-        let error = flockesc_core::Error::argument("out", expected, given);
+        let error = flockesc_core::Error::input("out", expected, given);
         return Err(CoreError::from(error).into());
     }
     entries.copy_from_slice(values);
@@ -58,7 +58,7 @@ where
 pub(crate) fn rows_and_columns(array: &PyReadonlyArrayDyn<'_, f64>) -> PyResult<(usize, usize)> {
     match *array.shape() {
         [rows, columns] => Ok((rows, columns)),
-        _ => Err(CoreError::from(flockesc_core::Error::argument(
+        _ => Err(CoreError::from(flockesc_core::Error::input(
             "interaction_range",
             "2 dimensions",
             format!("{} dimensions", array.ndim()),

@@ -72,7 +72,7 @@ impl FlockBatch {
             .collect();
         let Some(per_slot) = per_slot else {
             let expected = format!("indices below {}", parsed.len());
-            return Err(Error::argument("slots", expected, format!("{slots:?}")).into());
+            return Err(Error::input("slots", expected, format!("{slots:?}")).into());
         };
         let mut inner = match per_slot.first().map_or(2, |scenario| scenario.dimension) {
             2 => Inner::Plane(Batch::with_scenarios(&per_slot, config, num_threads)?),
@@ -288,13 +288,6 @@ impl FlockBatch {
         on_batch!(&this.inner, batch => {
             info::state(py, batch.episode(slot).map_err(CoreError::from)?)
         })
-    }
-
-    /// Returns the team's reward of every flock in the last step, or the mean of individual rewards
-    /// over its agents.
-    fn team_rewards<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
-        let inner = &try_borrow(slf)?.inner;
-        Ok(on_batch!(inner, batch => batch.team_rewards()).into_pyarray(slf.py()))
     }
 
     /// Returns the predators' reward of every flock in the last step.

@@ -28,18 +28,11 @@ impl From<PyErr> for CoreError {
 impl From<CoreError> for PyErr {
     fn from(error: CoreError) -> Self {
         match error {
-            CoreError::Core(
-                Error::Config {
-                    field,
-                    expected,
-                    given,
-                }
-                | Error::Argument {
-                    field,
-                    expected,
-                    given,
-                },
-            ) => raised("InputError", (field, expected, given)),
+            CoreError::Core(Error::Input {
+                field,
+                expected,
+                given,
+            }) => raised("InputError", (field, expected, given)),
             CoreError::Core(Error::Episode { message }) => raised("ResetNeededError", (message,)),
             CoreError::Core(error @ Error::Rounding) => {
                 raised("FlockescError", (error.to_string(),))

@@ -79,7 +79,7 @@ impl Flock {
         let count = self.rewards.len();
         if ranges.len() != count {
             let expected = format!("{count} entries");
-            return Err(Error::argument("ranges", expected, ranges.len()).into());
+            return Err(Error::input("ranges", expected, ranges.len()).into());
         }
         check_ranges("ranges", ranges)?;
         let count = self.scenario.num_learned() * self.scenario.dimension;

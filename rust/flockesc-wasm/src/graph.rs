@@ -47,7 +47,7 @@ fn arguments(
     let numbers = |count: usize| format!("{count} numbers");
     if positions.is_empty() || !positions.len().is_multiple_of(dimension) {
         let expected = format!("{dimension} numbers per agent");
-        return Err(Error::argument(
+        return Err(Error::input(
             "positions",
             expected,
             numbers(positions.len()),
@@ -55,7 +55,7 @@ fn arguments(
     }
     if velocities.len() != positions.len() {
         let (expected, given) = (numbers(positions.len()), numbers(velocities.len()));
-        return Err(Error::argument("velocities", expected, given));
+        return Err(Error::input("velocities", expected, given));
     }
     Ok(GraphArguments {
         scenario: Some(scenario),

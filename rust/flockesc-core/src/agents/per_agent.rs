@@ -31,7 +31,7 @@ impl PerAgent {
             Self::Each(values) if values.len() != num_agents => {
                 let expected = format!("a number or {num_agents} numbers");
                 let given = format!("{} numbers", values.len());
-                Err(Error::config(field, expected, given))
+                Err(Error::input(field, expected, given))
             }
             Self::Each(values) => {
                 let mut entries = values.iter().enumerate();
@@ -124,7 +124,7 @@ mod tests {
     fn refused(document: &str) -> (String, String) {
         let parsed = parse(document);
         match parsed.and_then(|value| value.check("mass", 3, positive)) {
-            Err(Error::Config {
+            Err(Error::Input {
                 field, expected, ..
             }) => (field, expected),
             other => panic!("{document}: {other:?}"),

@@ -104,11 +104,7 @@ pub(crate) fn coordinates(values: &[f64], field: impl Fn(usize) -> String) -> Re
     {
         Some(at) => {
             let expected = format!("a number from {:?} to {MAX_MAGNITUDE:?}", -MAX_MAGNITUDE);
-            Err(Error::argument(
-                field(at),
-                expected,
-                format_number(values[at]),
-            ))
+            Err(Error::input(field(at), expected, format_number(values[at])))
         }
         None => Ok(()),
     }
@@ -129,7 +125,7 @@ pub(crate) fn vector(field: &str, entries: &[f64], dimension: usize) -> Result<(
     if entries.len() != dimension {
         let expected = format!("{dimension} numbers");
         let given = format!("{} numbers", entries.len());
-        return Err(Error::config(field, expected, given));
+        return Err(Error::input(field, expected, given));
     }
     let mut places = entries.iter().enumerate();
     places.try_for_each(|(k, &entry)| coordinate(&format!("{field}[{k}]"), entry))
@@ -178,7 +174,7 @@ fn check(field: &str, value: impl ToString, expected: &str, good: bool) -> Resul
     if good {
         Ok(())
     } else {
-        Err(Error::config(field, expected, value))
+        Err(Error::input(field, expected, value))
     }
 }
 

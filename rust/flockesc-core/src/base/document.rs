@@ -8,10 +8,10 @@ use crate::base::error::{Error, Result};
 /// Parses a document, which must be a JSON object.
 pub(crate) fn parse<T: DeserializeOwned>(document: &str) -> Result<T> {
     let value: Value = serde_json::from_str(document)
-        .map_err(|error| Error::config("document", "valid JSON", error))?;
+        .map_err(|error| Error::input("document", "valid JSON", error))?;
     // Serde also accepts a list, as the values of the fields in order.
     if !value.is_object() {
-        return Err(Error::config("document", "a JSON object", value));
+        return Err(Error::input("document", "a JSON object", value));
     }
     parse_value(&value)
 }
@@ -29,7 +29,7 @@ pub(crate) fn parse_value<T: DeserializeOwned>(value: &Value) -> Result<T> {
         } else {
             path
         };
-        Error::config(field, plain(expected), given)
+        Error::input(field, plain(expected), given)
     })
 }
 

@@ -4,20 +4,10 @@
 /// caused by the caller's input. A call that returns one of them has changed nothing.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
-    /// A field of a scenario or of options is unknown, has the wrong type or is out of bounds.
+    /// A field of a scenario or of options, or an argument, is unknown or has the wrong type or value.
     #[error("{field}: expected {expected}, got {given}")]
-    Config {
-        /// Path of the field, for example `predators[0].pure_pursuit.max_turn_rate`.
-        field: String,
-        /// Description of the accepted values.
-        expected: String,
-        /// The rejected value.
-        given: String,
-    },
-    /// An argument of a call has the wrong shape or value.
-    #[error("{field}: expected {expected}, got {given}")]
-    Argument {
-        /// Name of the argument, with the index of the rejected entry.
+    Input {
+        /// Path of the field, for example `predators[0].pure_pursuit.max_turn_rate`, or name of the argument.
         field: String,
         /// Description of the accepted values.
         expected: String,
@@ -53,25 +43,13 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    pub(crate) fn config(
+    /// Creates an [`Error::Input`].
+    pub fn input(
         field: impl Into<String>,
         expected: impl Into<String>,
         given: impl ToString,
     ) -> Self {
-        Self::Config {
-            field: field.into(),
-            expected: expected.into(),
-            given: given.to_string(),
-        }
-    }
-
-    /// Creates an [`Error::Argument`].
-    pub fn argument(
-        field: impl Into<String>,
-        expected: impl Into<String>,
-        given: impl ToString,
-    ) -> Self {
-        Self::Argument {
+        Self::Input {
             field: field.into(),
             expected: expected.into(),
             given: given.to_string(),

@@ -174,7 +174,7 @@ impl<const D: usize> Batch<D> {
     /// Writes the observations of `slots`, slot after slot.
     ///
     /// # Errors
-    /// [`Error::Episode`] if a slot was never reset; [`Error::Argument`] if `observations` has the
+    /// [`Error::Episode`] if a slot was never reset; [`Error::Input`] if `observations` has the
     /// wrong length; [`Error::Interrupted`] if `progress` was cancelled.
     pub fn observe(
         &self,
@@ -317,6 +317,6 @@ fn check_length(field: &str, given: usize, expected: usize) -> Result<()> {
         Ok(())
     } else {
         let (expected, given) = (format!("{expected} entries"), format!("{given} entries"));
-        Err(Error::argument(field, expected, given))
+        Err(Error::input(field, expected, given))
     }
 }

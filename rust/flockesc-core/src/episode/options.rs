@@ -65,7 +65,7 @@ impl EpisodeConfig {
     /// Parses and checks a document.
     ///
     /// # Errors
-    /// [`Error::Config`] if a field is unknown, has the wrong type or is out of bounds.
+    /// [`Error::Input`] if a field is unknown, has the wrong type or is out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let config: Self = parse(document)?;
         config.check()?;
@@ -75,7 +75,7 @@ impl EpisodeConfig {
     /// Checks every field.
     ///
     /// # Errors
-    /// [`Error::Config`] if a field is out of bounds.
+    /// [`Error::Input`] if a field is out of bounds.
     pub fn check(&self) -> Result<()> {
         positive("max_range", self.max_range)?;
         if let Some(range) = self.predator_sensing_range {
@@ -85,20 +85,20 @@ impl EpisodeConfig {
         if !self.profile_ranges.is_empty() {
             if !self.view.is_per_agent() {
                 let expected = "none with one range for the flock";
-                return Err(Error::config("profile_ranges", expected, "some"));
+                return Err(Error::input("profile_ranges", expected, "some"));
             }
             profile_ranges("profile_ranges", &self.profile_ranges, self.max_range)?;
         }
         for (index, kind) in self.extra_entries.iter().enumerate() {
             if self.extra_entries[..index].contains(kind) {
                 let field = format!("extra_entries[{index}]");
-                return Err(Error::config(field, "different entries", "one twice"));
+                return Err(Error::input(field, "different entries", "one twice"));
             }
         }
         if self.reward.is_individual() && !self.view.is_per_agent() {
             let team = Reward::team_kinds().join(", ");
             let expected = format!("one of {team} with the view of the whole flock");
-            return Err(Error::config("reward", expected, "an individual reward"));
+            return Err(Error::input("reward", expected, "an individual reward"));
         }
         Ok(())
     }
@@ -106,11 +106,11 @@ impl EpisodeConfig {
     /// Checks that the scenario defines the optional entries of the observation.
     ///
     /// # Errors
-    /// [`Error::Config`] naming the option that the scenario rules out.
+    /// [`Error::Input`] naming the option that the scenario rules out.
     pub fn check_scenario(&self, scenario: &FlockConfig) -> Result<()> {
         if scenario.frozen_graph && !self.profile_ranges.is_empty() {
             let expected = "none with a frozen graph, whose neighbors do not depend on the range";
-            return Err(Error::config("profile_ranges", expected, "some"));
+            return Err(Error::input("profile_ranges", expected, "some"));
         }
         Ok(())
     }

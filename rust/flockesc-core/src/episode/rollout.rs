@@ -54,7 +54,7 @@ impl<const D: usize> Batch<D> {
     /// ```
     ///
     /// # Errors
-    /// [`crate::Error::Argument`] if the number of networks is neither 1 nor the number of seeds;
+    /// [`crate::Error::Input`] if the number of networks is neither 1 nor the number of seeds;
     /// [`crate::Error::Interrupted`] if `progress` was cancelled.
     pub fn rollout(
         &self,

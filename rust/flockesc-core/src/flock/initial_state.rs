@@ -40,7 +40,7 @@ impl InitialState {
     /// Checks the lengths and entries of the arrays.
     ///
     /// # Errors
-    /// [`Error::Argument`] if an array has the wrong length, an entry is out of bounds, or an array of the
+    /// [`Error::Input`] if an array has the wrong length, an entry is out of bounds, or an array of the
     /// predators is given although one of them has a prescribed path.
     pub fn check(&self, config: &FlockConfig) -> Result<()> {
         let (n, p, d) = (config.num_agents, config.predators.len(), config.dimension);
@@ -55,7 +55,7 @@ impl InitialState {
                 (given, predators.position(PredatorConfig::has_fixed_start))
             {
                 let expected = format!("None, because predators[{index}] has a prescribed path");
-                return Err(Error::argument(field, expected, "an array"));
+                return Err(Error::input(field, expected, "an array"));
             }
             check(field, given, p, d)?;
         }
@@ -112,7 +112,7 @@ fn check(field: &str, values: &Option<Vec<f64>>, rows: usize, axes: usize) -> Re
     if values.len() != rows * axes {
         let expected = format!("{rows} x {axes} numbers");
         let given = format!("{} numbers", values.len());
-        return Err(Error::argument(field, expected, given));
+        return Err(Error::input(field, expected, given));
     }
     coordinates(values, |at| {
         format!("{field}[{}, {}]", at / axes, at % axes)

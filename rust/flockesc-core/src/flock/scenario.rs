@@ -133,7 +133,7 @@ impl FlockConfig {
     /// Parses and checks a document.
     ///
     /// # Errors
-    /// [`Error::Config`] if a field is unknown, has the wrong type or is out of bounds.
+    /// [`Error::Input`] if a field is unknown, has the wrong type or is out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let config: Self = parse(document)?;
         config.check()?;
@@ -149,7 +149,7 @@ impl FlockConfig {
     /// Checks every field, and the parameters of the randomization; see [`Self::check_draw`].
     ///
     /// # Errors
-    /// [`Error::Config`] if a field is out of bounds.
+    /// [`Error::Input`] if a field is out of bounds.
     pub fn check(&self) -> Result<()> {
         self.check_fields()?;
         if self.randomization.is_empty() {
@@ -161,7 +161,7 @@ impl FlockConfig {
     /// Checks the scenario that the episode with this seed draws.
     ///
     /// # Errors
-    /// [`Error::Config`] if a drawn number, alone or with others, is out of bounds.
+    /// [`Error::Input`] if a drawn number, alone or with others, is out of bounds.
     pub fn check_draw(&self, seed: u64) -> Result<()> {
         if self.randomization.is_empty() {
             return Ok(());
@@ -170,13 +170,13 @@ impl FlockConfig {
         drawn
             .and_then(|drawn| drawn.check_fields())
             .map_err(|error| match error {
-                Error::Config {
+                Error::Input {
                     field,
                     expected,
                     given,
                 } => {
                     let given = format!("{given}, drawn by the episode with seed {seed}");
-                    Error::config(field, expected, given)
+                    Error::input(field, expected, given)
                 }
                 other => other,
             })
@@ -229,7 +229,7 @@ impl FlockConfig {
             positive_quantity("periodic_side", side)?;
             if !self.predators.is_empty() {
                 let expected = "None with predators, which need an open world";
-                return Err(Error::config("periodic_side", expected, side));
+                return Err(Error::input("periodic_side", expected, side));
             }
         }
         Ok(())

@@ -34,7 +34,7 @@ impl Schedule {
             && self.values.len() == self.rows * self.columns;
         if !fits {
             let (steps, agents) = (config.num_steps, config.num_agents);
-            return Err(Error::argument(
+            return Err(Error::input(
                 "interaction_range",
                 format!("a scalar or shape ({agents},), ({steps},), ({steps}, {agents})"),
                 format!("{} x {}", self.rows, self.columns),
@@ -63,7 +63,7 @@ impl Schedule {
 /// Checks that all ranges are finite and at least 0.
 ///
 /// # Errors
-/// [`Error::Argument`] naming the first entry of `field` that is not.
+/// [`Error::Input`] naming the first entry of `field` that is not.
 pub fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
     let is_valid = |range: &f64| (*range >= 0.0) & (*range <= f64::MAX);
     // Without a branch per range this is vectorized.
@@ -71,7 +71,7 @@ pub fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
         return Ok(());
     }
     match ranges.iter().position(|range| !is_valid(range)) {
-        Some(at) => Err(Error::argument(
+        Some(at) => Err(Error::input(
             format!("{field}[{at}]"),
             "a finite number of at least 0",
             ranges[at],
@@ -83,17 +83,17 @@ pub fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
 /// Checks the actions of learned predators: `count` entries or none, each in [-1, 1] up to rounding in float32.
 ///
 /// # Errors
-/// [`Error::Argument`] naming the wrong length or the first entry out of bounds.
+/// [`Error::Input`] naming the wrong length or the first entry out of bounds.
 pub fn check_predator_actions(actions: &[f64], count: usize) -> Result<()> {
     if !actions.is_empty() && actions.len() != count {
         let (expected, given) = (
             format!("{count} entries"),
             format!("{} entries", actions.len()),
         );
-        return Err(Error::argument("predator_actions", expected, given));
+        return Err(Error::input("predator_actions", expected, given));
     }
     match actions.iter().position(|c| clipped(*c, -1.0, 1.0).is_nan()) {
-        Some(at) => Err(Error::argument(
+        Some(at) => Err(Error::input(
             format!("predator_actions[{at}]"),
             "a number from -1 to 1",
             actions[at],
@@ -215,7 +215,7 @@ pub(crate) fn probe_flocks(config: &FlockConfig, num_flocks: usize) -> Result<()
 /// one thread per core.
 ///
 /// # Errors
-/// [`Error::Argument`] if `start` or `schedule` does not fit the scenario or `num_threads` is out of bounds;
+/// [`Error::Input`] if `start` or `schedule` does not fit the scenario or `num_threads` is out of bounds;
 /// [`Error::Memory`] for the record; [`Error::Interrupted`] if `progress` was cancelled.
 pub fn simulate_flock(
     config: Arc<FlockConfig>,

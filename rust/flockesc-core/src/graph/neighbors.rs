@@ -53,7 +53,7 @@ impl<const D: usize> NeighborGraph<D> {
     /// Returns the pairs (agent, neighbor) of different agents, in ascending order.
     ///
     /// # Errors
-    /// [`Error::Argument`] if a range is negative or not finite, or if there is not one range per agent;
+    /// [`Error::Input`] if a range is negative or not finite, or if there is not one range per agent;
     /// [`Error::Memory`] for the pairs.
     pub fn pairs(&self, ranges: Ranges<'_>) -> Result<Vec<(u32, u32)>> {
         self.check(ranges)?;
@@ -81,7 +81,7 @@ impl<const D: usize> NeighborGraph<D> {
                 format!("{expected} ranges"),
                 format!("{} ranges", given.len()),
             );
-            return Err(Error::argument("interaction_range", expected, given));
+            return Err(Error::input("interaction_range", expected, given));
         }
         check_ranges("interaction_range", given)
     }

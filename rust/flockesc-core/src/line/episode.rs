@@ -56,7 +56,7 @@ impl LineEpisodeConfig {
     /// Parses and checks a document.
     ///
     /// # Errors
-    /// [`Error::Config`] if a field is unknown, has the wrong type or is out of bounds.
+    /// [`Error::Input`] if a field is unknown, has the wrong type or is out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let config: Self = parse(document)?;
         positive("max_range", config.max_range)?;
@@ -91,7 +91,7 @@ impl LineEpisode {
     /// `seed`.
     ///
     /// # Errors
-    /// [`Error::Config`] if the scenario has no predator; otherwise as [`Line::new`].
+    /// [`Error::Input`] if the scenario has no predator; otherwise as [`Line::new`].
     pub fn new(
         scenario: Arc<LineConfig>,
         config: LineEpisodeConfig,
@@ -100,7 +100,7 @@ impl LineEpisode {
     ) -> Result<Self> {
         if scenario.predator_position.is_none() {
             let expected = "a number, because rewards depend on the distance to the predator";
-            return Err(Error::config("predator_position", expected, "none"));
+            return Err(Error::input("predator_position", expected, "none"));
         }
         let line = Line::new(scenario, seed, initial_state)?;
         let status = Status {
@@ -120,7 +120,7 @@ impl LineEpisode {
     /// reward.
     ///
     /// # Errors
-    /// [`Error::Argument`] if `range` is negative or not finite; [`Error::Episode`] after the end of the
+    /// [`Error::Input`] if `range` is negative or not finite; [`Error::Episode`] after the end of the
     /// episode; [`Error::Rounding`]. The episode is then unchanged. [`Error::Interrupted`] if `progress` was cancelled; part of
     /// the action was then applied.
     pub fn advance(&mut self, range: f64, progress: &Progress) -> Result<f64> {
@@ -205,7 +205,7 @@ impl LineEpisode {
     /// next episode.
     ///
     /// # Errors
-    /// [`crate::Error::Argument`] if serialization fails.
+    /// [`crate::Error::Input`] if serialization fails.
     pub fn save(&self, schedule: (u64, u64)) -> Result<Vec<u8>> {
         let state = (schedule, self.line.groups(), &self.status);
         encode(self.fingerprint(), &state)
@@ -215,7 +215,7 @@ impl LineEpisode {
     /// episode's scenario and options.
     ///
     /// # Errors
-    /// [`crate::Error::Argument`] if the bytes are damaged or have another version, scenario or options.
+    /// [`crate::Error::Input`] if the bytes are damaged or have another version, scenario or options.
     pub fn restored(&self, state: &[u8]) -> Result<(Self, (u64, u64))> {
         let scenario = self.line.shared_config();
         let (schedule, groups, status): (_, Groups, Status) = decode(self.fingerprint(), state)?;

@@ -53,7 +53,7 @@ impl LineConfig {
     /// Parses and checks a document.
     ///
     /// # Errors
-    /// [`crate::Error::Config`] if a field is unknown, has the wrong type or is out of bounds.
+    /// [`crate::Error::Input`] if a field is unknown, has the wrong type or is out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let config: Self = parse(document)?;
         within("num_agents", config.num_agents, 1, MAX_AGENTS)?;

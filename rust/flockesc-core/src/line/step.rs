@@ -56,7 +56,7 @@ impl Line {
     /// Creates a line at `states`. If they are `None`, x(0) ~ U[0, 1]^n is drawn from `seed`.
     ///
     /// # Errors
-    /// [`Error::Argument`] if `states` does not have one entry per agent or an entry is out of bounds; [`Error::Memory`];
+    /// [`Error::Input`] if `states` does not have one entry per agent or an entry is out of bounds; [`Error::Memory`];
     /// [`Error::Rounding`].
     pub fn new(config: Arc<LineConfig>, seed: u64, states: Option<&[f64]>) -> Result<Self> {
         rounding()?;
@@ -102,7 +102,7 @@ impl Line {
     /// Advances the line by one step and returns the largest displacement max_i |x_i(t+1) - x_i(t)|.
     ///
     /// # Errors
-    /// [`Error::Argument`] if `range` is negative or not finite.
+    /// [`Error::Input`] if `range` is negative or not finite.
     pub fn step(&mut self, range: f64) -> Result<f64> {
         check_range(range)?;
         let groups = self.groups.sorted();
@@ -157,7 +157,7 @@ fn initial_states(num_agents: usize, seed: u64) -> Vec<f64> {
 
 fn check_states(states: &[f64], num_agents: usize) -> Result<()> {
     if states.len() != num_agents {
-        return Err(Error::argument(
+        return Err(Error::input(
             "initial_state",
             format!("{num_agents} entries, one per agent"),
             format!("{} entries", states.len()),
@@ -170,7 +170,7 @@ pub(crate) fn check_range(range: f64) -> Result<()> {
     if range.is_finite() && range >= 0.0 {
         Ok(())
     } else {
-        Err(Error::argument(
+        Err(Error::input(
             "interaction_range",
             "a finite number of at least 0",
             range,

@@ -81,7 +81,7 @@ impl Architecture {
     /// Parses and checks a JSON document.
     ///
     /// # Errors
-    /// [`Error::Config`] if a field is unknown, has the wrong type or is out of bounds.
+    /// [`Error::Input`] if a field is unknown, has the wrong type or is out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let architecture: Self = parse(document)?;
         architecture.check()?;
@@ -91,17 +91,17 @@ impl Architecture {
     /// Checks every field.
     ///
     /// # Errors
-    /// [`Error::Config`] if a field is out of bounds.
+    /// [`Error::Input`] if a field is out of bounds.
     pub fn check(&self) -> Result<()> {
         if self.inputs.is_empty() && self.candidate_inputs.is_empty() {
-            return Err(Error::config("inputs", "at least one name", "none"));
+            return Err(Error::input("inputs", "at least one name", "none"));
         }
         for (index, width) in self.hidden.iter().enumerate() {
             within(&format!("hidden[{index}]"), *width, 1, MAX_AGENTS)?;
         }
         if self.head() == Head::Candidates && !self.ranges.is_empty() {
             let expected = "none for a network that scores candidates";
-            return Err(Error::config("ranges", expected, "some"));
+            return Err(Error::input("ranges", expected, "some"));
         }
         let most = match self.head() {
             Head::Value => MAX_AGENTS,

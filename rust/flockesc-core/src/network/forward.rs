@@ -59,7 +59,7 @@ pub fn work(rows: usize, size: usize) -> usize {
 /// linear one. Each layer has its weights, one row per input, and then its biases in `parameters`.
 ///
 /// # Errors
-/// [`Error::Argument`] if `parameters` or `inputs` has the wrong length; [`Error::Interrupted`] if `progress` was
+/// [`Error::Input`] if `parameters` or `inputs` has the wrong length; [`Error::Interrupted`] if `progress` was
 /// cancelled.
 pub fn tanh_layers(
     widths: &[usize],
@@ -73,11 +73,11 @@ pub fn tanh_layers(
         .map(|(rows, columns)| (rows + 1) * columns)
         .sum();
     let [entries, .., columns] = *widths else {
-        return Err(Error::argument("widths", "at least two", widths.len()));
+        return Err(Error::input("widths", "at least two", widths.len()));
     };
     if parameters.len() != size || !inputs.len().is_multiple_of(entries) {
         let expected = format!("{size} numbers, and inputs of {entries}");
-        return Err(Error::argument("parameters", expected, parameters.len()));
+        return Err(Error::input("parameters", expected, parameters.len()));
     }
     let width = widths.iter().copied().max().unwrap_or_default();
     let (mut values, mut scratch) = (vec![[0.0; LANES]; width], vec![[0.0; LANES]; width]);

@@ -77,7 +77,7 @@ impl Networks {
     /// [`Architecture::size`] numbers per network.
     ///
     /// # Errors
-    /// [`Error::Config`] if a field of the architecture is out of bounds; [`Error::Argument`] if
+    /// [`Error::Input`] if a field of the architecture is out of bounds; [`Error::Input`] if
     /// `parameters` has the wrong length or an entry that is not finite, if an input is not one of `entries`,
     /// or if `ranges` are not those of the head.
     pub fn new(
@@ -92,11 +92,11 @@ impl Networks {
         if parameters.len() != size.saturating_mul(count) {
             let expected = format!("{size} numbers per network");
             let given = parameters.len() / count.max(1);
-            return Err(Error::argument("parameters", expected, given));
+            return Err(Error::input("parameters", expected, given));
         }
         if let Some(at) = parameters.iter().position(|number| !number.is_finite()) {
             let field = format!("parameters[{}, {}]", at / size, at % size);
-            return Err(Error::argument(field, "a finite number", parameters[at]));
+            return Err(Error::input(field, "a finite number", parameters[at]));
         }
         let input = |name: &str| {
             let is_left = architecture.mirror && name.ends_with("_left");
@@ -113,7 +113,7 @@ impl Networks {
         };
         if !is_right {
             let expected = "candidate ranges for a network that chooses, and only for it";
-            return Err(Error::argument("profile_ranges", expected, choices.len()));
+            return Err(Error::input("profile_ranges", expected, choices.len()));
         }
         let largest = choices.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let candidate = |(k, range): (usize, &f64)| {
@@ -151,7 +151,7 @@ impl Networks {
     /// index of the range that it chooses. `memory` has [`Architecture::memory`] numbers per row and is updated.
     ///
     /// # Errors
-    /// [`Error::Argument`] if an array has the wrong length; [`Error::Interrupted`] if `progress` was cancelled.
+    /// [`Error::Input`] if an array has the wrong length; [`Error::Interrupted`] if `progress` was cancelled.
     pub fn outputs(
         &self,
         observations: &[f32],
@@ -162,7 +162,7 @@ impl Networks {
         let lengths = (rows * self.row_length, rows * self.architecture.memory);
         if (observations.len(), memory.len()) != lengths {
             let expected = format!("rows of {} entries", self.row_length);
-            return Err(Error::argument("observations", expected, "others"));
+            return Err(Error::input("observations", expected, "others"));
         }
         let mut network = self.for_episode(0, rows);
         network.memory.copy_from_slice(memory);
@@ -186,7 +186,7 @@ impl Networks {
             return Ok(());
         }
         let expected = format!("one network, or one for each of {episodes} seeds");
-        Err(Error::argument("parameters", expected, count))
+        Err(Error::input("parameters", expected, count))
     }
 
     /// Returns the network of an episode, before its first action. `rows` is the number of
@@ -253,7 +253,7 @@ fn column(entries: &[String], name: &str) -> Result<usize> {
     let at = entries.iter().position(|entry| entry == name);
     at.ok_or_else(|| {
         let given = format!("only {}", entries.join(", "));
-        Error::argument("observation", format!("an entry '{name}'"), given)
+        Error::input("observation", format!("an entry '{name}'"), given)
     })
 }
 

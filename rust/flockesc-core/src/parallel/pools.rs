@@ -42,13 +42,13 @@ pub fn forked() {
 /// later calls until [`MAX_POOLS`] others have been used after it.
 ///
 /// # Errors
-/// [`Error::Argument`] if `num_threads` is 0 or above [`MAX_THREADS`], or if threads cannot be started;
+/// [`Error::Input`] if `num_threads` is 0 or above [`MAX_THREADS`], or if threads cannot be started;
 /// [`Error::Rounding`], because threads inherit the rounding mode of the thread that starts them.
 pub(crate) fn pool(num_threads: Option<usize>) -> Result<Arc<ThreadPool>> {
     rounding()?;
     let threads = self::num_threads(num_threads);
     if !(1..=MAX_THREADS).contains(&threads) {
-        return Err(Error::argument(
+        return Err(Error::input(
             "num_threads",
             format!("an integer from 1 to {MAX_THREADS}"),
             threads,
@@ -98,7 +98,7 @@ fn start(threads: usize) -> Result<Arc<ThreadPool>> {
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map(Arc::new).map_err(|error| {
         let expected = "a number of threads that the system can start";
-        Error::argument("num_threads", expected, error)
+        Error::input("num_threads", expected, error)
     })
 }
 

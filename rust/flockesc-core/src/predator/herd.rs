@@ -39,7 +39,7 @@ impl Herd {
         quantity(&format!("{path}.distance"), self.distance)?;
         if self.partner >= count || self.partner == index {
             let expected = format!("the index of another of the {count} predators");
-            return Err(Error::config(
+            return Err(Error::input(
                 format!("{path}.partner"),
                 expected,
                 self.partner,

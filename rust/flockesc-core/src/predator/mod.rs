@@ -195,7 +195,7 @@ pub(crate) fn check(configs: &[PredatorConfig], dimension: usize) -> Result<()> 
     let count = assigned.count();
     if count > MAX_ASSIGNED {
         let expected = format!("at most {MAX_ASSIGNED} predators with assigned targets");
-        return Err(Error::config("predators", expected, count));
+        return Err(Error::input("predators", expected, count));
     }
     Ok(())
 }

@@ -22,7 +22,7 @@ impl PrescribedPath {
     pub(super) fn check(&self, path: &str, dimension: usize) -> Result<()> {
         let (field, count) = (format!("{path}.positions"), self.positions.len());
         if count < 2 {
-            return Err(Error::config(field, "at least 2 positions", count));
+            return Err(Error::input(field, "at least 2 positions", count));
         }
         for (k, entries) in self.positions.iter().enumerate() {
             vector(&format!("{field}[{k}]"), entries, dimension)?;

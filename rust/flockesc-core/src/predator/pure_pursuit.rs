@@ -68,7 +68,7 @@ impl PurePursuit {
         quantity(&format!("{path}.confusion_rate"), self.confusion_rate)?;
         not_negative(&format!("{path}.sight"), self.sight)?;
         if self.has_confusion() && self.target != Target::Nearest {
-            return Err(Error::config(
+            return Err(Error::input(
                 format!("{path}.confusion_rate"),
                 "0 unless the target is the nearest agent",
                 self.confusion_rate,

@@ -114,6 +114,6 @@ pub(super) fn parsed(at_end: &str) -> Result<AtEnd, CoreError> {
         "refuse" => Ok(AtEnd::Refuse),
         "restart" => Ok(AtEnd::Restart),
         "stay" => Ok(AtEnd::Stay),
-        other => Err(Error::argument("at_end", "refuse, restart or stay", other).into()),
+        other => Err(Error::input("at_end", "refuse, restart or stay", other).into()),
     }
 }

@@ -24,8 +24,8 @@ impl<const D: usize> Batch<D> {
     /// `None` is one thread per core.
     ///
     /// # Errors
-    /// [`Error::Config`] if the scenario or `config` is out of bounds, or if the scenario has no
-    /// predator or another dimension; [`Error::Argument`] if `num_flocks` is 0 or `num_threads` is
+    /// [`Error::Input`] if the scenario or `config` is out of bounds, or if the scenario has no
+    /// predator or another dimension; [`Error::Input`] if `num_flocks` is 0 or `num_threads` is
     /// out of bounds; [`Error::Memory`].
     pub fn new(
         scenario: FlockConfig,
@@ -41,7 +41,7 @@ impl<const D: usize> Batch<D> {
     /// should share it.
     ///
     /// # Errors
-    /// As [`Self::new`]; [`Error::Config`] if the scenarios differ in the number of agents or of learned
+    /// As [`Self::new`]; [`Error::Input`] if the scenarios differ in the number of agents or of learned
     /// predators.
     pub fn with_scenarios(
         scenarios: &[Arc<FlockConfig>],
@@ -50,7 +50,7 @@ impl<const D: usize> Batch<D> {
     ) -> Result<Self> {
         config.check()?;
         let Some(first) = scenarios.first() else {
-            return Err(Error::argument("num_flocks", "an integer of at least 1", 0));
+            return Err(Error::input("num_flocks", "an integer of at least 1", 0));
         };
         let is_one = scenarios.iter().all(|other| Arc::ptr_eq(first, other));
         let row_length = config.entries(D).len();
@@ -107,7 +107,7 @@ fn check_scenario<const D: usize>(
     scenario.check()?;
     config.check_scenario(scenario)?;
     let refuse = |name: &str, expected: String, given: usize| {
-        Err(Error::config(format!("{label}{name}"), expected, given))
+        Err(Error::input(format!("{label}{name}"), expected, given))
     };
     let same = |count: usize, what: &str| format!("{count}{what}, as in scenario[0]");
     if scenario.dimension != D {
@@ -115,7 +115,7 @@ fn check_scenario<const D: usize>(
     }
     if scenario.predators.is_empty() {
         let expected = "at least one predator, because rewards depend on the distance to it";
-        return Err(Error::config(format!("{label}predators"), expected, "none"));
+        return Err(Error::input(format!("{label}predators"), expected, "none"));
     }
     if scenario.num_agents != first.num_agents {
         let expected = same(first.num_agents, "");

@@ -29,7 +29,7 @@ impl<const D: usize> Batch<D> {
     /// Starts a new episode in `slot` and the schedule of seeds that begins with `start.seed`.
     ///
     /// # Errors
-    /// [`Error::Argument`] if `slot` does not exist or `start` does not fit its scenario.
+    /// [`Error::Input`] if `slot` does not exist or `start` does not fit its scenario.
     pub fn reset(&mut self, slot: usize, start: &InitialState) -> Result<()> {
         self.reset_many(&[(slot, Some(start.seed))], None, start)
     }
@@ -38,7 +38,7 @@ impl<const D: usize> Batch<D> {
     /// [`SlotReset`].
     ///
     /// # Errors
-    /// [`Error::Argument`] if a slot does not exist or `start` does not fit the scenario of one; [`Error::Config`] if a
+    /// [`Error::Input`] if a slot does not exist or `start` does not fit the scenario of one; [`Error::Input`] if a
     /// new episode draws a number that is out of bounds; [`Error::Memory`]. The batch is then unchanged.
     pub fn reset_many(
         &mut self,
@@ -66,7 +66,7 @@ impl<const D: usize> Batch<D> {
         for reset in resets {
             let Some(old) = self.slots.get(reset.slot) else {
                 let expected = format!("an integer below {}", self.slots.len());
-                return Err(Error::argument("slot", expected, reset.slot));
+                return Err(Error::input("slot", expected, reset.slot));
             };
             reset.start.check(&old.scenario)?;
             let mut new = old.without_episode();

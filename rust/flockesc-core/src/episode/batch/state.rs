@@ -11,7 +11,7 @@ impl<const D: usize> Batch<D> {
     /// Returns a snapshot of `slots`: their episodes with the random streams, and their schedules of seeds.
     ///
     /// # Errors
-    /// [`Error::Argument`] if a slot does not exist.
+    /// [`Error::Input`] if a slot does not exist.
     pub fn save(&self, slots: &[usize]) -> Result<Vec<u8>> {
         let states: Vec<SlotState<D>> = slots
             .iter()
@@ -25,7 +25,7 @@ impl<const D: usize> Batch<D> {
     /// many slots with the same scenarios in the same order, or one slot that is copied to all.
     ///
     /// # Errors
-    /// [`Error::Argument`] if a slot does not exist, or if the bytes are damaged or have another version,
+    /// [`Error::Input`] if a slot does not exist, or if the bytes are damaged or have another version,
     /// scenarios, options or number of slots. The batch is then unchanged.
     pub fn restore(&mut self, slots: &[usize], state: &[u8]) -> Result<()> {
         if slots.iter().any(|slot| *slot >= self.slots.len()) {
@@ -34,7 +34,7 @@ impl<const D: usize> Batch<D> {
         let states: Vec<SlotState<D>> = decode(self.fingerprint(slots), state)?;
         if states.len() != slots.len() && states.len() != 1 {
             let expected = format!("a state of 1 or {} flocks", slots.len());
-            return Err(Error::argument("state", expected, states.len()));
+            return Err(Error::input("state", expected, states.len()));
         }
         let mut restored = states
             .into_iter()
@@ -64,7 +64,7 @@ impl<const D: usize> Batch<D> {
 
     fn no_such_slot(&self, slots: &[usize]) -> Error {
         let expected = format!("integers below {}", self.slots.len());
-        Error::argument("slots", expected, format!("{slots:?}"))
+        Error::input("slots", expected, format!("{slots:?}"))
     }
 }
 

@@ -32,7 +32,7 @@ impl<const D: usize> Batch<D> {
     /// `row_length()` entries per range.
     ///
     /// # Errors
-    /// [`Error::Episode`] if a slot was never reset or its episode has ended; [`Error::Argument`]
+    /// [`Error::Episode`] if a slot was never reset or its episode has ended; [`Error::Input`]
     /// if a range is negative or not finite, or if an array has the wrong length; [`Error::Memory`] for a graph that the
     /// step freezes. The batch is then unchanged.
     pub fn step(
@@ -60,7 +60,7 @@ impl<const D: usize> Batch<D> {
     /// [-1, 1] for each predator. If they are empty, learned predators fly straight on.
     ///
     /// # Errors
-    /// As [`Self::step`]; [`Error::Config`] as in [`Self::reset_many`]; [`Error::Interrupted`] if `progress` was
+    /// As [`Self::step`]; [`Error::Input`] as in [`Self::reset_many`]; [`Error::Interrupted`] if `progress` was
     /// cancelled. All episodes are then unusable until a reset.
     #[doc(hidden)]
     pub fn step_measured<T: Send>(

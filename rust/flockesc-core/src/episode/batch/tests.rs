@@ -234,10 +234,7 @@ fn rejected_steps_change_nothing() {
     }
     let before = batch.metrics(&progress);
     for range in [f64::NAN, f64::INFINITY, -3.0] {
-        assert!(matches!(
-            step(&mut batch, range),
-            Err(Error::Argument { .. })
-        ));
+        assert!(matches!(step(&mut batch, range), Err(Error::Input { .. })));
     }
     assert_eq!(batch.metrics(&progress), before);
     for _ in 0..7 {

@@ -74,7 +74,7 @@ impl InitialPositions {
                     return Ok(());
                 }
                 let expected = "a number from 0 to twice the radius";
-                Err(Error::config(path("width"), expected, width))
+                Err(Error::input(path("width"), expected, width))
             }
             Self::Segment { start, end } => {
                 space.check(&path("start"), start)?;

@@ -36,12 +36,12 @@ impl Space {
             3 => 3,
             given => {
                 let given = format!("{given} numbers");
-                return Err(Error::config(field, "2 or 3 numbers", given));
+                return Err(Error::input(field, "2 or 3 numbers", given));
             }
         };
         vector(field, entries, expected)?;
         match entries.get(self.axes) {
-            Some(&above) if above != 0.0 => Err(Error::config(
+            Some(&above) if above != 0.0 => Err(Error::input(
                 format!("{field}[{}]", self.axes),
                 "0 if initial_plane is true",
                 above,
@@ -55,7 +55,7 @@ impl Space {
         if vectors.len() != count {
             let expected = format!("{count} entries, one per agent");
             let given = format!("{} entries", vectors.len());
-            return Err(Error::config(field, expected, given));
+            return Err(Error::input(field, expected, given));
         }
         let mut places = vectors.iter().enumerate();
         places.try_for_each(|(k, vector)| self.check(&format!("{field}[{k}]"), vector))
@@ -69,7 +69,7 @@ impl Space {
             return Ok(());
         }
         let expected = format!("a vector longer than {SHORTEST:?}");
-        Err(Error::config(field, expected, norm))
+        Err(Error::input(field, expected, norm))
     }
 
     fn along_axes<const D: usize>(&self, mut entry: impl FnMut() -> f64) -> SVector<f64, D> {

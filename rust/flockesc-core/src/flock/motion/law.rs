@@ -39,11 +39,11 @@ impl Motion {
     pub(crate) fn check(&self, constant_speed: bool, sensing_noise: f64) -> Result<()> {
         if matches!(self, Self::Vicsek {} | Self::Zones(_)) && !constant_speed {
             let expected = format!("true if motion is {}", self.as_ref());
-            return Err(Error::config("constant_speed", expected, constant_speed));
+            return Err(Error::input("constant_speed", expected, constant_speed));
         }
         if matches!(self, Self::Zones(_)) && sensing_noise > 0.0 {
             let expected = "0 if motion is zones";
-            return Err(Error::config("sensing_noise", expected, sensing_noise));
+            return Err(Error::input("sensing_noise", expected, sensing_noise));
         }
         match self {
             Self::Inertial {} | Self::Vicsek {} => Ok(()),

@@ -63,7 +63,7 @@ impl Distribution {
             Self::Choice { values, .. } => {
                 let field = format!("{path}.values");
                 if values.is_empty() {
-                    return Err(Error::config(field, "at least one number", "none"));
+                    return Err(Error::input(field, "at least one number", "none"));
                 }
                 let mut values = values.iter().enumerate();
                 values.try_for_each(|(k, &value)| finite(&format!("{field}[{k}]"), value))
@@ -104,5 +104,5 @@ fn check_interval(path: &str, low: f64, high: f64) -> Result<()> {
         return Ok(());
     }
     let expected = format!("a number of at least low = {low:?}");
-    Err(Error::config(field, expected, high))
+    Err(Error::input(field, expected, high))
 }

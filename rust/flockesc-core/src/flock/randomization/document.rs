@@ -17,7 +17,7 @@ const FIXED: [&str; 2] = ["initial_side", "time_step"];
 /// [`FlockConfig::check_draw`]: crate::FlockConfig::check_draw
 ///
 /// # Errors
-/// [`Error::Config`] if a parameter is out of bounds, or if a distribution does not name a real number or names one
+/// [`Error::Input`] if a parameter is out of bounds, or if a distribution does not name a real number or names one
 /// that another distribution names.
 pub(crate) fn check(distributions: &[Distribution], mut scenario: Value) -> Result<()> {
     let mut fields = BTreeSet::new();
@@ -29,7 +29,7 @@ pub(crate) fn check(distributions: &[Distribution], mut scenario: Value) -> Resu
             let expected = "the path of a real number of the scenario, such as predator_range, in only \
                             one distribution and not initial_side or time_step";
             let given = format!("{field:?}");
-            return Err(Error::config(format!("{path}.field"), expected, given));
+            return Err(Error::input(format!("{path}.field"), expected, given));
         }
     }
     Ok(())

@@ -79,7 +79,7 @@ fn invalid_distributions_are_rejected_by_field() {
         (json!([{"normal": {}}]), "randomization[0]"),
     ] {
         match scenario(randomization.clone()) {
-            Err(Error::Config { field: named, .. }) => assert_eq!(named, field),
+            Err(Error::Input { field: named, .. }) => assert_eq!(named, field),
             other => panic!("{randomization}: {other:?}"),
         }
     }
@@ -101,7 +101,7 @@ fn invalid_distributions_are_rejected_by_field() {
         "mass[0]",
     ] {
         match scenario(json!([uniform(field, 1.0, 2.0)])) {
-            Err(Error::Config { field: named, .. }) => {
+            Err(Error::Input { field: named, .. }) => {
                 assert_eq!(named, "randomization[0].uniform.field");
             }
             other => panic!("{field}: {other:?}"),

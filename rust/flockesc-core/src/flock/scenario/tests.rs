@@ -19,7 +19,7 @@ fn refused(pointer: &str, value: Value) -> String {
         _ => panic!("no container"),
     }
     match FlockConfig::from_json(&document.to_string()) {
-        Err(Error::Config { field, .. }) => field,
+        Err(Error::Input { field, .. }) => field,
         other => panic!("{pointer}: {other:?}"),
     }
 }

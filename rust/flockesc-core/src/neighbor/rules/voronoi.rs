@@ -17,10 +17,10 @@ use crate::neighbor::engine::lists::Lists;
 pub(super) fn check(dimension: usize, periodic_side: Option<f64>) -> Result<()> {
     if dimension != 2 {
         let expected = format!("a rule for {dimension} dimensions");
-        return Err(Error::config("neighbor_rule", expected, "voronoi"));
+        return Err(Error::input("neighbor_rule", expected, "voronoi"));
     }
     match periodic_side {
-        Some(side) => Err(Error::config(
+        Some(side) => Err(Error::input(
             "periodic_side",
             "None with neighbor_rule voronoi",
             side,

@@ -38,13 +38,9 @@ impl Limits {
             Some(fastest) if !(speed * (1.0 - ROUNDING)..=MAX_MAGNITUDE).contains(&fastest) => {
                 let expected =
                     format!("a number from the initial speed {speed} to {MAX_MAGNITUDE:?}");
-                Err(Error::config(
-                    format!("{path}.max_speed"),
-                    expected,
-                    fastest,
-                ))
+                Err(Error::input(format!("{path}.max_speed"), expected, fastest))
             }
-            None if self.acceleration > 0.0 => Err(Error::config(
+            None if self.acceleration > 0.0 => Err(Error::input(
                 format!("{path}.acceleration"),
                 "0 without a max_speed",
                 self.acceleration,
