@@ -116,10 +116,7 @@ def test_individual_returns(interface: str, objective: str, reward: str, steps_p
     np.testing.assert_allclose(rewards.sum(axis=0), expected, **tolerance(interface))
 
 
-TWO_WAVES = (
-    ConstantVelocity((-20.0, 35.0), (150.0, 0.0)),
-    ConstantVelocity((180.0, 15.0), (-180.0, 0.0)),
-)
+TWO_WAVES = (ConstantVelocity((-20.0, 35.0), (150.0, 0.0)), ConstantVelocity((180.0, 15.0), (-180.0, 0.0)))
 """Two predators: the first passes by, and the second comes nearer later."""
 
 

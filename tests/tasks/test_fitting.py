@@ -36,18 +36,8 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> BaseP
 @pytest.mark.parametrize(
     ("entry", "task", "field", "message"),
     [
-        (
-            named(predator_sensing_range=math.inf),
-            LOCAL,
-            "predator_sensing_range",
-            "in the task, got inf",
-        ),
-        (
-            named(predator_sensing_range=30.5),
-            LOCAL,
-            "predator_sensing_range",
-            "most 30 m, as in the task",
-        ),
+        (named(predator_sensing_range=math.inf), LOCAL, "predator_sensing_range", "in the task, got inf"),
+        (named(predator_sensing_range=30.5), LOCAL, "predator_sensing_range", "most 30 m, as in the task"),
         (named(per_agent=False), LOCAL, "per_agent", "True, as in the task, got False"),
         (named(per_agent=True), ONE_RANGE, "per_agent", "False, as in the task, got True"),
         (named(per_agent=True), LINE, "per_agent", "False, as in the task, got True"),

@@ -125,10 +125,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "checksum of the task": ({"task_sha256": "0" * 64}, f"of the task held-out-predators, got '{'0' * 64}'"),
     "unknown field": ({"note": "mine"}, "unknown field `note`"),
     "no policies": ({"policies": []}, "policies: expected at least one, got none"),
-    "rule twice": (
-        {"policies": two(RULE, RULE)},
-        f"got one of them twice ({RULE} and {RULE})",
-    ),
+    "rule twice": ({"policies": two(RULE, RULE)}, f"got one of them twice ({RULE} and {RULE})"),
     "range twice": (
         {"policies": two("fixed:12", "fixed:12.0")},
         "one of them twice (fixed:12 and fixed:12.0)",
@@ -217,10 +214,7 @@ def test_the_checksum_is_that_of_the_bytes_that_play(path: Path) -> None:
     link = path.parent / "link.npz"
     link.symlink_to(FILE)
     before, recorded = LoadedPolicy.of(str(link)), read_result(path).policies[0]
-    save_policy(
-        mine(),
-        path.parent / FILE,
-    )
+    save_policy(mine(), path.parent / FILE)
     (found,) = score([before], TASK, learner="mine", output=path).policies
     assert (found.policy, found.sha256, found.objectives) == (
         *("link.npz", recorded.sha256, recorded.objectives),

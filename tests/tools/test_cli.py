@@ -86,11 +86,7 @@ CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
             "initial_headings=aligned",
             "motion=vicsek",
         ],
-        SMALL.replace(
-            initial_positions=Ring(30.0),
-            initial_headings=AlignedHeadings(),
-            motion=Vicsek(),
-        ),
+        SMALL.replace(initial_positions=Ring(30.0), initial_headings=AlignedHeadings(), motion=Vicsek()),
     ),
     "line": (
         ["predator_position=None", "escape_force=constant"],

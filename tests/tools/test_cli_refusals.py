@@ -41,10 +41,7 @@ BAD: list[tuple[list[str], str]] = [
     ),
     (["simulate", "--scenario", "paper-line"], "policy: expected fixed:RHO for a line, got none"),
     (["simulate", "fixed:1", "--scenario", "none.toml"], "none.toml: No such file"),
-    (
-        ["simulate", "fixed:1", "--scenario", "escape"],
-        "scenario: expected a file or one of paper",
-    ),
+    (["simulate", "fixed:1", "--scenario", "escape"], "scenario: expected a file or one of paper"),
     (["simulate", "math:pi"], "policy: expected one of fixed:RHO"),
     (["simulate", "fixed:1_0"], "got 'fixed:1_0'"),
     (["simulate", "--seed", "1_0"], "expected an integer, got '1_0'"),
