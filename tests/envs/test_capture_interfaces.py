@@ -1,7 +1,5 @@
 """Captures in every interface: all play the same episode and continue without the caught agents."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

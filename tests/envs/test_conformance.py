@@ -1,7 +1,5 @@
 """Official test suites of Gymnasium, PettingZoo and stable-baselines3, over all pairs of options."""
 
-from __future__ import annotations
-
 import warnings
 from types import SimpleNamespace
 from typing import Any

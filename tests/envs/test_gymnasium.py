@@ -1,7 +1,5 @@
 """The Gymnasium contract: ids, wrappers, whole episodes, and views of the current state."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import gymnasium

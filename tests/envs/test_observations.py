@@ -1,7 +1,5 @@
 """Every observation entry against its definition in docs/model.md, in plain NumPy."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The PettingZoo contract for whole episodes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

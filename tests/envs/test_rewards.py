@@ -1,7 +1,5 @@
 """Returns of episodes: sums of every reward, through every interface."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

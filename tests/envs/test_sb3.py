@@ -1,7 +1,5 @@
 """The contract of stable-baselines3's VecEnv for one slot per flock and one per agent."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """One scenario per flock: slots equal environments of one flock; scenarios that do not agree are rejected."""
 
-from __future__ import annotations
-
 import pickle
 from functools import partial
 from typing import Any

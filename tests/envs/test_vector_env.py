@@ -1,7 +1,5 @@
 """BatchVectorEnv returns the same as Gymnasium's SyncVectorEnv over single environments."""
 
-from __future__ import annotations
-
 import copy
 from functools import partial
 from typing import Any

@@ -1,7 +1,5 @@
 """What others put around an environment: ids, wrappers, and the loops of stable-baselines3."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path

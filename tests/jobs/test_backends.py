@@ -1,7 +1,5 @@
 """Every back end gives the same bytes after any process dies; a second call runs the missing jobs."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """What must not matter under any rule, law or predator: place, direction, side, names, and when one looks."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

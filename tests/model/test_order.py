@@ -1,7 +1,5 @@
 """Measures of order against exact cases, and scans against ``simulate``."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Predators against the NumPy model over many steps, textbook results, and their expected behavior."""
 
-from __future__ import annotations
-
 import pickle
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The core against the NumPy models, on small random configurations and edge cases."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import reference

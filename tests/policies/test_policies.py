@@ -1,7 +1,5 @@
 """Policies set the same ranges in every interface and follow their definitions."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

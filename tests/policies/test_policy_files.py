@@ -1,7 +1,5 @@
 """Policy files load unchanged; other files are refused."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 Bad values of single fields are in ``test_arguments``.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from typing import Any

@@ -1,7 +1,5 @@
 """Initial states from files and from ``GivenPositions`` and ``GivenHeadings``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

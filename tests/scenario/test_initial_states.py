@@ -1,7 +1,5 @@
 """Initial states: the distributions of docs/model.md, and the fixed draws of a seed."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """Scenarios: documents in both directions, missing fields, copies, errors, and presets by name."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import json

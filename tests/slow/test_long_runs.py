@@ -1,7 +1,5 @@
 """Runs of a million steps: the invariants of one step hold after all of them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ The kind of an argument follows from its annotation (``BY_TYPE``). ``BY_NAME`` a
 annotation does not say: bounds, shapes, valid names.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 from collections.abc import Callable, Iterable

@@ -1,7 +1,5 @@
 """Hypothesis strategies of scenarios with numbers up to the bounds that the core accepts."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from hypothesis import strategies as st

@@ -4,8 +4,6 @@
 changes hashes of old cases only if an id has a new version (``docs/reliability.md``).
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

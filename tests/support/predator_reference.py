@@ -1,7 +1,5 @@
 """Step 5 of the flock model in plain NumPy: the strategies of docs/model.md that set the next velocity."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Reference implementation of docs/model.md in plain NumPy: all pairs, one line per equation, slow."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """``flockesc tasks``: lists tasks, scores, verifies and compares policies, and names bad input."""
 
-from __future__ import annotations
-
 import errno
 import re
 from pathlib import Path

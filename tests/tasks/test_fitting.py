@@ -1,7 +1,5 @@
 """Which policies fit which tasks: nobody sees more than the task shows."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """Scores are those of a rollout, and a result that differs from its replay in one bit is refused."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil

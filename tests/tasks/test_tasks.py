@@ -1,7 +1,5 @@
 """Every task can be played, its scores are normalized, and its checksum covers what defines it."""
 
-from __future__ import annotations
-
 import hashlib
 from importlib.resources import files
 from pathlib import Path

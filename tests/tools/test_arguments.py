@@ -3,8 +3,6 @@
 A refused value leaves no trace: the environment goes on like one that was never asked.
 """
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import inspect

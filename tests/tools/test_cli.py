@@ -1,7 +1,5 @@
 """The command line gives the same results as the library, and its files replay."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import os

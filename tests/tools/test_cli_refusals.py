@@ -1,7 +1,5 @@
 """The command line names bad input before it writes anything, and ``--help`` explains every flag."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

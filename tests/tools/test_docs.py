@@ -1,7 +1,5 @@
 """Snippets of the pages run, the names in them exist, lists of names are complete, and numbers agree."""
 
-from __future__ import annotations
-
 import doctest
 import re
 import tomllib

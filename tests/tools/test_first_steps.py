@@ -1,7 +1,5 @@
 """What a new user types without reading works, or the error says what to type."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

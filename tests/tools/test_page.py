@@ -1,7 +1,5 @@
 """The page in a browser: it flies, answers pointer and keyboard, and restores links."""
 
-from __future__ import annotations
-
 import gzip
 import re
 import threading

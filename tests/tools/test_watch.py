@@ -1,7 +1,5 @@
 """Pages hold runs, scenarios and policies, and run no foreign text; the command writes pages and videos."""
 
-from __future__ import annotations
-
 import re
 from html.parser import HTMLParser
 from pathlib import Path
