@@ -109,11 +109,7 @@ def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dic
 
 @pytest.mark.parametrize(
     "make",
-    [
-        partial(BatchVectorEnv, 3),
-        partial(vec_env, num_flocks=3),
-        partial(vec_env, num_flocks=3, per_agent=True),
-    ],
+    [partial(BatchVectorEnv, 3), *(partial(vec_env, num_flocks=3, per_agent=each) for each in (False, True))],
 )
 @pytest.mark.parametrize(
     ("field", "other"),

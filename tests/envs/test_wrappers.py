@@ -69,6 +69,7 @@ def test_an_id_of_a_task_makes_its_environment(task: Any) -> None:
 
 WRAPPERS: dict[str, dict[str, Any]] = {
     "ClipAction": {},
+    "FlattenObservation": {},
     "RescaleAction": {"min_action": np.float32(0), "max_action": np.float32(1)},
     "RescaleObservation": {"min_obs": np.float32(0), "max_obs": np.float32(1)},
     "NormalizeObservation": {},
@@ -150,7 +151,7 @@ def test_the_loop_of_stable_baselines3(name: str, tmp_path: Path) -> None:
     model.learn(steps, callback=[checkpoints, evaluations, flocks]).save(tmp_path / "last")
     assert np.isfinite(evaluations.best_mean_reward)
     assert flocks.num_episodes == 4  # at the start and at the end
-    assert {file.stem for file in tmp_path.rglob("*.zip")} == {
+    assert {path.stem for path in tmp_path.rglob("*.zip")} == {
         "best_model",
         "last",
         f"rl_model_{steps}_steps",

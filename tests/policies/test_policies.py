@@ -176,11 +176,7 @@ def test_policies_by_name_set_their_options() -> None:
     every_step = {"max_range": 100.0, "steps_per_action": 1}
     for name, policy, options in (
         ("stubborn-leaders", policies.StubbornLeaders(), every_step),
-        (
-            "stubborn-leaders-local",
-            policies.StubbornLeaders(),
-            {**every_step, "predator_sensing_range": 30.0},
-        ),
+        ("stubborn-leaders-local", policies.StubbornLeaders(), {**every_step, "predator_sensing_range": 30}),
         ("fixed:120", policies.FixedRange(120.0), {**every_step, "max_range": 120.0}),
         ("fixed:1.7e308", policies.FixedRange(1.7e308), {**every_step, "max_range": 1.7e308}),
     ):

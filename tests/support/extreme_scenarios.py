@@ -28,10 +28,8 @@ class Bounds(NamedTuple):
 @st.composite
 def predators(draw: st.DrawFn, numbers: Bounds) -> tuple[Any, ...]:
     coordinate, computed = numbers.coordinate, numbers.computed
-    start = {
-        "position": (draw(coordinate), draw(coordinate)),
-        "velocity": (draw(coordinate), draw(coordinate)),
-    }
+    point = st.tuples(coordinate, coordinate)
+    start = {"position": draw(point), "velocity": draw(point)}
     steering = start | {"max_turn_rate": draw(computed)}
     path = (start["position"], start["velocity"])
     kinds = [

@@ -145,10 +145,7 @@ BAD = {
     "suffix": ([*SCORE, TASK, "--output", "mine.md"], "output: expected a file that ends in .json, got"),
     "suffix of a report": (["report", "a.json", "--output", "a.html"], "expected a file that ends in .md,"),
     "training": ([*SCORE, TASK, "--training", "training.toml"], "missing required field `cpu_minutes`"),
-    "same file twice": (
-        ["score", "mine-0.npz", "mine-0.npz", "--task", TASK],
-        "got one of them twice (mine-0.npz",
-    ),
+    "same file twice": (["score", "mine-0.npz", "mine-0.npz", "--task", TASK], "got one of them twice (mine"),
     "draw of all": (["verify", "a.json", "--draw", "1"], "draw: expected --flocks beside it, got 1"),
     "training seeds": ([*SCORE, TASK, "--training", "seeds.toml"], "training.seeds: expected 1 different"),
 }

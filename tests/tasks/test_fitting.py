@@ -45,12 +45,7 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> BaseP
         (named(extra_entries=("escape_direction",)), VISIBLE, "extra_entries", "closest_approach, as in"),
         (named(False, extra_entries=("closest_approach",)), ONE_RANGE, "extra_entries", "none, as in"),
         (named(extra_entries=("closest_approach",)), HELD_OUT, "extra_entries", "none, as in"),
-        (
-            named(objective="min_min_distance"),
-            VISIBLE,
-            "objective",
-            "'min_mean_distance', as in the task, got",
-        ),
+        (named(objective="min_min_distance"), VISIBLE, "objective", "'min_mean_distance', as in the task"),
         (named(scenario=LineScenario()), VISIBLE, "scenario", "a FlockScenario, got LineScenario"),
         (named(False, FlockScenario()), LINE, "scenario", "a LineScenario, got FlockScenario"),
         (named(False, predator_sensing_range=math.inf), LINE, "options", "got predator_sensing_range"),

@@ -78,13 +78,8 @@ CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
         ),
     ),
     "kinds": (
-        [
-            "initial_positions=ring",
-            "initial_positions.radius=30",
-            "initial_headings=aligned",
-            "motion=vicsek",
-        ],
-        SMALL.replace(initial_positions=Ring(30.0), initial_headings=AlignedHeadings(), motion=Vicsek()),
+        ["initial_positions=ring", "initial_positions.radius=9", "initial_headings=aligned", "motion=vicsek"],
+        SMALL.replace(initial_positions=Ring(9.0), initial_headings=AlignedHeadings(), motion=Vicsek()),
     ),
     "line": (
         ["predator_position=None", "escape_force=constant"],

@@ -65,11 +65,7 @@ DOCUMENTED = {
 }
 MODULES = (
     "flockesc_env",
-    "flockesc_env.jobs",
-    "flockesc_env.notebook",
-    "flockesc_env.policies",
-    "flockesc_env.sb3",
-    "flockesc_env.watch",
+    *(f"flockesc_env.{name}" for name in ["jobs", "notebook", "policies", "sb3", "watch"]),
 )
 
 
@@ -140,10 +136,7 @@ def test_all_files_have_the_version_of_the_crates() -> None:
         ("scenarios", fe.PRESETS),
         ("scenarios", [field.name for field in fields(fe.FlockScenario)]),
         ("environments", [field.name for field in fields(fe.EnvOptions)]),
-        (
-            "environments",
-            [f'"{reward}"' for kind in (TeamReward, IndividualReward) for reward in get_args(kind)],
-        ),
+        ("environments", [f'"{name}"' for kind in (TeamReward, IndividualReward) for name in get_args(kind)]),
         ("policies", NAMES),
         ("environments", [name for spec in OBJECTIVES for name in (spec.series, spec.name)]),
         ("model", [name for spec in OBJECTIVES for name in (spec.series, spec.name)]),
