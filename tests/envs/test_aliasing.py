@@ -1,7 +1,5 @@
 """Aliasing: changing arrays and dicts that an environment got or returned changes nothing inside it."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Results do not depend on threads or batch size, bit for bit. Places: test_several_scenarios.py."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,30 +1,19 @@
 """Captures in every interface: all play the same episode and continue without the caught agents."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
+import option_table as table
 import pytest
 import reference
 from envs import draw
 from gymnasium.utils.env_checker import data_equivalence
-from option_table import (
-    DIMENSIONS,
-    EVERY_STEP,
-    FLOCK_REWARDS,
-    INDIVIDUAL_REWARDS,
-    OBJECTIVES,
-    doomed,
-    hunted,
-    small_flock,
-)
 
 import flockesc_env as fe
 from flockesc_env.scenario import Learned
 
 SEEDS = range(12)
-dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
+dimensions = pytest.mark.parametrize("dimension", table.DIMENSIONS)
 
 
 def play_array(scenario: fe.FlockScenario, seed: int, **options: Any) -> list[tuple[Any, ...]]:
@@ -38,10 +27,10 @@ def play_array(scenario: fe.FlockScenario, seed: int, **options: Any) -> list[tu
     return steps
 
 
-@pytest.mark.parametrize("scenario", [hunted(2), hunted(2).with_learned_predators()])
+@pytest.mark.parametrize("scenario", [table.hunted(2), table.hunted(2).with_learned_predators()])
 def test_infos_at_the_end_only(scenario: fe.FlockScenario) -> None:
     """Agents that go on share a new empty dict; the infos of the others are the same as otherwise."""
-    full, sparse = (fe.parallel_env(scenario, infos=infos, **EVERY_STEP) for infos in ("all", "end"))
+    full, sparse = (fe.parallel_env(scenario, infos=infos, **table.EVERY_STEP) for infos in ("all", "end"))
     full.reset(seed=SEEDS[0])
     sparse.reset(seed=SEEDS[0])
     num_full = 0
@@ -65,11 +54,11 @@ def test_infos_at_the_end_only(scenario: fe.FlockScenario) -> None:
 
 
 @dimensions
-@pytest.mark.parametrize("objective", OBJECTIVES)
-@pytest.mark.parametrize("reward", ["team", *INDIVIDUAL_REWARDS])
+@pytest.mark.parametrize("objective", table.OBJECTIVES)
+@pytest.mark.parametrize("reward", ["team", *table.INDIVIDUAL_REWARDS])
 def test_dicts_and_arrays_play_one_episode(dimension: int, objective: str, reward: str) -> None:
-    scenario = hunted(dimension)
-    options = {**EVERY_STEP, "objective": objective, "reward": reward, "steps_per_action": 2}
+    scenario = table.hunted(dimension)
+    options = {**table.EVERY_STEP, "objective": objective, "reward": reward, "steps_per_action": 2}
     env = fe.parallel_env(scenario, action_mode="range", **options)
     env.reset(seed=4)
     alive = np.ones(scenario.num_agents, bool)
@@ -96,8 +85,8 @@ def test_dicts_and_arrays_play_one_episode(dimension: int, objective: str, rewar
 
 
 def test_arrays_ignore_actions_of_caught_agents() -> None:
-    scenario = hunted()
-    first, second = (fe.parallel_env(scenario, **EVERY_STEP) for _ in range(2))
+    scenario = table.hunted()
+    first, second = (fe.parallel_env(scenario, **table.EVERY_STEP) for _ in range(2))
     first.reset_array(seed=4)
     second.reset_array(seed=4)
     caught = np.zeros(9, bool)
@@ -114,7 +103,7 @@ def test_individual_running_minimum_is_0_for_caught_agents() -> None:
     """Also for the change until the capture, unless the minimum falls in the step of the capture."""
     late = 0
     for seed in SEEDS:
-        scenario = hunted()
+        scenario = table.hunted()
         run = fe.simulate(scenario, 3.0, seed=seed)
         steps = range(1, scenario.num_steps + 1)
         falls = [t for t in steps if run.mean_distance[t] < run.mean_distance[:t].min()]
@@ -122,7 +111,7 @@ def test_individual_running_minimum_is_0_for_caught_agents() -> None:
         own = np.stack([reference.predator_distances(*at) for at in places])
         is_caught = (run.caught_at >= 0) & (run.caught_at <= np.arange(len(own))[:, None])
         own[is_caught] = 0.0
-        played = play_array(scenario, seed, reward="individual", **EVERY_STEP)
+        played = play_array(scenario, seed, reward="individual", **table.EVERY_STEP)
         for t, step in zip(steps, played, strict=False):
             before = max((fall for fall in falls if fall < t), default=0)
             expected = (
@@ -133,12 +122,12 @@ def test_individual_running_minimum_is_0_for_caught_agents() -> None:
     assert late
 
 
-@pytest.mark.parametrize("reward", FLOCK_REWARDS)
+@pytest.mark.parametrize("reward", table.FLOCK_REWARDS)
 @pytest.mark.parametrize("steps_per_action", [1, 4])
 def test_survival_rewards_the_fraction_surviving(reward: str, steps_per_action: int) -> None:
     seen = set()
     for seed in SEEDS:
-        scenario = doomed()
+        scenario = table.doomed()
         run = fe.simulate(scenario, 3.0, seed=seed)
         options: dict[str, Any] = {"reward": reward, "steps_per_action": steps_per_action}
         env = fe.FlockEscapeEnv(scenario, objective="fraction_surviving", action_mode="range", **options)
@@ -165,10 +154,10 @@ def test_survival_rewards_the_fraction_surviving(reward: str, steps_per_action: 
 def test_predators_stay_while_agents_are_caught(dimension: int, radius: float) -> None:
     """With dicts and arrays. The predators start in the middle of the flock."""
     hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
-    scenario = small_flock(dimension, num_agents=12, predators=hunters, capture_radius=radius)
+    scenario = table.small_flock(dimension, num_agents=12, predators=hunters, capture_radius=radius)
     rng = np.random.default_rng(0)
     for reward in ("team", "distance", "individual_distance"):
-        environment, arrays = (fe.parallel_env(scenario, reward=reward, **EVERY_STEP) for _ in range(2))
+        environment, arrays = (fe.parallel_env(scenario, reward=reward, **table.EVERY_STEP) for _ in range(2))
         environment.reset(seed=1)
         arrays.reset_array(seed=1)
         while environment.agents:

@@ -1,36 +1,14 @@
 """Official test suites of Gymnasium, PettingZoo and stable-baselines3, over all pairs of options."""
 
-from __future__ import annotations
-
 import warnings
 from types import SimpleNamespace
 from typing import Any
 
 import gymnasium
+import option_table as table
 import pytest
 from gymnasium.utils.env_checker import check_env as check_gymnasium
-from option_table import (
-    AGENTS,
-    DIMENSIONS,
-    EVERY_STEP,
-    FLOCK,
-    LINE,
-    OBJECTIVES,
-    covering,
-    every_option,
-    every_pair,
-    hunted,
-    label,
-    small_flock,
-)
-from pettingzoo.test import (
-    api_test,
-    max_cycles_test,
-    parallel_api_test,
-    parallel_seed_test,
-    seed_test,
-    state_test,
-)
+from pettingzoo import test as suites
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
 import flockesc_env
@@ -45,9 +23,9 @@ Options = dict[str, Any]
 # PettingZoo's suites pass options={"options": 1}.
 pytestmark = pytest.mark.filterwarnings("ignore:reset\\(\\) ignores unknown options:UserWarning")
 
-flock_options = every_option(FLOCK)
-agent_options = every_option(AGENTS)
-line_options = pytest.mark.parametrize("options", covering(**LINE), ids=label)
+flock_options = table.every_option(table.FLOCK)
+agent_options = table.every_option(table.AGENTS)
+line_options = pytest.mark.parametrize("options", table.covering(**table.LINE), ids=table.label)
 
 
 def check_single(name: str, scenario: FlockScenario | LineScenario, options: Options) -> None:
@@ -61,7 +39,7 @@ def check_single(name: str, scenario: FlockScenario | LineScenario, options: Opt
 
 @flock_options
 def test_flock(options: Options, dimension: int) -> None:
-    check_single(FLOCK_ID, small_flock(dimension), options)
+    check_single(FLOCK_ID, table.small_flock(dimension), options)
 
 
 @line_options
@@ -76,24 +54,24 @@ def test_gymnasium_defaults(name: str) -> None:
 
 
 def check_agents(scenario: FlockScenario, num_cycles: int = 30, **options: Any) -> None:
-    parallel_api_test(flockesc_env.parallel_env(scenario, **options), num_cycles=num_cycles)
-    api_test(flockesc_v1.env(scenario, **options), num_cycles=num_cycles)
-    parallel_seed_test(lambda: flockesc_env.parallel_env(scenario, **options), num_cycles=num_cycles)
-    seed_test(lambda: flockesc_v1.env(scenario, **options), num_cycles=num_cycles)
+    suites.parallel_api_test(flockesc_env.parallel_env(scenario, **options), num_cycles=num_cycles)
+    suites.api_test(flockesc_v1.env(scenario, **options), num_cycles=num_cycles)
+    suites.parallel_seed_test(lambda: flockesc_env.parallel_env(scenario, **options), num_cycles=num_cycles)
+    suites.seed_test(lambda: flockesc_v1.env(scenario, **options), num_cycles=num_cycles)
 
 
 @agent_options
 def test_agents(options: Options, dimension: int) -> None:
-    check_agents(small_flock(dimension), **options)
+    check_agents(table.small_flock(dimension), **options)
 
 
 # The observation of a caught agent is zero.
 @pytest.mark.filterwarnings("ignore:Observation numpy array is all zeros:UserWarning")
-@every_pair(dimension=DIMENSIONS, objective=OBJECTIVES, capture_radius=(0.0, 4.0, 1e6))
+@table.every_pair(dimension=table.DIMENSIONS, objective=table.OBJECTIVES, capture_radius=(0.0, 4.0, 1e6))
 def test_captures(dimension: int, objective: str, capture_radius: float) -> None:
-    scenario = hunted(dimension, capture_radius=capture_radius)
-    check_single(FLOCK_ID, scenario, {"objective": objective, **EVERY_STEP})
-    check_agents(scenario, 60, objective=objective, **EVERY_STEP)
+    scenario = table.hunted(dimension, capture_radius=capture_radius)
+    check_single(FLOCK_ID, scenario, {"objective": objective, **table.EVERY_STEP})
+    check_agents(scenario, 60, objective=objective, **table.EVERY_STEP)
 
 
 # Agents and predators have different observation spaces, which the suite advises against.
@@ -102,37 +80,37 @@ def test_captures(dimension: int, objective: str, capture_radius: float) -> None
     "ignore:Agents have different observation space sizes:UserWarning",
     "ignore:Observations are different shapes:UserWarning",
 )
-@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize("dimension", table.DIMENSIONS)
 @pytest.mark.parametrize(
     "options", [{}, {"per_agent": True, "reward": "individual_distance", "steps_per_action": 3}]
 )
 def test_learned_predators(dimension: int, options: dict[str, Any]) -> None:
-    check_gymnasium(flockesc_env.PredatorEnv(small_flock(dimension), **options), skip_render_check=True)
-    check_sb3(flockesc_env.PredatorEnv(small_flock(dimension), **options))
+    check_gymnasium(flockesc_env.PredatorEnv(table.small_flock(dimension), **options), skip_render_check=True)
+    check_sb3(flockesc_env.PredatorEnv(table.small_flock(dimension), **options))
     hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
-    captured = small_flock(dimension, num_agents=12, predators=hunters, capture_radius=12.0)
-    parallel_api_test(flockesc_env.parallel_env(captured), num_cycles=30)
-    api_test(flockesc_v1.env(captured), num_cycles=30)
+    captured = table.small_flock(dimension, num_agents=12, predators=hunters, capture_radius=12.0)
+    suites.parallel_api_test(flockesc_env.parallel_env(captured), num_cycles=30)
+    suites.api_test(flockesc_v1.env(captured), num_cycles=30)
 
 
 # Positions and velocities have no bounds.
 @pytest.mark.filterwarnings("ignore:.*state space value is -?infinity:UserWarning")
 @agent_options
 def test_state(options: Options, dimension: int) -> None:
-    scenario = small_flock(dimension)
+    scenario = table.small_flock(dimension)
     env = flockesc_v1.env(scenario, **options)
-    state_test(env, flockesc_env.parallel_env(scenario, **options))
+    suites.state_test(env, flockesc_env.parallel_env(scenario, **options))
 
 
-@every_option(AGENTS | {"steps_per_action": (1,)})
+@table.every_option(table.AGENTS | {"steps_per_action": (1,)})
 def test_max_cycles(options: Options, dimension: int) -> None:
     """A cycle is one action of every agent, which here holds for one model step."""
 
     def scenario(max_cycles: int) -> flockesc_env.FlockScenario:
-        return small_flock(dimension, num_steps=max_cycles)
+        return table.small_flock(dimension, num_steps=max_cycles)
 
     module = SimpleNamespace(
         parallel_env=lambda max_cycles: flockesc_env.parallel_env(scenario(max_cycles), **options),
         env=lambda max_cycles: flockesc_v1.env(scenario(max_cycles), **options),
     )
-    max_cycles_test(module)
+    suites.max_cycles_test(module)

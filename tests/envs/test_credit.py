@@ -1,7 +1,5 @@
 """Difference and neighborhood rewards against NumPy references and copies of the flock."""
 
-from __future__ import annotations
-
 import copy
 from typing import Any
 

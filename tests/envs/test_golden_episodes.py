@@ -1,7 +1,5 @@
 """Golden episodes keep their bytes on all threads and instruction sets; unseeded episodes differ."""
 
-from __future__ import annotations
-
 import json
 import multiprocessing
 from itertools import chain

@@ -4,8 +4,6 @@
 the layout of snapshots, which also increases their version, or of the names of options.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

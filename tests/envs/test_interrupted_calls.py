@@ -1,7 +1,5 @@
 """After Ctrl-C during a step, the environment asks for a reset and then works as before."""
 
-from __future__ import annotations
-
 import copy
 import sys
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Learned predators against plain NumPy: law of motion, observations and rewards."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

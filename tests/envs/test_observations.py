@@ -1,7 +1,5 @@
 """Every observation entry against its definition in docs/model.md, in plain NumPy."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -74,8 +72,7 @@ def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict
 
 
 @pytest.mark.parametrize(
-    ("frozen_graph", "view", "error"),
-    [(True, View.AGENT, fe.InputError), (False, View.FLOCK, fe.InputError)],
+    ("frozen_graph", "view", "error"), [(True, View.AGENT, fe.InputError), (False, View.FLOCK, fe.InputError)]
 )
 def test_flocks_without_a_profile_are_refused(frozen_graph: bool, view: View, error: type[Exception]) -> None:
     scenario, options = fe.FlockScenario(frozen_graph=frozen_graph), fe.EnvOptions(profile_ranges=RANGES)

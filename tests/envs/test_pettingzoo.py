@@ -1,7 +1,5 @@
 """The PettingZoo contract for whole episodes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -9,13 +7,13 @@ import pytest
 from envs import draw
 from objective_values import INFO_KEYS
 from option_table import ACTION_MODES, AGENT_REWARDS, DIMENSIONS, EVERY_STEP, every_pair, small_flock
-from pettingzoo.utils import aec_to_parallel
+from pettingzoo.utils import aec_to_parallel, parallel_to_aec
 from pettingzoo.utils.wrappers import ClipOutOfBoundsWrapper
 
 from flockesc_env import FlockEscapeEnv
 from flockesc_env.common.errors import FlockescError
 from flockesc_env.envs.pettingzoo import FlockParallelEnv
-from flockesc_env.flockesc_v1 import env, parallel_env
+from flockesc_env.flockesc_v1 import env, parallel_env, raw_env
 
 
 def test_types_of_an_episode() -> None:
@@ -65,13 +63,16 @@ def test_the_flock_view_as_state_is_the_observation_of_the_flock(dimension: int)
 
 
 def test_conversions_play_the_same_episode() -> None:
-    """From the AEC interface back to the parallel one, and with clipped actions."""
+    """There and back is the same environment; agents in turn, and with clipped actions, play its episode."""
     scenario = small_flock(num_steps=40)
-    environment, back = parallel_env(scenario), aec_to_parallel(env(scenario))
+    environment = parallel_env(scenario)
+    assert aec_to_parallel(parallel_to_aec(environment)) is environment
+    assert type(aec_to_parallel(env(scenario))) is FlockParallelEnv
+    back = aec_to_parallel(raw_env(scenario))
     clipped = aec_to_parallel(ClipOutOfBoundsWrapper(env(scenario)))
-    steps = [environment.reset(seed=9)]
-    np.testing.assert_equal(back.reset(seed=9), steps[0])
-    np.testing.assert_equal(clipped.reset(seed=9), steps[0])
+    assert FlockParallelEnv not in {type(back), type(clipped)}
+    np.testing.assert_equal(back.reset(seed=9), started := environment.reset(seed=9))
+    np.testing.assert_equal(clipped.reset(seed=9), started)
     while environment.agents:
         actions = {agent: np.float32([(-1) ** i]) for i, agent in enumerate(environment.agents)}
         expected = environment.step(actions)

@@ -3,8 +3,6 @@
 Bad values of every argument are in ``test_arguments``, in the default action mode.
 """
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Returns of episodes: sums of every reward, through every interface."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -116,10 +114,7 @@ def test_individual_returns(interface: str, objective: str, reward: str, steps_p
     np.testing.assert_allclose(rewards.sum(axis=0), expected, **tolerance(interface))
 
 
-TWO_WAVES = (
-    ConstantVelocity((-20.0, 35.0), (150.0, 0.0)),
-    ConstantVelocity((180.0, 15.0), (-180.0, 0.0)),
-)
+TWO_WAVES = (ConstantVelocity((-20.0, 35.0), (150.0, 0.0)), ConstantVelocity((180.0, 15.0), (-180.0, 0.0)))
 """Two predators: the first passes by, and the second comes nearer later."""
 
 

@@ -1,7 +1,5 @@
 """A seed gives the same flock in every interface and determines all following episodes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """One scenario per flock: slots equal environments of one flock; scenarios that do not agree are rejected."""
 
-from __future__ import annotations
-
 import pickle
 from functools import partial
 from typing import Any
@@ -111,11 +109,7 @@ def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dic
 
 @pytest.mark.parametrize(
     "make",
-    [
-        partial(BatchVectorEnv, 3),
-        partial(vec_env, num_flocks=3),
-        partial(vec_env, num_flocks=3, per_agent=True),
-    ],
+    [partial(BatchVectorEnv, 3), *(partial(vec_env, num_flocks=3, per_agent=each) for each in (False, True))],
 )
 @pytest.mark.parametrize(
     ("field", "other"),

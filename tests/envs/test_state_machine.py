@@ -5,8 +5,6 @@ where it was saved; rejected calls, rendering, copies and pickles do not change 
 environment plays the log and must return the same results, bit for bit.
 """
 
-from __future__ import annotations
-
 import copy
 import pickle
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Snapshots: an environment saved at any step and restored elsewhere continues bit for bit."""
 
-from __future__ import annotations
-
 import copy
 import multiprocessing
 import pickle

@@ -1,6 +1,4 @@
-"""What others put around an environment: ids, wrappers, conversions, and the loops of stable-baselines3."""
-
-from __future__ import annotations
+"""What others put around an environment: ids, wrappers, and the loops of stable-baselines3."""
 
 import re
 from collections.abc import Callable
@@ -16,24 +14,22 @@ from envs import draw
 from gymnasium import wrappers
 from gymnasium.envs.registration import EnvSpec
 from option_table import small_flock
-from pettingzoo.utils import aec_to_parallel, parallel_to_aec
 from stable_baselines3.common.callbacks import CheckpointCallback, EvalCallback
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 import flockesc_env
-from flockesc_env import InputError, LineScenario, flockesc_v1
 from flockesc_env.registration import FIXED
 from flockesc_env.sb3 import vec_env
 from flockesc_env.tasks import tasks
 
-FLOCK, LINE = small_flock(), LineScenario(num_agents=20, max_steps=10)
+FLOCK, LINE = small_flock(), flockesc_env.LineScenario(num_agents=20, max_steps=10)
 
 
 def made(make: Callable[[str], Any], name: str) -> list[Any]:
     """Return the environment, or those of the calls that the error names."""
     try:
         return [make(name)]
-    except InputError as error:
+    except flockesc_env.InputError as error:
         text = str(error)
     calls = re.findall(r"(?:gymnasium|flockesc_env)\.[^ ]+\(.*?\)", text)
     assert len(calls) == 2 or (make is gymnasium.make_vec and "num_agents = 300" in text)
@@ -64,13 +60,16 @@ def test_an_id_of_a_task_makes_its_environment(task: Any) -> None:
         assert scenario == task.scenario
         assert options == options.replace(**task.options, reward=task.reward)
     for name in FIXED:
-        with pytest.raises(InputError, match=rf"^{name}: .*flockesc/(FlockAgents|FlockEscape|LineEscape)-v1"):
+        with pytest.raises(
+            flockesc_env.InputError, match=rf"^{name}: .*flockesc/(FlockAgents|FlockEscape|LineEscape)-v1"
+        ):
             make(task.id, **count, **{name: 1})
     make(task.id, **count, reward="terminal", action_mode="discrete")
 
 
 WRAPPERS: dict[str, dict[str, Any]] = {
     "ClipAction": {},
+    "FlattenObservation": {},
     "RescaleAction": {"min_action": np.float32(0), "max_action": np.float32(1)},
     "RescaleObservation": {"min_obs": np.float32(0), "max_obs": np.float32(1)},
     "NormalizeObservation": {},
@@ -116,19 +115,6 @@ def test_wrappers_of_gymnasium(kind: str, wrapper: str) -> None:
             break
 
 
-def test_conversions_of_pettingzoo() -> None:
-    """There and back is the same environment, and its agents in turn play the same episode."""
-    inner = flockesc_env.parallel_env(FLOCK)
-    assert aec_to_parallel(parallel_to_aec(inner)) is inner
-    assert type(aec_to_parallel(flockesc_v1.env(FLOCK))) is type(inner)
-    turns = aec_to_parallel(flockesc_v1.raw_env(FLOCK))
-    assert type(turns) is not type(inner)
-    np.testing.assert_equal(turns.reset(seed=3), inner.reset(seed=3))
-    while inner.agents:
-        actions = draw(inner, np.random.default_rng(0))
-        np.testing.assert_equal(turns.step(actions), inner.step(actions))
-
-
 ON, OFF = {"n_steps": 10, "batch_size": 20}, {"learning_starts": 20, "buffer_size": 200, "batch_size": 20}
 ALGORITHMS: dict[str, dict[str, Any]] = {
     "A2C": {},
@@ -165,7 +151,7 @@ def test_the_loop_of_stable_baselines3(name: str, tmp_path: Path) -> None:
     model.learn(steps, callback=[checkpoints, evaluations, flocks]).save(tmp_path / "last")
     assert np.isfinite(evaluations.best_mean_reward)
     assert flocks.num_episodes == 4  # at the start and at the end
-    assert {file.stem for file in tmp_path.rglob("*.zip")} == {
+    assert {path.stem for path in tmp_path.rglob("*.zip")} == {
         "best_model",
         "last",
         f"rl_model_{steps}_steps",

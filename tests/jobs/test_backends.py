@@ -1,7 +1,5 @@
 """Every back end gives the same bytes after any process dies; a second call runs the missing jobs."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal
@@ -99,10 +97,7 @@ def test_a_result_that_cannot_be_written_fails_alone(backend: str, tmp_path: Pat
         pytest.raises(JobError, match="2 of 4 jobs failed") as caught,
     ):
         run(jobs, kept, find_backend(backend))
-    for text in (
-        "backends:large(1,):\nits results cannot be written: [Errno 27] File too large",
-        "square(0,)",
-    ):
+    for text in ("backends:large(1,):\nits results cannot be written: [Errno 27] File too", "square(0,)"):
         assert text in str(caught.value)
     assert all(job in kept for job in jobs[2:])
 

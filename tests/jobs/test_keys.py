@@ -1,7 +1,5 @@
 """Calls share a key only if their arguments have the same types and values."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import enum

@@ -3,8 +3,6 @@
 Shell scripts stand for SLURM's commands; tests/slow/test_slurm.py runs a real cluster.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

@@ -4,8 +4,6 @@ None of them comes from the paper or from this project. Exact rational arithmeti
 states stay rational, so ties at distance rho are decided without rounding.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from fractions import Fraction
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """What must not matter under any rule, law or predator: place, direction, side, names, and when one looks."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 
@@ -10,32 +8,15 @@ import pytest
 from option_table import DIMENSIONS, every_pair, small_flock
 
 import flockesc_env as fe
+from flockesc_env import scenario as sc
 from flockesc_env.models import Trajectory
-from flockesc_env.scenario import (
-    Attracted,
-    ConstantVelocity,
-    Encircle,
-    FirstOrder,
-    Herd,
-    Inertial,
-    Intercept,
-    Learned,
-    PreferredDistance,
-    PurePursuit,
-    Reynolds,
-    Topological,
-    Vicsek,
-    Voronoi,
-    Wandering,
-    Zones,
-)
 
 N, STEPS, RHO = 9, 6, 7.3
 
 RULES: dict[str, dict[str, Any]] = {
     "metric": {},
-    "topological": {"neighbor_rule": Topological()},
-    "voronoi": {"neighbor_rule": Voronoi()},
+    "topological": {"neighbor_rule": sc.Topological()},
+    "voronoi": {"neighbor_rule": sc.Voronoi()},
     "field of view": {"blind_angle": 2.0},
     "mutual": {"mutual": True},
     "frozen": {"frozen_graph": True},
@@ -48,29 +29,29 @@ RULES: dict[str, dict[str, Any]] = {
     },
 }
 MOTIONS = (
-    Inertial(),
-    Vicsek(),
-    Reynolds(1.3, 0.7, 4.1),
-    PreferredDistance(1.3, 4.1, 0.7),
-    Zones(1.3, 4.1, 7.0),
-    FirstOrder(41.0, 0.7),
+    sc.Inertial(),
+    sc.Vicsek(),
+    sc.Reynolds(1.3, 0.7, 4.1),
+    sc.PreferredDistance(1.3, 4.1, 0.7),
+    sc.Zones(1.3, 4.1, 7.0),
+    sc.FirstOrder(41.0, 0.7),
 )
 # By names that say what is their own; none of them draws, or prefers a side.
 PREDATORS: dict[str, tuple[Any, ...]] = {
-    "straight": (ConstantVelocity((-3.0, -5.0), (11.0, 7.0)),),
-    "nearest": (PurePursuit((-3.0, -5.0), (11.0, 7.0)),),
-    "centroid": (PurePursuit((-3.0, -5.0), (11.0, 7.0), target="centroid"),),
-    "isolated": (PurePursuit((-3.0, -5.0), (11.0, 7.0), target="most_isolated"),),
-    "assigned": tuple(PurePursuit((x, -5.0), (1.0, 9.0), target="assigned") for x in (-4.0, 21.0)),
-    "intercept": (Intercept((-3.0, -5.0), (11.0, 7.0)),),
-    "encircle": tuple(Encircle((x, y), (1.0, 9.0)) for x, y in ((-31.0, -5.0), (40.0, 3.0), (7.0, 50.0))),
-    "herd": (ConstantVelocity((-3.0, -5.0), (11.0, 7.0)), Herd((30.0, 41.0), (-2.0, -9.0), partner=0)),
-    "attracted": (Attracted((-3.0, -5.0), (11.0, 7.0)),),
-    "coasting": (Learned((-3.0, -5.0), (11.0, 7.0)),),
+    "straight": (sc.ConstantVelocity((-3.0, -5.0), (11.0, 7.0)),),
+    "nearest": (sc.PurePursuit((-3.0, -5.0), (11.0, 7.0)),),
+    "centroid": (sc.PurePursuit((-3.0, -5.0), (11.0, 7.0), target="centroid"),),
+    "isolated": (sc.PurePursuit((-3.0, -5.0), (11.0, 7.0), target="most_isolated"),),
+    "assigned": tuple(sc.PurePursuit((x, -5.0), (1.0, 9.0), target="assigned") for x in (-4.0, 21.0)),
+    "intercept": (sc.Intercept((-3.0, -5.0), (11.0, 7.0)),),
+    "encircle": tuple(sc.Encircle((x, y), (1.0, 9.0)) for x, y in ((-31.0, -5.0), (40.0, 3.0), (7.0, 50.0))),
+    "herd": (sc.ConstantVelocity((-3.0, -5.0), (11.0, 7.0)), sc.Herd((30.0, 41.0), (-2.0, -9.0), partner=0)),
+    "attracted": (sc.Attracted((-3.0, -5.0), (11.0, 7.0)),),
+    "coasting": (sc.Learned((-3.0, -5.0), (11.0, 7.0)),),
 }
 DRAWING = (
-    Wandering((0.0, 9.0), (5.0, 5.0), angular_diffusion=1.0),
-    PurePursuit((9.0, 0.0), confusion_rate=3.0),
+    sc.Wandering((0.0, 9.0), (5.0, 5.0), angular_diffusion=1.0),
+    sc.PurePursuit((9.0, 0.0), confusion_rate=3.0),
 )
 
 settings = every_pair(rule=RULES, predator=PREDATORS, dimension=DIMENSIONS)

@@ -1,7 +1,5 @@
 """Perron matrix and Laplacian of the line (paper, Section II); neighbor rules against scipy and NumPy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import reference

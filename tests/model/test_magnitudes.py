@@ -1,7 +1,5 @@
 """Bounds of numbers: values outside are refused by name; values inside never give NaN or infinity."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 from typing import Any

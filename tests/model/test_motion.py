@@ -1,7 +1,5 @@
 """Laws of motion: the Vicsek model of 1995, limits, and the distributions of noise."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Measures of order against exact cases, and scans against ``simulate``."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -9,21 +7,14 @@ import pytest
 from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
+from flockesc_env import models
 from flockesc_env.common.errors import FlockescError, InputError
-from flockesc_env.models import (
-    Trajectory,
-    binder_cumulant,
-    correlation_length,
-    density,
-    nearest_neighbor_distances,
-    rotation,
-)
 from flockesc_env.scenario import Choice, Learned, Reynolds, Uniform, preset
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
-def run_of(positions: Any, velocities: Any, **fields: Any) -> Trajectory:
+def run_of(positions: Any, velocities: Any, **fields: Any) -> models.Trajectory:
     """Return a run that starts with these positions and velocities."""
     n, dimension = np.shape(positions)
     scenario = fe.FlockScenario(num_agents=n, dimension=dimension, num_steps=2, **{"predators": (), **fields})
@@ -44,12 +35,12 @@ def in_space(vectors: np.ndarray) -> np.ndarray:
 def test_a_ring_rotates_and_a_parallel_flock_does_not() -> None:
     points, tangents = circle(12)
     for place in (lambda v: v, in_space):
-        assert rotation(run_of(7 * place(points), 3 * place(tangents)))[0] == pytest.approx(1)
-        assert rotation(run_of(7 * place(points), 3 * place(points)))[0] == pytest.approx(0)
+        assert models.rotation(run_of(7 * place(points), 3 * place(tangents)))[0] == pytest.approx(1)
+        assert models.rotation(run_of(7 * place(points), 3 * place(points)))[0] == pytest.approx(0)
         counter = place(tangents) * np.repeat([1, -1, 1, 1], 3)[:, None]
-        assert rotation(run_of(place(points), counter))[0] == pytest.approx(0.5)
+        assert models.rotation(run_of(place(points), counter))[0] == pytest.approx(0.5)
     with pytest.raises(InputError, match="periodic"):
-        rotation(run_of(7 * points, tangents, periodic_side=30.0))
+        models.rotation(run_of(7 * points, tangents, periodic_side=30.0))
 
 
 @dimensions
@@ -58,38 +49,39 @@ def test_distances_and_density_of_a_lattice(dimension: int) -> None:
     headings = np.ones_like(lattice)
     opened, periodic = (run_of(lattice, headings, periodic_side=side) for side in (None, 10.0))
     for run in (opened, periodic):
-        np.testing.assert_allclose(nearest_neighbor_distances(run), np.full((3, 4**dimension), 2.5))
-    np.testing.assert_allclose(density(opened), [(4 / 7.5) ** dimension] * 3)
-    np.testing.assert_allclose(density(periodic), [(4 / 10) ** dimension] * 3)
+        np.testing.assert_allclose(models.nearest_neighbor_distances(run), np.full((3, 4**dimension), 2.5))
+    np.testing.assert_allclose(models.density(opened), [(4 / 7.5) ** dimension] * 3)
+    np.testing.assert_allclose(models.density(periodic), [(4 / 10) ** dimension] * 3)
     ends = run_of([[0.5] * dimension, [9.5] * dimension], headings[:2], periodic_side=10.0)
-    np.testing.assert_allclose(nearest_neighbor_distances(ends)[0], dimension**0.5)
-    assert (density(run_of(lattice[:2], headings[:2])) == np.inf).all()
+    np.testing.assert_allclose(models.nearest_neighbor_distances(ends)[0], dimension**0.5)
+    assert (models.density(run_of(lattice[:2], headings[:2])) == np.inf).all()
 
 
 def test_correlation_length_of_a_sheared_row() -> None:
     """With u_i = i - 6, i = 1, .., 11, the sum of u_i u_(i + k) is 0 at k = 4: (11 - k)^2 - 1 = 3 k^2."""
     row = np.stack([np.arange(11.0) * 0.7, np.zeros(11)], axis=1)
     shear = np.stack([np.full(11, 20.0), np.arange(11.0)], axis=1)
-    assert correlation_length(run_of(row, shear))[0] == pytest.approx(4 * 0.7)
-    assert np.isnan(correlation_length(run_of(row, np.ones_like(row)))).all()
+    assert models.correlation_length(run_of(row, shear))[0] == pytest.approx(4 * 0.7)
+    assert np.isnan(models.correlation_length(run_of(row, np.ones_like(row)))).all()
 
 
 def test_correlation_length_of_two_tight_clusters() -> None:
     """Bins are 1e-9 m wide. C falls from C(0) = 1.01 to -0.99 at 90 m, with C = 1 - 0.01 at 1e-9 m."""
     clusters = [[0.0, 0.0], [0.0, 1e-9], [90.0, 0.0], [90.0, 1e-9]]
     apart = [[1.0, 0.1], [1.0, -0.1], [-1.0, 0.1], [-1.0, -0.1]]
-    assert correlation_length(run_of(clusters, apart))[0] == pytest.approx(90 * 0.99 / (0.99 + 1.0))
+    assert models.correlation_length(run_of(clusters, apart))[0] == pytest.approx(90 * 0.99 / (0.99 + 1.0))
 
 
 def test_correlation_length_of_a_wave_in_a_periodic_world() -> None:
     """The correlation of a sine wave is a cosine, which is zero at a quarter of the wavelength."""
     row = np.stack([np.arange(16.0), np.full(16, 8.0)], axis=1)
     wave = np.stack([np.full(16, 20.0), np.sin(np.arange(16) * np.pi / 8)], axis=1)
-    assert correlation_length(run_of(row, wave, periodic_side=16.0))[0] == pytest.approx(4)
+    assert models.correlation_length(run_of(row, wave, periodic_side=16.0))[0] == pytest.approx(4)
 
 
 @pytest.mark.parametrize(
-    ("measure", "if_none_is_left"), [(rotation, 0), (density, np.nan), (correlation_length, np.nan)]
+    ("measure", "if_none_is_left"),
+    [(models.rotation, 0), (models.density, np.nan), (models.correlation_length, np.nan)],
 )
 def test_caught_agents_do_not_count(measure: Any, if_none_is_left: float) -> None:
     scenario = preset("capture").replace(num_agents=60, capture_radius=12.0)
@@ -98,19 +90,21 @@ def test_caught_agents_do_not_count(measure: Any, if_none_is_left: float) -> Non
     assert 3 < left.sum() < 60
     rest = run_of(run.positions[-1, left], run.velocities[-1, left])
     assert measure(run)[-1] == pytest.approx(measure(rest)[0])
-    assert np.isnan(nearest_neighbor_distances(run)[-1]).tolist() == (~left).tolist()
+    assert np.isnan(models.nearest_neighbor_distances(run)[-1]).tolist() == (~left).tolist()
     everywhere = fe.simulate(scenario.replace(capture_radius=1e3), 10.0, seed=2)
     np.testing.assert_equal(measure(everywhere)[-1], if_none_is_left)
 
 
 def test_binder_cumulants_of_known_distributions() -> None:
-    assert binder_cumulant(np.full(9, 0.4)) == pytest.approx(2 / 3)
+    assert models.binder_cumulant(np.full(9, 0.4)) == pytest.approx(2 / 3)
     gaussian = np.random.default_rng(0).normal(size=(2, 3, 400_000))
-    np.testing.assert_allclose(binder_cumulant(np.linalg.norm(gaussian, axis=0), axis=-1), 1 / 3, atol=0.01)
+    np.testing.assert_allclose(
+        models.binder_cumulant(np.linalg.norm(gaussian, axis=0), axis=-1), 1 / 3, atol=0.01
+    )
     two_phases = np.zeros(100)
     two_phases[:5] = 1.0  # <v^2> = <v^4> = 0.05
     for scale in (1.0, 1e200, 1e-200):
-        assert binder_cumulant(scale * two_phases) == pytest.approx(1 - 1 / 0.15)
+        assert models.binder_cumulant(scale * two_phases) == pytest.approx(1 - 1 / 0.15)
 
 
 SCANNED = [
@@ -155,7 +149,7 @@ def test_means_of_a_scan_leave_out_the_first_steps() -> None:
     late = result.polarization[..., 10:]
     order = result.order_parameter()
     np.testing.assert_array_equal(order, late.mean(axis=-1))
-    np.testing.assert_array_equal(result.binder_cumulant(), binder_cumulant(late, axis=(1, 2)))
+    np.testing.assert_array_equal(result.binder_cumulant(), models.binder_cumulant(late, axis=(1, 2)))
     mean, low, high = result.mean_with_interval()
     np.testing.assert_array_equal(mean, order.mean(axis=1))
     assert (order.min(axis=1) <= low).all()

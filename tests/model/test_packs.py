@@ -1,7 +1,5 @@
 """Predators against the NumPy model over many steps, textbook results, and their expected behavior."""
 
-from __future__ import annotations
-
 import pickle
 from typing import Any
 
@@ -12,17 +10,9 @@ from option_table import DIMENSIONS, every_pair, small_flock
 from predator_reference import PACKS, path_position
 
 import flockesc_env as fe
+from flockesc_env import scenario as sc
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import Trajectory
-from flockesc_env.scenario import (
-    ConstantVelocity,
-    Encircle,
-    Herd,
-    Intercept,
-    PrescribedPath,
-    PurePursuit,
-    Wandering,
-)
 
 STEPS = 60
 
@@ -79,7 +69,7 @@ def around_a_still_flock(*predators: Any, **changes: Any) -> np.ndarray:
 @pytest.mark.parametrize("count", [1, 2, 3, 5])
 def test_encirclers_spread_evenly(count: int, dimension: int) -> None:
     """They fly from one corner to their stations and circle there with a turning radius of 2.5 m."""
-    pack = [Encircle((-90.0 + k, -90.0), (3.0, 4.0), max_turn_rate=2.0, radius=40.0) for k in range(count)]
+    pack = [sc.Encircle((-90.0 + k, -90.0), (3.0, 4.0), max_turn_rate=2.0, radius=40.0) for k in range(count)]
     around = around_a_still_flock(*pack, dimension=dimension)
     np.testing.assert_allclose(np.linalg.norm(around, axis=2), 40.0, atol=6.0)
     bearings = np.sort(np.arctan2(around[..., 1], around[..., 0]), axis=1)
@@ -93,8 +83,8 @@ def test_encirclers_spread_evenly(count: int, dimension: int) -> None:
 def test_a_herder_ends_behind_the_flock(dimension: int) -> None:
     """It starts on its partner's side."""
     pack = [
-        ConstantVelocity((120.0, 50.0), (0.0, 0.0)),
-        Herd((120.0, 40.0), (3.0, 4.0), max_turn_rate=2.0, distance=30.0),
+        sc.ConstantVelocity((120.0, 50.0), (0.0, 0.0)),
+        sc.Herd((120.0, 40.0), (3.0, 4.0), max_turn_rate=2.0, distance=30.0),
     ]
     around = around_a_still_flock(*pack, dimension=dimension)
     partner, herder = around[:, 0], around[:, 1]
@@ -121,7 +111,7 @@ def test_packs_do_not_depend_on_the_batch(pack: str, threads: int) -> None:
 @pytest.mark.parametrize("interval", [None, 0.013])
 def test_rounding_errors_of_a_path_do_not_accumulate(interval: float | None) -> None:
     points = np.cumsum(np.random.default_rng(2).normal(0, 5, (20, 2)), axis=0)
-    path = PrescribedPath(points, interval=interval)  # type: ignore[arg-type]
+    path = sc.PrescribedPath(points, interval=interval)  # type: ignore[arg-type]
     scenario = small_flock(num_agents=1, num_steps=100_000, time_step=0.007, predators=(path,))
     expected = path_position(path, 100_000, 0.007)
     final = fe.simulate(scenario, 5.0, seed=1).predator_positions[-1, 0]
@@ -130,8 +120,8 @@ def test_rounding_errors_of_a_path_do_not_accumulate(interval: float | None) -> 
 
 @pytest.mark.parametrize("name", ["predator_positions", "predator_velocities"])
 def test_a_start_that_contradicts_a_path_is_refused(name: str) -> None:
-    path = PrescribedPath(((0.0, 0.0), (1.0, 2.0)))
-    env = fe.FlockEscapeEnv(small_flock(predators=(PurePursuit(), path)))
+    path = sc.PrescribedPath(((0.0, 0.0), (1.0, 2.0)))
+    env = fe.FlockEscapeEnv(small_flock(predators=(sc.PurePursuit(), path)))
     with pytest.raises(fe.InputError, match=r"predators\[1\] has a prescribed path") as caught:
         env.reset(options={name: np.zeros((2, 2))})
     assert caught.value.field == name
@@ -166,7 +156,7 @@ def test_pure_pursuit_flies_the_radiodrome() -> None:
     """The error is of first order in dt: half the step gives half the error."""
     errors = []
     for time_step in (2e-3, 1e-3):
-        hunter = PurePursuit((0.0, 0.0), (HUNTER_SPEED, 0.0), max_turn_rate=NO_LIMIT)
+        hunter = sc.PurePursuit((0.0, 0.0), (HUNTER_SPEED, 0.0), max_turn_rate=NO_LIMIT)
         path = chase(hunter, time_step, 2.2).predator_positions[:, 0]
         assert 0.9 * DISTANCE < path[-1, 0] < DISTANCE
         errors.append(np.abs(path[:, 1] - radiodrome(path[:, 0])).max())
@@ -185,8 +175,8 @@ def sight_angles(run: Trajectory) -> np.ndarray:
 def test_intercept_ends_on_a_collision_course(constant: float) -> None:
     """The rate of the bearing falls as (time to go)^(N - 2). Pure pursuit ends behind the target."""
     start = {"position": (0.0, 0.0), "velocity": (HUNTER_SPEED, 0.0), "max_turn_rate": NO_LIMIT}
-    intercept = sight_angles(chase(Intercept(**start, navigation_constant=constant), 1e-3, 4.0))
-    pursuit = sight_angles(chase(PurePursuit(**start), 1e-3, 4.0))
+    intercept = sight_angles(chase(sc.Intercept(**start, navigation_constant=constant), 1e-3, 4.0))
+    pursuit = sight_angles(chase(sc.PurePursuit(**start), 1e-3, 4.0))
     assert len(intercept) < len(pursuit)
     rates = np.diff(intercept)
     assert rates[-1] < 2 * (1 / DISTANCE) ** (constant - 2) * rates[0]
@@ -205,7 +195,7 @@ def test_wandering_forgets_its_heading(dimension: int) -> None:
     """The mean cosine to the first heading decays as exp(-(D - 1) D_r t), equally for all directions."""
     rate, count = 0.8, 4000
     hunters = (
-        Wandering((0.0, 0.0, 0.0)[:dimension], (6.0, 8.0, 0.0)[:dimension], angular_diffusion=rate),
+        sc.Wandering((0.0, 0.0, 0.0)[:dimension], (6.0, 8.0, 0.0)[:dimension], angular_diffusion=rate),
     ) * count
     scenario = fe.FlockScenario(num_agents=1, dimension=dimension, num_steps=41, predators=hunters)
     run = fe.simulate(scenario, 0.0, seed=2)
@@ -225,7 +215,7 @@ FAR = np.array([[0.0, 40.0]])
 
 def targets(confusion_rate: float, positions: np.ndarray, steps: int, sight: float = 30.0) -> np.ndarray:
     """Return the target of each step of a predator in the middle of a nearly resting flock."""
-    hunter = PurePursuit(
+    hunter = sc.PurePursuit(
         (0.1, 0.0), (1e-6, 0.0), max_turn_rate=NO_LIMIT, confusion_rate=confusion_rate, sight=sight
     )
     scenario = fe.FlockScenario(

@@ -1,7 +1,5 @@
 """The core against the NumPy models, on small random configurations and edge cases."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import reference
@@ -11,16 +9,8 @@ from option_table import hunted
 from predator_reference import PACKS
 
 import flockesc_env as fe
+from flockesc_env import scenario as sc
 from flockesc_env.models import run_differences
-from flockesc_env.scenario import (
-    ConstantVelocity,
-    FirstOrder,
-    Inertial,
-    PreferredDistance,
-    Reynolds,
-    Vicsek,
-    Zones,
-)
 
 SIDE = 40.0
 HUGE = 1e200  # its square is not a finite number
@@ -47,15 +37,15 @@ def flock_scenarios(draw: st.DrawFn) -> fe.FlockScenario:
         st.sampled_from(
             # Unequal weights, so that forces do not cancel up to rounding errors, which would be the heading.
             [
-                Inertial(),
-                Vicsek(),
-                Reynolds(1.0, 0.7),
-                Reynolds(2.0, 0.5, 12.0),
-                Reynolds(3.0, 0.0, HUGE),
-                PreferredDistance(2.0, 4.0, 1.5),
-                Zones(2.0, 12.0, 3.0),
-                Zones(0.0, HUGE, 100.0),
-                FirstOrder(30.0, 0.4),
+                sc.Inertial(),
+                sc.Vicsek(),
+                sc.Reynolds(1.0, 0.7),
+                sc.Reynolds(2.0, 0.5, 12.0),
+                sc.Reynolds(3.0, 0.0, HUGE),
+                sc.PreferredDistance(2.0, 4.0, 1.5),
+                sc.Zones(2.0, 12.0, 3.0),
+                sc.Zones(0.0, HUGE, 100.0),
+                sc.FirstOrder(30.0, 0.4),
             ]
         )
     )
@@ -72,7 +62,7 @@ def flock_scenarios(draw: st.DrawFn) -> fe.FlockScenario:
         motion=motion,
         sensing_delay=draw(st.sampled_from([0, 1, 3, STEPS])),
         capture_radius=draw(st.sampled_from([None, None, 0.5, 4.0, 10.0])),
-        constant_speed=isinstance(motion, Vicsek | Zones) or draw(st.booleans()),
+        constant_speed=isinstance(motion, sc.Vicsek | sc.Zones) or draw(st.booleans()),
         predators=draw(st.sampled_from([lambda _: (), *PACKS.values()]))(starts),
     )
 
@@ -156,7 +146,7 @@ def test_agent_brought_to_rest(constant_speed: bool, expected: float) -> None:
         mass=0.5,
         repulsion_strength=18.0,
         constant_speed=constant_speed,
-        predators=(ConstantVelocity((-3.0, 0.0), (0.0, 0.0)),),
+        predators=(sc.ConstantVelocity((-3.0, 0.0), (0.0, 0.0)),),
     )
     run = fe.simulate(scenario, 1.0, initial_positions=[[0.0, 0.0]], initial_velocities=[[-8.0, 0.0]])
     assert run.velocities[1].tolist() == [[expected, 0.0]]
@@ -168,7 +158,7 @@ def test_boundaries_of_the_flock_are_inclusive() -> None:
         num_agents=2,
         num_steps=1,
         predator_range=5.0,
-        predators=(ConstantVelocity((0.0, 0.0), (0.0, 0.0)),),
+        predators=(sc.ConstantVelocity((0.0, 0.0), (0.0, 0.0)),),
     )
     start = {"initial_positions": [[3.0, 4.0], [6.0, 8.0]], "initial_velocities": [[10.0, 0.0], [0.0, 10.0]]}
     touching = fe.simulate(scenario, 5.0, **start)
@@ -194,7 +184,7 @@ def test_a_radius_without_captures_changes_no_bit(dimension: int, per_agent: boo
 
 def test_a_capture_can_raise_the_mean_distance_but_not_its_running_minimum() -> None:
     scenario = fe.FlockScenario(
-        num_agents=2, num_steps=1, capture_radius=1.0, predators=(ConstantVelocity((0, 0), (0, 0)),)
+        num_agents=2, num_steps=1, capture_radius=1.0, predators=(sc.ConstantVelocity((0, 0), (0, 0)),)
     )
     start = {"initial_positions": [[0.5, 0.0], [50.0, 0.0]], "initial_velocities": np.zeros((2, 2))}
     env = fe.FlockEscapeEnv(scenario)

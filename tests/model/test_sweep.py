@@ -1,7 +1,5 @@
 """Results of a grid search: best range, hindsight oracle, intervals, tables, files and progress."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -3,8 +3,6 @@
 The predator is at 0. Numbers are dyadic and few, so states and ties are exact unless a test says otherwise.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import Any
 

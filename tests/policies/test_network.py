@@ -1,7 +1,5 @@
 """Networks as policies against loops over rows, agents and layers, and against networks of torch."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Rollouts of networks and of lines: equality with ``act`` and environments, and reproducible outcomes."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import re

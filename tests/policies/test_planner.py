@@ -1,7 +1,5 @@
 """The planner finds the best branch, keeps its promises, and is no worse than a constant range."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

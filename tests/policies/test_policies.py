@@ -1,7 +1,5 @@
 """Policies set the same ranges in every interface and follow their definitions."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -17,17 +15,9 @@ from same import outcome
 from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNormalize
 
 import flockesc_env as fe
+from flockesc_env import policies
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.policies import (
-    FixedRange,
-    RandomRange,
-    SB3Policy,
-    ScheduledRange,
-    StubbornLeaders,
-    StubbornWitnesses,
-    bind,
-)
 from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import ConstantVelocity
 
@@ -54,15 +44,15 @@ class TimeDependent:
 
 
 SHARED_POLICIES = {
-    "fixed": lambda: FixedRange(12.25),
-    "scheduled": lambda: ScheduledRange(SCHEDULE),
-    "model": lambda: SB3Policy(TimeDependent()),
+    "fixed": lambda: policies.FixedRange(12.25),
+    "scheduled": lambda: policies.ScheduledRange(SCHEDULE),
+    "model": lambda: policies.SB3Policy(TimeDependent()),
 }
 AGENT_POLICIES = {
     **SHARED_POLICIES,
-    "scheduled per agent": lambda: ScheduledRange(OWN_SCHEDULE),
-    "stubborn leaders": lambda: StubbornLeaders(),
-    "stubborn witnesses": lambda: StubbornWitnesses(),
+    "scheduled per agent": lambda: policies.ScheduledRange(OWN_SCHEDULE),
+    "stubborn leaders": lambda: policies.StubbornLeaders(),
+    "stubborn witnesses": lambda: policies.StubbornWitnesses(),
 }
 
 
@@ -72,7 +62,7 @@ def last(info: dict[str, Any]) -> list[Any]:
 
 def play_single(env: Any, policy: Any, seed: int) -> list[Any]:
     """Play one episode of a Gymnasium or parallel environment."""
-    act = bind(policy, env)
+    act = policies.bind(policy, env)
     observation, _ = env.reset(seed=seed)
     while True:
         observation, _, _, truncated, info = env.step(act(observation))
@@ -83,7 +73,7 @@ def play_single(env: Any, policy: Any, seed: int) -> list[Any]:
 
 
 def play_slots(env: Any, policy: Any, steps: int) -> np.ndarray:
-    act = bind(policy, env)
+    act = policies.bind(policy, env)
     env.seed(SEEDS[0])
     observations = env.reset()
     for _ in range(steps):
@@ -115,7 +105,7 @@ def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_act
             schedule = OWN_SCHEDULE if "agent" in name else SCHEDULE[:, np.newaxis]
             np.testing.assert_array_equal(ranges, np.broadcast_to(schedule[held], ranges.shape))
         own = ranges if per_agent else ranges[:, 0]
-        again = fe.simulate(SCENARIO, policy=ScheduledRange(own), seed=SEEDS[0])
+        again = fe.simulate(SCENARIO, policy=policies.ScheduledRange(own), seed=SEEDS[0])
         np.testing.assert_array_equal(again.positions, run.positions)
     singles: list[Any] = [fe.parallel_env(SCENARIO, **options)]
     slots: list[Any] = [vec_env(SCENARIO, 2, per_agent=True, **options)]
@@ -139,12 +129,12 @@ def test_stubborn_leaders(dimension: int, sensing: float) -> None:
     predators = (ConstantVelocity((-5.0, -5.0)),)
     scenario = small_flock(dimension, num_agents=20, num_steps=8, initial_side=60.0, predators=predators)
     env = fe.parallel_env(scenario, action_mode="range", predator_sensing_range=sensing, steps_per_action=1)
-    act = bind(StubbornLeaders(min_cosine=0.6, interaction_range=14.0), env)
+    act = policies.bind(policies.StubbornLeaders(min_cosine=0.6, interaction_range=14.0), env)
     observations, _ = env.reset(seed=0)
     schedule = np.zeros((scenario.num_steps, 20))
     seen = set()
     for t in range(scenario.num_steps):
-        run = fe.simulate(scenario, policy=ScheduledRange(schedule), seed=0)  # up to time t
+        run = fe.simulate(scenario, policy=policies.ScheduledRange(schedule), seed=0)  # up to time t
         away = run.positions[t] - run.predator_positions[t]
         distance = np.linalg.norm(away, axis=1)
         cosine = (run.velocities[t] * away).sum(axis=1) / distance / scenario.speed
@@ -160,7 +150,7 @@ def test_stubborn_leaders(dimension: int, sensing: float) -> None:
 def test_random_range_covers_all_ranges_of_the_action_space(mode: str) -> None:
     env = fe.FlockEscapeEnv(SCENARIO, action_mode=mode, min_range=10.0, max_range=20.0)
     rows = np.zeros((4000, len(env.policy_spec.layout.names)), np.float32)
-    policy = RandomRange(seed=0)
+    policy = policies.RandomRange(seed=0)
     actions = policy.act(rows, env.policy_spec)
     assert all(env.action_space.contains(action.astype(env.action_space.dtype)) for action in actions[:50])
     ranges = env.policy_spec.actions.to_ranges(actions, len(actions))
@@ -168,7 +158,7 @@ def test_random_range_covers_all_ranges_of_the_action_space(mode: str) -> None:
     assert 19.9 < ranges.max() <= 20
     np.testing.assert_allclose(ranges.mean(), 15, atol=3 * 10 / np.sqrt(12 * 4000))
     assert not np.array_equal(policy.act(rows, env.policy_spec), actions)
-    np.testing.assert_array_equal(RandomRange(seed=0).act(rows, env.policy_spec), actions)
+    np.testing.assert_array_equal(policies.RandomRange(seed=0).act(rows, env.policy_spec), actions)
 
 
 PRINT_RANGES = """
@@ -185,10 +175,10 @@ def test_rules_set_the_same_bits_with_every_instruction_set() -> None:
 def test_policies_by_name_set_their_options() -> None:
     every_step = {"max_range": 100.0, "steps_per_action": 1}
     for name, policy, options in (
-        ("stubborn-leaders", StubbornLeaders(), every_step),
-        ("stubborn-leaders-local", StubbornLeaders(), {**every_step, "predator_sensing_range": 30.0}),
-        ("fixed:120", FixedRange(120.0), {**every_step, "max_range": 120.0}),
-        ("fixed:1.7e308", FixedRange(1.7e308), {**every_step, "max_range": 1.7e308}),
+        ("stubborn-leaders", policies.StubbornLeaders(), every_step),
+        ("stubborn-leaders-local", policies.StubbornLeaders(), {**every_step, "predator_sensing_range": 30}),
+        ("fixed:120", policies.FixedRange(120.0), {**every_step, "max_range": 120.0}),
+        ("fixed:1.7e308", policies.FixedRange(1.7e308), {**every_step, "max_range": 1.7e308}),
     ):
         named, same = fe.rollout(SCENARIO, name, SEEDS), fe.rollout(SCENARIO, policy, SEEDS, **options)
         assert outcome(named).tolist() == outcome(same).tolist()
@@ -196,7 +186,7 @@ def test_policies_by_name_set_their_options() -> None:
         np.testing.assert_array_equal(*(run.positions for run in runs))
     ours = fe.rollout(SCENARIO, "stubborn-leaders", SEEDS, predator_sensing_range=20.0)
     options = {**every_step, "predator_sensing_range": 20.0}
-    same = fe.rollout(SCENARIO, StubbornLeaders(), SEEDS, **options)
+    same = fe.rollout(SCENARIO, policies.StubbornLeaders(), SEEDS, **options)
     assert outcome(ours).tolist() == outcome(same).tolist()
 
 
@@ -212,7 +202,7 @@ def test_policies_by_name_set_their_options() -> None:
 )
 def test_bind_refuses_wrappers_that_change_observations_or_actions(wrap: Any, field: str) -> None:
     with pytest.raises(InputError) as caught:
-        bind(FixedRange(12.0), wrap(fe.FlockEscapeEnv(SCENARIO)))
+        policies.bind(policies.FixedRange(12.0), wrap(fe.FlockEscapeEnv(SCENARIO)))
     assert caught.value.field == field
 
 
@@ -222,4 +212,4 @@ def test_bind_takes_wrappers_that_clip_actions_or_normalize_rewards() -> None:
         gymnasium.wrappers.vector.ClipAction(BatchVectorEnv(2, SCENARIO)),
         VecNormalize(vec_env(SCENARIO, per_agent=True), norm_obs=False),
     ):
-        assert callable(bind(FixedRange(12.0), env))
+        assert callable(policies.bind(policies.FixedRange(12.0), env))

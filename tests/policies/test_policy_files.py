@@ -1,7 +1,5 @@
 """Policy files load unchanged; other files are refused."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable
@@ -13,15 +11,8 @@ import pytest
 from option_table import small_flock
 
 import flockesc_env as fe
+from flockesc_env import policies
 from flockesc_env.common.errors import InputError
-from flockesc_env.policies import (
-    NAMES,
-    BasePolicy,
-    FixedRange,
-    ListenWhileThreatened,
-    StubbornWitnesses,
-    WinStayLoseShift,
-)
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import TRAINED, find_policy, trained
 from flockesc_env.tasks import read_result
@@ -33,19 +24,19 @@ ARCHITECTURE = Architecture(("time", "predator_distance"), (3, 2), memory=1, mir
 LINE = Architecture(("time", "offset_0"), ())
 
 
-def flock_policy() -> BasePolicy:
+def flock_policy() -> policies.BasePolicy:
     options = {"max_range": 30.0, "predator_sensing_range": math.inf, "steps_per_action": 2}
     numbers = np.random.default_rng(0).normal(size=ARCHITECTURE.size)
     policy = NetworkPolicy(ARCHITECTURE, numbers)
     return policy.with_options(name="mine", per_agent=True, scenario=SCENARIO, **options)
 
 
-def line_policy() -> BasePolicy:
+def line_policy() -> policies.BasePolicy:
     made_for = fe.LineScenario(num_agents=9)
     return NetworkPolicy(LINE, [1, -2, 0.5]).with_options(name="line", per_agent=False, scenario=made_for)
 
 
-def rule_policy(rule: Any) -> BasePolicy:
+def rule_policy(rule: Any) -> policies.BasePolicy:
     entries = ("closest_approach", "escape_direction")
     return rule.with_options(name="mine", per_agent=True, scenario=SCENARIO, extra_entries=entries)
 
@@ -55,10 +46,10 @@ def rule_policy(rule: Any) -> BasePolicy:
     [
         flock_policy(),
         line_policy(),
-        rule_policy(StubbornWitnesses(0.25, 50.0, 12.0, 30.0, 2.0)),
-        rule_policy(ListenWhileThreatened(40.0, 20.0, 30.0)),
-        rule_policy(WinStayLoseShift(10.0, 30.0, 20.0)),
-        rule_policy(WinStayLoseShift(10.0, 30.0, 0.8, 2.0, criterion="escape_direction")),
+        rule_policy(policies.StubbornWitnesses(0.25, 50.0, 12.0, 30.0, 2.0)),
+        rule_policy(policies.ListenWhileThreatened(40.0, 20.0, 30.0)),
+        rule_policy(policies.WinStayLoseShift(10.0, 30.0, 20.0)),
+        rule_policy(policies.WinStayLoseShift(10.0, 30.0, 0.8, 2.0, criterion="escape_direction")),
     ],
     ids=lambda entry: type(entry).__name__,
 )
@@ -92,9 +83,9 @@ OTHER_OPTIONS: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("name", [*OTHER_OPTIONS, "per_agent"])
-@pytest.mark.parametrize("make", [flock_policy, lambda: rule_policy(StubbornWitnesses())])
+@pytest.mark.parametrize("make", [flock_policy, lambda: rule_policy(policies.StubbornWitnesses())])
 def test_a_loaded_policy_refuses_environments_with_other_options(
-    make: Callable[[], BasePolicy], name: str, tmp_path: Path
+    make: Callable[[], policies.BasePolicy], name: str, tmp_path: Path
 ) -> None:
     fe.save_policy(make(), tmp_path / "policy.npz")
     changes: dict[str, Any] = {"max_range": 30.0, "extra_entries": ("escape_direction",)}
@@ -144,9 +135,12 @@ def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "policy",
-    [FixedRange(3).with_options(per_agent=True, scenario=SCENARIO), NetworkPolicy(LINE, [1, -2, 0.5])],
+    [
+        policies.FixedRange(3).with_options(per_agent=True, scenario=SCENARIO),
+        NetworkPolicy(LINE, [1, -2, 0.5]),
+    ],
 )
-def test_policies_that_cannot_be_saved_are_refused(policy: BasePolicy, tmp_path: Path) -> None:
+def test_policies_that_cannot_be_saved_are_refused(policy: policies.BasePolicy, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="policy: expected a NetworkPolicy, StubbornWitnesses, "):
         fe.save_policy(policy, tmp_path / "policy.npz")
     assert not list(tmp_path.iterdir())
@@ -213,7 +207,7 @@ def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
     path = tmp_path / "policy.npz"
     fe.save_policy(flock_policy(), path)
     assert fe.load_policy(str(path)).name == fe.load_policy(tmp_path).name == "mine"
-    for name in NAMES:
+    for name in policies.NAMES:
         assert fe.load_policy(name.replace("RHO", "3.5")).name == name.replace("RHO", "3.5")
     for spec, near in (("lost.npz", ""), ("fixed:far", ""), ("per-agent-visble/serch", "visible/search")):
         with pytest.raises(InputError, match=r"which: expected fixed:RHO, .* got '") as caught:

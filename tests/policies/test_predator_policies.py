@@ -1,7 +1,5 @@
 """Predator policies: the same run in every interface, in records and in training."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Rules that remember or choose among candidates follow their definitions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

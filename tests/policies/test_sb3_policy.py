@@ -1,7 +1,5 @@
 """``SB3Policy``: states of recurrent models start with every episode, and models must fit the environment."""
 
-from __future__ import annotations
-
 import re
 from copy import deepcopy
 from pathlib import Path

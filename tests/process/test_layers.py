@@ -1,7 +1,5 @@
 """Layers of the Python packages: imports go down, without cycles; importing loads no heavy library."""
 
-from __future__ import annotations
-
 import ast
 import subprocess
 import sys

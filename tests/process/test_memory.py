@@ -1,7 +1,5 @@
 """A call that needs more memory than the process may have raises MemoryError, and the environment goes on."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """Child processes work after their parent has used threads, under every start method."""
 
-from __future__ import annotations
-
 import functools
 import multiprocessing
 import os

@@ -1,7 +1,5 @@
 """Python threads: separate environments are independent; a shared one refuses two calls at once."""
 
-from __future__ import annotations
-
 import sys
 import threading
 import time

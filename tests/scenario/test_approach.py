@@ -1,7 +1,5 @@
 """``approach``: the paper's predator bit for bit, and the geometry of all others."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

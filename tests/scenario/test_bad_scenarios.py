@@ -3,8 +3,6 @@
 Bad values of single fields are in ``test_arguments``.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from typing import Any
@@ -13,63 +11,50 @@ import numpy as np
 import pytest
 
 import flockesc_env as fe
+from flockesc_env import scenario as sc
 from flockesc_env.common.errors import InputError
-from flockesc_env.scenario import (
-    AlignedHeadings,
-    Clusters,
-    ConstantVelocity,
-    GivenHeadings,
-    GivenPositions,
-    Herd,
-    PrescribedPath,
-    PurePursuit,
-    Ring,
-    Segment,
-    Vicsek,
-    Voronoi,
-)
 
 PATH, POINTS = ((0.0, 0.0), (1.0, 2.0)), ((1.0, 2.0),) * 4
 IN_PLANE = {"dimension": 3, "initial_plane": True}
-TOO_MANY, UNEVEN = Clusters(10**7 + 1), GivenPositions((*POINTS, (1.0, 2.0, 3.0)))
-AT_REST = GivenHeadings((*POINTS, (0.0, 0.0)))
+TOO_MANY, UNEVEN = sc.Clusters(10**7 + 1), sc.GivenPositions((*POINTS, (1.0, 2.0, 3.0)))
+AT_REST = sc.GivenHeadings((*POINTS, (0.0, 0.0)))
 CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
-    ({"motion": Vicsek(), "constant_speed": False}, "constant_speed"),
-    ({"neighbor_rule": Voronoi(), "dimension": 3}, "neighbor_rule"),
+    ({"motion": sc.Vicsek(), "constant_speed": False}, "constant_speed"),
+    ({"neighbor_rule": sc.Voronoi(), "dimension": 3}, "neighbor_rule"),
     ({"periodic_side": 100.0}, "periodic_side"),
-    ({"periodic_side": 100.0, "predators": (), "neighbor_rule": Voronoi()}, "periodic_side"),
+    ({"periodic_side": 100.0, "predators": (), "neighbor_rule": sc.Voronoi()}, "periodic_side"),
     ({"mass": (1.0, 2.0)}, "mass"),
     ({"speed": (1.0, 2.0, -1.0, 1.0, 1.0)}, "speed[2]"),
-    ({"predators": (PurePursuit(target="assigned"),) * 65}, "predators"),
+    ({"predators": (sc.PurePursuit(target="assigned"),) * 65}, "predators"),
     *(
         ({"initial_positions": positions, **changes}, f"initial_positions.{field}")
         for positions, changes, field in (
-            (Ring(5.0, 10.1), {}, "ring.width"),
+            (sc.Ring(5.0, 10.1), {}, "ring.width"),
             (TOO_MANY, {}, "clusters.num_clusters"),
-            (GivenPositions(POINTS), {}, "given_positions.points"),
+            (sc.GivenPositions(POINTS), {}, "given_positions.points"),
             (UNEVEN, {}, "given_positions.points[4]"),
-            (Segment(end=(1.0, 1.0, -1.0)), IN_PLANE, "segment.end[2]"),
+            (sc.Segment(end=(1.0, 1.0, -1.0)), IN_PLANE, "segment.end[2]"),
         )
     ),
     *(
         ({"initial_headings": headings, **changes}, f"initial_headings.{field}")
         for headings, changes, field in (
-            (AlignedHeadings((1e-200, 0.0)), {}, "aligned.direction"),
-            (AlignedHeadings((0.0, 1e300)), {}, "aligned.direction[1]"),
-            (AlignedHeadings((1.0, 0.0, 0.1)), IN_PLANE, "aligned.direction[2]"),
+            (sc.AlignedHeadings((1e-200, 0.0)), {}, "aligned.direction"),
+            (sc.AlignedHeadings((0.0, 1e300)), {}, "aligned.direction[1]"),
+            (sc.AlignedHeadings((1.0, 0.0, 0.1)), IN_PLANE, "aligned.direction[2]"),
             (AT_REST, {}, "given_headings.directions[4]"),
         )
     ),
     *(
-        ({"predators": (ConstantVelocity(), predator)}, f"predators[1].{field}")
+        ({"predators": (sc.ConstantVelocity(), predator)}, f"predators[1].{field}")
         for predator, field in (
-            (ConstantVelocity((1.0, 2.0, 3.0, 4.0)), "constant_velocity.position"),
-            (PurePursuit(target="centroid", confusion_rate=1.0), "pure_pursuit.confusion_rate"),
-            (PurePursuit(acceleration=1.0), "pure_pursuit.acceleration"),
-            (PurePursuit(max_speed=14.1), "pure_pursuit.max_speed"),
-            (Herd(partner=1), "herd.partner"),
-            (PrescribedPath(PATH[:1]), "prescribed_path.positions"),
-            (PrescribedPath(((0.0, 0.0), (1.0, 1e21))), "prescribed_path.positions[1][1]"),
+            (sc.ConstantVelocity((1.0, 2.0, 3.0, 4.0)), "constant_velocity.position"),
+            (sc.PurePursuit(target="centroid", confusion_rate=1.0), "pure_pursuit.confusion_rate"),
+            (sc.PurePursuit(acceleration=1.0), "pure_pursuit.acceleration"),
+            (sc.PurePursuit(max_speed=14.1), "pure_pursuit.max_speed"),
+            (sc.Herd(partner=1), "herd.partner"),
+            (sc.PrescribedPath(PATH[:1]), "prescribed_path.positions"),
+            (sc.PrescribedPath(((0.0, 0.0), (1.0, 1e21))), "prescribed_path.positions[1][1]"),
         )
     ),
 ]
@@ -108,7 +93,7 @@ def test_documents(document: Any, field: str) -> None:
     [
         ({"num_agents": 3.5}, "num_agents: expected an integer, got 3.5"),
         ({"mass": (0.1, "heavy")}, "mass[1]: expected a number, got 'heavy'"),
-        ({"predators": PurePursuit()}, "predators: expected a tuple of predators, got PurePursuit"),
+        ({"predators": sc.PurePursuit()}, "predators: expected a tuple of predators, got PurePursuit"),
         ({"motion": {"reynolds": {"cohesion": 1}}}, "got 'cohesion' (did you mean cohesion_strength?)"),
     ],
 )

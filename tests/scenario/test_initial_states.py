@@ -1,7 +1,5 @@
 """Initial states: the distributions of docs/model.md, and the fixed draws of a seed."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from typing import Any
@@ -12,16 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import kstest
 
 import flockesc_env as fe
-from flockesc_env.scenario import (
-    AlignedHeadings,
-    Clusters,
-    Disc,
-    Gaussian,
-    RandomHeadings,
-    Ring,
-    Segment,
-    Square,
-)
+from flockesc_env import scenario as sc
 from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
 
 Floats = NDArray[np.float64]
@@ -32,19 +21,19 @@ SPEED = 10.0
 AXES = pytest.mark.parametrize(("dimension", "plane"), [(2, False), (3, False), (3, True)])
 
 STARTS: dict[str, InitialPositions] = {
-    "square": Square(),
-    "disc": Disc(30.0),
-    "ring": Ring(30.0),
-    "wide ring": Ring(30.0, 20.0),
-    "segment": Segment((-10.0, 5.0), (50.0, 60.0)),
-    "gaussian": Gaussian(7.0),
-    "clusters": Clusters(8, 2.0),
+    "square": sc.Square(),
+    "disc": sc.Disc(30.0),
+    "ring": sc.Ring(30.0),
+    "wide ring": sc.Ring(30.0, 20.0),
+    "segment": sc.Segment((-10.0, 5.0), (50.0, 60.0)),
+    "gaussian": sc.Gaussian(7.0),
+    "clusters": sc.Clusters(8, 2.0),
 }
 HEADINGS: dict[str, InitialHeadings] = {
-    "random": RandomHeadings(),
-    "aligned": AlignedHeadings((3.0, -4.0)),
-    "spread": AlignedHeadings((3.0, -4.0), 0.5),
-    "opposed too": AlignedHeadings((0.0, 2.0), math.pi),
+    "random": sc.RandomHeadings(),
+    "aligned": sc.AlignedHeadings((3.0, -4.0)),
+    "spread": sc.AlignedHeadings((3.0, -4.0), 0.5),
+    "opposed too": sc.AlignedHeadings((0.0, 2.0), math.pi),
 }
 
 
@@ -78,11 +67,11 @@ def assert_all_directions(vectors: Floats) -> None:
 
 
 @AXES
-@pytest.mark.parametrize("shape", [Square(), Gaussian(7.0)], ids=repr)
-def test_square_and_gaussian(dimension: int, plane: bool, shape: Square | Gaussian) -> None:
+@pytest.mark.parametrize("shape", [sc.Square(), sc.Gaussian(7.0)], ids=repr)
+def test_square_and_gaussian(dimension: int, plane: bool, shape: sc.Square | sc.Gaussian) -> None:
     offsets, _ = start(dimension, plane, initial_positions=shape)
     for coordinates in offsets.T:
-        if isinstance(shape, Square):
+        if isinstance(shape, sc.Square):
             assert_uniform(coordinates, -SIDE / 2, SIDE / 2)
         else:
             assert_normal(coordinates, 7.0)
@@ -90,11 +79,11 @@ def test_square_and_gaussian(dimension: int, plane: bool, shape: Square | Gaussi
 
 
 @AXES
-@pytest.mark.parametrize("shape", [Disc(30.0), Ring(30.0, 20.0), Ring(30.0, 60.0)], ids=repr)
-def test_disc_and_ring(dimension: int, plane: bool, shape: Disc | Ring) -> None:
+@pytest.mark.parametrize("shape", [sc.Disc(30.0), sc.Ring(30.0, 20.0), sc.Ring(30.0, 60.0)], ids=repr)
+def test_disc_and_ring(dimension: int, plane: bool, shape: sc.Disc | sc.Ring) -> None:
     offsets, _ = start(dimension, plane, initial_positions=shape)
     axes = offsets.shape[1]
-    half = shape.width / 2 if isinstance(shape, Ring) else 0.0
+    half = shape.width / 2 if isinstance(shape, sc.Ring) else 0.0
     inner, outer = (shape.radius - half, shape.radius + half) if half else (0.0, shape.radius)
     radii = np.linalg.norm(offsets, axis=1)
     assert inner - 1e-12 <= radii.min()
@@ -106,7 +95,7 @@ def test_disc_and_ring(dimension: int, plane: bool, shape: Disc | Ring) -> None:
 
 @AXES
 def test_ring_without_width(dimension: int, plane: bool) -> None:
-    offsets, _ = start(dimension, plane, initial_positions=Ring(30.0))
+    offsets, _ = start(dimension, plane, initial_positions=sc.Ring(30.0))
     np.testing.assert_allclose(np.linalg.norm(offsets, axis=1), 30.0, rtol=1e-14)
     assert_all_directions(offsets)
 
@@ -116,7 +105,7 @@ def test_ring_without_width(dimension: int, plane: bool) -> None:
     [(2, (-10.0, 5.0), (50.0, 60.0)), (3, (0.0, 50.0), (50.0, 0.0)), (3, (1.0, 2.0, 3.0), (9.0, 8.0, -7.0))],
 )
 def test_segment(dimension: int, begin: tuple[float, ...], end: tuple[float, ...]) -> None:
-    offsets, _ = start(dimension, False, initial_positions=Segment(begin, end))
+    offsets, _ = start(dimension, False, initial_positions=sc.Segment(begin, end))
     a, b = np.zeros(dimension), np.zeros(dimension)
     a[: len(begin)], b[: len(end)] = begin, end
     along = offsets + SIDE / 2 - a
@@ -128,16 +117,16 @@ def test_segment(dimension: int, begin: tuple[float, ...], end: tuple[float, ...
 @AXES
 def test_clusters(dimension: int, plane: bool) -> None:
     count = NUM_AGENTS // 8
-    offsets, _ = start(dimension, plane, initial_positions=Clusters(8, 2.0))
+    offsets, _ = start(dimension, plane, initial_positions=sc.Clusters(8, 2.0))
     groups = offsets.reshape(count, 8, -1)  # agent i belongs to center i modulo 8
     centers = groups.mean(axis=0)
     assert np.abs(centers).max() <= SIDE / 2 + 1
     for coordinates in (groups - centers).reshape(NUM_AGENTS, -1).T:
         assert_normal(coordinates * math.sqrt(count / (count - 1)), 2.0)
-    alone, _ = start(dimension, plane, initial_positions=Clusters(NUM_AGENTS, 0.0))
+    alone, _ = start(dimension, plane, initial_positions=sc.Clusters(NUM_AGENTS, 0.0))
     for coordinates in alone.T:
         assert_uniform(coordinates, -SIDE / 2, SIDE / 2)
-    one, _ = start(dimension, plane, initial_positions=Clusters(1, 0.0))
+    one, _ = start(dimension, plane, initial_positions=sc.Clusters(1, 0.0))
     assert len(np.unique(one, axis=0)) == 1
 
 
@@ -145,7 +134,7 @@ def test_clusters(dimension: int, plane: bool) -> None:
 def test_random_headings(dimension: int, plane: bool) -> None:
     _, headings = start(dimension, plane)
     assert_all_directions(headings)
-    _, anywhere = start(dimension, plane, initial_headings=AlignedHeadings(max_angle=math.pi))
+    _, anywhere = start(dimension, plane, initial_headings=sc.AlignedHeadings(max_angle=math.pi))
     assert_all_directions(anywhere)
 
 
@@ -153,7 +142,7 @@ def test_random_headings(dimension: int, plane: bool) -> None:
 @pytest.mark.parametrize("max_angle", [0.0, 1e-9, 0.5, 2.5])
 def test_aligned_headings(dimension: int, plane: bool, max_angle: float) -> None:
     direction = (3.0, -4.0) if plane or dimension == 2 else (3.0, -4.0, 12.0)
-    _, headings = start(dimension, plane, initial_headings=AlignedHeadings(direction, max_angle))
+    _, headings = start(dimension, plane, initial_headings=sc.AlignedHeadings(direction, max_angle))
     ahead = np.array(direction) / np.linalg.norm(direction)
     chord = np.linalg.norm(headings - ahead, axis=1)  # accurate for tiny angles, unlike the cosine
     if max_angle == 0.0:

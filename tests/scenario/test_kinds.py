@@ -1,7 +1,5 @@
 """The core, the Python classes and the docs have the same parts, fields, defaults and observation entries."""
 
-from __future__ import annotations
-
 import json
 import pkgutil
 import re

@@ -1,7 +1,5 @@
 """Randomization: each episode draws numbers of the scenario, and a seed determines them everywhere."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

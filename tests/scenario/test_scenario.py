@@ -1,7 +1,5 @@
 """Scenarios: documents in both directions, missing fields, copies, errors, and presets by name."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import json
@@ -18,28 +16,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import flockesc_env as fe
+from flockesc_env import scenario as sc
 from flockesc_env.common.errors import InputError
-from flockesc_env.scenario import (
-    AlignedHeadings,
-    Clusters,
-    ConstantVelocity,
-    Gaussian,
-    Learned,
-    PurePursuit,
-    Segment,
-    Square,
-    Vicsek,
-    Wandering,
-    preset,
-)
 from studies.paper.plan import aimed
 
 BOUNDS = Bounds()
 PARTS: dict[str, Any] = {
-    "initial_positions": st.sampled_from([Square(), Clusters(10**7, 0.1)])
-    | st.builds(Gaussian, BOUNDS.computed)
-    | st.builds(Segment, *[st.tuples(BOUNDS.coordinate, BOUNDS.coordinate)] * 2),
-    "initial_headings": st.builds(AlignedHeadings, st.tuples(*[st.floats(1e-3, 1e3)] * 2), st.floats(0, 3)),
+    "initial_positions": st.sampled_from([sc.Square(), sc.Clusters(10**7, 0.1)])
+    | st.builds(sc.Gaussian, BOUNDS.computed)
+    | st.builds(sc.Segment, *[st.tuples(BOUNDS.coordinate, BOUNDS.coordinate)] * 2),
+    "initial_headings": st.builds(
+        sc.AlignedHeadings, st.tuples(*[st.floats(1e-3, 1e3)] * 2), st.floats(0, 3)
+    ),
     "num_steps": st.integers(1, 10**9),
     "initial_plane": st.booleans(),
 }
@@ -49,8 +37,8 @@ PARTS: dict[str, Any] = {
 def varied(draw: st.DrawFn) -> fe.FlockScenario:
     scenario = draw(flocks(BOUNDS))
     each = st.lists(BOUNDS.dividing, min_size=scenario.num_agents, max_size=scenario.num_agents)
-    parts = st.fixed_dictionaries({}, optional={"mass": each, "speed": each, **PARTS})
-    return scenario.replace(**draw(parts))
+    fields = st.fixed_dictionaries({}, optional={"mass": each, "speed": each, **PARTS})
+    return scenario.replace(**draw(fields))
 
 
 lines = st.builds(
@@ -87,16 +75,16 @@ def test_missing_fields_take_their_defaults(scenario: Any) -> None:
 
 def test_a_part_may_be_given_as_its_document() -> None:
     given = fe.FlockScenario(motion={"vicsek": {}}, predators=[{"pure_pursuit": {"max_turn_rate": 2}}])  # type: ignore[arg-type, list-item]
-    assert given == fe.FlockScenario(motion=Vicsek(), predators=(PurePursuit(max_turn_rate=2.0),))
+    assert given == fe.FlockScenario(motion=sc.Vicsek(), predators=(sc.PurePursuit(max_turn_rate=2.0),))
 
 
-@pytest.mark.parametrize("make", [ConstantVelocity, PurePursuit, Wandering, Learned])
+@pytest.mark.parametrize("make", [sc.ConstantVelocity, sc.PurePursuit, sc.Wandering, sc.Learned])
 @pytest.mark.parametrize("name", ["position", "velocity"])
 def test_predators_have_as_many_coordinates_as_the_scenario(make: Any, name: str) -> None:
     with pytest.raises(
         fe.InputError, match=r"expected 3 numbers, because the dimension is 3, got \(1.0, 2.0\)"
     ) as caught:
-        fe.FlockScenario(dimension=3, predators=(ConstantVelocity(), make(**{name: (1.0, 2.0)})))
+        fe.FlockScenario(dimension=3, predators=(sc.ConstantVelocity(), make(**{name: (1.0, 2.0)})))
     assert caught.value.field == f"predators[1].{make.kind}.{name}"
     with pytest.raises(fe.InputError) as caught:
         fe.FlockScenario().replace(dimension=3)
@@ -104,9 +92,9 @@ def test_predators_have_as_many_coordinates_as_the_scenario(make: Any, name: str
 
 
 def test_learned_predators_keep_their_starts() -> None:
-    swift = Learned((1.0, 2.0), max_speed=40.0)
-    made = fe.FlockScenario(predators=(PurePursuit((5.0, 6.0)), swift)).with_learned_predators()
-    assert made == fe.FlockScenario(predators=(Learned((5.0, 6.0), (10.0, 10.0)), swift))
+    swift = sc.Learned((1.0, 2.0), max_speed=40.0)
+    made = fe.FlockScenario(predators=(sc.PurePursuit((5.0, 6.0)), swift)).with_learned_predators()
+    assert made == fe.FlockScenario(predators=(sc.Learned((5.0, 6.0), (10.0, 10.0)), swift))
     with pytest.raises(fe.InputError, match="predators: expected at least one predator"):
         fe.FlockScenario(predators=()).with_learned_predators()
 
@@ -119,16 +107,16 @@ GOLDEN = Path(__file__).parents[1] / "golden" / "presets.json"
 
 def test_presets_have_not_changed() -> None:
     """A changed default makes another scenario under the same name, so results would not be comparable."""
-    documents = {name: json.loads(preset(name).to_json()) for name in fe.PRESETS}
+    documents = {name: json.loads(sc.preset(name).to_json()) for name in fe.PRESETS}
     assert documents == json.loads(GOLDEN.read_text("utf-8"))
 
 
 def test_presets_differ_as_described() -> None:
     assert len({known.scenario for known in fe.PRESETS.values()}) == len(fe.PRESETS)
     assert len({known.description for known in fe.PRESETS.values()}) == len(fe.PRESETS)
-    assert preset("paper-flock") == fe.FlockScenario()
-    assert preset("paper-line") == fe.LineScenario()
-    assert preset("edge-attack") == aimed(50.0)
+    assert sc.preset("paper-flock") == fe.FlockScenario()
+    assert sc.preset("paper-line") == fe.LineScenario()
+    assert sc.preset("edge-attack") == aimed(50.0)
     with pytest.raises(TypeError):
         fe.PRESETS["mine"] = fe.PRESETS["pursuit"]  # type: ignore[index]
 
@@ -136,7 +124,7 @@ def test_presets_differ_as_described() -> None:
 @pytest.mark.parametrize("interface", [name for name in FLOCKS if name != "predator"])
 def test_flock_environments_take_names(interface: str) -> None:
     for name in ("two-predators", None):
-        assert FLOCKS[interface](name).unwrapped.scenario == preset(name or "paper-flock")
+        assert FLOCKS[interface](name).unwrapped.scenario == sc.preset(name or "paper-flock")
     lines = () if "slots" in interface else ("paper-line", fe.LineScenario())  # vec_env also makes lines
     for wrong in ("escape", *lines, 5):
         with pytest.raises(InputError) as caught:

@@ -1,7 +1,5 @@
 """``flockesc`` as a process: exit codes, Ctrl-C, streams that are closed, full or unread."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """No step takes more instructions than committed."""
 
-from __future__ import annotations
-
 import json
 import shutil
 

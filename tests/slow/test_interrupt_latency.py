@@ -5,8 +5,6 @@ processor time from signal to exception; null if the call ended before. Calls ru
 is the time on a machine with nothing else to do.
 """
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Runs of a million steps: the invariants of one step hold after all of them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -25,13 +23,7 @@ def hunters(dimension: int) -> tuple[Wandering | PurePursuit, ...]:
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize(
     ("motion", "constant_speed"),
-    [
-        (Inertial(), True),
-        (Inertial(), False),
-        (Vicsek(), True),
-        (Reynolds(), True),
-        (Reynolds(), False),
-    ],
+    [(Inertial(), True), (Inertial(), False), (Vicsek(), True), (Reynolds(), True), (Reynolds(), False)],
     ids=lambda value: getattr(value, "kind", value),
 )
 def test_a_million_steps(motion: Any, constant_speed: bool, dimension: int) -> None:

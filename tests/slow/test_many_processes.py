@@ -1,7 +1,5 @@
 """Hundreds of forks while threads are busy, and ten thousand lifecycles of every environment."""
 
-from __future__ import annotations
-
 import gc
 import json
 import os

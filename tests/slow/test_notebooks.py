@@ -3,8 +3,6 @@
 As a program, this file runs them with their own parameters, and stores the outputs.
 """
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 from typing import Any

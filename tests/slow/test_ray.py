@@ -3,8 +3,6 @@
 Needs the extra ray: ``make test-all`` installs it.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

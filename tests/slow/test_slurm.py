@@ -1,7 +1,5 @@
 """The back end ``slurm`` on a real cluster on this machine, with and without accounting: faults."""
 
-from __future__ import annotations
-
 import csv
 import os
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Videos of recorded runs, and of the recorders of Gymnasium and stable-baselines3."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import gymnasium

@@ -1,7 +1,5 @@
 """The arms race: predators, training runs, the pairing of the cross-play, its files and its page."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 from typing import Any

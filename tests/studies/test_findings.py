@@ -1,7 +1,5 @@
 """The study of learned ranges: its page, its measurements against loops and replays, a tiny run of all."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The reproduction of the paper: measurements against the models, verdicts, mechanism and the page."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import re

@@ -1,7 +1,5 @@
 """Figures of an independent simulation of the model, matched within three standard errors."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

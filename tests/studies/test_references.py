@@ -1,7 +1,5 @@
 """References of the scoreboard: bounds that hold and are reached, and schedules that replay."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The robustness study: the best fixed range in every preset, the rule of its findings, and its page."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Statistics of policies over training seeds and flocks: known aggregates, intervals that cover."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import t, trim_mean, ttest_1samp, ttest_ind

@@ -1,7 +1,5 @@
 """Published results measured here: order against noise in small flocks, verdicts, page and command."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

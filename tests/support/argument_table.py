@@ -4,8 +4,6 @@ The kind of an argument follows from its annotation (``BY_TYPE``). ``BY_NAME`` a
 annotation does not say: bounds, shapes, valid names.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 from collections.abc import Callable, Iterable
@@ -20,32 +18,10 @@ import pytest
 from option_table import small_flock
 
 import flockesc_env as fe
-from flockesc_env import policies, sb3
+from flockesc_env import policies, sb3, scenario
 from flockesc_env.models import Trajectory, component_labels, neighbor_pairs
 from flockesc_env.policies import Architecture
 from flockesc_env.render import video
-from flockesc_env.scenario import (
-    Choice,
-    ConstantVelocity,
-    Disc,
-    Encircle,
-    Learned,
-    LogUniform,
-    Metric,
-    PrescribedPath,
-    PurePursuit,
-    RandomHeadings,
-    Reynolds,
-    Ring,
-    approach,
-    initial,
-    motion,
-    neighbors,
-    predators,
-    preset,
-    randomization,
-    read_initial_state,
-)
 
 DEEP: list[Any] = []
 for _ in range(5000):
@@ -159,7 +135,7 @@ def parts(good: Any, *confusing: Any) -> Kind:
 
 FLOCK = small_flock()
 LINE = fe.LineScenario(num_agents=5, max_steps=10)
-HUNTED = small_flock(predators=(Learned(),))
+HUNTED = small_flock(predators=(scenario.Learned(),))
 RUN, LINE_RUN = fe.simulate(FLOCK, 5.0, seed=1), fe.simulate_line(LINE, 0.25, seed=1)
 POINTS = np.arange(10.0).reshape(5, 2) * 2.0
 NET = Architecture(("time",), (2,))
@@ -180,7 +156,7 @@ class Model:
 BY_TYPE: dict[Any, Kind] = {
     float | tuple[float, ...]: PER_AGENT,
     bool: Kind(True, [0, 1, 1.0, "True", [True], np.array([True])], [np.True_], (bool, np.bool)),
-    fe.FlockScenario: part(FLOCK, LINE, Disc()),
+    fe.FlockScenario: part(FLOCK, LINE, scenario.Disc()),
     fe.LineScenario: part(LINE, FLOCK),
     Trajectory: part(RUN, FLOCK),
     fe.RenderOptions: part(fe.RenderOptions(size=160)),
@@ -247,11 +223,11 @@ BY_NAME: dict[str, Kind] = {
     "hidden": parts((2,), (0,), (2.0,), (-1,), (True,)),
     "candidate_inputs": parts((), (1,), "range"),
     "ranges": parts((), ("far",), (-1.0,), 3.0),
-    "initial_headings": part(RandomHeadings(), Disc(), Metric()),
-    "motion": part(Reynolds(), Metric()),
-    "predators": parts((), (Disc(),), PurePursuit(), (None,), (5,)),
-    "neighbor_rule": part(Metric(), Disc(), PurePursuit()),
-    "randomization": parts((), (Disc(),), (5,), Metric()),
+    "initial_headings": part(scenario.RandomHeadings(), scenario.Disc(), scenario.Metric()),
+    "motion": part(scenario.Reynolds(), scenario.Metric()),
+    "predators": parts((), (scenario.Disc(),), scenario.PurePursuit(), (None,), (5,)),
+    "neighbor_rule": part(scenario.Metric(), scenario.Disc(), scenario.PurePursuit()),
+    "randomization": parts((), (scenario.Disc(),), (5,), scenario.Metric()),
 }
 ALIASES = {
     "name": ("scenario", "policy"),
@@ -265,27 +241,27 @@ ALIASES = {
 
 OF: dict[Any, dict[str, Kind]] = {
     fe.FlockScenario: {
-        "initial_positions": part(Disc(), RandomHeadings(), Metric()),
+        "initial_positions": part(scenario.Disc(), scenario.RandomHeadings(), scenario.Metric()),
         "num_agents": count(5),
     },
-    fe.simulate: {"scenario": part(HUNTED, Disc()), "interaction_range": PER_AGENT},
+    fe.simulate: {"scenario": part(HUNTED, scenario.Disc()), "interaction_range": PER_AGENT},
     fe.simulate_line: {"scenario": Kind(LINE, [FLOCK, 0, [LINE]], is_optional=True)},
-    approach: {"initial_side": number(8.0)},
-    Encircle: {"radius": number(8.0)},
-    **{call: {"scenario": part(FLOCK, Disc())} for call in (fe.sweep, fe.rollout, sb3.vec_env)},
-    fe.scan: {"scenario": Kind(FLOCK, [LINE, 0, Disc()], is_optional=True)},
+    scenario.approach: {"initial_side": number(8.0)},
+    scenario.Encircle: {"radius": number(8.0)},
+    **{call: {"scenario": part(FLOCK, scenario.Disc())} for call in (fe.sweep, fe.rollout, sb3.vec_env)},
+    fe.scan: {"scenario": Kind(FLOCK, [LINE, 0, scenario.Disc()], is_optional=True)},
     video.write_video: {"path": file("made.mp4")},
-    preset: {"name": choice("pursuit")},
+    scenario.preset: {"name": choice("pursuit")},
     **{call: {"interaction_range": PER_AGENT} for call in (neighbor_pairs, component_labels)},
     fe.load_policy: {"policy": file("policy.npz")},
     fe.save_policy: {"policy": part(NAMED, fe.FixedRange(5.0))},
-    read_initial_state: {"path": file("state.csv")},
+    scenario.read_initial_state: {"path": file("state.csv")},
     fe.load_run: {"path": file("run.npz")},
     fe.ScheduledRange: {"schedule": floats(np.full((10, 5), 4.0), 0.0, any_length=True)},
-    PrescribedPath: {"positions": floats([[1.0, 2.0], [3.0, 5.0]], any_length=True)},
-    Ring: {"width": number(4.0, high=16.0)},
-    LogUniform: {"low": positive(2.0)},
-    Choice: {"values": floats([0.25, 0.5], any_length=True)},  # the drawn number is checked at reset
+    scenario.PrescribedPath: {"positions": floats([[1.0, 2.0], [3.0, 5.0]], any_length=True)},
+    scenario.Ring: {"width": number(4.0, high=16.0)},
+    scenario.LogUniform: {"low": positive(2.0)},
+    scenario.Choice: {"values": floats([0.25, 0.5], any_length=True)},  # the drawn number is checked at reset
 }
 """Kinds of the arguments of one callable."""
 
@@ -313,12 +289,12 @@ def _kind(call: Any, name: str, hint: Any, *, is_optional: bool = False) -> Kind
 
 
 SLOTS: dict[str, tuple[Callable[[Any], Any], Any]] = {
-    "predators": (lambda part: (ConstantVelocity(), part), predators.Predator),
-    "initial_positions": (lambda part: part, initial.InitialPositions),
-    "initial_headings": (lambda part: part, initial.InitialHeadings),
-    "motion": (lambda part: part, motion.Motion),
-    "neighbor_rule": (lambda part: part, neighbors.NeighborRule),
-    "randomization": (lambda part: (part,), randomization.Distribution),
+    "predators": (lambda part: (scenario.ConstantVelocity(), part), scenario.predators.Predator),
+    "initial_positions": (lambda part: part, scenario.initial.InitialPositions),
+    "initial_headings": (lambda part: part, scenario.initial.InitialHeadings),
+    "motion": (lambda part: part, scenario.motion.Motion),
+    "neighbor_rule": (lambda part: part, scenario.neighbors.NeighborRule),
+    "randomization": (lambda part: (part,), scenario.randomization.Distribution),
 }
 """A scenario with a part of each family, and the classes of the family."""
 SLOT_OF = {kind: slot for slot, (_, family) in SLOTS.items() for kind in get_args(family)}

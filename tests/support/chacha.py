@@ -1,7 +1,5 @@
 """The engine's random numbers in plain Python: ChaCha8 (D. J. Bernstein 2008), one stream per purpose."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """The system's Chromium, driven by Playwright: ways to fly a flock of a page and to read the page."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

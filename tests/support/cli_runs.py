@@ -1,7 +1,5 @@
 """Run ``flockesc`` and ``python -m studies`` in this process or in a new one."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -4,8 +4,6 @@ The tests of lifecycles, threads, snapshots, copies and aliasing run over ``ADAP
 rewards, actions and options over ``FLOCKS``.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from dataclasses import dataclass

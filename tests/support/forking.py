@@ -4,8 +4,6 @@ The process prints a JSON object: children started, children that hung, and chil
 the parent's.
 """
 
-from __future__ import annotations
-
 import json
 import multiprocessing
 import os

@@ -4,8 +4,6 @@
 changes hashes of old cases only if an id has a new version (``docs/reliability.md``).
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math
@@ -136,10 +134,7 @@ def cases() -> dict[str, Case]:
         if name in TEAM:
             options = {"reward": "individual_distance_change", "steps_per_action": 8}
             found[f"{name}, an action per agent"] = partial(team, scenario=scenario, **options)
-    straight, path = (
-        ConstantVelocity((-30.0, -30.0), (10.0, 10.0)),
-        PrescribedPath(ZIGZAG, interval=0.3),
-    )
+    straight, path = (ConstantVelocity((-30.0, -30.0), (10.0, 10.0)), PrescribedPath(ZIGZAG, interval=0.3))
     for dimension in (2, 3):
         small = small_flock(dimension, num_steps=40, **RANDOM)
         large = {"num_agents": 6000, "num_steps": 12, "initial_side": 500.0, "predators": (straight,)}

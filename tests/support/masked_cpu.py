@@ -1,7 +1,5 @@
 """Child processes in which newer instruction sets of the processor are hidden, from all code or NumPy."""
 
-from __future__ import annotations
-
 import json
 import os
 import platform

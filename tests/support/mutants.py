@@ -4,8 +4,6 @@
 is a change and the test that found it. Changes without a test need one.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import random

@@ -4,8 +4,6 @@
 of results that is intended.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

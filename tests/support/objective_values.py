@@ -1,7 +1,5 @@
 """Definitions of the objectives, independent of the core, and their columns."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Observation entries by their definition in docs/model.md, in plain NumPy, agent by agent."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Step 5 of the flock model in plain NumPy: the strategies of docs/model.md that set the next velocity."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,66 +9,52 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 import flockesc_env as fe
-from flockesc_env.scenario import (
-    Attracted,
-    ConstantVelocity,
-    Encircle,
-    Herd,
-    Intercept,
-    Learned,
-    PrescribedPath,
-    PurePursuit,
-    Wandering,
-)
+from flockesc_env import scenario as sc
 from flockesc_env.scenario.predators import Predator
 
 Floats = NDArray[np.float64]
 Names = NDArray[np.int64]
 FAST = {"max_speed": 30.0, "acceleration": 8.0}
 PACKS: dict[str, Any] = {
-    "straight": lambda s: [ConstantVelocity(*s[0])],
-    "coasting": lambda s: [Learned(*s[0], max_speed=1e3)],
-    "nearest": lambda s: [
-        PurePursuit(*s[0]),
-        PurePursuit(*s[1], max_turn_rate=0.4, **FAST),
+    "straight": lambda s: [sc.ConstantVelocity(*s[0])],
+    "coasting": lambda s: [sc.Learned(*s[0], max_speed=1e3)],
+    "nearest": lambda s: [sc.PurePursuit(*s[0]), sc.PurePursuit(*s[1], max_turn_rate=0.4, **FAST)],
+    "centroid": lambda s: [sc.PurePursuit(*s[0], target="centroid", **FAST)],
+    "most isolated": lambda s: [sc.PurePursuit(*s[0], target="most_isolated", **FAST)],
+    "assigned": lambda s: [
+        sc.PurePursuit(*start, max_turn_rate=2.0, target="assigned", **FAST) for start in s
     ],
-    "centroid": lambda s: [PurePursuit(*s[0], target="centroid", **FAST)],
-    "most isolated": lambda s: [PurePursuit(*s[0], target="most_isolated", **FAST)],
-    "assigned": lambda s: [PurePursuit(*start, max_turn_rate=2.0, target="assigned", **FAST) for start in s],
     "intercept": lambda s: [
-        Intercept(*s[0]),
-        Intercept(*s[1], max_turn_rate=2.0, navigation_constant=4.0, **FAST),
+        sc.Intercept(*s[0]),
+        sc.Intercept(*s[1], max_turn_rate=2.0, navigation_constant=4.0, **FAST),
     ],
-    "confused": lambda s: [PurePursuit(*start, confusion_rate=0.5) for start in s],
-    "wandering": lambda s: [Wandering(*start, angular_diffusion=1.0) for start in s],
-    "encircle": lambda s: [Encircle(*start, radius=25.0, **FAST) for start in s],
-    "closing in": lambda s: [Encircle(*start, radius=25.0, closing_speed=12.0) for start in s],
+    "confused": lambda s: [sc.PurePursuit(*start, confusion_rate=0.5) for start in s],
+    "wandering": lambda s: [sc.Wandering(*start, angular_diffusion=1.0) for start in s],
+    "encircle": lambda s: [sc.Encircle(*start, radius=25.0, **FAST) for start in s],
+    "closing in": lambda s: [sc.Encircle(*start, radius=25.0, closing_speed=12.0) for start in s],
     "herd": lambda s: [
-        PurePursuit(*s[0]),
-        Herd(*s[1], distance=20.0, **FAST),
-        Herd(*s[2], partner=1),
+        sc.PurePursuit(*s[0]),
+        sc.Herd(*s[1], distance=20.0, **FAST),
+        sc.Herd(*s[2], partner=1),
     ],
-    "attracted": lambda s: [
-        Attracted(*s[0]),
-        Attracted(*s[1], strength=50.0, exponent=1.0),
-    ],
-    "path": lambda s: [PrescribedPath([place for place, _ in s], interval=0.5)],
+    "attracted": lambda s: [sc.Attracted(*s[0]), sc.Attracted(*s[1], strength=50.0, exponent=1.0)],
+    "path": lambda s: [sc.PrescribedPath([place for place, _ in s], interval=0.5)],
     "limits": lambda s: [
-        PurePursuit(*s[0], max_turn_rate=0.0),
-        PurePursuit(*s[1], max_turn_rate=1e3, max_speed=1e3),
-        Intercept(*s[2], navigation_constant=0.0),
-        Attracted(*s[3], exponent=0.0),
-        Wandering(*s[4], angular_diffusion=0.0),
+        sc.PurePursuit(*s[0], max_turn_rate=0.0),
+        sc.PurePursuit(*s[1], max_turn_rate=1e3, max_speed=1e3),
+        sc.Intercept(*s[2], navigation_constant=0.0),
+        sc.Attracted(*s[3], exponent=0.0),
+        sc.Wandering(*s[4], angular_diffusion=0.0),
     ],
     "all at once": lambda s: [
-        Wandering(*s[0], angular_diffusion=1.0),
-        PurePursuit(*s[1], target="assigned"),
-        Herd(*s[2], partner=1, **FAST),
-        PurePursuit(*s[3], confusion_rate=0.5),
-        PurePursuit(*s[4], target="assigned", **FAST),
-        Encircle(*s[5], radius=10.0),
-        Encircle(*s[6], radius=20.0),
-        PrescribedPath([place for place, _ in s[::2]], interval=0.7),
+        sc.Wandering(*s[0], angular_diffusion=1.0),
+        sc.PurePursuit(*s[1], target="assigned"),
+        sc.Herd(*s[2], partner=1, **FAST),
+        sc.PurePursuit(*s[3], confusion_rate=0.5),
+        sc.PurePursuit(*s[4], target="assigned", **FAST),
+        sc.Encircle(*s[5], radius=10.0),
+        sc.Encircle(*s[6], radius=20.0),
+        sc.PrescribedPath([place for place, _ in s[::2]], interval=0.7),
     ],
 }
 """All strategies, by positions and velocities of up to seven predators. Learned ones get no actions."""
@@ -105,25 +89,25 @@ def steered(
     for k, predator in enumerate(pack):
         own, nearest = velocities[k], int(np.argmin(np.linalg.norm(r - places[k], axis=1)))
         match predator:
-            case ConstantVelocity() | Learned():  # no action: straight on
+            case sc.ConstantVelocity() | sc.Learned():  # no action: straight on
                 continue
-            case PrescribedPath():
+            case sc.PrescribedPath():
                 new[k] = (path_position(predator, minds.steps + 1, dt) - places[k]) / dt
                 continue
-            case Attracted():
+            case sc.Attracted():
                 offsets = r - places[k]
                 distances = np.linalg.norm(offsets, axis=1, keepdims=True)
                 pull = predator.strength * (offsets / distances**predator.exponent).mean(axis=0)
                 new[k] = pull * min(1, predator.max_speed / np.linalg.norm(pull))
                 continue
-            case Wandering():
+            case sc.Wandering():
                 new[k] = wandered(own, predator.angular_diffusion * dt, minds.draws)
                 continue
-            case Intercept():
+            case sc.Intercept():
                 rate = sight_rate(r[nearest] - places[k], v[nearest] - own)
                 gain, limit = predator.navigation_constant * dt, predator.max_turn_rate * dt
                 turned_own = navigated(own, rate, gain, limit)
-            case PurePursuit():
+            case sc.PurePursuit():
                 aims = {"nearest": nearest, "most_isolated": most_isolated(r), "assigned": assigned.get(k)}
                 if predator.confusion_rate:
                     kept = np.flatnonzero(names == minds.kept.get(k))
@@ -131,12 +115,12 @@ def steered(
                     minds.kept[k] = names[aims["nearest"]]
                 aim = centroid if predator.target == "centroid" else r[aims[predator.target]]
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
-            case Encircle():
+            case sc.Encircle():
                 radius = max(predator.radius - predator.closing_speed * minds.steps * dt, 0)
                 aim = centroid.copy()
                 aim[:2] += radius * np.array([np.cos(stations[k]), np.sin(stations[k])])
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
-            case Herd():
+            case sc.Herd():
                 away = centroid - places[predator.partner]
                 aim = centroid + predator.distance * away / np.linalg.norm(away)
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
@@ -154,13 +138,13 @@ def sped_up(predator: Predator, own: Floats, dt: float) -> Floats:
 
 def start(predator: Predator, scenario: fe.FlockScenario) -> tuple[Floats, Floats]:
     """Return the initial position and velocity of a predator."""
-    if isinstance(predator, PrescribedPath):
+    if isinstance(predator, sc.PrescribedPath):
         first, second = (path_position(predator, steps, scenario.time_step) for steps in (0, 1))
         return first, (second - first) / scenario.time_step
     return np.array(predator.position), np.array(predator.velocity)
 
 
-def path_position(predator: PrescribedPath, steps: int, dt: float) -> Floats:
+def path_position(predator: sc.PrescribedPath, steps: int, dt: float) -> Floats:
     """Return the position on the path after ``steps`` steps, extended straight on beyond its end."""
     points, interval = np.array(predator.positions), predator.interval or dt
     end, time = (len(points) - 1) * interval, steps * dt
@@ -171,7 +155,7 @@ def path_position(predator: PrescribedPath, steps: int, dt: float) -> Floats:
 
 def assignment(pack: tuple, r: Floats, places: Floats) -> dict[int, int]:
     """Return the agent assigned to each predator, by an assignment over all agents without a shortlist."""
-    hunters = [k for k, p in enumerate(pack) if isinstance(p, PurePursuit) and p.target == "assigned"]
+    hunters = [k for k, p in enumerate(pack) if isinstance(p, sc.PurePursuit) and p.target == "assigned"]
     distances = np.linalg.norm(places[hunters, None] - r[None], axis=-1)
     agents = {k: int(row.argmin()) for k, row in zip(hunters, distances, strict=True)}
     rows, columns = linear_sum_assignment(distances)
@@ -180,7 +164,7 @@ def assignment(pack: tuple, r: Floats, places: Floats) -> dict[int, int]:
 
 def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, float]:
     """Return the angle of each encircling predator's station: evenly spaced, with the smallest turns."""
-    ring = [k for k, p in enumerate(pack) if isinstance(p, Encircle)]
+    ring = [k for k, p in enumerate(pack) if isinstance(p, sc.Encircle)]
     bearings = {k: np.arctan2(*(places[k] - centroid)[1::-1]) for k in ring}
     order = sorted(ring, key=bearings.__getitem__)
     spaced = 2 * np.pi * np.arange(len(ring)) / max(len(ring), 1)
@@ -189,7 +173,7 @@ def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, flo
 
 
 def confused(
-    predator: PurePursuit, r: Floats, place: Floats, dt: float, kept: Names, draws: chacha.Stream
+    predator: sc.PurePursuit, r: Floats, place: Floats, dt: float, kept: Names, draws: chacha.Stream
 ) -> int:
     """Return the target of a predator that others can confuse; ``kept`` is its last one, if alive."""
     distances = np.linalg.norm(r - place, axis=1)

@@ -1,7 +1,5 @@
 """Reference implementation of docs/model.md in plain NumPy: all pairs, one line per equation, slow."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Any
@@ -94,7 +92,7 @@ def flock_step(
             limit = law.max_turn_rate * scenario.time_step
             start = np.where(v.any(axis=1, keepdims=True), v, force)
             turned = [predator_reference.turned(*each, limit) for each in zip(start, force, strict=True)]
-            new_v = np.where(force.any(axis=1, keepdims=True), turned, 0.0)
+            new_v = np.where(force.any(axis=1, keepdims=True), np.reshape(turned, v.shape), 0.0)
         case FirstOrder():
             new_v = force.copy()
             if not scenario.constant_speed:

@@ -1,7 +1,5 @@
 """Restores a flock in a child process, which imports only this module."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

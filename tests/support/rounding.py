@@ -3,8 +3,6 @@
 The order in which torch adds products depends on the processor, the number of rows and the number of threads.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Ranges that every built-in rule sets in a small flock."""
 
-from __future__ import annotations
-
 from option_table import small_flock
 
 from flockesc_env import load_policy, simulate

@@ -1,7 +1,5 @@
 """Comparison of two outcomes bit for bit, and in-place changes by a careless caller."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 from typing import Any

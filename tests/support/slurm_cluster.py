@@ -1,7 +1,5 @@
 """A SLURM cluster of four nodes on this machine. Its daemons, ports and keys are its own."""
 
-from __future__ import annotations
-
 import os
 import secrets
 import shutil

@@ -1,7 +1,5 @@
 """Training runs that take seconds: small flocks, few episodes, every kind of learner."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 from typing import Any

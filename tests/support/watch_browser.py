@@ -1,7 +1,5 @@
 """Fixtures for tests of the page in a browser: a plugin of such test files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import chromium

@@ -1,7 +1,5 @@
 """Runs for watch pages, and checks of the documents that the pages hold."""
 
-from __future__ import annotations
-
 import base64
 import json
 import re

@@ -1,7 +1,5 @@
 """Results on six held-out flocks instead of 1,000."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest

@@ -1,7 +1,5 @@
 """``flockesc tasks``: lists tasks, scores, verifies and compares policies, and names bad input."""
 
-from __future__ import annotations
-
 import errno
 import re
 from pathlib import Path
@@ -138,10 +136,7 @@ def test_code_is_scored_with_a_mark_and_not_verified(
 
 SCORE = ["score", "mine-0.npz", "--task"]
 BAD = {
-    "command": (
-        ["scores"],
-        "report, episodes, got 'scores' (did you mean score or compare?)",
-    ),
+    "command": (["scores"], "report, episodes, got 'scores' (did you mean score or compare?)"),
     "task": ([*SCORE, "per-agent-visibly"], "got 'per-agent-visibly' (did you mean per-agent-visible, "),
     "no policy": (["score", "--task", TASK], "policies: expected at least one policy, got none"),
     "no file": (["verify"], "files: expected at least one file, got none"),
@@ -150,10 +145,7 @@ BAD = {
     "suffix": ([*SCORE, TASK, "--output", "mine.md"], "output: expected a file that ends in .json, got"),
     "suffix of a report": (["report", "a.json", "--output", "a.html"], "expected a file that ends in .md,"),
     "training": ([*SCORE, TASK, "--training", "training.toml"], "missing required field `cpu_minutes`"),
-    "same file twice": (
-        ["score", "mine-0.npz", "mine-0.npz", "--task", TASK],
-        "got one of them twice (mine-0.npz",
-    ),
+    "same file twice": (["score", "mine-0.npz", "mine-0.npz", "--task", TASK], "got one of them twice (mine"),
     "draw of all": (["verify", "a.json", "--draw", "1"], "draw: expected --flocks beside it, got 1"),
     "training seeds": ([*SCORE, TASK, "--training", "seeds.toml"], "training.seeds: expected 1 different"),
 }

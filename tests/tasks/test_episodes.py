@@ -1,7 +1,5 @@
 """Data sets of episodes: replays give the same bits, files are complete."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

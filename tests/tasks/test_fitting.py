@@ -1,7 +1,5 @@
 """Which policies fit which tasks: nobody sees more than the task shows."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from typing import Any
@@ -36,18 +34,8 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> BaseP
 @pytest.mark.parametrize(
     ("entry", "task", "field", "message"),
     [
-        (
-            named(predator_sensing_range=math.inf),
-            LOCAL,
-            "predator_sensing_range",
-            "in the task, got inf",
-        ),
-        (
-            named(predator_sensing_range=30.5),
-            LOCAL,
-            "predator_sensing_range",
-            "most 30 m, as in the task",
-        ),
+        (named(predator_sensing_range=math.inf), LOCAL, "predator_sensing_range", "in the task, got inf"),
+        (named(predator_sensing_range=30.5), LOCAL, "predator_sensing_range", "most 30 m, as in the task"),
         (named(per_agent=False), LOCAL, "per_agent", "True, as in the task, got False"),
         (named(per_agent=True), ONE_RANGE, "per_agent", "False, as in the task, got True"),
         (named(per_agent=True), LINE, "per_agent", "False, as in the task, got True"),
@@ -57,12 +45,7 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> BaseP
         (named(extra_entries=("escape_direction",)), VISIBLE, "extra_entries", "closest_approach, as in"),
         (named(False, extra_entries=("closest_approach",)), ONE_RANGE, "extra_entries", "none, as in"),
         (named(extra_entries=("closest_approach",)), HELD_OUT, "extra_entries", "none, as in"),
-        (
-            named(objective="min_min_distance"),
-            VISIBLE,
-            "objective",
-            "'min_mean_distance', as in the task, got",
-        ),
+        (named(objective="min_min_distance"), VISIBLE, "objective", "'min_mean_distance', as in the task"),
         (named(scenario=LineScenario()), VISIBLE, "scenario", "a FlockScenario, got LineScenario"),
         (named(False, FlockScenario()), LINE, "scenario", "a LineScenario, got FlockScenario"),
         (named(False, predator_sensing_range=math.inf), LINE, "options", "got predator_sensing_range"),

@@ -1,7 +1,5 @@
 """Rows and aggregates of made-up results, compared with NumPy and SciPy."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The scoreboard: every result verifies on a drawn flock, and the page shows all of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Scores are those of a rollout, and a result that differs from its replay in one bit is refused."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil
@@ -53,10 +51,8 @@ def path(folder: Path, tmp_path: Path) -> Path:
 def test_a_result_has_the_objectives_of_rollouts_and_is_verified(path: Path, few_flocks: range) -> None:
     result, file = read_result(path), path.parent / FILE
     assert [policy.policy for policy in result.policies] == [FILE, RULE]
-    assert [policy.sha256 for policy in result.policies] == [
-        hashlib.sha256(file.read_bytes()).hexdigest(),
-        "",
-    ]
+    checksum = hashlib.sha256(file.read_bytes()).hexdigest()
+    assert [policy.sha256 for policy in result.policies] == [checksum, ""]
     normalized = []
     for name, scale in TASK.scales.items():
         played = [rollout(TASK.scenarios[name], spec, few_flocks) for spec in (str(file), RULE)]
@@ -99,24 +95,15 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "checksum": ({"policies.0.sha256": "0" * 64}, f"mine-0.npz with the sha256 {'0' * 64}, got "),
     "no file": ({"policies.0.policy": "none.npz"}, "an existing policy file, got 'none.npz'"),
     **{
-        f"path {path}": (
-            {"policies.0.policy": path},
-            f"policy: expected a relative path of a file in or {BELOW}",
-        )
+        f"path {path}": ({"policies.0.policy": path}, f"expected a relative path of a file in or {BELOW}")
         for path in ("/mine-0.npz", "policies/../mine-0.npz", "./mine-0.npz", "policies//mine-0.npz")
     },
     "folder": ({"policies.0.policy": f"{FILE}/"}, f"a relative path of a file in or {BELOW}, such as"),
     "short checksum": ({"policies.0.sha256": "0"}, "[0].sha256: expected 64 hexadecimal digits, got '0'"),
-    "checksum of a rule": (
-        {"policies.1.sha256": "0" * 64},
-        "no checksum for a policy without a file, got '0",
-    ),
+    "checksum of a rule": ({"policies.1.sha256": "0" * 64}, "checksum for a policy without a file, got '0"),
     "code": ({"policies.1.policy": "my:rule"}, "which can be played again, got 'my:rule', played by its"),
     "sees more": ({"policies.1.policy": "turn-away"}, "[1]: profile_ranges: expected none, as in the task"),
-    "flock's view": (
-        {"policies.1.policy": "listen-while-fleeing"},
-        "per_agent: expected True, as in the task",
-    ),
+    "flock's view": ({"policies.1.policy": "listen-while-fleeing"}, "expected True, as in the task"),
     "first flock": ({"flocks": [2_000_001, 6]}, "number (2000000, 6), got (2000001, 6)"),
     "fewer flocks": ({"flocks": [2_000_000, 5]}, "number (2000000, 6), got (2000000, 5)"),
     "version": ({"version": "v2"}, "version: expected v1, got 'v2'"),
@@ -125,24 +112,12 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "checksum of the task": ({"task_sha256": "0" * 64}, f"of the task held-out-predators, got '{'0' * 64}'"),
     "unknown field": ({"note": "mine"}, "unknown field `note`"),
     "no policies": ({"policies": []}, "policies: expected at least one, got none"),
-    "rule twice": (
-        {"policies": two(RULE, RULE)},
-        f"got one of them twice ({RULE} and {RULE})",
-    ),
-    "range twice": (
-        {"policies": two("fixed:12", "fixed:12.0")},
-        "one of them twice (fixed:12 and fixed:12.0)",
-    ),
-    "file twice": (
-        {"policies": same_file},
-        f"different policies, got one of them twice ({FILE} and copy.npz)",
-    ),
+    "rule twice": ({"policies": two(RULE, RULE)}, f"got one of them twice ({RULE} and {RULE})"),
+    "range twice": ({"policies": two("fixed:12", "fixed:12.0")}, "twice (fixed:12 and fixed:12.0)"),
+    "file twice": ({"policies": same_file}, f"got one of them twice ({FILE} and copy.npz)"),
     "negative seed": ({"training.seeds.0": -1}, "Expected `int` >= 0 - at `$.training.seeds[0]`"),
     "negative samples": ({"training.samples": -10}, "Expected `int` >= 1 - at `$.training.samples`"),
-    "NaN minutes": (
-        {"training.cpu_minutes.0": np.nan},
-        "Expected `float` >= 0.0 - at `$.training.cpu_minutes",
-    ),
+    "NaN minutes": ({"training.cpu_minutes.0": np.nan}, "`float` >= 0.0 - at `$.training.cpu_minutes"),
     "minutes of one": ({"training.cpu_minutes": [1.0]}, "expected 2 numbers, one per policy, got [1.0]"),
     "missing seed": ({"training.seeds": [0]}, "seeds: expected 2 different seeds, one per policy, got [0]"),
     "seed twice": ({"training.seeds": [0, 0]}, "expected 2 different seeds, one per policy, got [0, 0]"),
@@ -217,10 +192,7 @@ def test_the_checksum_is_that_of_the_bytes_that_play(path: Path) -> None:
     link = path.parent / "link.npz"
     link.symlink_to(FILE)
     before, recorded = LoadedPolicy.of(str(link)), read_result(path).policies[0]
-    save_policy(
-        mine(),
-        path.parent / FILE,
-    )
+    save_policy(mine(), path.parent / FILE)
     (found,) = score([before], TASK, learner="mine", output=path).policies
     assert (found.policy, found.sha256, found.objectives) == (
         *("link.npz", recorded.sha256, recorded.objectives),

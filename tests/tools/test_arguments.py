@@ -3,8 +3,6 @@
 A refused value leaves no trace: the environment goes on like one that was never asked.
 """
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import inspect
@@ -13,24 +11,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import argument_table as table
 import numpy as np
 import pytest
-from argument_table import (
-    ALIASES,
-    FLOCK,
-    HUNTED,
-    LINE,
-    NAMED,
-    RUN,
-    SLOT_OF,
-    SLOTS,
-    Kind,
-    floats,
-    kinds,
-    part,
-    seed,
-    text,
-)
+from argument_table import seed, text
 from envs import ADAPTERS, play, start
 from pettingzoo import ParallelEnv
 from same import plain, same, spoil
@@ -79,14 +63,14 @@ class Row:
     """
 
     call: Callable[..., Any]
-    arguments: Mapping[str, Kind]
+    arguments: Mapping[str, table.Kind]
     subject: Callable[[], Any] | None = None
     after: Callable[[Any], Any] = lambda result: result
-    passed: Mapping[str, Kind] = dataclasses.field(default_factory=dict)
+    passed: Mapping[str, table.Kind] = dataclasses.field(default_factory=dict)
     """Keywords that are passed on, and keys of ``options``."""
 
     @property
-    def all_arguments(self) -> dict[str, Kind]:
+    def all_arguments(self) -> dict[str, table.Kind]:
         return {**self.arguments, **self.passed}
 
 
@@ -136,18 +120,18 @@ AFTER: dict[Any, Callable[[Any], Any]] = {
 
 def row_of(call: Any) -> Row:
     """Return a row whose arguments follow from the signature."""
-    own, passed = kinds(call)
+    own, passed = table.kinds(call)
     if call is fe.simulate:  # either interaction_range or policy
         passed |= {name: own.pop(name) for name in ("policy", "per_agent")}
-    if call in SLOT_OF:  # a scenario checks its parts
-        slot = SLOT_OF[call]
-        return Row(lambda **given: FLOCK.replace(**{slot: SLOTS[slot][0](call(**given))}), own)
+    if call in table.SLOT_OF:  # a scenario checks its parts
+        slot = table.SLOT_OF[call]
+        return Row(lambda **given: table.FLOCK.replace(**{slot: table.SLOTS[slot][0](call(**given))}), own)
     is_plain = not isinstance(call, type) or dataclasses.is_dataclass(call)
     after = played if hasattr(call, "step") else Row.after if is_plain else vars
     return Row(call, own, after=AFTER.get(call, after), passed=passed)
 
 
-FLOCKS = Kind(
+FLOCKS = table.Kind(
     1,
     [-1, 64, 2**64, 1.0, [0, 64], [[0]], np.array(0.0), np.zeros(2, np.bool)],
     [[1], np.array([1]), np.int64(1)],
@@ -155,12 +139,12 @@ FLOCKS = Kind(
 )
 
 
-def state(good: bytes) -> Kind:
+def state(good: bytes) -> table.Kind:
     near = [b"", good[:-1], good + b"0", good[:-1] + bytes([good[-1] ^ 1])]
-    return Kind(good, near, [bytearray(good), memoryview(good)])
+    return table.Kind(good, near, [bytearray(good), memoryview(good)])
 
 
-def optional(**arguments: Kind) -> dict[str, Kind]:
+def optional(**arguments: table.Kind) -> dict[str, table.Kind]:
     return {name: dataclasses.replace(kind, is_optional=True) for name, kind in arguments.items()}
 
 
@@ -177,7 +161,7 @@ def method_rows(name: str) -> dict[str, Row]:
         played(env)
         return env
 
-    def row(method: str, **arguments: Kind) -> Row:
+    def row(method: str, **arguments: table.Kind) -> Row:
         return Row(lambda env, **given: getattr(env, method)(**given), arguments, subject, go_on)
 
     env = subject()
@@ -188,26 +172,28 @@ def method_rows(name: str) -> dict[str, Row]:
         rows = {"set_state": row("set_state", state=state(env.get_state()))}
     if is_dict := isinstance(env, ParallelEnv):
         good = {agent: np.full(env.action_space(agent).shape, 0.25) for agent in env.possible_agents}
-        rows["step"] = row("step", actions=part(good))
+        rows["step"] = row("step", actions=table.part(good))
         hunters = env.scenario.num_learned
-        arrays = {"predator_actions": floats(np.full((1, 2), 0.5))} if hunters else {}
-        rows["step_array"] = row("step_array", actions=floats(np.full((5, 1), 0.25)), **arrays)
+        arrays = {"predator_actions": table.floats(np.full((1, 2), 0.5))} if hunters else {}
+        rows["step_array"] = row("step_array", actions=table.floats(np.full((5, 1), 0.25)), **arrays)
     else:
         shape = (env.num_envs, 1) if has_slots else env.action_space.shape
-        rows["step"] = row("step", **{"actions" if has_slots else "action": floats(np.full(shape, 0.25))})
+        rows["step"] = row(
+            "step", **{"actions" if has_slots else "action": table.floats(np.full(shape, 0.25))}
+        )
     if hasattr(env, "step_async"):
         rows["seed"] = row("seed", **optional(seed=seed(3)))
     else:
         count, dimension = env.scenario.num_agents, getattr(env.scenario, "dimension", 1)
         if isinstance(env, fe.LineEscapeEnv):
-            entries = optional(initial_state=floats(np.arange(count) / 32), episode=seed(2))
+            entries = optional(initial_state=table.floats(np.arange(count) / 32), episode=seed(2))
         else:
             points = np.arange(float(count * dimension)).reshape(count, dimension)
-            agents = {f"initial_{what}": floats(points) for what in ("positions", "velocities")}
-            hunters = {f"predator_{what}": floats(points[:1]) for what in ("positions", "velocities")}
+            agents = {f"initial_{what}": table.floats(points) for what in ("positions", "velocities")}
+            hunters = {f"predator_{what}": table.floats(points[:1]) for what in ("positions", "velocities")}
             entries = optional(**agents, **hunters, episode=seed(2))
         # PettingZoo requires that unknown options are ignored.
-        given = optional(seed=seed(4), options=part({}, accepts=(dict,) if is_dict else ()))
+        given = optional(seed=seed(4), options=table.part({}, accepts=(dict,) if is_dict else ()))
         for each in ("reset", "reset_array") if is_dict else ("reset",):
             call = lambda env, each=each, **values: reset(getattr(env, each), **values)  # noqa: E731
             rows[each] = Row(call, given, subject, go_on, entries)
@@ -220,13 +206,13 @@ WITH_METHODS = (
 )
 CALLABLES = {name: row_of(call) for name, call in _public().items() if name not in MADE_HERE | ELSEWHERE} | {
     "rollout of lines": Row(
-        lambda **given: fe.rollout(LINE, fe.FixedRange(0.25), [0, 1], **given),
+        lambda **given: fe.rollout(table.LINE, fe.FixedRange(0.25), [0, 1], **given),
         {},
-        passed=kinds(fe.LineOptions)[0],
+        passed=table.kinds(fe.LineOptions)[0],
     ),
-    "from_json": Row(fe.FlockScenario.from_json, {"document": text(FLOCK.to_json())}),
-    "from_toml": Row(fe.FlockScenario.from_toml, {"document": text(FLOCK.to_toml())}),
-    "best_range": row_of(fe.sweep(FLOCK, [0.0, 5.0], range(3)).best_range),
+    "from_json": Row(fe.FlockScenario.from_json, {"document": text(table.FLOCK.to_json())}),
+    "from_toml": Row(fe.FlockScenario.from_toml, {"document": text(table.FLOCK.to_toml())}),
+    "best_range": row_of(fe.sweep(table.FLOCK, [0.0, 5.0], range(3)).best_range),
     "write_video": row_of(video.write_video),
     "draw": row_of(draw),
 }
@@ -237,8 +223,8 @@ rows = pytest.mark.parametrize("row", ROWS.values(), ids=ROWS)
 @pytest.fixture(autouse=True)
 def _files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    fe.save_policy(NAMED, "policy.npz")
-    fe.save_run(RUN, "run.npz")
+    fe.save_policy(table.NAMED, "policy.npz")
+    fe.save_run(table.RUN, "run.npz")
     Path("state.csv").write_text("x,y\n1,2\n3,4\n", "utf-8")
 
 
@@ -252,7 +238,7 @@ def complaint(row: Row, subject: Any, name: str, value: Any) -> str | None:
     try:
         called(row, subject, **{name: value})
     except FlockescError as error:
-        is_named = any(known in error.field for known in (name, *ALIASES.get(name, ())))
+        is_named = any(known in error.field for known in (name, *table.ALIASES.get(name, ())))
         is_told = str(error) == f"{error.field}: expected {error.expected}, got {error.given}"
         return None if is_named and is_told and len(str(error)) < 1500 else f"{error!r:.200}"
     except BaseException as error:  # a panic is no Exception
@@ -310,14 +296,16 @@ def test_changes_by_the_caller_change_nothing(row: Row) -> None:
     assert plain(row.after(row.call(**copy.deepcopy(given)))) == before
 
 
-@pytest.mark.parametrize("value", [FLOCK, HUNTED, LINE, EnvOptions(range_grid=[1.0])], ids=repr)
+@pytest.mark.parametrize(
+    "value", [table.FLOCK, table.HUNTED, table.LINE, EnvOptions(range_grid=[1.0])], ids=repr
+)
 def test_scenarios_and_options_are_values(value: Any) -> None:
     hash(value)  # only numbers, texts and tuples
     with pytest.raises(dataclasses.FrozenInstanceError):
         setattr(value, dataclasses.fields(value)[0].name, 1)
 
 
-LEAGUE = FLOCK.replace(predators=(PurePursuit(), PurePursuit((40.0, 20.0), (-3.0, 1.0))))
+LEAGUE = table.FLOCK.replace(predators=(PurePursuit(), PurePursuit((40.0, 20.0), (-3.0, 1.0))))
 CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: approach((1.0, 2.0, 3.0), dimension=2), "aim"),
     (lambda: approach(direction=(0.0, 0.0)), "direction"),
@@ -328,27 +316,20 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: fe.PredatorEnv(reward="individual_distance"), "reward"),
     (lambda: fe.FlockEscapeEnv(profile_ranges=[0.0, 5.0]), "profile_ranges"),
     (lambda: fe.LineEscapeEnv(profile_ranges=[0.0, 0.5]), "profile_ranges"),  # type: ignore[call-arg]
-    (lambda: fe.rollout(FLOCK, fe.StubbornLeaders(), [0], per_agent=False), "per_agent"),
-    (lambda: fe.rollout(FLOCK, policies.ListenWhileFleeing(), [0], per_agent=True), "per_agent"),
-    (lambda: fe.rollout(FLOCK, policies.BestCandidate("escape_cosine"), [0]), "profile_ranges"),
-    (lambda: fe.rollout(FLOCK, fe.FixedRange(5.5), [0], max_range=5.0), "interaction_range"),
-    (lambda: fe.rollout(FLOCK, fe.ScheduledRange(np.ones((10, 4))), [0], per_agent=True), "schedule"),
-    (lambda: fe.rollout(FLOCK, policies.Planner(FLOCK), [0]), "policy"),
-    (lambda: fe.rollout(LINE, fe.FixedRange(0.1), [0], per_agent=True), "per_agent"),
-    (
-        lambda: fe.rollout(LINE, fe.FixedRange(0.1), [0], predator_policy=FlyStraight()),
-        "predator_policy",
-    ),
-    (
-        lambda: neighbor_pairs(fe.FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0),
-        "velocities",
-    ),
+    (lambda: fe.rollout(table.FLOCK, fe.StubbornLeaders(), [0], per_agent=False), "per_agent"),
+    (lambda: fe.rollout(table.FLOCK, policies.ListenWhileFleeing(), [0], per_agent=True), "per_agent"),
+    (lambda: fe.rollout(table.FLOCK, policies.BestCandidate("escape_cosine"), [0]), "profile_ranges"),
+    (lambda: fe.rollout(table.FLOCK, fe.FixedRange(5.5), [0], max_range=5.0), "interaction_range"),
+    (lambda: fe.rollout(table.FLOCK, fe.ScheduledRange(np.ones((10, 4))), [0], per_agent=True), "schedule"),
+    (lambda: fe.rollout(table.FLOCK, policies.Planner(table.FLOCK), [0]), "policy"),
+    (lambda: fe.rollout(table.LINE, fe.FixedRange(0.1), [0], per_agent=True), "per_agent"),
+    (lambda: fe.rollout(table.LINE, "fixed:0.1", [0], predator_policy=FlyStraight()), "predator_policy"),
+    (lambda: neighbor_pairs(fe.FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0), "velocities"),
     (lambda: fe.load_policy("fixed:nan"), "policy"),
     (lambda: jobs.find_backend("ray2"), "backend"),
-    (lambda: jobs.run_jobs(lambda number: {}, [(1,)], cache="cache"), "function"),
     (lambda: jobs.Job("m:f", (object(),), engine="").key, "arguments"),
     (lambda: jobs.Job("m:f", ({1, 2},), engine="").key, "arguments"),
-    (lambda: Replay([("run", fe.simulate(FLOCK, 1.0, seed=0))], height=0), "height"),
+    (lambda: Replay([("run", fe.simulate(table.FLOCK, 1.0, seed=0))], height=0), "height"),
 ]
 
 

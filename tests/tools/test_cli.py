@@ -1,7 +1,5 @@
 """The command line gives the same results as the library, and its files replay."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import os
@@ -80,17 +78,8 @@ CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
         ),
     ),
     "kinds": (
-        [
-            "initial_positions=ring",
-            "initial_positions.radius=30",
-            "initial_headings=aligned",
-            "motion=vicsek",
-        ],
-        SMALL.replace(
-            initial_positions=Ring(30.0),
-            initial_headings=AlignedHeadings(),
-            motion=Vicsek(),
-        ),
+        ["initial_positions=ring", "initial_positions.radius=9", "initial_headings=aligned", "motion=vicsek"],
+        SMALL.replace(initial_positions=Ring(9.0), initial_headings=AlignedHeadings(), motion=Vicsek()),
     ),
     "line": (
         ["predator_position=None", "escape_force=constant"],

@@ -1,7 +1,5 @@
 """Snippets of the pages run, the names in them exist, lists of names are complete, and numbers agree."""
 
-from __future__ import annotations
-
 import doctest
 import re
 import tomllib
@@ -16,17 +14,7 @@ from typing import Any, get_args
 import pytest
 from option_table import IDS
 
-from flockesc_env import (
-    PRESETS,
-    EnvOptions,
-    FixedRange,
-    FlockEscapeEnv,
-    FlockScenario,
-    InputError,
-    load_policy,
-    parallel_env,
-    rollout,
-)
+import flockesc_env as fe
 from flockesc_env.common.extras import MissingExtraError
 from flockesc_env.episodes.objectives import OBJECTIVES
 from flockesc_env.episodes.options import IndividualReward, TeamReward
@@ -77,11 +65,7 @@ DOCUMENTED = {
 }
 MODULES = (
     "flockesc_env",
-    "flockesc_env.jobs",
-    "flockesc_env.notebook",
-    "flockesc_env.policies",
-    "flockesc_env.sb3",
-    "flockesc_env.watch",
+    *(f"flockesc_env.{name}" for name in ["jobs", "notebook", "policies", "sb3", "watch"]),
 )
 
 
@@ -100,18 +84,18 @@ def test_examples_in_docstrings_run(module: str) -> None:
 @pytest.mark.parametrize("name", ["fixed:10", *NAMES[1:]])
 def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) -> None:
     """Agents are caught on the way; a policy for the flock plays the loop of Gymnasium."""
-    entry = load_policy(name)
+    entry = fe.load_policy(name)
     options: dict[str, Any] = {"max_range": 150.0, **(entry.options or {})}
     were_caught, per_agent = 0, bool(entry.per_agent)
-    for scenario in (preset.scenario for preset in PRESETS.values()):
-        if not isinstance(scenario, FlockScenario) or not scenario.predators:
+    for scenario in (preset.scenario for preset in fe.PRESETS.values()):
+        if not isinstance(scenario, fe.FlockScenario) or not scenario.predators:
             continue
         fields = vars(scenario).items()
         unlike = {k: v[:8] for k, v in fields if isinstance(v, tuple) and len(v) == scenario.num_agents}
         flock = scenario.replace(num_agents=8, num_steps=9, capture_radius=70.0, **unlike)
         try:
-            env: Any = parallel_env(flock, **options) if per_agent else FlockEscapeEnv(flock, **options)
-        except InputError:  # this preset has no profile
+            env: Any = fe.parallel_env(flock, **options) if per_agent else fe.FlockEscapeEnv(flock, **options)
+        except fe.InputError:  # this preset has no profile
             assert "profile_ranges" in options
             continue
         act = entry.bind(env)
@@ -131,7 +115,7 @@ def test_the_snippet_and_the_caption_of_the_readme_have_the_numbers_of_their_flo
     exec(compile(snippet, "snippet", "exec"), {})  # noqa: S102, our own text
     learned = float(capsys.readouterr().out)
     assert f"# {learned:.2f} m\n" in snippet
-    (fixed,) = rollout("paper-flock", FixedRange(12.0), [242]).min_mean_distance
+    (fixed,) = fe.rollout("paper-flock", fe.FixedRange(12.0), [242]).min_mean_distance
     assert f"12 m, their mean distance to the predator falls to {fixed:.1f} m" in " ".join(README.split())
     assert f"under a learned policy it stays at {learned:.1f} m or more" in " ".join(README.split())
 
@@ -149,13 +133,10 @@ def test_all_files_have_the_version_of_the_crates() -> None:
 @pytest.mark.parametrize(
     ("page", "names"),
     [
-        ("scenarios", PRESETS),
-        ("scenarios", [field.name for field in fields(FlockScenario)]),
-        ("environments", [field.name for field in fields(EnvOptions)]),
-        (
-            "environments",
-            [f'"{reward}"' for kind in (TeamReward, IndividualReward) for reward in get_args(kind)],
-        ),
+        ("scenarios", fe.PRESETS),
+        ("scenarios", [field.name for field in fields(fe.FlockScenario)]),
+        ("environments", [field.name for field in fields(fe.EnvOptions)]),
+        ("environments", [f'"{name}"' for kind in (TeamReward, IndividualReward) for name in get_args(kind)]),
         ("policies", NAMES),
         ("environments", [name for spec in OBJECTIVES for name in (spec.series, spec.name)]),
         ("model", [name for spec in OBJECTIVES for name in (spec.series, spec.name)]),

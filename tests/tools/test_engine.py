@@ -1,7 +1,5 @@
 """The core for web pages gives the same bits in Node as the native core."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil

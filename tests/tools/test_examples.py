@@ -3,8 +3,6 @@
 Those of libraries that are not in .venv run in ``make compat``.
 """
 
-from __future__ import annotations
-
 import re
 import runpy
 import sys

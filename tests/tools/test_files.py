@@ -1,7 +1,5 @@
 """Files are complete or stay as they were; whether they can be written is known before the work."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re

@@ -1,7 +1,5 @@
 """Results show themselves in notebooks, and the committed notebooks have their outputs."""
 
-from __future__ import annotations
-
 import html
 import json
 import re

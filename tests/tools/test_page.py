@@ -1,7 +1,5 @@
 """The page in a browser: it flies, answers pointer and keyboard, and restores links."""
 
-from __future__ import annotations
-
 import gzip
 import re
 import threading
@@ -320,10 +318,7 @@ def test_files_that_no_page_can_play_are_named(
         "cut": (BEST.read_bytes()[:-2000], "expected a policy file"),
         "run": ((tmp_path / "run.npz").read_bytes(), "expected a policy file"),
         "line": ((BOARD / "search/policies/line-0.npz").read_bytes(), "a policy for a line"),
-        "rule": (
-            (BOARD / "searched-rule/policies/per-agent-local-0.npz").read_bytes(),
-            "runs in Python only",
-        ),
+        "rule": ((BOARD / "searched-rule/policies/per-agent-local-0.npz").read_bytes(), "runs in Python"),
     }
     for name, (content, message) in files.items():
         drop(tab, f"{name}.npz", content)

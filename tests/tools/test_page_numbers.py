@@ -1,7 +1,5 @@
 """The numbers of the page in a browser are Python's, to the last digit, also those of recorded runs."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

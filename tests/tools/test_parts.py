@@ -1,7 +1,5 @@
 """Every consumer takes every part and view of the core's tables."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

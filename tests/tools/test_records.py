@@ -1,7 +1,5 @@
 """Recorded runs: files load bit for bit, replay to the same bits, and errors name the damage."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from pathlib import Path

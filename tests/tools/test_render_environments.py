@@ -1,7 +1,5 @@
 """Pictures of flocks and runs, and rendering in every mode of every interface."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

@@ -3,8 +3,6 @@
 Peers whose packages are in the ``speed`` extra alone are checked by every benchmark run itself.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from itertools import combinations

@@ -1,7 +1,5 @@
 """Untrusted files: any content gives a documented error or a valid result."""
 
-from __future__ import annotations
-
 import io
 import json
 import random

@@ -1,7 +1,5 @@
 """Pages hold runs, scenarios and policies, and run no foreign text; the command writes pages and videos."""
 
-from __future__ import annotations
-
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -82,10 +80,7 @@ def test_names_cannot_end_their_element(tmp_path: Path) -> None:
 @needs_engine
 @pytest.mark.parametrize("flags", [[], ["--output", "page.html"]])
 def test_a_page_of_policies_records_those_that_it_cannot_run(
-    flags: list[str],
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    flags: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     mine = str(policy_file(tmp_path / "mine.npz"))

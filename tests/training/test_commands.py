@@ -1,7 +1,5 @@
 """`python -m training`, `flockesc compare`: seeds, trained policies beside the best fixed range."""
 
-from __future__ import annotations
-
 import json
 import shlex
 import subprocess

@@ -1,7 +1,5 @@
 """Imitation of values: values equal single episodes, and the network sets the better candidate."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 

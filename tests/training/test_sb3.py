@@ -1,7 +1,5 @@
 """Training with stable-baselines3: every algorithm, the file of the policy, resumed runs, refusals."""
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 import json

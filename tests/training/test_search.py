@@ -1,7 +1,5 @@
 """Policies of a generation play as each does alone; searches start, restart and resume."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections.abc import Sequence
