@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, Unpack, cast, overload
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from flockesc_env.common.checks import as_array, as_count, as_flag, as_seed, as_seeds
@@ -234,9 +233,9 @@ def simulate(
         player.check_length(model.num_steps)
         ranges = player.schedule if player.per_agent else player.schedule[:, None]
     if ranges is not None and per_agent is None and predator_policy is None and not options:
-        if policy is None and (given := as_array(ranges, "interaction_range")).ndim > 1:
+        if policy is None and (array := as_array(ranges, "interaction_range")).ndim > 1:
             expected = f"a scalar or shape ({model.num_agents},) (policy=ScheduledRange(..): one per step)"
-            raise InputError("interaction_range", expected, f"shape {given.shape}")
+            raise InputError("interaction_range", expected, f"shape {array.shape}")
         return run_flock(model, ranges, seed=seed, num_threads=num_threads, **start)
     if policy is None:
         _refuse(
