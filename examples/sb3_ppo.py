@@ -15,7 +15,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 from flockesc_env import FixedRange, SB3Policy, rollout, save_policy
-from flockesc_env.tasks import tasks
+from flockesc_env import tasks
 
 TASK = tasks["per-agent-visible"]
 HYPERPARAMETERS = TASK.hyperparameters("ppo")  # of flockesc_env/tasks/learners/per-agent-visible.toml

@@ -99,7 +99,7 @@ def test_arrays_ignore_actions_of_caught_agents() -> None:
     assert caught.any()
 
 
-def test_individual_running_minimum_is_0_for_caught_agents() -> None:
+def test_individual_reward_is_0_for_caught_agents() -> None:
     """Also for the change until the capture, unless the minimum falls in the step of the capture."""
     late = 0
     for seed in SEEDS:

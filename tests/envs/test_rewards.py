@@ -124,7 +124,7 @@ def falls(curve: np.ndarray) -> np.ndarray:
 
 
 @every_pair(interface=PER_AGENT, objective=DISTANCES, steps_per_action=STEPS_PER_ACTION, speed=SPEEDS)
-def test_individual_running_minimum_pays_what_agents_lost_since_it_fell_last(
+def test_individual_reward_pays_what_agents_lost_since_it_fell_last(
     interface: str, objective: str, steps_per_action: int, speed: float
 ) -> None:
     scenario = SCENARIO.replace(speed=speed, predators=TWO_WAVES)
