@@ -24,13 +24,14 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 
 def _add_anchors(_app: Sphinx, doctree: nodes.document) -> None:
-    """Add anchors such as ``flockesc_env.NAME`` with every package above its module to every name.
+    """Add an anchor for every package above its module, and one for the policies, to every name.
 
     ``sphinx.ext.viewcode`` takes one prefix for all names of a source file, also where the reference has some
     as ``flockesc_env.NAME`` and others as ``flockesc_env.policies.NAME``.
     """
     for signature in doctree.findall(addnodes.desc_signature):
-        for package in accumulate((signature["module"] or "flockesc_env").split("."), "{}.{}".format):
+        above = accumulate((signature["module"] or "flockesc_env").split("."), "{}.{}".format)
+        for package in (*above, "flockesc_env.policies"):
             anchor = f"{package}.{signature['fullname']}"
             if anchor not in signature["ids"]:
                 signature["ids"].append(anchor)
