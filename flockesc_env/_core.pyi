@@ -74,10 +74,7 @@ class FlockBatch:
         seed: int,
     ) -> Self: ...
     def reset(
-        self,
-        slots: Sequence[int],
-        seeds: Sequence[int | None],
-        starts: Sequence[Mapping[str, Any]],
+        self, slots: Sequence[int], seeds: Sequence[int | None], starts: Sequence[Mapping[str, Any]]
     ) -> tuple[NDArray[np.float32], dict[str, NDArray[Any]]]: ...
     def step(
         self,
@@ -105,10 +102,7 @@ class FlockBatch:
         predator_actions: NDArray[np.float64] | Callable[[], NDArray[np.float64]] | None = None,
     ) -> tuple[NDArray[np.float32], float, bool, dict[str, Any]]: ...
     def rollout(
-        self,
-        network: _Network,
-        seeds: NDArray[np.uint64],
-        report: Callable[[int], None] | None = None,
+        self, network: _Network, seeds: NDArray[np.uint64], report: Callable[[int], None] | None = None
     ) -> dict[str, NDArray[Any]]: ...
     def observe(self, slots: Sequence[int], view: str = "own") -> NDArray[np.float32]: ...
     def metrics(self) -> dict[str, NDArray[Any]]: ...

@@ -232,11 +232,7 @@ def as_array(value: Any, field: str) -> NDArray[Any]:
 
 
 def as_floats(
-    value: Any,
-    field: str,
-    shape: tuple[int, ...] | None = None,
-    *,
-    least: float = -np.inf,
+    value: Any, field: str, shape: tuple[int, ...] | None = None, *, least: float = -np.inf
 ) -> FloatArray:
     """Return a new contiguous array of finite float64 >= ``least``; ``shape=None`` accepts any shape."""
     array = as_array(value, field)

@@ -141,9 +141,7 @@ class Viewed:
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
 
 
-_SETTINGS = {
-    *("autoreset_mode", "copy", "max_episode_steps", "num_envs", "num_flocks", "per_agent", "scenario")
-}
+_SETTINGS = {"autoreset_mode", "copy", "max_episode_steps", "num_envs", "num_flocks", "per_agent", "scenario"}
 """Arguments of constructors that are not in a ``TypedDict``."""
 
 _DERIVED = {

@@ -149,9 +149,8 @@ class LineTrajectory(Displayed):
         """Return a polars DataFrame with one row per step: components, escape distance and all positions."""
         names = ("num_components", "escape_distance")
         agents = {f"x_{agent}": states for agent, states in enumerate(self.states.T)}
-        return data_frame(
-            {"step": np.arange(len(self.states)), **{name: getattr(self, name) for name in names}, **agents}
-        )
+        columns = {name: getattr(self, name) for name in names}
+        return data_frame({"step": np.arange(len(self.states)), **columns, **agents})
 
 
 def as_run(value: Any, field: str) -> Trajectory | LineTrajectory:

@@ -35,9 +35,8 @@ class _Rows(Displayed):
 
     def table(self) -> pl.DataFrame:
         """Return a polars DataFrame (extra ``analysis``) with one row per seed and a column per attribute."""
-        return data_frame(
-            {"seed" if name == "seeds" else name: column for name, column in vars(self).items()}
-        )
+        columns = dict(vars(self))
+        return data_frame({"seed": columns.pop("seeds"), **columns})
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -12,7 +12,7 @@ import numpy as np
 from flockesc_env.common import stats
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.checks import as_choice, as_count
-from flockesc_env.common.errors import InputError
+from flockesc_env.common.errors import errors_at
 from flockesc_env.common.extras import data_frame, require
 from flockesc_env.common.files import write_text
 from flockesc_env.common.progress import progress_bar
@@ -157,9 +157,7 @@ def entry_of(policy: Any, task: TaskDefinition) -> BasePolicy:
         InputError: if it is no policy, or does not fit the task.
     """
     found = as_policy(policy)
-    try:
+    with errors_at(f"{found.name}: "):
         entry = fitted(found, task)
-    except InputError as error:
-        raise InputError(f"{found.name}: {error.field}", error.expected, error.given) from None
     is_line = isinstance(task.scenario, LineScenario)
     return entry if is_line else entry.with_options(**{"objective": task.spec.name, **(entry.options or {})})
