@@ -111,11 +111,7 @@ class Viewed:
             cls.__init__ = call  # type: ignore[assignment]
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Set an attribute.
-
-        Raises:
-            InputError: if the name is that of a setting, after the constructor.
-        """
+        """Set an attribute; after the constructor, settings raise ``InputError``."""
         if self._is_complete and self._is_setting(name):
             way = "create a new environment" + ("" if name in _DERIVED else f" with {name}=..")
             raise InputError(name, f"no assignment after creation ({way})", shown(value))

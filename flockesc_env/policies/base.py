@@ -246,9 +246,6 @@ def check_options(
     """Check that an environment has the options with which a policy was ``origin``: trained or made.
 
     The options in ``UNOBSERVED`` may differ, and those that are not among ``names``, unless that is None.
-
-    Raises:
-        InputError: if an option differs.
     """
     for field in fields(known):
         expected, given = (getattr(each, field.name, None) for each in (known, options))

@@ -29,12 +29,9 @@ _ROW_BY_ROW = (
 
 
 def fitted(policy: BasePolicy, task: TaskDefinition) -> BasePolicy:
-    """Return a policy as it plays a task.
+    """Return a policy as it plays a task, after ``check_fits``.
 
     A policy without options, ``FixedRange`` and ``RandomRange`` take the view and the options of the task.
-
-    Raises:
-        InputError: if the policy does not fit; see ``check_fits``.
     """
     if policy.options is None or isinstance(policy, FixedRange | RandomRange):
         own = {} if isinstance(policy, rules.RangeRule) else policy.default_options(task.scenario)

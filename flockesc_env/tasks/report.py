@@ -21,7 +21,7 @@ from flockesc_env.common.extras import figure_style
 from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.tasks.results import Result
-from flockesc_env.tasks.statistics import intervals, profile
+from flockesc_env.tasks.statistics import estimates, intervals, profile
 from flockesc_env.tasks.task import Task, tasks
 
 RESAMPLES: Final = 2000
@@ -97,7 +97,7 @@ def aggregates(results: Sequence[Result]) -> list[Aggregate]:
     if not found:
         return []
     points, ends = _bootstrap(found, _aggregate)
-    entries = [Aggregate(name, len(found[name]), *_estimates(points[name], ends[name])) for name in found]
+    entries = [Aggregate(name, len(found[name]), *estimates(points[name], *ends[name])) for name in found]
     return sorted(entries, key=lambda entry: -entry.iqm.mean)
 
 
@@ -195,10 +195,6 @@ def _bootstrap(scores: Mapping[str, Any], statistic: Callable[..., Any]) -> tupl
 
 def _aggregate(scores: FloatArray) -> FloatArray:
     return np.array([metrics.aggregate_iqm(scores), metrics.aggregate_mean(scores)])
-
-
-def _estimates(points: FloatArray, ends: FloatArray) -> list[Estimate]:
-    return [Estimate(*map(float, row)) for row in zip(points, ends[0], ends[1], strict=True)]
 
 
 @figure_style()

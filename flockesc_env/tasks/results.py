@@ -149,9 +149,6 @@ def check_different(contents: Sequence[tuple[str, Any]]) -> None:
 
     Args:
         contents: the text that names every policy, and what is compared.
-
-    Raises:
-        InputError: if two policies agree in what is compared.
     """
     for at, (name, own) in enumerate(contents):
         for other, same in contents[:at]:
