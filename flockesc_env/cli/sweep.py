@@ -238,13 +238,8 @@ def _show_table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: 
         ]
         for row in document["ranges"]
     ]
-    heads = [
-        f"range ({range_unit})" if range_unit else "range",
-        objective.with_unit(objective.symbol),
-        "95 % interval",
-        "components",
-    ]
-    show(*table(heads, rows))
+    heads = [f"range ({range_unit})" if range_unit else "range", objective.with_unit(objective.symbol)]
+    show(*table([*heads, "95 % interval", "components"], rows))
     if best is not None:
         found = f"* best fixed range: {best:.4g} {range_unit}".rstrip()
         oracle = f"{document['hindsight_oracle']:.4f} {objective.unit}".rstrip()

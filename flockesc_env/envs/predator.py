@@ -58,9 +58,8 @@ class PredatorEnv(GymnasiumEnv):
         self.policy_spec = self._batch.predator_policy_spec
         if self.policy_spec.count != 1:
             raise InputError("predators", "exactly one Learned predator", self.policy_spec.count)
-        self.flock_policy = (
-            FixedRange(10.0) if flock_policy is None else as_policy(flock_policy, "flock_policy")
-        )
+        chosen = FixedRange(10.0) if flock_policy is None else flock_policy
+        self.flock_policy = as_policy(chosen, "flock_policy")
         self.flock_policy.check(self.options, per_agent=View.of(per_agent).is_per_agent)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.space()

@@ -283,9 +283,8 @@ def _bound(policy: BasePolicy, env: Any) -> Callable[[Any], Any]:
     inner = getattr(env, "unwrapped", env)
     try:
         # Gymnasium's vector environments give access to their environments' attributes through ``get_attr``.
-        spec: PolicySpec = (
-            inner.policy_spec if hasattr(inner, "policy_spec") else inner.get_attr("policy_spec")[0]
-        )
+        has_spec = hasattr(inner, "policy_spec")
+        spec: PolicySpec = inner.policy_spec if has_spec else inner.get_attr("policy_spec")[0]
     except (AttributeError, TypeError):
         raise InputError("env", "an environment of this package", shown(env)) from None
     _check_wrappers(env, spec)

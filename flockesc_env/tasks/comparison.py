@@ -122,19 +122,14 @@ def compare(
     seeds = task.seeds[: as_count(num_flocks, "num_flocks", most=len(task.seeds))]
     name = as_choice(scenario or next(iter(task.scenarios)), "scenario", task.scenarios)
     model, best = task.scenarios[name], task.scales[name].best_fixed_range
-    entries = {
-        one.name: one for one in (entry_of(policy, task) for policy in (task.shortcut.policy, *policies))
-    }
+    entries = [entry_of(policy, task) for policy in (task.shortcut.policy, *policies)]
     ranges = np.union1d(grid_of(task), best)
     with progress_bar("Fixed ranges", ranges.size * len(seeds)) as report:
         search: Any = sweep(model, ranges, seeds, num_threads=num_threads, progress=report)
-    values = {
-        f"best fixed range ({best:g}{task.spec.unit and ' m'})": task.spec.values(search)[
-            ranges.searchsorted(best)
-        ],
-        ORACLE: search.hindsight_oracle(task.spec.name),
-    }
-    for entry in entries.values():
+    fixed = f"best fixed range ({best:g}{task.spec.unit and ' m'})"
+    values = {fixed: task.spec.values(search)[ranges.searchsorted(best)]}
+    values[ORACLE] = search.hindsight_oracle(task.spec.name)
+    for entry in {entry.name: entry for entry in entries}.values():
         with progress_bar(f"Policy {entry.name}", len(seeds)) as report:
             episodes = rollout(model, entry, seeds, num_threads=num_threads, progress=report)
         values[entry.name] = task.spec.values(episodes)
@@ -147,15 +142,7 @@ def grid_of(task: TaskDefinition) -> tuple[float, ...]:
 
 
 def entry_of(policy: Any, task: TaskDefinition) -> BasePolicy:
-    """Return a policy as it plays a task, with the task's objective.
-
-    Args:
-        policy: a policy, its name or path, or a model of stable-baselines3 that was trained on the task.
-        task: the task.
-
-    Raises:
-        InputError: if it is no policy, or does not fit the task.
-    """
+    """Return a policy, given as for ``Task.compare``, as it plays a task, with the task's objective."""
     found = as_policy(policy)
     with errors_at(f"{found.name}: "):
         entry = fitted(found, task)

@@ -153,8 +153,7 @@ class TaskDefinition:
             raise InputError("task", "one range per agent; env has one per flock or line", self.name)
         from flockesc_env.envs.pettingzoo import parallel_env  # fails in a deleted working folder
 
-        options = {**self.options, **options}
-        return parallel_env(self.scenario, **{"reward": self.reward, **options})
+        return parallel_env(self.scenario, **{"reward": self.reward, **self.options, **options})
 
     def vec_env(self, num_flocks: int = 1, **options: Any) -> VecEnv:
         """Return the environment for stable-baselines3, with one slot per agent, per flock or per line.

@@ -65,11 +65,7 @@ def scores_of(result: Result) -> FloatArray:
 
 
 def rows(results: Sequence[Result]) -> dict[str, list[Row]]:
-    """Return the rows of every task, the highest score first.
-
-    Raises:
-        InputError: if a learner has two results on a task.
-    """
+    """Return the rows of every task, the highest score first; each learner may have one result on a task."""
     found: dict[str, list[Row]] = {}
     for task in dict.fromkeys(result.task for result in results):
         ranked = sorted((one for one in results if one.task == task), key=lambda one: -one.scores().mean())

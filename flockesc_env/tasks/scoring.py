@@ -50,9 +50,6 @@ class LoadedPolicy(NamedTuple):
         Args:
             spec: see ``LoadedPolicy``.
             find: returns the policy of a text that is not the path of a policy file.
-
-        Raises:
-            InputError: if there is no such policy; if the file is damaged or is not a policy.
         """
         if not results.is_file(spec):
             return cls(spec, "", find(spec))
