@@ -76,9 +76,8 @@ class PredatorEnv(GymnasiumEnv):
         if self._batch.has_ended(0):
             raise ResetNeededError("step() called after the end of the episode; call reset()")
         ranges = self.flock_policy.act(self._flock_observations, self._batch.policy_spec)
-        self._flock_observations, _, has_ended, _, info = self._batch.step_flock(
-            ranges, predator_actions=predator_actions
-        )
+        step = self._batch.step_flock(ranges, predator_actions=predator_actions)
+        self._flock_observations, _, has_ended, _, info = step
         self._show()
         reward = float(self._batch.predator_rewards()[0])
         terminated = bool(is_over(info))

@@ -28,7 +28,6 @@ def as_start(options: Mapping[str, Any] | None, scenario: FlockScenario) -> Star
     for name, value in as_options(options, RESET_OPTIONS).items():
         if value is not None:
             shape = shapes.get(name)
-            start[name] = (
-                as_seed(value, f"options[{name!r}]") if shape is None else as_floats(value, name, shape)
-            )
+            field = f"options[{name!r}]"
+            start[name] = as_seed(value, field) if shape is None else as_floats(value, name, shape)
     return start

@@ -279,7 +279,6 @@ def _check_wrappers(env: Any, spec: PolicySpec | PredatorPolicySpec) -> None:
 
 
 def _bound(policy: BasePolicy, env: Any) -> Callable[[Any], Any]:
-    """Return the function of ``bind``."""
     inner = getattr(env, "unwrapped", env)
     try:
         # Gymnasium's vector environments give access to their environments' attributes through ``get_attr``.

@@ -168,9 +168,8 @@ def rollout_networks(
     _, ranges = choices(architecture, actions, candidates(options))
     network = architecture.to_core(), parameters, ranges
     if isinstance(model, FlockScenario):
-        batch = FlockBatch(
-            model, cast("EnvOptions", options), view=View.of(per_agent), num_threads=num_threads
-        )
+        view, chosen = View.of(per_agent), cast("EnvOptions", options)
+        batch = FlockBatch(model, chosen, view=view, num_threads=num_threads)
         return batch.rollout(network, seeds, report)
     documents = model.to_json(), cast("LineOptions", options).to_core()
     numbers, threads = np.array(seeds, np.uint64), as_threads(num_threads)
