@@ -27,15 +27,10 @@ FIXED = (
 
 def register() -> None:
     """Register all ids. This reads the names of the tasks and builds none of their scenarios."""
-    gymnasium.register(
-        "flockesc/FlockEscape-v1", "flockesc_env.envs.gymnasium:FlockEscapeEnv", vector_entry_point=_VECTOR
-    )
-    gymnasium.register(
-        "flockesc/FlockAgents-v1",
-        f"{__name__}:no_single_env",
-        vector_entry_point=_VECTOR,
-        kwargs={"per_agent": True},
-    )
+    flock = "flockesc_env.envs.gymnasium:FlockEscapeEnv"
+    gymnasium.register("flockesc/FlockEscape-v1", flock, vector_entry_point=_VECTOR)
+    refusal, agents = f"{__name__}:no_single_env", {"per_agent": True}
+    gymnasium.register("flockesc/FlockAgents-v1", refusal, vector_entry_point=_VECTOR, kwargs=agents)
     gymnasium.register("flockesc/Predator-v1", "flockesc_env.envs.predator:PredatorEnv")
     gymnasium.register("flockesc/LineEscape-v1", "flockesc_env.envs.line:LineEscapeEnv")
     document = tomllib.loads(files("flockesc_env").joinpath("tasks/v1.toml").read_text("utf-8"))

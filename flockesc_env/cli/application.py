@@ -67,9 +67,8 @@ class Application:
             if name in self.commands:
                 return self._command(name, argv[1:])
             if not name.startswith("-"):
-                raise InputError(
-                    "command", f"one of {', '.join(self.commands)}", shown_name(name, self.commands)
-                )
+                expected = f"one of {', '.join(self.commands)}"
+                raise InputError("command", expected, shown_name(name, self.commands))
             app = tyro.extras.SubcommandApp()
             for command, run in self.commands.items():
                 app.command(name=command, help=(run.__doc__ or "").partition("\n")[0])(run)

@@ -8,6 +8,7 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.flags import several
 from flockesc_env.cli.output import check_folder, note, show, table
 from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.cli.tasks import TaskName
@@ -22,11 +23,7 @@ from flockesc_env.tasks.task import tasks
 def run(
     policies: Annotated[
         Positional[tuple[str, ...]],
-        arg(
-            help=f"rule (the task's shortcut), {EXPECTED}",
-            metavar="POLICY ..",
-            help_behavior_hint="(at least one)",
-        ),
+        several(f"rule (the task's shortcut), {EXPECTED}", "POLICY .."),
     ],
     *,
     task: TaskName,

@@ -28,6 +28,11 @@ def optional(help_: str, default: str, metavar: str | None = None) -> tuple[Any,
     return DisallowNone, arg(help=help_, help_behavior_hint=f"(default: {default})", metavar=metavar)
 
 
+def several(help_: str, metavar: str) -> Any:
+    """Return the annotation of positional arguments, of which a command needs at least one."""
+    return arg(help=help_, metavar=metavar, help_behavior_hint="(at least one)")
+
+
 def switch(help_: str) -> Any:
     """Return the annotation of a flag without a value."""
     return arg(help=help_, help_behavior_hint="(default: off)")

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-from tyro.conf import Positional, arg
+from tyro.conf import Positional
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import Json
+from flockesc_env.cli.flags import Json, several
 from flockesc_env.cli.output import note, show, show_json
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.models import records
@@ -17,11 +17,7 @@ from flockesc_env.models import records
 def run(
     files: Annotated[
         Positional[tuple[Path, ...]],
-        arg(
-            help="recorded runs (.npz) that flockesc simulate --output wrote",
-            metavar="FILE ..",
-            help_behavior_hint="(at least one)",
-        ),
+        several("recorded runs (.npz) that flockesc simulate --output wrote", "FILE .."),
     ],
     *,
     json: Json = False,
@@ -43,9 +39,8 @@ def run(
         if not json:
             show(f"{path}: {report['outcome']}", *(f"  {line}" for line in report["differences"]))
         if report["recorded_with"] not in (None, records.versions()):
-            note(
-                f"{path}: recorded with {_listed(report['recorded_with'])}; now {_listed(records.versions())}"
-            )
+            before, now = _listed(report["recorded_with"]), _listed(records.versions())
+            note(f"{path}: recorded with {before}; now {now}")
     if json:
         show_json({"command": "replay", "files": reports, "versions": records.versions()})
     outcomes = {report["outcome"] for report in reports}

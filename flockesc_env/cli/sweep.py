@@ -20,13 +20,7 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import MissingExtraError, figure_style, require
 from flockesc_env.common.files import atomic_write, suffix_of
 from flockesc_env.common.progress import progress_bar
-from flockesc_env.episodes.objectives import (
-    FLOCK_OBJECTIVES,
-    LINE_OBJECTIVES,
-    OBJECTIVES,
-    ObjectiveSpec,
-    objectives_of,
-)
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, OBJECTIVES, ObjectiveSpec
 from flockesc_env.episodes.options import GRID_SIZE, EnvOptions, LineOptions
 from flockesc_env.jobs import Arrays, Cache, find_backend
 from flockesc_env.jobs import run as run_all
@@ -96,7 +90,8 @@ def run(
     if output is not None:
         require("analysis", ["matplotlib", "scipy"] if is_picture else ["polars"])
     chosen = scenario.build()
-    known = objectives_of(chosen)
+    model = FlockSweepResult if isinstance(chosen, FlockScenario) else LineSweepResult
+    known = model.objectives
     objective_ = as_choice(next(iter(known)) if objective is None else objective, "objective", known)
     spec = known[objective_]
     if is_picture and not spec.is_defined_in(chosen):
@@ -122,7 +117,6 @@ def run(
         code = Exit.INTERRUPTED
     if not parts:
         return code
-    model = FlockSweepResult if isinstance(chosen, FlockScenario) else LineSweepResult
     result = model(chosen, ranges, np.array(seeds[:finished], np.uint64), **joined(parts))
     intervals = None
     if code is Exit.DONE:
@@ -244,13 +238,8 @@ def _show_table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: 
         ]
         for row in document["ranges"]
     ]
-    heads = [
-        f"range ({range_unit})" if range_unit else "range",
-        objective.with_unit(objective.symbol),
-        "95 % interval",
-        "components",
-    ]
-    show(*table(heads, rows))
+    heads = [f"range ({range_unit})" if range_unit else "range", objective.with_unit(objective.symbol)]
+    show(*table([*heads, "95 % interval", "components"], rows))
     if best is not None:
         found = f"* best fixed range: {best:.4g} {range_unit}".rstrip()
         oracle = f"{document['hindsight_oracle']:.4f} {objective.unit}".rstrip()

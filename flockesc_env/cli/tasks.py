@@ -13,7 +13,7 @@ import msgspec
 from tyro.conf import Positional, arg
 
 from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import Json, Threads, optional
+from flockesc_env.cli.flags import Json, Threads, optional, several
 from flockesc_env.cli.output import check_folder, check_output, note, show, show_json, table
 from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import FlockescError, InputError
@@ -31,14 +31,7 @@ MODEL = "PPO:FILE.zip (a model of stable-baselines3)"
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
 
 TaskName = Annotated[str, arg(help="name of a task; flockesc tasks lists them")]
-ResultFiles = Annotated[
-    Positional[tuple[Path, ...]],
-    arg(
-        help="results that flockesc score wrote",
-        metavar="FILE ..",
-        help_behavior_hint="(at least one)",
-    ),
-]
+ResultFiles = Annotated[Positional[tuple[Path, ...]], several("results that flockesc score wrote", "FILE ..")]
 
 
 def run(*, json: Json = False) -> Exit:
@@ -74,8 +67,7 @@ def compare(
     policies: Annotated[
         Positional[tuple[str, ...]],
         arg(
-            help=f"{EXPECTED}, or {MODEL}; none: the best fixed range and the rule alone",
-            metavar="POLICY ..",
+            help=f"{EXPECTED}, or {MODEL}; none: the best fixed range and the rule alone", metavar="POLICY .."
         ),
     ] = (),
     *,
@@ -111,11 +103,7 @@ def compare(
 def score(
     policies: Annotated[
         Positional[tuple[str, ...]],
-        arg(
-            help=f"all training seeds of a learner, or a rule: {EXPECTED}, or {MODEL}",
-            metavar="POLICY ..",
-            help_behavior_hint="(at least one)",
-        ),
+        several(f"all training seeds of a learner, or a rule: {EXPECTED}, or {MODEL}", "POLICY .."),
     ],
     *,
     task: TaskName,
@@ -200,8 +188,7 @@ def report(
     files: ResultFiles,
     *,
     output: Annotated[
-        Path | None,
-        *optional("write the report (.md) and a figure beside it", "print it only"),
+        Path | None, *optional("write the report (.md) and a figure beside it", "print it only")
     ] = None,
 ) -> Exit:
     """Compare learners: scores with intervals, and aggregates over tasks by rliable.

@@ -39,11 +39,7 @@ _Number = TypeVar("_Number", int, float)
 
 
 def parse_number(text: str, kind: type[_Number]) -> _Number:
-    """Return the int or float that a text spells in ASCII, without underscores.
-
-    Raises:
-        ValueError: if the text is not such a number.
-    """
+    """Return the int or float that a text spells in ASCII, without underscores, or raise ``ValueError``."""
     try:
         if text.isascii() and "_" not in text:
             return kind(text)
@@ -232,11 +228,7 @@ def as_array(value: Any, field: str) -> NDArray[Any]:
 
 
 def as_floats(
-    value: Any,
-    field: str,
-    shape: tuple[int, ...] | None = None,
-    *,
-    least: float = -np.inf,
+    value: Any, field: str, shape: tuple[int, ...] | None = None, *, least: float = -np.inf
 ) -> FloatArray:
     """Return a new contiguous array of finite float64 >= ``least``; ``shape=None`` accepts any shape."""
     array = as_array(value, field)

@@ -6,7 +6,8 @@ Messages contain strings from files, so control characters in them are escaped.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 
 from gymnasium.error import ResetNeeded
@@ -75,6 +76,15 @@ class InputError(FlockescError, ValueError):
 
     def __str__(self) -> str:
         return f"{self.field}: expected {self.expected}, got {self.given}"
+
+
+@contextmanager
+def errors_at(place: str) -> Iterator[None]:
+    """Put ``place`` before the field of an ``InputError`` that the block raises."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(place + error.field, error.expected, error.given) from None
 
 
 class JobError(FlockescError, RuntimeError):

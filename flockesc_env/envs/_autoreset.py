@@ -108,5 +108,4 @@ def _with_valid_rows(batch: FlockBatch, actions: Any, flocks: list[int]) -> Any:
 
 
 def _rows(batch: FlockBatch, flocks: list[int]) -> NDArray[np.bool]:
-    """Return the mask of the rows of some flocks."""
     return np.isin(np.arange(batch.num_flocks), flocks).repeat(batch.rows)

@@ -111,11 +111,7 @@ class Viewed:
             cls.__init__ = call  # type: ignore[assignment]
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Set an attribute.
-
-        Raises:
-            InputError: if the name is that of a setting, after the constructor.
-        """
+        """Set an attribute; after the constructor, settings raise ``InputError``."""
         if self._is_complete and self._is_setting(name):
             way = "create a new environment" + ("" if name in _DERIVED else f" with {name}=..")
             raise InputError(name, f"no assignment after creation ({way})", shown(value))
@@ -141,9 +137,7 @@ class Viewed:
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
 
 
-_SETTINGS = {
-    *("autoreset_mode", "copy", "max_episode_steps", "num_envs", "num_flocks", "per_agent", "scenario")
-}
+_SETTINGS = {"autoreset_mode", "copy", "max_episode_steps", "num_envs", "num_flocks", "per_agent", "scenario"}
 """Arguments of constructors that are not in a ``TypedDict``."""
 
 _DERIVED = {

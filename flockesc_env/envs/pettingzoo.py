@@ -17,14 +17,7 @@ from pettingzoo.utils.wrappers import OrderEnforcingWrapper
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
-from flockesc_env.envs._base import (
-    FlockArguments,
-    Infos,
-    OneFlock,
-    Rendered,
-    agent_names,
-    needs_reset_if_interrupted,
-)
+from flockesc_env.envs._base import FlockArguments, Infos, OneFlock, agent_names, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import FlockStep, is_over
 from flockesc_env.episodes.options import TeamReward, View
 from flockesc_env.episodes.spaces import Label, flock_layout
@@ -71,7 +64,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     """
 
     _arguments: ClassVar[type] = ParallelArguments
-    metadata: dict[str, Any] = {**Rendered.metadata, "name": "flockesc_v1", "is_parallelizable": True}
+    metadata: dict[str, Any] = {**OneFlock.metadata, "name": "flockesc_v1", "is_parallelizable": True}
 
     def __init__(
         self, scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]

@@ -58,9 +58,8 @@ class PredatorEnv(GymnasiumEnv):
         self.policy_spec = self._batch.predator_policy_spec
         if self.policy_spec.count != 1:
             raise InputError("predators", "exactly one Learned predator", self.policy_spec.count)
-        self.flock_policy = (
-            FixedRange(10.0) if flock_policy is None else as_policy(flock_policy, "flock_policy")
-        )
+        chosen = FixedRange(10.0) if flock_policy is None else flock_policy
+        self.flock_policy = as_policy(chosen, "flock_policy")
         self.flock_policy.check(self.options, per_agent=View.of(per_agent).is_per_agent)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.space()
@@ -77,9 +76,8 @@ class PredatorEnv(GymnasiumEnv):
         if self._batch.has_ended(0):
             raise ResetNeededError("step() called after the end of the episode; call reset()")
         ranges = self.flock_policy.act(self._flock_observations, self._batch.policy_spec)
-        self._flock_observations, _, has_ended, _, info = self._batch.step_flock(
-            ranges, predator_actions=predator_actions
-        )
+        step = self._batch.step_flock(ranges, predator_actions=predator_actions)
+        self._flock_observations, _, has_ended, _, info = step
         self._show()
         reward = float(self._batch.predator_rewards()[0])
         terminated = bool(is_over(info))

@@ -228,7 +228,6 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         return infos
 
     def _mask(self, mask: Any) -> NDArray[np.bool]:
-        """Return the slots to reset."""
         if mask is None:
             return np.ones(self.num_envs, np.bool)
         expected = f"a bool array of shape ({self.num_envs},) with at least one True"
@@ -243,7 +242,6 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         return slots
 
     def _seeds(self, seed: Any) -> Sequence[int | None]:
-        """Return the seed of every flock."""
         count = self._batch.num_flocks
         if seed is None:
             return [None] * count

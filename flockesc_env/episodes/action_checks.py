@@ -13,11 +13,7 @@ from flockesc_env.common.errors import InputError
 
 
 def plain_array(value: Any, shape: tuple[int, ...], name: str, is_index: bool = False) -> NDArray[Any]:
-    """Return actions as a new contiguous array of float64, or int64 if they are indices.
-
-    Raises:
-        InputError: if the dtype or shape is wrong.
-    """
+    """Return actions of a shape as a new contiguous array of float64, or int64 if they are indices."""
     array = as_array(value, name)
     kinds, expected, dtype = ("iu", "integers", np.int64) if is_index else ("fiu", "real numbers", np.float64)
     if array.dtype.kind not in kinds:
@@ -40,11 +36,7 @@ def outside(actions: Any, index: int, name: str, low: float, high: float, size: 
 
 
 def check_agents(actions: Collection[Any], agents: list[str], known: Collection[str]) -> None:
-    """Check that exactly ``agents`` have actions.
-
-    Raises:
-        InputError: if one of them has none, or another one has an action.
-    """
+    """Check that exactly ``agents`` have actions."""
     for agent in actions:
         if agent not in known:
             raise InputError(f"action of {agent!r}", "an agent of this flock", "an unknown agent")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal
 
@@ -98,8 +97,3 @@ OBJECTIVES: Final = tuple(ObjectiveSpec(**json.loads(row)) for row in _core.obje
 FLOCK_OBJECTIVES: Final = {spec.name: spec for spec in OBJECTIVES if spec.model == "flock"}
 LINE_OBJECTIVES: Final = {spec.name: spec for spec in OBJECTIVES if spec.model == "line"}
 """Objectives of each model by name; the first one is the default."""
-
-
-def objectives_of(scenario: FlockScenario | LineScenario) -> Mapping[str, ObjectiveSpec]:
-    """Return the objectives of the scenario's model by name."""
-    return FLOCK_OBJECTIVES if isinstance(scenario, FlockScenario) else LINE_OBJECTIVES

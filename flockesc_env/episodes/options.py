@@ -288,6 +288,11 @@ def line_options(given: Mapping[str, Any], known: type = LineOptionsDict) -> Lin
     return LineOptions(**_known_options(given, known, LineOptions, LineScenario))
 
 
+def options_in(scenario: FlockScenario | LineScenario, given: Mapping[str, Any]) -> EnvOptions | LineOptions:
+    """Return the options of an environment with this scenario, of either model; see ``env_options``."""
+    return line_options(given) if isinstance(scenario, LineScenario) else env_options(scenario, given)
+
+
 def _known_options(
     given: Mapping[str, Any],
     known: type,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import InputError
-from flockesc_env.episodes.options import GRID_SIZE, ActionOptions, EnvOptions, LineOptions, View
+from flockesc_env.episodes.options import GRID_SIZE, ActionOptions, EnvOptions, LineOptions, View, options_in
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
@@ -197,6 +197,16 @@ class PolicySpec:
 def candidates(options: EnvOptions | LineOptions) -> tuple[float, ...]:
     """Return the candidate ranges of the observation; empty without a profile."""
     return tuple(options.profile_ranges or ()) if isinstance(options, EnvOptions) else ()
+
+
+def policy_spec(
+    scenario: FlockScenario | LineScenario, given: Mapping[str, Any], *, per_agent: bool
+) -> PolicySpec:
+    """Return the policy spec of an environment of either model with the given options."""
+    options: Any = options_in(scenario, given)
+    if isinstance(scenario, LineScenario):
+        return line_policy_spec(scenario, options)
+    return flock_policy_spec(scenario, options, View.of(per_agent))
 
 
 def flock_policy_spec(scenario: FlockScenario, options: EnvOptions, view: View) -> PolicySpec:

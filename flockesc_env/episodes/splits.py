@@ -37,22 +37,14 @@ def training_seeds(seed: int, first: int, count: int) -> range:
 
 
 def first_seeds(purpose: range, count: int) -> range:
-    """Return the first ``count`` seeds of ``TUNING`` or ``HELD_OUT``.
-
-    Raises:
-        InputError: if there are fewer.
-    """
+    """Return the first ``count`` seeds of ``TUNING`` or ``HELD_OUT``."""
     if not 1 <= count <= len(purpose):
         raise InputError("flocks", f"an integer from 1 to {len(purpose)}", count)
     return purpose[:count]
 
 
 def refuse_held_out(flocks: Iterable[int]) -> None:
-    """Check that seeds by which something is chosen are not held out.
-
-    Raises:
-        InputError: if a seed is in ``HELD_OUT``.
-    """
+    """Check that seeds by which something is chosen are not in ``HELD_OUT``."""
     for seed in flocks:
         if seed in HELD_OUT:
             expected = f"seeds outside of the held-out ones, {HELD_OUT.start} to {HELD_OUT.stop - 1}"

@@ -20,15 +20,7 @@ NO_START: Final[Start] = MappingProxyType(dict.fromkeys(RESET_OPTIONS))
 
 
 def as_start(options: Mapping[str, Any] | None, scenario: FlockScenario) -> Start:
-    """Return the ``options`` of a reset after validation.
-
-    Args:
-        options: any of ``initial_positions`` and ``initial_velocities``, shape (n, D), and
-            ``predator_positions`` and ``predator_velocities``, shape (P, D), in m and m/s; and
-            ``episode``, the index of the episode in its seed schedule (``episode_seed``). ``None``: no
-            options.
-        scenario: the scenario, which determines the shapes.
-    """
+    """Return the ``options`` of a reset after validation; see ``FlockEscapeEnv.reset``."""
     agents = (scenario.num_agents, scenario.dimension)
     predators = (len(scenario.predators), scenario.dimension)
     shapes = dict(zip(_ARRAYS, (agents, agents, predators, predators), strict=True))
@@ -36,7 +28,6 @@ def as_start(options: Mapping[str, Any] | None, scenario: FlockScenario) -> Star
     for name, value in as_options(options, RESET_OPTIONS).items():
         if value is not None:
             shape = shapes.get(name)
-            start[name] = (
-                as_seed(value, f"options[{name!r}]") if shape is None else as_floats(value, name, shape)
-            )
+            field = f"options[{name!r}]"
+            start[name] = as_seed(value, field) if shape is None else as_floats(value, name, shape)
     return start

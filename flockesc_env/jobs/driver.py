@@ -96,10 +96,8 @@ def run(
                 for outcome in outcomes:
                     failures += [outcome] if outcome.error is not None else []
                     finished += outcome.error is None
-                    bar.set_postfix_str(
-                        f"{finished} finished, {outcome.running} running, {len(failures)} failed",
-                        refresh=False,
-                    )
+                    counts = f"{finished} finished, {outcome.running} running, {len(failures)} failed"
+                    bar.set_postfix_str(counts, refresh=False)
                     bar.update(outcome.job.seconds)
         except KeyboardInterrupt:
             # Ctrl-C may come between a result and its count.

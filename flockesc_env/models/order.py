@@ -62,10 +62,7 @@ def density(trajectory: Trajectory) -> FloatArray:
     In a periodic world it refers to the domain (Vicsek et al. 1995, PRL 75, 1226), otherwise to the convex
     hull of the agents (Cavagna et al. 2008, Anim Behav 76, 237). It is infinite if the hull has no volume,
     and NaN if no agent is left.
-
-    Raises:
-        InputError: if the argument is not a run of a flock.
-        MissingExtraError: if the ``analysis`` extra is not installed.
+    Errors are those of ``nearest_neighbor_distances``.
     """
     run = as_instance(trajectory, "trajectory", Trajectory)
     alive = _alive(run)
@@ -87,10 +84,7 @@ def correlation_length(trajectory: Trajectory) -> FloatArray:
     u_i is v_i minus the mean velocity. Distances are grouped in bins as wide as the mean distance between
     nearest neighbors, and C is interpolated linearly from C(0), the mean of u_i . u_i. All pairs of one time
     are in memory. The shape is (T + 1,). Lengths are NaN if all velocities or all positions are equal.
-
-    Raises:
-        InputError: if the argument is not a run of a flock.
-        MissingExtraError: if the ``analysis`` extra is not installed.
+    Errors are those of ``nearest_neighbor_distances``.
     """
     run = as_instance(trajectory, "trajectory", Trajectory)
     alive = _alive(run)

@@ -187,7 +187,6 @@ class _Column(NamedTuple):
 
 
 def _layout(scenario: FlockScenario | LineScenario, columns: dict[str, NDArray[Any]]) -> dict[str, _Column]:
-    """Return the form of every column."""
     if isinstance(scenario, LineScenario):
         times = len(columns["states"]) if columns["states"].ndim else 0
         farthest = np.inf if scenario.predator_position is None else _LARGEST

@@ -149,9 +149,8 @@ class LineTrajectory(Displayed):
         """Return a polars DataFrame with one row per step: components, escape distance and all positions."""
         names = ("num_components", "escape_distance")
         agents = {f"x_{agent}": states for agent, states in enumerate(self.states.T)}
-        return data_frame(
-            {"step": np.arange(len(self.states)), **{name: getattr(self, name) for name in names}, **agents}
-        )
+        columns = {name: getattr(self, name) for name in names}
+        return data_frame({"step": np.arange(len(self.states)), **columns, **agents})
 
 
 def as_run(value: Any, field: str) -> Trajectory | LineTrajectory:
@@ -254,9 +253,8 @@ def simulate_line(
     start = _seed(seed)
     rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
     run: dict[str, Any] = _core.simulate_line(model.to_json(), rho, start, states)
-    return LineTrajectory(
-        scenario=model, seed=start, is_start_given=states is not None, interaction_range=rho, **run
-    )
+    is_given = states is not None
+    return LineTrajectory(scenario=model, seed=start, is_start_given=is_given, interaction_range=rho, **run)
 
 
 def _given(value: ArrayLike | None, field: str, shape: tuple[int, ...]) -> FloatArray | None:

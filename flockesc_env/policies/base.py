@@ -15,16 +15,9 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_flag, as_text
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.options import (
-    UNOBSERVED,
-    EnvOptions,
-    LineOptions,
-    View,
-    env_options,
-    line_options,
-)
+from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions, options_in
 from flockesc_env.episodes.predators import PredatorPolicySpec, reset_policy
-from flockesc_env.episodes.spaces import PolicySpec, flock_policy_spec, line_policy_spec
+from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import Scenario, as_model
@@ -86,11 +79,7 @@ class RowMemory:
             raise InputError("rows", f"{len(before)} rows as before", len(rows))
 
     def _begin(self, count: int) -> NDArray[np.bool]:
-        """Return whether an episode begins in each of ``count`` rows; if ``reset`` was never called, in all.
-
-        Raises:
-            InputError: if the number of rows has changed.
-        """
+        """Return whether an episode begins in each of ``count`` rows: in all without a ``reset``."""
         begins = np.ones(count, bool) if self._begins is None else self._begins
         if len(begins) != count:
             raise InputError("observations", f"{len(begins)} rows as before", count)
@@ -168,7 +157,7 @@ class BasePolicy:
             made.scenario = as_model(scenario)
         if options or self.options is not None:
             made.options, made._checked = {**(self.options or {}), **options}, None
-            made._known_options()
+            options_in(made.scenario or FlockScenario(), made.all_options())  # raises if one is invalid
         return made
 
     def default_options(self, scenario: Scenario) -> dict[str, Any]:  # noqa: ARG002
@@ -187,10 +176,8 @@ class BasePolicy:
     @property
     def policy_spec(self) -> PolicySpec:
         """Observations and actions of the policy in its scenario, by default the paper's flock."""
-        options: Any = self._known_options()
-        if isinstance(self.scenario, LineScenario):
-            return line_policy_spec(self.scenario, options)
-        return flock_policy_spec(self.scenario or FlockScenario(), options, View.of(bool(self.per_agent)))
+        scenario = self.scenario or FlockScenario()
+        return policy_spec(scenario, self.all_options(), per_agent=bool(self.per_agent))
 
     def bind(self, env: Any) -> Callable[[Any], Any]:
         """Return a function from an observation of an environment to the action; see ``policies.bind``."""
@@ -237,9 +224,9 @@ class BasePolicy:
         """
         self._check_view(per_agent)
         if self.options is not None and options is not self._checked:
-            is_line, names = isinstance(options, LineOptions), None if self.scenario else self.options.keys()
-            own = self.all_options()
-            known = line_options(own) if is_line else env_options(FlockScenario(), own)
+            model = LineScenario() if isinstance(options, LineOptions) else FlockScenario()
+            known = options_in(model, self.all_options())
+            names = None if self.scenario else self.options.keys()
             check_options(known, options, "made (use **policy.options)", names)
             self._checked = options
 
@@ -248,32 +235,6 @@ class BasePolicy:
             rows = "agent" if self.per_agent else "flock"
             expected = f"{self.per_agent}, because the policy needs one observation per {rows}"
             raise InputError("per_agent", expected, per_agent)
-
-    def _known_options(self) -> EnvOptions | LineOptions:
-        scenario, own = self.scenario or FlockScenario(), self.all_options()
-        return line_options(own) if isinstance(scenario, LineScenario) else env_options(scenario, own)
-
-
-class GivenPolicy(BasePolicy):
-    """A user's object with a method ``act``, as a policy of this package.
-
-    Its attributes ``name``, ``per_agent``, ``options`` and ``scenario``, if present, are those of the policy.
-    """
-
-    def __init__(self, policy: Policy) -> None:
-        self.policy = policy
-        self.name = type(policy).__name__
-        own = {name: getattr(policy, name, None) for name in ("name", "per_agent", "scenario")}
-        vars(self).update(vars(self.with_options(**own, **getattr(policy, "options", None) or {})))
-        self.options = getattr(policy, "options", None)
-
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Return the actions of the user's object."""
-        return self.policy.act(observations, spec)
-
-    def reset(self, rows: NDArray[np.bool]) -> None:
-        """Call the object's method ``reset`` if it has one."""
-        reset_policy(self.policy, rows)
 
 
 def check_options(
@@ -285,9 +246,6 @@ def check_options(
     """Check that an environment has the options with which a policy was ``origin``: trained or made.
 
     The options in ``UNOBSERVED`` may differ, and those that are not among ``names``, unless that is None.
-
-    Raises:
-        InputError: if an option differs.
     """
     for field in fields(known):
         expected, given = (getattr(each, field.name, None) for each in (known, options))
@@ -321,13 +279,11 @@ def _check_wrappers(env: Any, spec: PolicySpec | PredatorPolicySpec) -> None:
 
 
 def _bound(policy: BasePolicy, env: Any) -> Callable[[Any], Any]:
-    """Return the function of ``bind``."""
     inner = getattr(env, "unwrapped", env)
     try:
         # Gymnasium's vector environments give access to their environments' attributes through ``get_attr``.
-        spec: PolicySpec = (
-            inner.policy_spec if hasattr(inner, "policy_spec") else inner.get_attr("policy_spec")[0]
-        )
+        has_spec = hasattr(inner, "policy_spec")
+        spec: PolicySpec = inner.policy_spec if has_spec else inner.get_attr("policy_spec")[0]
     except (AttributeError, TypeError):
         raise InputError("env", "an environment of this package", shown(env)) from None
     _check_wrappers(env, spec)

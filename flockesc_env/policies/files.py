@@ -13,14 +13,13 @@ import numpy as np
 from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_choice, as_path
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.options import UNOBSERVED, View, env_options, line_options, to_plain
-from flockesc_env.episodes.spaces import PolicySpec, flock_policy_spec, line_policy_spec
+from flockesc_env.episodes.options import UNOBSERVED, to_plain
+from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.models.records import versions
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.scenario.document import from_fields
-from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import MODELS
 
@@ -94,11 +93,10 @@ def _stored_policy(header: dict[str, Any], parameters: Any) -> BasePolicy:
     if not isinstance(name, str) or not isinstance(per_agent, bool):
         raise InputError("header", "a string name, a bool per_agent", f"{name!r}, {per_agent!r}")
     scenario = from_fields(MODELS[as_choice(header["model"], "model", MODELS)], header["scenario"])
-    if isinstance(scenario, FlockScenario):
-        spec = flock_policy_spec(scenario, env_options(scenario, options), View.of(per_agent))
-    else:  # a long line has gigabytes of entries, of the same kinds as a short one
+    short = scenario
+    if isinstance(scenario, LineScenario):  # a long one has gigabytes of entries, of the same kinds
         short = scenario.replace(num_agents=min(scenario.num_agents, _SHORT_LINE))
-        spec = line_policy_spec(short, line_options(options))
+    spec = policy_spec(short, options, per_agent=per_agent)
     chosen = {"criterion": header["criterion"]} if "criterion" in header else {}
     policy = _policy(header["architecture"], parameters, chosen)
     if isinstance(policy, NetworkPolicy):

@@ -35,9 +35,8 @@ class _Rows(Displayed):
 
     def table(self) -> pl.DataFrame:
         """Return a polars DataFrame (extra ``analysis``) with one row per seed and a column per attribute."""
-        return data_frame(
-            {"seed" if name == "seeds" else name: column for name, column in vars(self).items()}
-        )
+        columns = dict(vars(self))
+        return data_frame({"seed": columns.pop("seeds"), **columns})
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -169,9 +168,8 @@ def rollout_networks(
     _, ranges = choices(architecture, actions, candidates(options))
     network = architecture.to_core(), parameters, ranges
     if isinstance(model, FlockScenario):
-        batch = FlockBatch(
-            model, cast("EnvOptions", options), view=View.of(per_agent), num_threads=num_threads
-        )
+        view, chosen = View.of(per_agent), cast("EnvOptions", options)
+        batch = FlockBatch(model, chosen, view=view, num_threads=num_threads)
         return batch.rollout(network, seeds, report)
     documents = model.to_json(), cast("LineOptions", options).to_core()
     numbers, threads = np.array(seeds, np.uint64), as_threads(num_threads)

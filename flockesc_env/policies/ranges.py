@@ -74,11 +74,7 @@ class ScheduledRange(BasePolicy):
         self.per_agent = True if self.schedule.ndim == 2 else None
 
     def check_length(self, num_steps: int) -> None:
-        """Check that the schedule has a range for every step of an episode.
-
-        Raises:
-            InputError: if it has not.
-        """
+        """Check that the schedule has a range for every step of an episode."""
         if len(self.schedule) != num_steps:
             raise InputError("schedule", f"{num_steps} steps", len(self.schedule))
 

@@ -9,11 +9,16 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from flockesc_env.common.checks import as_path, parse_number
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.common.files import suffix_of
 from flockesc_env.episodes.options import PROFILE_RANGES
-from flockesc_env.policies.base import BasePolicy, GivenPolicy
+from flockesc_env.episodes.predators import reset_policy
+from flockesc_env.episodes.spaces import PolicySpec
+from flockesc_env.policies.base import BasePolicy, Observations, Policy
 from flockesc_env.policies.files import POLICY_FILE, SUFFIX, parse_policy
 from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
 from flockesc_env.policies.ranges import FixedRange, RandomRange
@@ -116,6 +121,28 @@ def trained() -> tuple[str, ...]:
     Each is that of the first training seed; ``scoreboard`` has all of them and their scores.
     """
     return tuple(sorted(f"{file.parent.name}/{file.stem}" for file in TRAINED.glob(f"*/*{SUFFIX}")))
+
+
+class GivenPolicy(BasePolicy):
+    """A user's object with a method ``act``, as a policy of this package.
+
+    Its attributes ``name``, ``per_agent``, ``options`` and ``scenario``, if present, are those of the policy.
+    """
+
+    def __init__(self, policy: Policy) -> None:
+        self.policy = policy
+        self.name = type(policy).__name__
+        own = {name: getattr(policy, name, None) for name in ("name", "per_agent", "scenario")}
+        vars(self).update(vars(self.with_options(**own, **getattr(policy, "options", None) or {})))
+        self.options = getattr(policy, "options", None)
+
+    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+        """Return the actions of the user's object."""
+        return self.policy.act(observations, spec)
+
+    def reset(self, rows: NDArray[np.bool]) -> None:
+        """Call the object's method ``reset`` if it has one."""
+        reset_policy(self.policy, rows)
 
 
 def as_policy(value: Any, argument: str = "policy") -> BasePolicy:

@@ -10,14 +10,7 @@ from numpy.typing import ArrayLike
 from flockesc_env.common.checks import as_array, as_count, as_flag, as_seed, as_seeds
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.progress import Progress, reporting
-from flockesc_env.episodes.options import (
-    EnvOptions,
-    EnvOptionsDict,
-    LineOptions,
-    LineOptionsDict,
-    env_options,
-    line_options,
-)
+from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptions, LineOptionsDict, options_in
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
@@ -118,9 +111,7 @@ def rollout(
     size = _LINE_BATCH_SIZE if is_line else _BATCH_SIZE
     size = size if batch_size is None else as_count(batch_size, "batch_size")
     if is_line:
-        for name, value in (("per_agent", per_agent or None), ("predator_policy", predator_policy)):
-            if value is not None:
-                raise InputError(name, "None for a line", shown(value))
+        _refuse({"per_agent": per_agent or None, "predator_policy": predator_policy}, "None for a line")
     player, view, chosen = _prepared(player, per_agent, model, options)
     with reporting(progress, "Rollout", len(checked)) as callback:
         columns = play(
@@ -238,9 +229,8 @@ def simulate(
             raise InputError("interaction_range", expected, f"shape {array.shape}")
         return run_flock(model, ranges, seed=seed, num_threads=num_threads, **start)
     if policy is None:
-        _refuse(
-            {name: others[name] for name in ("per_agent", "predator_policy", *options)}, "a policy beside it"
-        )
+        alone = {name: others[name] for name in ("per_agent", "predator_policy", *options)}
+        _refuse(alone, "a policy beside it")
     player, view, chosen = _prepared(player, per_agent, model, options)
     return record_flock(
         player,
@@ -272,8 +262,7 @@ def _prepared(
     policy: BasePolicy, per_agent: bool | None, model: Scenario, options: Mapping[str, Any]
 ) -> tuple[BasePolicy, bool, EnvOptions | LineOptions]:
     """Return the policy, its view, and the options of its environment."""
-    given: dict[str, Any] = {**policy.all_options(model), **options}
-    chosen = line_options(given) if isinstance(model, LineScenario) else env_options(model, given)
+    chosen = options_in(model, {**policy.all_options(model), **options})
     view = policy.per_agent if per_agent is None else as_flag(per_agent, "per_agent")
     if view is None:
         view = policy.is_per_agent_in(model, chosen)

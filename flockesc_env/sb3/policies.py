@@ -120,9 +120,8 @@ class _Scores(nn.Module):
             return entries + k if name == "range" else spec.layout.index(f"profile_{k}_{name}")
 
         own = [spec.layout.index(name) for name in inputs]
-        self._columns = torch.tensor(
-            [own + [column(name, k) for name in candidate_inputs] for k in range(count)]
-        )
+        rows = [own + [column(name, k) for name in candidate_inputs] for k in range(count)]
+        self._columns = torch.tensor(rows)
         self._ranges = torch.tensor((spec.candidate_ranges / spec.candidate_ranges[-1]).tolist())
         layers = _tanh_layers([self._columns.shape[1], *hidden])
         self.policy_net = nn.Sequential(*layers, nn.Linear(hidden[-1], 1))

@@ -76,9 +76,8 @@ def approach(
         raise InputError("aim", "center, edge, a number or a point", shown(aim))
     left = [-heading[1], heading[0], 0.0][:dimension]
     if flat == 0 and (offset != 0 or aim == "edge"):
-        raise InputError(
-            "direction", "a direction that is not vertical, because the aim is to its left", direction
-        )
+        expected = "a direction that is not vertical, because the aim is to its left"
+        raise InputError("direction", expected, direction)
     position = tuple(
         middle - distance * ahead / norm + offset * aside / (flat or 1.0)
         for middle, ahead, aside in zip(point, heading, left, strict=True)

@@ -100,9 +100,7 @@ class FlockScenario(Document):
         super().__post_init__()
         if self.dimension not in {2, 3}:
             raise InputError("dimension", "2 or 3", self.dimension)
-        predators = tuple(
-            _with_start(predator, k, self.dimension) for k, predator in enumerate(self.predators)
-        )
+        predators = tuple(_with_start(each, k, self.dimension) for k, each in enumerate(self.predators))
         object.__setattr__(self, "predators", predators)
         _core.check_flock_scenario(self.to_json())
 

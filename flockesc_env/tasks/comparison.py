@@ -12,7 +12,7 @@ import numpy as np
 from flockesc_env.common import stats
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.checks import as_choice, as_count
-from flockesc_env.common.errors import InputError
+from flockesc_env.common.errors import errors_at
 from flockesc_env.common.extras import data_frame, require
 from flockesc_env.common.files import write_text
 from flockesc_env.common.progress import progress_bar
@@ -122,19 +122,14 @@ def compare(
     seeds = task.seeds[: as_count(num_flocks, "num_flocks", most=len(task.seeds))]
     name = as_choice(scenario or next(iter(task.scenarios)), "scenario", task.scenarios)
     model, best = task.scenarios[name], task.scales[name].best_fixed_range
-    entries = {
-        one.name: one for one in (entry_of(policy, task) for policy in (task.shortcut.policy, *policies))
-    }
+    entries = [entry_of(policy, task) for policy in (task.shortcut.policy, *policies)]
     ranges = np.union1d(grid_of(task), best)
     with progress_bar("Fixed ranges", ranges.size * len(seeds)) as report:
         search: Any = sweep(model, ranges, seeds, num_threads=num_threads, progress=report)
-    values = {
-        f"best fixed range ({best:g}{task.spec.unit and ' m'})": task.spec.values(search)[
-            ranges.searchsorted(best)
-        ],
-        ORACLE: search.hindsight_oracle(task.spec.name),
-    }
-    for entry in entries.values():
+    fixed = f"best fixed range ({best:g}{task.spec.unit and ' m'})"
+    values = {fixed: task.spec.values(search)[ranges.searchsorted(best)]}
+    values[ORACLE] = search.hindsight_oracle(task.spec.name)
+    for entry in {entry.name: entry for entry in entries}.values():
         with progress_bar(f"Policy {entry.name}", len(seeds)) as report:
             episodes = rollout(model, entry, seeds, num_threads=num_threads, progress=report)
         values[entry.name] = task.spec.values(episodes)
@@ -147,19 +142,9 @@ def grid_of(task: TaskDefinition) -> tuple[float, ...]:
 
 
 def entry_of(policy: Any, task: TaskDefinition) -> BasePolicy:
-    """Return a policy as it plays a task, with the task's objective.
-
-    Args:
-        policy: a policy, its name or path, or a model of stable-baselines3 that was trained on the task.
-        task: the task.
-
-    Raises:
-        InputError: if it is no policy, or does not fit the task.
-    """
+    """Return a policy, given as for ``Task.compare``, as it plays a task, with the task's objective."""
     found = as_policy(policy)
-    try:
+    with errors_at(f"{found.name}: "):
         entry = fitted(found, task)
-    except InputError as error:
-        raise InputError(f"{found.name}: {error.field}", error.expected, error.given) from None
     is_line = isinstance(task.scenario, LineScenario)
     return entry if is_line else entry.with_options(**{"objective": task.spec.name, **(entry.options or {})})

@@ -14,8 +14,7 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.envs.gymnasium import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.objectives import ObjectiveSpec
-from flockesc_env.episodes.options import View, env_options, line_options
-from flockesc_env.episodes.spaces import PolicySpec, flock_policy_spec, line_policy_spec
+from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import Scenario
@@ -144,9 +143,8 @@ class TaskDefinition:
         if isinstance(self.scenario, LineScenario):
             return LineEscapeEnv(self.scenario, **options)
         if self.per_agent:
-            raise InputError(
-                "task", "one range per flock; parallel_env and vec_env have one per agent", self.name
-            )
+            expected = "one range per flock; parallel_env and vec_env have one per agent"
+            raise InputError("task", expected, self.name)
         return FlockEscapeEnv(self.scenario, **options)
 
     def parallel_env(self, **options: Any) -> FlockParallelEnv:
@@ -155,8 +153,7 @@ class TaskDefinition:
             raise InputError("task", "one range per agent; env has one per flock or line", self.name)
         from flockesc_env.envs.pettingzoo import parallel_env  # fails in a deleted working folder
 
-        options = {**self.options, **options}
-        return parallel_env(self.scenario, **{"reward": self.reward, **options})
+        return parallel_env(self.scenario, **{"reward": self.reward, **self.options, **options})
 
     def vec_env(self, num_flocks: int = 1, **options: Any) -> VecEnv:
         """Return the environment for stable-baselines3, with one slot per agent, per flock or per line.
@@ -181,10 +178,7 @@ class TaskDefinition:
         return envs
 
     def eval_callback(
-        self,
-        num_flocks: int = 20,
-        eval_freq: int = 1000,
-        best_model_save_path: str | Path | None = None,
+        self, num_flocks: int = 20, eval_freq: int = 1000, best_model_save_path: str | Path | None = None
     ) -> FlockEvalCallback:
         """Return a callback for ``learn`` on ``vec_env`` that plays tuning flocks; see ``FlockEvalCallback``.
 
@@ -205,7 +199,4 @@ class TaskDefinition:
 
     def policy_spec(self, **options: Any) -> PolicySpec:
         """Return what a policy observes and sets; ``options`` replace the task's."""
-        chosen: Any = {**self.options, **options}
-        if isinstance(self.scenario, LineScenario):
-            return line_policy_spec(self.scenario, line_options(chosen))
-        return flock_policy_spec(self.scenario, env_options(self.scenario, chosen), View.of(self.per_agent))
+        return policy_spec(self.scenario, {**self.options, **options}, per_agent=self.per_agent)

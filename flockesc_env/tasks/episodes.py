@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from flockesc_env.common.errors import InputError
+from flockesc_env.common.errors import InputError, errors_at
 from flockesc_env.common.extras import data_frame, require
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.episodes.options import UNOBSERVED
@@ -88,10 +88,8 @@ def record_episodes(
 
 def _fitted(policy: LoadedPolicy, task: Task) -> BasePolicy:
     """Return a policy with the options of the environment in which it plays."""
-    try:
+    with errors_at(f"{policy.spec}: "):
         entry = fitted(policy.policy, task)
-    except InputError as error:
-        raise InputError(f"{policy.spec}: {error.field}", error.expected, error.given) from None
     own = {name: value for name, value in (entry.options or {}).items() if name not in UNOBSERVED}
     made = copy(entry)
     made.options = {**task.options, **own}

@@ -9,50 +9,32 @@ import numpy as np
 
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
+from flockesc_env.policies import rules
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.files import Stored
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
-from flockesc_env.policies.rules import (
-    BestCandidate,
-    BestNextHeading,
-    ListenWhileFleeing,
-    RangeRule,
-    StubbornLeaders,
-)
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.tasks.definition import TaskDefinition
 
-FREE = (
-    *("action_mode", "min_range", "max_range", "range_grid", "steps_per_action"),
-    *UNOBSERVED,
-)
+FREE = ("action_mode", "min_range", "max_range", "range_grid", "steps_per_action", *UNOBSERVED)
 """Options that a policy chooses itself. Those of the first line decide which ranges it sets, and when."""
 
 _ABOUT = ("name", "per_agent", "options", "scenario")
 """Attributes of every policy that are not its numbers."""
 
 _ROW_BY_ROW = (
-    *get_args(Stored),
-    BestCandidate,
-    BestNextHeading,
-    FixedRange,
-    ListenWhileFleeing,
-    RandomRange,
-    ScheduledRange,
-    StubbornLeaders,
+    *(*get_args(Stored), FixedRange, RandomRange, ScheduledRange),
+    *(rules.BestCandidate, rules.BestNextHeading, rules.ListenWhileFleeing, rules.StubbornLeaders),
 )
 
 
 def fitted(policy: BasePolicy, task: TaskDefinition) -> BasePolicy:
-    """Return a policy as it plays a task.
+    """Return a policy as it plays a task, after ``check_fits``.
 
     A policy without options, ``FixedRange`` and ``RandomRange`` take the view and the options of the task.
-
-    Raises:
-        InputError: if the policy does not fit; see ``check_fits``.
     """
     if policy.options is None or isinstance(policy, FixedRange | RandomRange):
-        own = {} if isinstance(policy, RangeRule) else policy.default_options(task.scenario)
+        own = {} if isinstance(policy, rules.RangeRule) else policy.default_options(task.scenario)
         own |= policy.options or {}
         return policy.with_options(per_agent=task.per_agent, **{**task.options, **own})
     check_fits(policy, task)

@@ -56,11 +56,7 @@ def learners(task: TaskDefinition) -> dict[str, Learner]:
 
 
 def learner_of(task: TaskDefinition, name: str) -> Learner:
-    """Return a learner of a task.
-
-    Raises:
-        InputError: if the task has no such learner.
-    """
+    """Return a learner of a task; an unknown name raises ``InputError``."""
     known = learners(task)
     if name not in known:
         given = shown_name(name, list(known))

@@ -21,7 +21,7 @@ from flockesc_env.common.extras import figure_style
 from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.tasks.results import Result
-from flockesc_env.tasks.statistics import intervals, profile
+from flockesc_env.tasks.statistics import estimates, intervals, profile
 from flockesc_env.tasks.task import Task, tasks
 
 RESAMPLES: Final = 2000
@@ -65,11 +65,7 @@ def scores_of(result: Result) -> FloatArray:
 
 
 def rows(results: Sequence[Result]) -> dict[str, list[Row]]:
-    """Return the rows of every task, the highest score first.
-
-    Raises:
-        InputError: if a learner has two results on a task.
-    """
+    """Return the rows of every task, the highest score first; each learner may have one result on a task."""
     found: dict[str, list[Row]] = {}
     for task in dict.fromkeys(result.task for result in results):
         ranked = sorted((one for one in results if one.task == task), key=lambda one: -one.scores().mean())
@@ -97,7 +93,7 @@ def aggregates(results: Sequence[Result]) -> list[Aggregate]:
     if not found:
         return []
     points, ends = _bootstrap(found, _aggregate)
-    entries = [Aggregate(name, len(found[name]), *_estimates(points[name], ends[name])) for name in found]
+    entries = [Aggregate(name, len(found[name]), *estimates(points[name], *ends[name])) for name in found]
     return sorted(entries, key=lambda entry: -entry.iqm.mean)
 
 
@@ -195,10 +191,6 @@ def _bootstrap(scores: Mapping[str, Any], statistic: Callable[..., Any]) -> tupl
 
 def _aggregate(scores: FloatArray) -> FloatArray:
     return np.array([metrics.aggregate_iqm(scores), metrics.aggregate_mean(scores)])
-
-
-def _estimates(points: FloatArray, ends: FloatArray) -> list[Estimate]:
-    return [Estimate(*map(float, row)) for row in zip(points, ends[0], ends[1], strict=True)]
 
 
 @figure_style()

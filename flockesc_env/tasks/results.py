@@ -15,7 +15,7 @@ import numpy as np
 from msgspec import Meta
 
 from flockesc_env.common.checks import FloatArray, parse_json
-from flockesc_env.common.errors import InputError, shown
+from flockesc_env.common.errors import InputError, errors_at, shown
 from flockesc_env.common.files import suffix_of, write_text
 from flockesc_env.policies.files import SUFFIX as POLICY_SUFFIX
 from flockesc_env.policies.registry import load_policy
@@ -117,10 +117,8 @@ def read_result(path: Path) -> Result:
         result = msgspec.convert(parse_json(path.read_text("utf-8")), Result)
     except (ValueError, msgspec.ValidationError) as error:
         raise InputError(str(path), "a result on a task", error) from None
-    try:
+    with errors_at(f"{path}: "):
         _check(result)
-    except InputError as error:
-        raise InputError(f"{path}: {error.field}", error.expected, error.given) from None
     return result
 
 
@@ -151,9 +149,6 @@ def check_different(contents: Sequence[tuple[str, Any]]) -> None:
 
     Args:
         contents: the text that names every policy, and what is compared.
-
-    Raises:
-        InputError: if two policies agree in what is compared.
     """
     for at, (name, own) in enumerate(contents):
         for other, same in contents[:at]:
@@ -174,10 +169,8 @@ def _check(result: Result) -> None:
     if not result.policies:
         raise InputError("policies", "at least one", "none")
     for index, policy in enumerate(result.policies):
-        try:
+        with errors_at(f"policies[{index}]."):
             check_source(policy.policy, policy.sha256)
-        except InputError as error:
-            raise InputError(f"policies[{index}].{error.field}", error.expected, error.given) from None
         _check_objectives(policy, task, f"policies[{index}].objectives")
     check_different([(policy.policy, _content(policy, task)) for policy in result.policies])
     check_training(result.training, len(result.policies))
@@ -213,6 +206,5 @@ def _check_objectives(policy: PolicyResult, task: Task, field: str) -> None:
     for name, values in policy.objectives.items():
         finite, given = sum(map(math.isfinite, values)), len(values)
         if not finite == given == len(FLOCKS):
-            raise InputError(
-                f"{field}.{name}", f"{len(FLOCKS)} finite numbers", f"{finite} finite of {given}"
-            )
+            expected = f"{len(FLOCKS)} finite numbers"
+            raise InputError(f"{field}.{name}", expected, f"{finite} finite of {given}")

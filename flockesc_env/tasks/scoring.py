@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from flockesc_env.common.checks import FloatArray, as_count, as_seed, as_seeds
-from flockesc_env.common.errors import InputError, shown
+from flockesc_env.common.errors import InputError, errors_at, shown
 from flockesc_env.models.records import versions
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.files import parse_policy
@@ -19,18 +19,9 @@ from flockesc_env.policies.ranges import RandomRange
 from flockesc_env.policies.registry import load_policy
 from flockesc_env.policies.rollout import rollout
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.tasks import results
 from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.fitting import content, fitted, is_checkable
-from flockesc_env.tasks.results import (
-    PolicyResult,
-    Result,
-    Training,
-    check_different,
-    check_source,
-    check_training,
-    is_file,
-    read_result,
-)
 from flockesc_env.tasks.task import Task, tasks
 
 _SHOWN: Final = 3
@@ -59,11 +50,8 @@ class LoadedPolicy(NamedTuple):
         Args:
             spec: see ``LoadedPolicy``.
             find: returns the policy of a text that is not the path of a policy file.
-
-        Raises:
-            InputError: if there is no such policy; if the file is damaged or is not a policy.
         """
-        if not is_file(spec):
+        if not results.is_file(spec):
             return cls(spec, "", find(spec))
         if not Path(spec).is_file():
             raise InputError("policies", "an existing policy file", shown(spec))
@@ -89,9 +77,9 @@ def score(
     *,
     learner: str,
     output: Path | None = None,
-    training: Training | None = None,
+    training: results.Training | None = None,
     report: Report = lambda _: None,
-) -> Result:
+) -> results.Result:
     """Play the policies of a learner on the held-out flocks of a task.
 
     Args:
@@ -107,24 +95,22 @@ def score(
         InputError: if a policy does not fit the task, two policies are the same, a policy file is not in
             or below the folder of ``output``, or the training does not have one seed per policy.
     """
-    check_training(training, len(policies))
+    results.check_training(training, len(policies))
     folder = Path() if output is None else output.parent
     fitting = []
     for spec, sha256, policy in policies:
         source = _relative(Path(spec), folder) if sha256 else spec
-        try:
+        with errors_at(f"{spec}: "):
             fitting.append((source, fitted(policy, task)))
             if output is not None:
-                check_source(source, sha256)
-        except InputError as error:
-            raise InputError(f"{spec}: {error.field}", error.expected, error.given) from None
-    check_different([(one.spec, one.content(task)) for one in policies])
+                results.check_source(source, sha256)
+    results.check_different([(one.spec, one.content(task)) for one in policies])
     found = []
     for (spec, sha256, _), (source, policy) in zip(policies, fitting, strict=True):
         report(spec)
         objectives = {name: play(policy, task, name, FLOCKS).tolist() for name in task.scales}
-        found.append(PolicyResult(policy=source, sha256=sha256, objectives=objectives))
-    return Result(
+        found.append(results.PolicyResult(policy=source, sha256=sha256, objectives=objectives))
+    return results.Result(
         version=VERSION,
         task=task.name,
         task_sha256=task.sha256,
@@ -148,7 +134,9 @@ def draw_flocks(count: int, seed: int) -> list[int]:
     return sorted(chosen.tolist())
 
 
-def verify(path: Path, *, flocks: Sequence[int] | None = None, report: Report = lambda _: None) -> Result:
+def verify(
+    path: Path, *, flocks: Sequence[int] | None = None, report: Report = lambda _: None
+) -> results.Result:
     """Play a result again and compare every objective, bit for bit; return the result.
 
     Args:
@@ -161,16 +149,14 @@ def verify(path: Path, *, flocks: Sequence[int] | None = None, report: Report = 
             about this version's tasks and flocks, a policy file has another checksum, a policy does not fit
             the task, two policies are the same, an objective differs, or the policies are code.
     """
-    result = read_result(path)
+    result = results.read_result(path)
     task = tasks[result.task]
     drawn = [seed - FLOCKS.start for seed in (FLOCKS if flocks is None else as_seeds(flocks, "flocks"))]
     if not set(drawn) <= {*range(len(FLOCKS))}:
         raise InputError("flocks", f"seeds from {FLOCKS[0]} to {FLOCKS[-1]}", shown(flocks))
     found = [_find(policy, task, path, f"policies[{at}]") for at, policy in enumerate(result.policies)]
-    try:
-        check_different([(one.spec, one.content(task)) for one in found])
-    except InputError as error:
-        raise InputError(f"{path}: {error.field}", error.expected, error.given) from None
+    with errors_at(f"{path}: "):
+        results.check_different([(one.spec, one.content(task)) for one in found])
     for index, (policy, one) in enumerate(zip(result.policies, found, strict=True)):
         field = f"{path}: policies[{index}]"
         report(policy.policy)
@@ -196,13 +182,13 @@ def _played(policy: BasePolicy, task: Task, scenario: str, drawn: Sequence[int])
     return play(policy, task, scenario, [FLOCKS[at] for at in drawn])
 
 
-def _find(policy: PolicyResult, task: Task, path: Path, field: str) -> LoadedPolicy:
+def _find(policy: results.PolicyResult, task: Task, path: Path, field: str) -> LoadedPolicy:
     """Return a policy of the result at ``path``, after a check of its file."""
-    spec = str(path.parent / policy.policy) if is_file(policy.policy) else policy.policy
+    spec = str(path.parent / policy.policy) if results.is_file(policy.policy) else policy.policy
     try:
         found = LoadedPolicy.of(spec)
     except InputError:
-        if is_file(spec):
+        if results.is_file(spec):
             raise InputError(f"{path}: {field}", "an existing policy file", shown(policy.policy)) from None
         expected = "a policy file or the name of a policy, which can be played again"
         given = f"{shown(policy.policy)}, played by its author's code"
@@ -210,10 +196,8 @@ def _find(policy: PolicyResult, task: Task, path: Path, field: str) -> LoadedPol
     if found.sha256 != policy.sha256:
         expected = f"{policy.policy} with the sha256 {policy.sha256}"
         raise InputError(f"{path}: {field}", expected, found.sha256)
-    try:
+    with errors_at(f"{path}: {field}: "):
         fitted(found.policy, task)
-    except InputError as error:
-        raise InputError(f"{path}: {field}: {error.field}", error.expected, error.given) from None
     return found
 
 

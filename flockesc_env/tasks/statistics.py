@@ -56,7 +56,7 @@ def aggregate(values: FloatArray, baseline: FloatArray) -> Aggregate:
         difference=gain,
         lowest=float(per_seed.min()),
         highest=float(per_seed.max()),
-        improvement=_estimates(*_shares(better[np.newaxis]))[0],
+        improvement=estimates(*_shares(better[np.newaxis]))[0],
     )
 
 
@@ -66,7 +66,7 @@ def means(scores: FloatArray) -> list[Estimate]:
     Scores have the shape (scores, training seeds, flocks). With one training seed, the interval covers the
     flocks alone.
     """
-    return _estimates(*intervals(scores))
+    return estimates(*intervals(scores))
 
 
 def profile(values: FloatArray, thresholds: FloatArray) -> Profile:
@@ -76,7 +76,7 @@ def profile(values: FloatArray, thresholds: FloatArray) -> Profile:
 
 def difference(values: FloatArray, other: FloatArray) -> Estimate:
     """Return the mean paired difference of two policies, each of shape (its training seeds, flocks)."""
-    (found,) = _estimates(*intervals(values[np.newaxis], other[np.newaxis]))
+    (found,) = estimates(*intervals(values[np.newaxis], other[np.newaxis]))
     return found
 
 
@@ -123,5 +123,6 @@ def _shares(marks: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return share, np.maximum(low, 0), np.minimum(high, 1)
 
 
-def _estimates(mean: FloatArray, low: FloatArray, high: FloatArray) -> list[Estimate]:
+def estimates(mean: FloatArray, low: FloatArray, high: FloatArray) -> list[Estimate]:
+    """Return estimates, given as arrays of their means and ends."""
     return [Estimate(*map(float, row)) for row in zip(mean, low, high, strict=True)]

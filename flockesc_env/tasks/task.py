@@ -117,11 +117,7 @@ tasks: Final = Tasks()
 
 
 def read_tasks(text: str) -> dict[str, Task]:
-    """Return the tasks of a file's text.
-
-    Raises:
-        InputError: if a field is unknown, missing or of a wrong type, or names nothing that exists.
-    """
+    """Return the tasks of a file's text; a field or a name that does not fit raises ``InputError``."""
     try:
         file = msgspec.convert(tomllib.loads(text), _File)
     except (tomllib.TOMLDecodeError, msgspec.ValidationError) as error:

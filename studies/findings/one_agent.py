@@ -29,10 +29,7 @@ CANDIDATES: Final = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
 """Ranges in m whose heard velocity the figure shows. They are also those of the rule."""
 
 BLIND: Final = "per-agent-visible-derived"
-_TITLES = {
-    "blind": "Without a profile: the best policy",
-    "informed": "With a profile: the rule turn-away",
-}
+_TITLES = {"blind": "Without a profile: the best policy", "informed": "With a profile: the rule turn-away"}
 _AHEAD = 30.0
 """Angle in degrees between heading and escape direction below which the page says that an agent escapes."""
 
@@ -80,11 +77,7 @@ def _run(policy: BasePolicy, max_range: float | None = None) -> dict[str, NDArra
     known = policy.policy_spec.options
     longest = max_range or known.max_range
     profile = [rho for rho in CANDIDATES if rho <= longest]
-    seeing: dict[str, Any] = {
-        "max_range": longest,
-        "profile_ranges": profile,
-        "extra_entries": extra,
-    }
+    seeing: dict[str, Any] = {"max_range": longest, "profile_ranges": profile, "extra_entries": extra}
     layout, seen, ranges = watch(
         policy.with_options(scenario=FlockScenario(), **seeing), first_seeds(HELD_OUT, 1)
     )

@@ -12,23 +12,9 @@ from matplotlib.figure import Figure
 from flockesc_env.common.errors import InputError
 from flockesc_env.jobs import Arrays, Backend, Cache
 from studies.measurements import Runner
-from studies.paper import flock_figures, line_figures, mechanism_figures
+from studies.paper import flock_figures, line_figures, mechanism_figures, plan
 from studies.paper.flock_claims import PRINTED_BEST, PRINTED_COMPONENTS, dominates
 from studies.paper.line_claims import PRINTED_CLUSTERS, clusters
-from studies.paper.plan import (
-    ANATOMIES,
-    FLOCK_GRID,
-    FORCES,
-    FREE_RANGES,
-    OFFSETS,
-    PAPER,
-    SHOWN_FLOCK_RANGES,
-    STRENGTHS,
-    Trials,
-    captures,
-    control,
-    measurements,
-)
 from training.figure_style import save_figure
 
 Measured = Mapping[str, Arrays]
@@ -41,7 +27,7 @@ def line_seed(measured: Measured) -> int:
     def deviation(seed: int) -> float:
         worst = 0.0
         for rho, printed in PRINTED_CLUSTERS.items():
-            found = clusters(finals[FREE_RANGES.index(rho), seed], rho)
+            found = clusters(finals[plan.FREE_RANGES.index(rho), seed], rho)
             if len(found) != len(printed):
                 return np.inf
             worst = max(worst, float(np.abs(found - printed).max()))
@@ -53,9 +39,9 @@ def line_seed(measured: Measured) -> int:
 def flock_seed(measured: Measured) -> int:
     """Return the seed of the flock in Figures 6 to 10, by the rule on the page."""
     curves, values = measured["curves"], measured["grid flock"]["min_mean_distance"]
-    at_end = curves["num_components"][SHOWN_FLOCK_RANGES.index(PRINTED_BEST), :, -1]
+    at_end = curves["num_components"][plan.SHOWN_FLOCK_RANGES.index(PRINTED_BEST), :, -1]
     suits = (at_end == PRINTED_COMPONENTS) & dominates(curves["mean_distance"]).all(axis=-1)
-    best = np.array(FLOCK_GRID)[np.argmax(values, axis=0)]
+    best = np.array(plan.FLOCK_GRID)[np.argmax(values, axis=0)]
     return int(np.argmin(np.where(suits | ~suits.any(), np.abs(best - PRINTED_BEST), np.inf)))
 
 
@@ -72,9 +58,11 @@ def _distances(objective: str) -> Callable[[Measured], Figure]:
 
 
 _FLOCKS = ("curves", "grid flock")
-_OFFSETS = {offset: f"aimed {offset:g}" for offset in OFFSETS}
-_FORCES = {force: f"grid {force}" for force in FORCES}
-_STRENGTHS = tuple(name(PAPER, strength) for name in (control, captures) for strength in STRENGTHS)
+_OFFSETS = {offset: f"aimed {offset:g}" for offset in plan.OFFSETS}
+_FORCES = {force: f"grid {force}" for force in plan.FORCES}
+_STRENGTHS = tuple(
+    name(plan.PAPER, strength) for name in (plan.control, plan.captures) for strength in plan.STRENGTHS
+)
 
 FIGURES: Final[dict[str, tuple[Iterable[str], Callable[[Measured], Figure]]]] = {
     "2": ((), lambda _: line_figures.escape_forces()),
@@ -94,7 +82,7 @@ FIGURES: Final[dict[str, tuple[Iterable[str], Callable[[Measured], Figure]]]] = 
         lambda m: flock_figures.aimed_beside({offset: m[name] for offset, name in _OFFSETS.items()}),
     ),
     "force": (_STRENGTHS, mechanism_figures.by_force),
-    "anatomy": (ANATOMIES, mechanism_figures.anatomy),
+    "anatomy": (plan.ANATOMIES, mechanism_figures.anatomy),
 }
 """Measurements that a figure needs and how it is drawn, by the number in the paper. ``"edge"`` is the attack
 beside the center, ``"force"`` and ``"anatomy"`` are controls of the paper's explanation."""
@@ -107,7 +95,7 @@ def draw_figures(output: Path, measured: Measured, names: Iterable[str] = FIGURE
 
 
 def measure_and_draw(
-    output: Path, names: Iterable[str], trials: Trials, backend: Backend, *, progress: bool = False
+    output: Path, names: Iterable[str], trials: plan.Trials, backend: Backend, *, progress: bool = False
 ) -> list[Path]:
     """Write some figures and return the PNG files; run only the measurements that they need.
 
@@ -116,8 +104,8 @@ def measure_and_draw(
     for name in names:
         if name not in FIGURES:
             raise InputError("figures", f"some of {', '.join(FIGURES)}", repr(name))
-    plan = measurements(trials)
-    needed = {need: plan[need] for name in names for need in FIGURES[name][0]}
+    known = plan.measurements(trials)
+    needed = {need: known[need] for name in names for need in FIGURES[name][0]}
     output.mkdir(parents=True, exist_ok=True)
     measured = Runner(Cache(output / "cache"), backend, progress).measure(needed)
     return draw_figures(output, measured, names)

@@ -8,18 +8,8 @@ from numpy.typing import NDArray
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays
+from studies.paper import plan
 from studies.paper.claims import Claim, Quantity, claim, exactly, mean, share
-from studies.paper.plan import (
-    BATCH,
-    COARSE,
-    FORCES,
-    FREE_RANGES,
-    LINE,
-    LINE_GRID,
-    PREDATOR_POSITIONS,
-    SHOWN_RANGES,
-    THRESHOLD_RANGES,
-)
 
 PRINTED_CLUSTERS = {0.2: (0.35, 0.69), 0.1: (0.14, 0.40, 0.67, 0.88)}
 """Cluster positions that Figure 3 shows, by range."""
@@ -27,8 +17,8 @@ PRINTED_CLUSTERS = {0.2: (0.35, 0.69), 0.1: (0.14, 0.40, 0.67, 0.88)}
 NEAR = 0.05
 """Largest distance at which a cluster counts as being where the paper has it."""
 
-_FIRST = LINE_GRID.index(0.1)
-_GRID = np.array(LINE_GRID)
+_FIRST = plan.LINE_GRID.index(0.1)
+_GRID = np.array(plan.LINE_GRID)
 
 
 def clusters(final: FloatArray, rho: float) -> FloatArray:
@@ -39,11 +29,11 @@ def clusters(final: FloatArray, rho: float) -> FloatArray:
 
 def theory_claims(results: dict[str, Arrays]) -> list[Claim]:
     """Return the rows of Section III, in the paper's order."""
-    free, at = results["free line"], FREE_RANGES.index
+    free, at = results["free line"], plan.FREE_RANGES.index
     # m(t) never falls, so that a line with one cluster was connected at all times.
     connected = np.all(np.diff(free["final"][at(0.3)], axis=1) <= 0.3, axis=1)
     off_mean, off_alpha = free["mean_offset"][at(0.3)][connected], free["alpha_offset"][at(0.2)]
-    thresholds = {rho: results[f"threshold {rho}"] for rho in THRESHOLD_RANGES}
+    thresholds = {rho: results[f"threshold {rho}"] for rho in plan.THRESHOLD_RANGES}
     stays_out = {rho: ~study["returns"][0] for rho, study in thresholds.items()}
     return [
         claim(
@@ -98,9 +88,9 @@ def theory_claims(results: dict[str, Arrays]) -> list[Claim]:
 
 
 def _existence(where: str, name: str, grid: Arrays) -> Claim:
-    converged = grid["converged"][COARSE]
+    converged = grid["converged"][plan.COARSE]
     worst = int(np.argmin(converged.mean(axis=1)))
-    within = np.all(converged[: round(LINE.predator_range * 10) + 1], axis=0)
+    within = np.all(converged[: round(plan.LINE.predator_range * 10) + 1], axis=0)
     return claim(
         where,
         f"With {name} and s = 2 a steady state exists for all of Figure 5, which d_ss needs.",
@@ -115,37 +105,37 @@ def _existence(where: str, name: str, grid: Arrays) -> Claim:
 
 def line_claims(results: dict[str, Arrays]) -> list[Claim]:
     """Return the rows of Section IV, in the paper's order."""
-    grids = {force: results[f"grid {force}"] for force in FORCES}
+    grids = {force: results[f"grid {force}"] for force in plan.FORCES}
     return [
         *_figure_3(results["free line"]),
         *_figure_4(results["attacked line"]),
-        *(_best_range(force, grids[force]) for force in FORCES),
+        *(_best_range(force, grids[force]) for force in plan.FORCES),
         _second_peak(grids["linear"]["escape_distance"]),
         *_at_best(grids["linear"]),
     ]
 
 
 def _figure_3(free: Arrays) -> list[Claim]:
-    counts = {rho: _counts(free, rho) for rho in FREE_RANGES}
+    counts = {rho: _counts(free, rho) for rho in plan.FREE_RANGES}
     rows = [
         claim(
             "IV, Fig. 3a",
             "rho = 1: one cluster, at the average of x(0).",
             "one cluster within 1e-9 of the average",
-            (counts[1.0] == 1) & (free["mean_offset"][FREE_RANGES.index(1.0)] < 1e-9),
+            (counts[1.0] == 1) & (free["mean_offset"][plan.FREE_RANGES.index(1.0)] < 1e-9),
             "lines with one cluster at the average",
         ),
         claim(
             "IV, Fig. 3d",
             "rho = 0: 100 independent agents.",
             "100 components",
-            counts[0.0] == LINE.num_agents,
+            counts[0.0] == plan.LINE.num_agents,
             "lines with 100 components",
         ),
     ]
     for panel, (rho, printed) in zip("bc", PRINTED_CLUSTERS.items(), strict=True):
         number, as_many = len(printed), counts[rho] == len(printed)
-        finals = free["final"][FREE_RANGES.index(rho)][as_many]
+        finals = free["final"][plan.FREE_RANGES.index(rho)][as_many]
         found = np.array([clusters(final, rho) for final in finals])
         rows += [
             claim(
@@ -171,9 +161,9 @@ def _figure_3(free: Arrays) -> list[Claim]:
 
 
 def _figure_4(attacked: Arrays) -> list[Claim]:
-    distance = np.abs(attacked["final"] - LINE.predator_position).min(axis=-1)
-    best = SHOWN_RANGES.index(0.1)
-    by_range = zip(SHOWN_RANGES, distance, strict=True)
+    distance = np.abs(attacked["final"] - plan.LINE.predator_position).min(axis=-1)
+    best = plan.SHOWN_RANGES.index(0.1)
+    by_range = zip(plan.SHOWN_RANGES, distance, strict=True)
     measured = [mean(f"mean d_ss, rho = {rho:g}", row, digits=3) for rho, row in by_range]
     return [
         claim(
@@ -199,16 +189,16 @@ def _figure_4(attacked: Arrays) -> list[Claim]:
 
 def _best_range(force: str, grid: Arrays) -> Claim:
     distance = grid["escape_distance"]
-    chosen = np.argmax(_batches(distance[COARSE]), axis=0) == 1
-    everywhere = stats.argmax(_GRID[COARSE], distance[COARSE])
+    chosen = np.argmax(_batches(distance[plan.COARSE]), axis=0) == 1
+    everywhere = stats.argmax(_GRID[plan.COARSE], distance[plan.COARSE])
     return claim(
         "IV, Fig. 5a",
-        f"rho* = 0.1 on the grid 0, 0.1, .., 1 with {BATCH} trials, under `{force}`.",
-        f"a batch of {BATCH} lines chooses 0.1; so does the mean over all lines",
+        f"rho* = 0.1 on the grid 0, 0.1, .., 1 with {plan.BATCH} trials, under `{force}`.",
+        f"a batch of {plan.BATCH} lines chooses 0.1; so does the mean over all lines",
         chosen,
         Quantity("best range of the grid, all trials", everywhere, digits=1),
-        f"batches of {BATCH} that choose 0.1",
-        share("single lines whose best range is 0.1", np.argmax(distance[COARSE], axis=0) == 1),
+        f"batches of {plan.BATCH} that choose 0.1",
+        share("single lines whose best range is 0.1", np.argmax(distance[plan.COARSE], axis=0) == 1),
         mean("mean d_ss(0.1)", distance[_FIRST], digits=4),
         mean("mean number of clusters at 0.1", grid["num_components"][_FIRST]),
         in_expectation=everywhere.mean == _GRID[_FIRST],
@@ -218,20 +208,20 @@ def _best_range(force: str, grid: Arrays) -> Claim:
 
 
 def _second_peak(distance: FloatArray) -> Claim:
-    best, upper = stats.argmax(_GRID, distance), LINE_GRID.index(0.5)
+    best, upper = stats.argmax(_GRID, distance), plan.LINE_GRID.index(0.5)
     # Peaks are compared on other lines than those on which the second one is found.
     chosen, reported = distance[:, ::2], distance[:, 1::2]
     peak = reported[upper + int(np.argmax(chosen[upper:].mean(axis=1)))]
     return claim(
         "IV, Fig. 5a",
         "rho* = 0.1 is the optimal range (`linear`, on a grid of 0.01).",
-        f"a batch of {BATCH} lines has its best range below 0.5; that of all lines rounds to 0.1",
+        f"a batch of {plan.BATCH} lines has its best range below 0.5; that of all lines rounds to 0.1",
         np.argmax(_batches(distance), axis=0) < upper,
         Quantity("best range", best),
         Quantity("best range above 0.5, a second peak", stats.argmax(_GRID[upper:], distance[upper:])),
         mean("mean d_ss at the second peak", peak, digits=4),
         mean("d_ss(0.1) - d_ss(second peak), paired", reported[_FIRST] - peak, digits=4),
-        f"batches of {BATCH} whose best range is below 0.5",
+        f"batches of {plan.BATCH} whose best range is below 0.5",
         in_expectation=round(best.mean, 1) == 0.1,
         trials=distance.shape[1],
         is_reading=True,
@@ -240,26 +230,26 @@ def _second_peak(distance: FloatArray) -> Claim:
 
 def _at_best(grid: Arrays) -> list[Claim]:
     distance, components = grid["escape_distance"][_FIRST], grid["num_components"][_FIRST].astype(float)
-    of_batches = _batches(components[np.newaxis])[0]
+    of_batches, batch = _batches(components[np.newaxis])[0], plan.BATCH
     low, high = map(float, np.quantile(of_batches, [0.025, 0.975]))
     return [
         claim(
             "IV, Fig. 5a",
             "Mean d_ss(0.1) = 0.3.",
-            f"the mean of a batch of {BATCH} lines rounds to 0.3; so does that of all",
+            f"the mean of a batch of {batch} lines rounds to 0.3; so does that of all",
             np.round(_batches(distance[np.newaxis])[0], 1) == 0.3,
             mean("mean d_ss(0.1), `linear`", distance, digits=4),
-            f"means of {BATCH} that round to 0.3",
+            f"means of {batch} that round to 0.3",
             in_expectation=round(distance.mean(), 1) == 0.3,
             trials=len(distance),
         ),
         claim(
             "IV, Fig. 5b",
             "2.65 clusters on average at rho = 0.1: two or three.",
-            f"a line ends in two or three clusters; 2.65 lies in the range of 95 % of the means of {BATCH}",
+            f"a line ends in two or three clusters; 2.65 lies in the range of 95 % of the means of {batch}",
             (components == 2) | (components == 3),
             mean("mean number of clusters, `linear`", components),
-            Quantity(f"means of {BATCH} lines, 95 % of them", Estimate(float(of_batches.mean()), low, high)),
+            Quantity(f"means of {batch} lines, 95 % of them", Estimate(float(of_batches.mean()), low, high)),
             "lines with two or three",
             in_expectation=low <= 2.65 <= high,
         ),
@@ -269,10 +259,10 @@ def _at_best(grid: Arrays) -> list[Claim]:
 def edge_claim(results: dict[str, Arrays]) -> Claim:
     """Return the row about an attack on the edge of the line; Section VI speaks of the flock's edge."""
     measured, components = [], {}
-    for place in PREDATOR_POSITIONS:
+    for place in plan.PREDATOR_POSITIONS:
         study = results[f"predator at {place}"]
         best = stats.argmax(_GRID, study["escape_distance"])
-        components[place] = study["num_components"][LINE_GRID.index(float(best.mean))]
+        components[place] = study["num_components"][plan.LINE_GRID.index(float(best.mean))]
         measured += [
             Quantity(f"best range, x_p = {place:g}", best),
             mean(f"mean number of clusters at the best range, x_p = {place:g}", components[place]),
@@ -291,13 +281,13 @@ def edge_claim(results: dict[str, Arrays]) -> Claim:
 
 
 def _counts(free: Arrays, rho: float) -> NDArray[np.int64]:
-    finals = free["final"][FREE_RANGES.index(rho)]
+    finals = free["final"][plan.FREE_RANGES.index(rho)]
     counts: NDArray[np.int64] = 1 + (np.diff(finals, axis=1) > rho).sum(axis=1)
     return counts
 
 
 def _batches(values: FloatArray) -> FloatArray:
     """Return the means over batches of ``BATCH`` lines: shape (k, lines) to (k, batches)."""
-    whole = values.shape[1] // BATCH * BATCH
-    means: FloatArray = values[:, :whole].reshape(len(values), -1, BATCH).mean(axis=-1)
+    whole = values.shape[1] // plan.BATCH * plan.BATCH
+    means: FloatArray = values[:, :whole].reshape(len(values), -1, plan.BATCH).mean(axis=-1)
     return means

@@ -12,19 +12,8 @@ from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
 from flockesc_env.jobs import Arrays
 from studies.measurements import means
+from studies.paper import plan
 from studies.paper.claims import Claim, Quantity, claim
-from studies.paper.plan import (
-    CONTROL_GRID,
-    LINE_GRID,
-    NO_FORCE,
-    PAPER,
-    PAPER_FORCE,
-    SCENARIOS,
-    STRENGTHS,
-    SURVIVAL_SCENARIOS,
-    captures,
-    control,
-)
 from studies.robustness.survey import Choice, Finding, choose
 
 SECTION = "I, "
@@ -73,7 +62,7 @@ def flock_values(
     results: Mapping[str, Arrays], scenario: str, strength: float, spec: ObjectiveSpec
 ) -> FloatArray:
     """Return an objective of a scenario under an escape force, shape (ranges, flocks)."""
-    name = captures if spec.requires == "capture_radius" else control
+    name = plan.captures if spec.requires == "capture_radius" else plan.control
     values: FloatArray = results[name(scenario, strength)][spec.name]
     return values
 
@@ -81,9 +70,9 @@ def flock_values(
 def force_table(results: Mapping[str, Arrays]) -> dict[str, tuple[Estimate, ...]]:
     """Return the objectives of the paper's flock by symbol and escape force: "J_mean 10"; one per range."""
     return {
-        f"{spec.symbol} {strength:g}": means(flock_values(results, PAPER, strength, spec))
+        f"{spec.symbol} {strength:g}": means(flock_values(results, plan.PAPER, strength, spec))
         for spec in OBJECTIVES
-        for strength in STRENGTHS
+        for strength in plan.STRENGTHS
     }
 
 
@@ -91,27 +80,31 @@ def mechanism_claims(results: Mapping[str, Arrays]) -> list[Claim]:
     """Return the rows about the paper's explanation: warning, masking, and the trade-off between them."""
 
     def flock(scenario: str, spec: ObjectiveSpec) -> Controlled:
-        where = f"{SECTION}{spec.symbol}" + ("" if scenario == PAPER else f", {scenario}")
-        both = (flock_values(results, scenario, strength, spec) for strength in (NO_FORCE, PAPER_FORCE))
-        return Controlled(where, spec, CONTROL_GRID, 10.0, 100.0, *both)
+        where = f"{SECTION}{spec.symbol}" + ("" if scenario == plan.PAPER else f", {scenario}")
+        both = (
+            flock_values(results, scenario, strength, spec) for strength in (plan.NO_FORCE, plan.PAPER_FORCE)
+        )
+        return Controlled(where, spec, plan.CONTROL_GRID, 10.0, 100.0, *both)
 
     rows = []
     for spec in OBJECTIVES:
         others = {
-            f"with s = {strength:g}": choose(CONTROL_GRID, flock_values(results, PAPER, strength, spec))
-            for strength in STRENGTHS
-            if strength not in {NO_FORCE, PAPER_FORCE}
+            f"with s = {strength:g}": choose(
+                plan.CONTROL_GRID, flock_values(results, plan.PAPER, strength, spec)
+            )
+            for strength in plan.STRENGTHS
+            if strength not in {plan.NO_FORCE, plan.PAPER_FORCE}
         }
-        paper = flock(PAPER, spec)
+        paper = flock(plan.PAPER, spec)
         rows += [_warning(paper), _masking(paper), _trade_off(paper, others)]
-    for scenario in SCENARIOS:
+    for scenario in plan.SCENARIOS:
         for spec in OBJECTIVES:
-            is_measured = spec.requires != "capture_radius" or scenario in SURVIVAL_SCENARIOS
-            if scenario != PAPER and is_measured:
+            is_measured = spec.requires != "capture_radius" or scenario in plan.SURVIVAL_SCENARIOS
+            if scenario != plan.PAPER and is_measured:
                 rows.append(_trade_off(flock(scenario, spec)))
     spec = LINE_OBJECTIVES["escape_distance"]
     both = (results[name][spec.name] for name in ("fearless line", "grid linear"))
-    line = Controlled(f"{SECTION}the line", spec, LINE_GRID, 0.1, 1.0, *both)
+    line = Controlled(f"{SECTION}the line", spec, plan.LINE_GRID, 0.1, 1.0, *both)
     return [*rows, _warning(line), _masking(line), _trade_off(line)]
 
 
