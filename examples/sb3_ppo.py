@@ -14,8 +14,7 @@ import tyro
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
-from flockesc_env import FixedRange, SB3Policy, rollout, save_policy
-from flockesc_env import tasks
+from flockesc_env import FixedRange, SB3Policy, rollout, save_policy, tasks
 
 TASK = tasks["per-agent-visible"]
 HYPERPARAMETERS = TASK.hyperparameters("ppo")  # of flockesc_env/tasks/learners/per-agent-visible.toml
