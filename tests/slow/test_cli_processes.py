@@ -23,7 +23,7 @@ def test_a_process_ends_with_the_code_of_its_command() -> None:
     assert len(json.loads(ran.stdout)["ranges"]) == 21
     ran = run_process("simulate", "fixed:-1", capture_output=True)
     assert (ran.returncode, ran.stdout) == (Exit.REFUSED, "")
-    assert ran.stderr.startswith("flockesc: error: interaction_range")
+    assert ran.stderr.startswith("flockesc: error: policy: expected fixed:RHO")
 
 
 def test_progress_is_shown_on_request() -> None:
