@@ -100,7 +100,9 @@ CALLS: dict[str, Callable[[], Call]] = {
     "step, 10,000 steps per action": lambda: gymnasium_step(
         crowd.replace(num_agents=5000), steps_per_action=10_000
     ),
-    "step, 10 slow steps per action": lambda: gymnasium_step(dense, 50.0, steps_per_action=10, max_range=50.0),
+    "step, 10 slow steps per action": lambda: gymnasium_step(
+        dense, 50.0, steps_per_action=10, max_range=50.0
+    ),
     "step, 99 steps of Voronoi neighbors": lambda: gymnasium_step(
         crowd.replace(neighbor_rule=Voronoi(), num_agents=30_000), steps_per_action=99
     ),
