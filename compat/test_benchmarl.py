@@ -128,7 +128,7 @@ def test_the_example(algorithm: str, interface: str, ranges: tuple[float, ...], 
     chosen = ["--algorithm", algorithm, "--interface", interface, "--output", output]
     done = subprocess.run([*command, *short, *chosen], capture_output=True, text=True, check=True)  # noqa: S603
     assert "over the best fixed range" in done.stdout.splitlines()[-1]
-    assert load_policy(output).policy.architecture.ranges == ranges
+    assert load_policy(output).architecture.ranges == ranges
 
 
 def test_snippets_of_the_docs() -> None:

@@ -239,7 +239,7 @@ def test_the_example_is_seeded(interface: str, tmp_path: Path) -> None:
     gains = {run.stdout.splitlines()[-1] for run in runs}
     assert len(gains) == 1
     assert "over the best fixed range" in gains.pop()
-    first, second = (load_policy(file).policy.parameters for file in files)
+    first, second = (load_policy(file).parameters for file in files)
     np.testing.assert_array_equal(first, second)
 
 
