@@ -29,7 +29,7 @@ def optional(help_: str, default: str, metavar: str | None = None) -> tuple[Any,
 
 
 def several(help_: str, metavar: str) -> Any:
-    """Return the annotation of positional arguments, of which a command needs at least one."""
+    """Return the annotation of one or more positional arguments."""
     return arg(help=help_, metavar=metavar, help_behavior_hint="(at least one)")
 
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from copy import copy
 from dataclasses import fields
@@ -99,7 +100,7 @@ class RowMemory:
         self._memory, self._begins = memory, np.zeros(count, bool)
 
 
-class BasePolicy:
+class BasePolicy(ABC):
     """Base class of this package's policies: they know for which environment they were made.
 
     Attributes:
@@ -121,9 +122,9 @@ class BasePolicy:
         super().__init_subclass__()
         cls.name = cls.__name__
 
+    @abstractmethod
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return one action per observation row; see ``Policy.act``."""
-        raise NotImplementedError
 
     def with_options(
         self,
@@ -245,7 +246,7 @@ def check_options(
 ) -> None:
     """Check that an environment has the options with which a policy was ``origin``: trained or made.
 
-    The options in ``UNOBSERVED`` may differ, and those that are not among ``names``, unless that is None.
+    Options in ``UNOBSERVED`` may differ. If ``names`` is given, only these options are compared.
     """
     for field in fields(known):
         expected, given = (getattr(each, field.name, None) for each in (known, options))

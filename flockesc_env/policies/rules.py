@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from flockesc_env.policies.base import LONGEST, BasePolicy, Observations
 from flockesc_env.scenario.presets import Scenario
 
 
-class RangeRule(BasePolicy, ABC):
+class RangeRule(BasePolicy):
     """Base of rules that return a range for every observation row.
 
     Attributes:

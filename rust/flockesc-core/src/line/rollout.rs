@@ -27,7 +27,7 @@ pub struct LineEpisodeOutcome {
 /// network for all lines, or one per line. `progress` counts lines.
 ///
 /// # Errors
-/// [`crate::Error::Input`] if the scenario has no predator; [`crate::Error::Input`] if the
+/// [`crate::Error::Input`] if the scenario has no predator; if the
 /// number of networks is neither 1 nor the number of seeds, or if `num_threads` is out of bounds;
 /// [`crate::Error::Interrupted`] if `progress` was cancelled.
 pub fn rollout_line(

@@ -77,7 +77,7 @@ impl Networks {
     /// [`Architecture::size`] numbers per network.
     ///
     /// # Errors
-    /// [`Error::Input`] if a field of the architecture is out of bounds; [`Error::Input`] if
+    /// [`Error::Input`] if a field of the architecture is out of bounds; if
     /// `parameters` has the wrong length or an entry that is not finite, if an input is not one of `entries`,
     /// or if `ranges` are not those of the head.
     pub fn new(

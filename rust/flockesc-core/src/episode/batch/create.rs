@@ -25,7 +25,7 @@ impl<const D: usize> Batch<D> {
     ///
     /// # Errors
     /// [`Error::Input`] if the scenario or `config` is out of bounds, or if the scenario has no
-    /// predator or another dimension; [`Error::Input`] if `num_flocks` is 0 or `num_threads` is
+    /// predator or another dimension; if `num_flocks` is 0 or `num_threads` is
     /// out of bounds; [`Error::Memory`].
     pub fn new(
         scenario: FlockConfig,

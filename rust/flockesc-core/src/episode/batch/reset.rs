@@ -38,7 +38,7 @@ impl<const D: usize> Batch<D> {
     /// [`SlotReset`].
     ///
     /// # Errors
-    /// [`Error::Input`] if a slot does not exist or `start` does not fit the scenario of one; [`Error::Input`] if a
+    /// [`Error::Input`] if a slot does not exist or `start` does not fit the scenario of one; if a
     /// new episode draws a number that is out of bounds; [`Error::Memory`]. The batch is then unchanged.
     pub fn reset_many(
         &mut self,
