@@ -30,7 +30,7 @@ from flockesc_env.scenario.predators import (
     Wandering,
 )
 from flockesc_env.scenario.presets import PRESETS, preset
-from flockesc_env.scenario.randomization import Choice, LogUniform, Uniform
+from flockesc_env.scenario.randomization import Choice, LogUniform, RandomApproach, Uniform
 
 __all__ = [
     "PRESETS",
@@ -57,6 +57,7 @@ __all__ = [
     "PreferredDistance",
     "PrescribedPath",
     "PurePursuit",
+    "RandomApproach",
     "RandomHeadings",
     "Reynolds",
     "Ring",

@@ -110,7 +110,7 @@ def check_not_drawn(scenario: Document, paths: Iterable[str]) -> None:
     Paths have indices in brackets or after dots, with or without the kinds of parts.
     """
     distributions: tuple[Distribution, ...] = getattr(scenario, "randomization", ())
-    drawn = {_names(each.field): each for each in distributions}
+    drawn = {_names(field): each for each in distributions for field in each.fields}
     for path in paths:
         if _names(path) in drawn:
             raise InputError(path, "a field that randomization does not draw", shown(drawn[_names(path)]))

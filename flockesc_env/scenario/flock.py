@@ -58,12 +58,15 @@ class FlockScenario(Document):
         blind_angle: angle in rad of the sector behind an agent in which it sees no neighbors, from 0 to 2 pi.
         mutual: True: two agents are neighbors only if each is in the other's neighborhood.
         frozen_graph: True: the neighbor graph of the first step is used in all steps, even if ranges change.
+        blocks_warnings: True: an agent that no predator has reached does not hear agents that one has
+            reached. A predator reaches an agent that is, or was, within ``predator_range`` of it.
         periodic_side: side in m of a periodic domain (a torus), which cannot contain predators; ``None``: an
             unbounded domain.
         randomization: fields that are drawn from the seed in every episode, in this order. A tuple of
-            ``Uniform(field, low, high)``, ``LogUniform(field, low, high)`` and ``Choice(field, values)``. Any
-            number of the scenario can be drawn except ``initial_side`` and ``time_step``. An episode that
-            draws a number out of bounds raises ``InputError`` at its reset.
+            ``Uniform(field, low, high)``, ``LogUniform(field, low, high)``, ``Choice(field, values)`` and
+            ``RandomApproach(predator, distance, low, high)``, which draws the start of a
+            predator. Any number of the scenario can be drawn except ``initial_side`` and ``time_step``. An
+            episode that draws a number out of bounds raises ``InputError`` at its reset.
 
     Raises:
         InputError: if a field has the wrong type or is out of bounds.
@@ -93,6 +96,7 @@ class FlockScenario(Document):
     blind_angle: float = 0.0
     mutual: bool = False
     frozen_graph: bool = False
+    blocks_warnings: bool = False
     periodic_side: float | None = None
     randomization: tuple[Distribution, ...] = ()
 

@@ -24,7 +24,7 @@ from flockesc_env.scenario.predators import (
     PurePursuit,
     Wandering,
 )
-from flockesc_env.scenario.randomization import LogUniform, Uniform
+from flockesc_env.scenario.randomization import LogUniform, RandomApproach, Uniform
 
 Scenario = FlockScenario | LineScenario
 
@@ -104,6 +104,9 @@ _VARIATIONS = {
     "frozen-graph": _flock(
         "a control: all steps use the neighbor graph of the first step", frozen_graph=True
     ),
+    "blocked-warnings": _flock(
+        "a control: agents that no predator has reached do not hear those that one has", blocks_warnings=True
+    ),
     # motion
     "vicsek": _flock(
         "the Vicsek model: headings without inertia, with noise", motion=Vicsek(), angular_noise=1.0
@@ -122,6 +125,10 @@ _VARIATIONS = {
         "a disc of agents that fly toward the predator",
         initial_positions=Disc(),
         initial_headings=AlignedHeadings(direction=(-1.0, -1.0)),
+    ),
+    "varied": _flock(
+        "the predator comes from a random side at a random speed",
+        randomization=(RandomApproach(),),
     ),
     "randomized": _flock(
         "the predator's aim, speed and range are random in each episode",

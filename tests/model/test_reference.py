@@ -63,6 +63,7 @@ def flock_scenarios(draw: st.DrawFn) -> fe.FlockScenario:
         sensing_delay=draw(st.sampled_from([0, 1, 3, STEPS])),
         capture_radius=draw(st.sampled_from([None, None, 0.5, 4.0, 10.0])),
         constant_speed=isinstance(motion, sc.Vicsek | sc.Zones) or draw(st.booleans()),
+        blocks_warnings=draw(st.booleans()),
         predators=draw(st.sampled_from([lambda _: (), *PACKS.values()]))(starts),
     )
 

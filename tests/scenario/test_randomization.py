@@ -11,7 +11,15 @@ import flockesc_env as fe
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import Trajectory, run_differences
 from flockesc_env.policies import FixedRange
-from flockesc_env.scenario import Choice, ConstantVelocity, LogUniform, PurePursuit, Ring, Uniform
+from flockesc_env.scenario import (
+    Choice,
+    ConstantVelocity,
+    LogUniform,
+    PurePursuit,
+    RandomApproach,
+    Ring,
+    Uniform,
+)
 
 POSITION = "predators[0].constant_velocity.position[1]"
 DRAWS = (
@@ -79,6 +87,7 @@ def test_environments_play_and_show_the_drawn_scenario(make: Any, sensing: Any) 
         (Uniform("predators[2].pure_pursuit.sight", 1.0, 2.0), "uniform.field"),
         (Uniform("speed", 1.0, 2.0), "uniform.field"),
         (LogUniform("mass", 0.0, 1.0), "log_uniform.low"),
+        (RandomApproach(2), "random_approach.predator"),
     ],
 )
 def test_refused_distributions(part: Any, field: str) -> None:
@@ -120,6 +129,28 @@ def test_a_change_without_effect_is_refused() -> None:
     with pytest.raises(fe.InputError, match="predator_range: expected a field that randomization does not"):
         scenario.replace(predator_range=9.0)
     assert scenario.replace(predator_range=9.0, randomization=()).predator_range == 9.0
+
+
+@pytest.mark.parametrize(("dimension", "initial_plane"), [(2, False), (3, False), (3, True)])
+def test_predators_approach_from_everywhere(dimension: int, initial_plane: bool) -> None:
+    """Starts lie at the distance from a point of the region, against the direction of flight."""
+    draw = RandomApproach(distance=100.0, low=10.0, high=20.0)
+    scenario = fe.FlockScenario(dimension=dimension, initial_plane=initial_plane, randomization=(draw,))
+    predators: list[Any] = [scenario.drawn(seed).predators[0] for seed in range(400)]
+    starts, velocities = (
+        np.array([getattr(predator, name) for predator in predators]) for name in ("position", "velocity")
+    )
+    speeds = np.linalg.norm(velocities, axis=1, keepdims=True)
+    assert np.all((speeds >= 10 - 1e-9) & (speeds <= 20 + 1e-9))
+    aims = starts + 100 * velocities / speeds
+    axes = 2 if initial_plane else dimension
+    assert np.all((aims >= -1e-9) & (aims <= 100 + 1e-9))
+    assert not aims[:, axes:].any()
+    assert not velocities[:, axes:].any()
+    # Six standard errors of means of 400 draws.
+    assert np.abs(aims[:, :axes].mean(axis=0) - 50).max() < 6 * 100 / np.sqrt(12 * 400)
+    assert np.abs((velocities / speeds).mean(axis=0)).max() < 6 / np.sqrt(axes * 400)
+    assert abs(np.mean(speeds < 200**0.5) - 0.5) < 6 * 0.5 / 20
 
 
 @pytest.mark.parametrize(

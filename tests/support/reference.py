@@ -30,6 +30,8 @@ class FlockState:
     """Initial indices of the surviving agents; ``None``: all."""
     heard: list[Floats] = field(default_factory=list)
     """Neighbors' forces of all steps so far."""
+    reached: Any = False
+    """Whether a predator was in range of an agent before."""
 
 
 def flock_start(
@@ -60,7 +62,8 @@ def flock_step(
         per_agent(scenario, name)[names]
         for name in ("mass", "speed", "alignment_strength", "repulsion_strength")
     )
-    neighbors = directed_graph(r, ranges) if graph is None else graph
+    reached = reached_by(scenario, state)
+    neighbors = graph_of(scenario, state, ranges) if graph is None else graph
     heard = np.zeros_like(v)
     for i in range(len(r)):
         mean = v[neighbors[i]].mean(axis=0)
@@ -108,7 +111,7 @@ def flock_step(
     new_predators = state.predator_positions + scenario.time_step * state.predator_velocities
     if scenario.capture_radius is not None:
         escapes = predator_distances(new_r, new_predators) > scenario.capture_radius
-        new_r, new_v, names = new_r[escapes], new_v[escapes], names[escapes]
+        new_r, new_v, names, reached = new_r[escapes], new_v[escapes], names[escapes], reached[escapes]
         forces = [force[escapes] for force in forces]
     pack = zip(scenario.predators, state.predator_velocities, strict=True)
     steered = np.array([predator_reference.sped_up(*each, scenario.time_step) for each in pack])
@@ -117,7 +120,7 @@ def flock_step(
         steered = predator_reference.steered(
             scenario, flock, new_predators, state.predator_velocities, state.minds
         )
-    return FlockState(new_r, new_v, new_predators, steered, state.minds, names, forces)
+    return FlockState(new_r, new_v, new_predators, steered, state.minds, names, forces, reached)
 
 
 def assert_follows(run: Trajectory, schedule: Floats, *, rtol: float = 1e-12, atol: float = 1e-9) -> None:
@@ -140,7 +143,7 @@ def assert_follows(run: Trajectory, schedule: Floats, *, rtol: float = 1e-12, at
             "mean_distance": (run.mean_distance[t], distances.mean() if len(names) else 0),
             "min_distance": (run.min_distance[t], distances.min() if len(names) else 0),
             "polarization": (run.polarization[t], polarization(state.velocities) if len(names) else 0),
-            "num_components": (run.num_components[t], num_components(directed_graph(state.positions, now))),
+            "num_components": (run.num_components[t], num_components(graph_of(scenario, state, now))),
         }
         for name, (given, expected) in pairs.items():
             np.testing.assert_allclose(given, expected, rtol, atol, err_msg=f"{name} of step {t}")
@@ -201,6 +204,20 @@ def directed_graph(positions: Floats, ranges: Floats) -> NDArray[np.bool]:
     """Return whether agent i (row) hears agent j (column)."""
     distances = np.linalg.norm(positions[:, None] - positions[None, :], axis=-1)
     return distances <= ranges[:, None]
+
+
+def reached_by(scenario: fe.FlockScenario, state: FlockState) -> NDArray[np.bool]:
+    """Return whether a predator is, or was, in range of each agent."""
+    distances = predator_distances(state.positions, state.predator_positions)
+    reached: NDArray[np.bool] = state.reached | (distances <= scenario.predator_range)
+    return reached
+
+
+def graph_of(scenario: fe.FlockScenario, state: FlockState, ranges: Floats) -> NDArray[np.bool]:
+    """Return whether agent i (row) hears agent j (column), which may be blocked."""
+    reached = reached_by(scenario, state)
+    is_blocked = scenario.blocks_warnings & ~reached[:, None] & reached[None, :]
+    return directed_graph(state.positions, ranges) & ~is_blocked
 
 
 def num_components(graph: NDArray[np.bool]) -> int:

@@ -35,6 +35,8 @@ pub(crate) struct Agents<const D: usize> {
     ids: Vec<u32>,
     /// The caught agents, in the order of their capture.
     caught: Vec<Caught<D>>,
+    /// Whether a predator has reached an agent, by id; empty in scenarios that do not ask for it.
+    reached: Vec<bool>,
     /// Buffers of the sort.
     keys: Vec<Key>,
     spare: (Vec<Group<D>>, Vec<u32>),
@@ -78,6 +80,7 @@ impl<const D: usize> Agents<D> {
             groups: vec![Group::EMPTY; num_agents.div_ceil(GROUP).max(1)],
             ids: vec![0; num_agents],
             caught: Vec::new(),
+            reached: Vec::new(),
             keys: Vec::new(),
             spare: (Vec::new(), Vec::new()),
         }
@@ -214,6 +217,22 @@ impl<const D: usize> Agents<D> {
         if let Some(last) = self.groups.last_mut() {
             last.empty_from(kept - whole);
         }
+    }
+
+    /// Marks the agents whose nearest predator is at most `range` m away as reached.
+    pub(crate) fn mark_reached(&mut self, range: f64) {
+        self.reached.resize(self.num_agents(), false);
+        for place in 0..self.len() {
+            let distance = self.groups[place / GROUP].distance[place % GROUP];
+            self.reached[self.ids[place] as usize] |= distance <= range;
+        }
+    }
+
+    /// Returns whether a predator has reached the agent at `place`.
+    pub(crate) fn is_reached(&self, place: usize) -> bool {
+        self.reached
+            .get(self.id(place))
+            .is_some_and(|reached| *reached)
     }
 
     /// Sorts the agents by position, so that the agents of every tile, group and node are close together.

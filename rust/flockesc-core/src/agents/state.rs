@@ -10,6 +10,7 @@ pub(crate) struct AgentsState<const D: usize> {
     /// In the order of places.
     agents: Vec<Agent<D>>,
     caught: Vec<Caught<D>>,
+    reached: Vec<bool>,
 }
 
 impl<const D: usize> Agents<D> {
@@ -17,13 +18,20 @@ impl<const D: usize> Agents<D> {
         AgentsState {
             agents: (0..self.len()).map(|place| self.agent(place)).collect(),
             caught: self.caught.clone(),
+            reached: self.reached.clone(),
         }
     }
 
     /// Restores a flock. The caller recomputes the distances to predators.
-    pub(crate) fn restore(AgentsState { agents, caught }: AgentsState<D>) -> Self {
+    pub(crate) fn restore(state: AgentsState<D>) -> Self {
+        let AgentsState {
+            agents,
+            caught,
+            reached,
+        } = state;
         let mut restored = Self {
             caught,
+            reached,
             ..Self::unsorted(agents.len())
         };
         for (place, agent) in agents.into_iter().enumerate() {

@@ -86,6 +86,9 @@ pub struct FlockConfig {
     pub mutual: bool,
     /// Whether the neighbor graph of the first step is kept.
     pub frozen_graph: bool,
+    /// Whether agents that no predator has reached hear no agent that one has reached: a predator reaches an
+    /// agent that is within `predator_range` of it.
+    pub blocks_warnings: bool,
     /// Side in m of a periodic world, from 1e-20 to 1e20; `None` is the open world.
     pub periodic_side: Option<f64>,
     /// Distributions of the numbers that every episode draws from its seed, in this order.
@@ -123,6 +126,7 @@ impl Default for FlockConfig {
             blind_angle: 0.0,
             mutual: false,
             frozen_graph: false,
+            blocks_warnings: false,
             periodic_side: None,
             randomization: vec![],
         }
@@ -155,7 +159,7 @@ impl FlockConfig {
         if self.randomization.is_empty() {
             return Ok(());
         }
-        randomization::check(&self.randomization, self.undrawn_document())
+        randomization::check(self, self.undrawn_document())
     }
 
     /// Checks the scenario that the episode with this seed draws.
@@ -248,6 +252,7 @@ impl FlockConfig {
             torus: Torus::new(self.periodic_side),
             is_mutual: self.mutual,
             is_frozen: self.frozen_graph,
+            blocks_warnings: self.blocks_warnings,
             needs_pairs: self.motion.needs_pairs(),
         }
     }
@@ -271,7 +276,7 @@ impl FlockConfig {
 
     fn drawn_document(&self, seed: u64) -> Value {
         let mut document = self.undrawn_document();
-        randomization::draw(&self.randomization, seed, &mut document);
+        randomization::draw(self, seed, &mut document);
         document
     }
 

@@ -79,6 +79,9 @@ impl<const D: usize> World<D> {
         for group in &mut agents.groups {
             group.distance = distances(&group.position, &after);
         }
+        if config.blocks_warnings {
+            agents.mark_reached(config.predator_range);
+        }
         Self {
             predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
             before: after.clone(),
@@ -141,6 +144,9 @@ impl<const D: usize> World<D> {
             let neighborhood = &mut self.neighborhood;
             self.agents
                 .catch(radius, |from, to| neighborhood.relocate(from, to));
+        }
+        if self.config.blocks_warnings {
+            self.agents.mark_reached(self.config.predator_range);
         }
         self.neighborhood.refresh(&mut self.agents);
         let surroundings = Surroundings {

@@ -28,8 +28,8 @@ pub struct NeighborGraph<const D: usize> {
 
 impl<const D: usize> NeighborGraph<D> {
     /// Creates the graph of agents at `positions` in m with `velocities` in m/s, by the neighbor rule of a
-    /// scenario. Without a scenario, all agents within range are neighbors. The option `frozen_graph` has no
-    /// effect.
+    /// scenario. Without a scenario, all agents within range are neighbors. The options `frozen_graph` and
+    /// `blocks_warnings` have no effect.
     #[must_use]
     pub fn new(
         config: Option<&FlockConfig>,
@@ -42,6 +42,7 @@ impl<const D: usize> NeighborGraph<D> {
         }
         let options = NeighborOptions {
             is_frozen: false,
+            blocks_warnings: false,
             ..config.map_or(NeighborOptions::METRIC, FlockConfig::neighbor_options)
         };
         Self {

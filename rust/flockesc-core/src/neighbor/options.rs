@@ -16,6 +16,8 @@ pub(crate) struct NeighborOptions {
     pub(crate) is_mutual: bool,
     /// Whether the graph of the first step is kept.
     pub(crate) is_frozen: bool,
+    /// Whether agents that no predator has reached hear no agent that one has reached.
+    pub(crate) blocks_warnings: bool,
     /// Whether a step iterates over pairs of neighbors.
     pub(crate) needs_pairs: bool,
 }
@@ -28,6 +30,7 @@ impl NeighborOptions {
         torus: Torus::NONE,
         is_mutual: false,
         is_frozen: false,
+        blocks_warnings: false,
         needs_pairs: false,
     };
 
@@ -51,7 +54,8 @@ impl NeighborOptions {
 
     /// Returns whether neighbors are determined by distances and the agents' own fields of view.
     pub(in crate::neighbor) fn is_by_view(&self) -> bool {
-        self.rule.criterion() != Criterion::List && !self.is_mutual && !self.is_frozen
+        let is_plain = !self.is_mutual && !self.is_frozen && !self.blocks_warnings;
+        is_plain && self.rule.criterion() != Criterion::List
     }
 
     /// Estimates the cost of a step per agent of a flock of n under `range`, in units of the cost under the

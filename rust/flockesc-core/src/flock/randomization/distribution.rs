@@ -1,12 +1,15 @@
-//! `Distribution`: the distributions of a number of the scenario.
+//! `Distribution`: the distributions of numbers of the scenario.
 
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use strum::{AsRefStr, VariantNames};
 
-use crate::base::check::{finite, positive};
+use crate::base::check::{finite, not_negative, positive};
 use crate::base::error::{Error, Result};
+use crate::base::rng;
+use crate::flock::scenario::FlockConfig;
 
-/// The distribution of a number of the scenario. `field` is the path of the number, such as
+/// The distribution of a number of the scenario, or of the start of a predator. `field` is the path of the number, such as
 /// `predators[0].pure_pursuit.max_speed`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, AsRefStr, VariantNames)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -37,18 +40,45 @@ pub enum Distribution {
         /// The numbers, at least one.
         values: Vec<f64>,
     },
+    /// Position and velocity of a predator together: a uniform direction of flight toward a uniform point of the
+    /// initial region, and a log-uniform speed on [`low`, `high`].
+    RandomApproach {
+        /// Index of the predator.
+        predator: usize,
+        /// Distance in m from the start to the point.
+        distance: f64,
+        /// Smallest speed in m/s, above 0.
+        low: f64,
+        /// Largest speed in m/s.
+        high: f64,
+    },
 }
 
 impl Distribution {
     /// Names of all distributions in documents.
     pub const KINDS: &[&str] = <Self as VariantNames>::VARIANTS;
 
-    /// Returns the path of the number in the scenario.
-    pub(super) fn field(&self) -> &str {
+    /// Returns the parameter that names the numbers, and their paths in the scenario; none if there is no such
+    /// predator.
+    pub(super) fn fields(&self, config: &FlockConfig) -> (&'static str, Vec<String>) {
         match self {
             Self::Uniform { field, .. }
             | Self::LogUniform { field, .. }
-            | Self::Choice { field, .. } => field,
+            | Self::Choice { field, .. } => ("field", vec![field.clone()]),
+            Self::RandomApproach { predator, .. } => {
+                let kind = config.predators.get(*predator).map(AsRef::as_ref);
+                let paths = kind.into_iter().flat_map(|kind: &str| {
+                    let start = format!("predators[{predator}].{kind}");
+                    ["position", "velocity"]
+                        .into_iter()
+                        .flat_map(move |vector| {
+                            let start = start.clone();
+                            (0..config.dimension)
+                                .map(move |axis| format!("{start}.{vector}[{axis}]"))
+                        })
+                });
+                ("predator", paths.collect())
+            }
         }
     }
 
@@ -68,26 +98,56 @@ impl Distribution {
                 let mut values = values.iter().enumerate();
                 values.try_for_each(|(k, &value)| finite(&format!("{field}[{k}]"), value))
             }
+            Self::RandomApproach {
+                distance,
+                low,
+                high,
+                ..
+            } => {
+                not_negative(&format!("{path}.distance"), *distance)?;
+                positive(&format!("{path}.low"), *low)?;
+                check_interval(path, *low, *high)
+            }
         }
     }
 
-    /// Returns the value for a uniform number `part` in [0, 1). It lies between the ends in spite of
-    /// rounding.
-    pub(super) fn draw(&self, part: f64) -> f64 {
+    /// Draws the numbers in the order of [`Self::fields`].
+    pub(super) fn draw(&self, config: &FlockConfig, rng: &mut ChaCha8Rng) -> Vec<f64> {
         match self {
-            Self::Uniform { low, high, .. } => interpolate(*low, *high, part).clamp(*low, *high),
-            Self::LogUniform { low, high, .. } => {
-                // libm instead of the platform's functions, so that a seed draws the same scenario on every
-                // machine.
-                let logarithm = interpolate(libm::log(*low), libm::log(*high), part);
-                libm::exp(logarithm).clamp(*low, *high)
+            Self::Uniform { low, high, .. } => {
+                let part = rng::uniform(rng, 1.0);
+                vec![interpolate(*low, *high, part).clamp(*low, *high)]
             }
+            Self::LogUniform { low, high, .. } => vec![log_uniform(*low, *high, rng)],
             Self::Choice { values, .. } => {
-                let place = (part * values.len() as f64) as usize;
-                values[place.min(values.len() - 1)]
+                let place = (rng::uniform(rng, 1.0) * values.len() as f64) as usize;
+                vec![values[place.min(values.len() - 1)]]
+            }
+            Self::RandomApproach {
+                distance,
+                low,
+                high,
+                ..
+            } => {
+                let axes = config.space().axes;
+                let heading = rng::direction::<3>(axes, rng);
+                let aim = [(); 3].map(|()| rng::uniform(rng, config.initial_side));
+                let speed = log_uniform(*low, *high, rng);
+                let start =
+                    |axis: usize| f64::from(axis < axes) * aim[axis] - distance * heading[axis];
+                let (position, velocity) = ((0..3).map(start), heading.iter().map(|x| speed * x));
+                let vectors = position.take(config.dimension);
+                vectors.chain(velocity.take(config.dimension)).collect()
             }
         }
     }
+}
+
+/// Draws a log-uniform number. It lies between the ends in spite of rounding.
+fn log_uniform(low: f64, high: f64, rng: &mut ChaCha8Rng) -> f64 {
+    // libm instead of the platform's functions, so that a seed draws the same scenario on every machine.
+    let logarithm = interpolate(libm::log(low), libm::log(high), rng::uniform(rng, 1.0));
+    libm::exp(logarithm).clamp(low, high)
 }
 
 /// Interpolates linearly from `low` at `part` = 0 to `high` at `part` = 1.

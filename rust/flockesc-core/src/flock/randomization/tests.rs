@@ -33,6 +33,12 @@ fn a_seed_draws_the_same_numbers() {
     assert_eq!(drawn.mass.of(0), 0.06568521508434387);
     assert!(predator.contains("[-30.0, -30.0]"), "{predator}");
     assert_eq!(drawn.drawn(1), drawn);
+    let approach = json!({"predator": 0, "distance": 100.0, "low": 10.0, "high": 20.0});
+    let config = scenario(json!([{"random_approach": approach}])).expect("it is good");
+    let predator = format!("{:?}", config.drawn(0).predators);
+    let expected = "position: [-15.192533633347587, -52.03094248625163], \
+                    velocity: [8.65485196418211, 12.782492738138505]";
+    assert!(predator.contains(expected), "{predator}");
     assert_ne!(config.drawn(1).mass, drawn.mass);
 }
 
@@ -70,6 +76,7 @@ fn invalid_distributions_are_rejected_by_field() {
     let log = json!({"log_uniform": {"field": "mass", "low": 0.0, "high": 1.0}});
     let reversed = uniform("mass", 1.0, 0.5);
     let twice = json!([uniform("mass", 1.0, 2.0), uniform("mass", 1.0, 2.0)]);
+    let approach = |predator: usize, low: f64| json!([{"random_approach": {"predator": predator, "distance": 9.0, "low": low, "high": 2.0}}]);
     let choice = |values: Value| json!([{"choice": {"field": "mass", "values": values}}]);
     for (randomization, field) in [
         (json!([log]), "randomization[0].log_uniform.low"),
@@ -77,6 +84,11 @@ fn invalid_distributions_are_rejected_by_field() {
         (twice, "randomization[1].uniform.field"),
         (choice(json!([])), "randomization[0].choice.values"),
         (json!([{"normal": {}}]), "randomization[0]"),
+        (
+            approach(1, 1.0),
+            "randomization[0].random_approach.predator",
+        ),
+        (approach(0, 3.0), "randomization[0].random_approach.high"),
     ] {
         match scenario(randomization.clone()) {
             Err(Error::Input { field: named, .. }) => assert_eq!(named, field),

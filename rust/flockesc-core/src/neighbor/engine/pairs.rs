@@ -63,8 +63,11 @@ impl<'a, const D: usize> Pairs<'a, D> {
                     visit(lane, own);
                     let others = lists.of(id as usize).iter();
                     for other in others.map(|&other| places[other as usize]) {
-                        let is_neighbor = || is_frozen || self.is_neighbor(own, other as usize);
-                        if other != NO_PLACE && is_neighbor() {
+                        let is_neighbor = |other| is_frozen || self.is_neighbor(own, other);
+                        if other != NO_PLACE
+                            && is_neighbor(other as usize)
+                            && !self.is_blocked(own, other as usize)
+                        {
                             visit(lane, other as usize);
                         }
                     }
@@ -133,7 +136,8 @@ impl<'a, const D: usize> Pairs<'a, D> {
         while near != 0 {
             let other = tile * TILE + near.trailing_zeros() as usize;
             near &= near - 1;
-            if !self.options.is_mutual || self.senses(other, own) {
+            if (!self.options.is_mutual || self.senses(other, own)) && !self.is_blocked(own, other)
+            {
                 visit(own, other);
             }
         }
@@ -142,6 +146,12 @@ impl<'a, const D: usize> Pairs<'a, D> {
     /// Returns whether `other` is a neighbor of `own`, by reach and view. Both are places.
     fn is_neighbor(&self, own: usize, other: usize) -> bool {
         self.senses(own, other) && (!self.options.is_mutual || self.senses(other, own))
+    }
+
+    /// Returns whether `own` cannot hear `other`, because `other` could warn it.
+    fn is_blocked(&self, own: usize, other: usize) -> bool {
+        let is_reached = |place: usize| self.agents.is_reached(place);
+        self.options.blocks_warnings && is_reached(other) && !is_reached(own)
     }
 
     /// Returns whether `other` is within reach and in view of `own`.

@@ -29,6 +29,7 @@ impl Options {
             is_mutual: self.is_mutual,
             is_frozen,
             needs_pairs: true,
+            ..NeighborOptions::METRIC
         }
     }
 }
