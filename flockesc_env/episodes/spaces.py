@@ -153,6 +153,8 @@ class PolicySpec:
         num_agents: number of agents per flock. Rows are ordered by flock, then by agent.
         num_steps: number of model steps of an episode; the largest if flocks have different scenarios.
         length_scale: a length of this many m is observed as 1/2; 1 on the line.
+        speed_scale: a speed of this many m/s is observed as 1/2; 1 on the line.
+        time_step: duration of a model step in s; 1 on the line.
     """
 
     actions: RangeActions
@@ -162,6 +164,8 @@ class PolicySpec:
     num_agents: int
     num_steps: int
     length_scale: float = 1.0
+    speed_scale: float = 1.0
+    time_step: float = 1.0
 
     @property
     def per_agent(self) -> bool:
@@ -220,6 +224,8 @@ def flock_policy_spec(scenario: FlockScenario, options: EnvOptions, view: View) 
         num_agents=scenario.num_agents,
         num_steps=scenario.num_steps,
         length_scale=scenario.initial_side,
+        speed_scale=float(np.max(scenario.speed)),
+        time_step=scenario.time_step,
     )
 
 

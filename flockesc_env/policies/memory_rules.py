@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -11,9 +11,9 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
-from flockesc_env.policies.rules import RangeRule, not_negative, unit, vector_entries
+from flockesc_env.policies.rules import RangeRule, dot, not_negative, unit, unscaled, vector_entries
 
-Criterion = Literal["closest_approach", "escape_direction"]
+Criterion = Literal["closest_approach", "escape_direction", "estimated_escape_direction"]
 
 
 class _Rule(RangeRule, RowMemory):
@@ -121,22 +121,34 @@ class WinStayLoseShift(RangeRule, RowMemory):
     An agent compares its own heading with the heading that it heard in the last action. With the criterion
     ``"closest_approach"`` the better heading is the one that keeps the predator farther away, a rule for the
     nearest agent. With ``"escape_direction"`` it is the one nearer to the escape direction, a rule for the
-    mean distance. An agent wins if it listened and heard a better heading than its own. It then stays
+    mean distance. With ``"estimated_escape_direction"`` it is the one nearer to the agent's own estimate of
+    that direction: the unit vector along
+
+        -(d + max(0, ``encounter_time`` - t) v_p),
+
+    where d in m is the vector from the agent to its nearest predator, v_p in m/s that predator's velocity,
+    and t in s the time. It points away from the predator's place at ``encounter_time``, and later from its
+    present place. The estimate is 0 if the agent observes no predator.
+
+    An agent wins if it listened and heard a better heading than its own. It then stays
     with its range. If it listened and does not win, it shifts from ``short_range`` to ``long_range`` or back,
     and has rho_i = 0 in the next ``pause`` actions. After that it listens as long as the value of its own
     heading is below ``threshold``. All other agents have rho_i = 0.
 
-    The rule requires one observation per agent, with the criterion as one of the ``extra_entries`` and a
-    predator that is visible at any distance, and all agents in every call. The parameters that fit
-    ``"escape_direction"`` best are about 10 m, 50 m, a cosine of 0.85 and 2 actions.
+    The rule requires one observation per agent and a predator that is visible at any distance, and all agents
+    in every call. Each of the first two criteria requires the entry of ``extra_entries`` with its name. The
+    parameters that fit the escape direction and its estimate best are about 10 m, 50 m, a cosine of 0.85 and
+    2 actions.
 
     Args:
         short_range: one rho in m.
         long_range: the other rho in m.
-        threshold: closest approach in m, or cosine between heading and escape direction, below which an agent
-            listens.
+        threshold: closest approach in m, or cosine between heading and (estimated) escape direction, below
+            which an agent listens.
         pause: number of actions, of one model step each, in which an agent that did not win does not listen.
-        criterion: ``"closest_approach"`` or ``"escape_direction"``.
+        encounter_time: supposed time in s of the predator's closest approach to the flock, only for
+            ``"estimated_escape_direction"``. The default fits the paper's flock.
+        criterion: ``"closest_approach"``, ``"escape_direction"`` or ``"estimated_escape_direction"``.
 
     Raises:
         InputError: if ``criterion`` is unknown, or another argument is not a finite number >= 0.
@@ -148,25 +160,35 @@ class WinStayLoseShift(RangeRule, RowMemory):
         long_range: float = 50.0,
         threshold: float = 32.0,
         pause: float = 0.0,
+        encounter_time: float = 5.0,
         *,
         criterion: Criterion = "closest_approach",
     ) -> None:
         self.parameters = not_negative(
-            short_range=short_range, long_range=long_range, threshold=threshold, pause=pause
+            short_range=short_range,
+            long_range=long_range,
+            threshold=threshold,
+            pause=pause,
+            encounter_time=encounter_time,
         )
         self.criterion = as_choice(criterion, "criterion", get_args(Criterion))
 
     def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
         begins = self._begin(len(observations))
         listened, is_long, paused = self._recall(begins, False, False, 1.0)
-        short_range, long_range, threshold, pause = self.parameters
+        short_range, long_range, threshold, pause, _ = self.parameters
         if self.criterion == "closest_approach":
-            own = observations[:, spec.layout.index("closest_approach")]
+            own: Any = observations[:, spec.layout.index("closest_approach")]
             is_better = observations[:, spec.layout.index("heard_closest_approach")] > own
             threshold = threshold / (threshold + spec.length_scale)
-        else:
+        elif self.criterion == "escape_direction":
             own = observations[:, spec.layout.index("escape_direction_ahead")]
             is_better = observations[:, spec.layout.index("heard_escape_gain")] > 0
+        else:
+            escape = self._estimate(observations, spec)
+            own = escape[:, 0]
+            heard = dot(escape, unit(vector_entries("heard_velocity_", observations, spec)))
+            is_better = heard > own + 1e-6  # an agent that hears only itself never wins by rounding
         wins = listened & is_better
         loses = listened & ~wins
         is_long ^= loses
@@ -175,3 +197,14 @@ class WinStayLoseShift(RangeRule, RowMemory):
         self._remember(len(begins), listens, is_long, paused)
         ranges = np.where(is_long, long_range, short_range)
         return np.where(listens, ranges, 0.0)
+
+    def _estimate(self, observations: Observations, spec: PolicySpec) -> FloatArray:
+        """Return the estimated escape direction in the frame of every agent, shape (rows, axes)."""
+        time = vector_entries("time", observations, spec) * spec.num_steps * spec.time_step
+        distance = unscaled(vector_entries("predator_distance", observations, spec)) * spec.length_scale
+        offset = distance * vector_entries("predator_direction_", observations, spec)
+        velocity = unscaled(vector_entries("predator_velocity_", observations, spec))  # relative to the agent
+        is_sensed = vector_entries("predator_sensed", observations, spec)
+        velocity[:, :1] += is_sensed * unscaled(vector_entries("speed", observations, spec))
+        remaining = np.maximum(self.parameters[-1] - time, 0.0)
+        return -unit(offset + remaining * spec.speed_scale * velocity)

@@ -161,8 +161,12 @@ def candidate_entries(entry: str, observations: Observations, spec: PolicySpec) 
 def heard_velocities(observations: Observations, spec: PolicySpec) -> FloatArray:
     """Return the velocities heard within candidates in units of the largest v0, (rows, candidates, axes)."""
     prefixes = [f"profile_{k}_velocity_" for k in range(len(spec.profile_ranges))]
-    scaled = np.stack([vector_entries(prefix, observations, spec) for prefix in prefixes], axis=1)
-    return scaled / (1 - _norm(scaled))
+    return unscaled(np.stack([vector_entries(prefix, observations, spec) for prefix in prefixes], axis=1))
+
+
+def unscaled(entries: FloatArray) -> FloatArray:
+    """Return vectors, along the last axis, in units of the scale of their entries."""
+    return entries / np.maximum(1 - _norm(entries), 1e-9)
 
 
 def vector_entries(prefix: str, observations: Observations, spec: PolicySpec) -> FloatArray:

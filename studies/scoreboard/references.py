@@ -123,7 +123,7 @@ def free_headings(task: str, scenario: str, flocks: range) -> Arrays:
     g_i is convex, and where it is smallest the distance of such an agent does not change, so that this is
     its closest approach.
 
-    The agents of the bound know what no agent knows: where the predator will be. They also turn at once.
+    The agents of the bound turn at once.
     """
     model = _flock(task, scenario)
     if not is_bounded(model):

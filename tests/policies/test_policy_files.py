@@ -50,6 +50,7 @@ def rule_policy(rule: Any) -> policies.BasePolicy:
         rule_policy(policies.ListenWhileThreatened(40.0, 20.0, 30.0)),
         rule_policy(policies.WinStayLoseShift(10.0, 30.0, 20.0)),
         rule_policy(policies.WinStayLoseShift(10.0, 30.0, 0.8, 2.0, criterion="escape_direction")),
+        rule_policy(policies.WinStayLoseShift(1, 3, 0.8, 2, 0.2, criterion="estimated_escape_direction")),
     ],
     ids=lambda entry: type(entry).__name__,
 )

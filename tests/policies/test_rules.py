@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from option_table import small_flock
+from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
@@ -142,6 +142,47 @@ def test_win_stay_lose_shift_pauses_after_a_range_that_did_not_help() -> None:
     assert ranges([0.95, -0.5, 0.75], [0.0, 0.2, 0.1]) == [0.0, 0.0, 10.0]  # 0 is no gain
     assert ranges([0.7, -0.5, 0.9], [0.0, 0.0, 0.0]) == [0.0, 40.0, 0.0]  # two actions have passed
     assert ranges([0.7, -0.4, 0.7], [0.0, 0.1, 0.0]) == [40.0, 40.0, 0.0]
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+def test_win_stay_lose_shift_with_an_estimated_escape_direction(dimension: int) -> None:
+    """The rule computed from positions and velocities sets the same ranges in each step."""
+    predators = (ConstantVelocity((-20.0, -10.0), (12.0, 14.0)),)
+    options: Any = {"num_agents": 20, "num_steps": 30, "initial_side": 60.0, "speed": 8.0, "time_step": 0.1}
+    flock = small_flock(dimension, predators=predators, **options)
+    env = fe.parallel_env(flock, action_mode="range", steps_per_action=1, predator_sensing_range=45.0)
+    rule = WinStayLoseShift(9.0, 30.0, 0.8, 1.0, 1.45, criterion="estimated_escape_direction")
+    act = bind(rule, env)
+    observations, _ = env.reset(seed=2)
+    schedule = np.zeros((flock.num_steps, 20))
+    ranges, is_long, paused = np.zeros(20), np.zeros(20, bool), np.zeros(20)
+    seen: set[tuple[float, bool, bool]] = set()
+    for t in range(flock.num_steps):
+        run = fe.simulate(flock, policy=fe.ScheduledRange(schedule), seed=2)  # up to time t
+        velocity = run.predator_positions[t + 1] - run.predator_positions[t]
+        place = run.predator_positions[t] + velocity * max(0.0, 14.5 - t)
+        escape = run.positions[t] - place
+        escape /= np.linalg.norm(escape, axis=1, keepdims=True)
+        is_sensed = np.linalg.norm(run.positions[t] - run.predator_positions[t], axis=1) <= 45.0
+        before = max(t - 1, 0)
+        for i, direction in enumerate(escape * is_sensed[:, None]):
+            offsets = run.positions[before] - run.positions[before][i]
+            heard = run.velocities[before][np.linalg.norm(offsets, axis=1) <= ranges[i]].mean(axis=0)
+            own = run.velocities[t][i] @ direction / 8.0
+            wins = ranges[i] > 0 and heard @ direction / np.linalg.norm(heard) > own + 1e-6
+            loses = ranges[i] > 0 and not wins
+            is_long[i] ^= loses
+            paused[i] = 1 if loses else paused[i] - 1
+            listens = wins or (own < 0.8 and paused[i] <= 0)
+            schedule[t, i] = (30.0 if is_long[i] else 9.0) if listens else 0.0
+            seen.add((schedule[t, i], bool(is_sensed[i]), t * 0.1 < 1.45))
+        ranges = schedule[t]
+        observations, _, _, _, infos = env.step(act(observations))
+        found = [info["interaction_range"] for info in infos.values()]
+        np.testing.assert_allclose(found, ranges, atol=1e-5)
+    assert seen == {
+        (rho, sensed, early) for rho in (0, 9, 30) for sensed in (False, True) for early in (False, True)
+    }
 
 
 CANDIDATES = np.array([0.0, 8.0, 16.0, 32.0])

@@ -68,7 +68,7 @@ def test_every_option_is_checked_or_free() -> None:
 
 BLIND = {"fixed:RHO", "random"}
 LOCAL_RULES = BLIND | {"stubborn-leaders-local", "stubborn-witnesses"}
-NO_APPROACH = LOCAL_RULES | {"stubborn-leaders"}
+NO_APPROACH = LOCAL_RULES | {"stubborn-leaders", "win-stay-lose-shift-estimate"}
 VISIBLE_RULES = NO_APPROACH | {"listen-while-threatened", "win-stay-lose-shift"}
 EIGHT_RULES = VISIBLE_RULES | {"win-stay-lose-shift-escape", "turn-away", "keep-distance", "head-away"}
 FLOCK_RULES = BLIND | {"listen-while-fleeing"}
