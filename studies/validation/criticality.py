@@ -54,8 +54,8 @@ class Criticality:
     ``variance`` is N times the variance over time of the polarization. ``captured`` counts agents that flee,
     ``captured_still`` agents that do not. ``transition`` is the alignment with the largest variance, ``best``
     and ``best_still`` those with the fewest captures. ``disordered`` and ``ordered`` are captures at the
-    first and the last alignment minus those at the transition, paired. ``advantage`` is 1 minus the ratio of
-    mean captures with and without flight.
+    first and the last alignment minus those at the transition, paired. ``avoided`` is 1 minus the ratio of
+    mean captures with and without flight, and ``average_avoided`` its mean over ``ALIGNMENTS``.
     """
 
     num_flocks: int
@@ -69,7 +69,8 @@ class Criticality:
     best_still: Estimate
     disordered: Estimate
     ordered: Estimate
-    advantage: tuple[float, ...]
+    avoided: tuple[Estimate, ...]
+    average_avoided: Estimate
 
 
 def scenario(alignment: float, **changes: Any) -> FlockScenario:
@@ -136,6 +137,7 @@ def results(measured: Mapping[float, Arrays]) -> Criticality:
     at = np.array(ALIGNMENTS)
     transition = stats.argmax(at, variance)
     critical = captured[ALIGNMENTS.index(transition.mean)]
+    avoided = (still - captured) / still.mean(axis=1, keepdims=True)
     return Criticality(
         num_flocks=order.shape[1],
         order=means(order),
@@ -148,20 +150,35 @@ def results(measured: Mapping[float, Arrays]) -> Criticality:
         best_still=stats.argmax(at, -still),
         disordered=stats.mean(captured[0] - critical),
         ordered=stats.mean(captured[-1] - critical),
-        advantage=tuple((1 - captured.mean(axis=1) / still.mean(axis=1)).tolist()),
+        avoided=means(avoided),
+        average_avoided=stats.mean(avoided.mean(axis=0)),
     )
 
 
 def here(results: Criticality) -> str:
-    """Return where the transition and the fewest captures are."""
+    """Return where the transition and the fewest captures are, and how many captures flight avoids."""
     return (
         f"transition at {results.transition:g}, fewest captures at {results.best:g}"
-        f" and, without flight, at {results.best_still:g}"
+        f" and, without flight, at {results.best_still:g};"
+        f" flight avoids a share of {results.average_avoided} of the captures"
     )
+
+
+def obstacles(results: Criticality) -> list[str]:
+    """Return why the result cannot be judged: the conditions that fail."""
+    avoided, best = results.average_avoided, results.best
+    covered, count = sum(best.low <= each <= best.high for each in ALIGNMENTS), len(ALIGNMENTS)
+    conditions = {
+        f"flight avoids a share of {avoided} of the captures": avoided.low > 0,
+        f"the interval of the fewest captures covers {covered} of {count} alignments": 2 * covered < count,
+    }
+    return [condition for condition, is_met in conditions.items() if not is_met]
 
 
 def verdict(results: Criticality) -> Verdict:
     """Return the verdict: fewest captures at the transition, with and without flight."""
+    if obstacles(results):
+        return Verdict.CANNOT_BE_JUDGED
     low, high = results.transition.low, results.transition.high
     at_transition = all(best.low <= high and best.high >= low for best in (results.best, results.best_still))
     is_less = results.disordered.low > 0 and results.ordered.low > 0

@@ -21,6 +21,7 @@ class Verdict(StrEnum):
 
     AGREES = "agrees"
     DIFFERS = "differs"
+    CANNOT_BE_JUDGED = "cannot be judged"
 
     @classmethod
     def of(cls, *conditions: object) -> Verdict:

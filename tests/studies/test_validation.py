@@ -12,7 +12,7 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.jobs import Arrays
 from studies.__main__ import STUDIES
 from studies.study import RESULTS_FILE
-from studies.validation import vicsek
+from studies.validation import criticality, vicsek
 from studies.validation.parts import Verdict
 from studies.validation.survey import ValidationResults, markdown_page
 
@@ -84,3 +84,20 @@ def measured_order(sharper: bool = True, scale: float = 1.0) -> dict[str, Arrays
 )
 def test_verdict_on_order(fields: dict[str, Any], verdict: Verdict) -> None:
     assert vicsek.verdict(vicsek.results(measured_order(**fields))) == verdict
+
+
+@pytest.mark.parametrize(
+    ("least", "rise", "obstacle"),
+    [(10.0, 2.0, ""), (20.0, 2.0, "flight avoids"), (10.0, 0.0, "the interval")],
+)
+def test_verdict_on_captures(least: float, rise: float, obstacle: str) -> None:
+    """Captures of agents that flee rise from the transition; those of agents that do not, from 20 by 2."""
+    rng, measured = np.random.default_rng(0), {}
+    for index, alignment in enumerate(criticality.ALIGNMENTS):
+        away, order, noise = abs(index - 4), np.ones(6), rng.normal(size=(2, 6))
+        caught = np.array([[least + rise * away], [20 + 2 * away]]) + noise
+        measured[alignment] = {"numbers": np.array([order, order * (away == 0), *caught, order])}
+    results = criticality.results(measured)
+    found = criticality.obstacles(results)
+    assert [each.startswith(obstacle) for each in found] == [True] * bool(obstacle)
+    assert criticality.verdict(results) == (Verdict.CANNOT_BE_JUDGED if obstacle else Verdict.AGREES)
