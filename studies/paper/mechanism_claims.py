@@ -1,4 +1,4 @@
-"""The paper's explanation of its result, tested against flocks and lines that do not flee."""
+"""The paper's explanation of its result, tested without warnings, and without the escape force."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def mechanism_claims(results: Mapping[str, Arrays]) -> list[Claim]:
             if strength not in {plan.NO_FORCE, plan.PAPER_FORCE}
         }
         paper = flock(plan.PAPER, spec)
-        rows += [_warning(paper), _masking(paper), _trade_off(paper, others)]
+        rows += [_blocking(paper, results), _masking(paper), _trade_off(paper, others)]
     for scenario in plan.SCENARIOS:
         for spec in OBJECTIVES:
             is_measured = spec.requires != "capture_radius" or scenario in plan.SURVIVAL_SCENARIOS
@@ -108,11 +108,40 @@ def mechanism_claims(results: Mapping[str, Arrays]) -> list[Claim]:
     return [*rows, _warning(line), _masking(line), _trade_off(line)]
 
 
+WARNING = "Some connectivity helps because agents close to the predator pass information on to others."
+
+
+def _blocking(found: Controlled, results: Mapping[str, Arrays]) -> Claim:
+    """Return the claim for a flock: the control takes the warning away, and nothing else."""
+    spec, (nobody, short) = found.spec, map(found.shown, plan.SHORT_RANGES)
+    name = "blocked captures" if spec.requires == "capture_radius" else "blocked"
+    gains = {}
+    for control, values in (
+        ("with warnings", found.fleeing[[found.grid.index(rho) for rho in plan.SHORT_RANGES]]),
+        ("with blocked warnings", results[name][spec.name]),
+    ):
+        gains[f"{spec.symbol} at {short} minus that at {nobody}, {control}"] = values[1] - values[0]
+    hearing, blocked = gains.values()
+    more = stats.mean(hearing / 2 - blocked)
+    return claim(
+        found.where,
+        WARNING,
+        f"blocking removes more than half of what {short} gains over {nobody}; so it does in the mean",
+        hearing / 2 > blocked,
+        *(found.quantity(what, values) for what, values in gains.items()),
+        found.quantity("what blocking removes", hearing - blocked),
+        f"{found.trials} in which blocking removes more than half",
+        in_expectation=more.mean > 0,
+        mean_is_clear=not more.low < 0 < more.high,
+        is_reading=spec.name != "min_mean_distance",
+    )
+
+
 def _warning(found: Controlled) -> Claim:
     short = found.shown(found.short)
     return _difference(
         found,
-        "Some connectivity helps because agents close to the predator pass information on to others.",
+        WARNING,
         (found.short, 0.0),
         f"what the force adds, at {short} minus at 0",
         f"the force adds more under {short} than under 0; so it does in the mean",

@@ -44,6 +44,8 @@ OFFSETS: Final = tuple(float(b) for b in range(0, 90, 10))
 AIMED_GRID: Final = (0.0, 2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 70.0, 100.0)
 
 CONTROL_GRID: Final = (0.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 50.0, 100.0)
+SHORT_RANGES: Final = (0.0, 10.0)
+"""Nobody hears others, and the paper's best range; both are in the grid of the control."""
 STRENGTHS: Final = (0.0, 1.0, 10.0, 100.0)  # escape forces s of the control
 NO_FORCE: Final = 0.0  # nobody flees
 PAPER_FORCE: Final = 10.0
@@ -130,6 +132,10 @@ def measurements(trials: Trials) -> dict[str, Measurement]:
             if name in SURVIVAL_SCENARIOS:
                 catching = forced.replace(capture_radius=CAPTURE_RADIUS)
                 plan[captures(name, strength)] = Measurement(OUTCOMES, catching, CONTROL_GRID, flocks)
+    blocked = FLOCK.replace(blocks_warnings=True)
+    plan["blocked"] = Measurement(OUTCOMES, blocked, SHORT_RANGES, flocks)
+    catching = blocked.replace(capture_radius=CAPTURE_RADIUS)
+    plan["blocked captures"] = Measurement(OUTCOMES, catching, SHORT_RANGES, flocks)
     for name, scenario in ANATOMIES.items():
         plan[name] = Measurement(ANATOMY, scenario, CONTROL_GRID, flocks)
     return plan

@@ -12,7 +12,7 @@ from flockesc_env.jobs import Arrays, Job
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PARTS: Final[tuple[str, ...]] = ("vicsek", "predator_ring", "criticality", "milling")
+PARTS: Final[tuple[str, ...]] = ("warning", "vicsek", "predator_ring", "criticality", "milling")
 """Modules in the order of the page. Each measures one published result."""
 
 

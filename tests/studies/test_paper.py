@@ -178,10 +178,13 @@ def test_the_parts_of_a_gain_add_up_to_it() -> None:
     np.testing.assert_allclose(parts, columns["gain"], atol=1e-9)
 
 
-def verdicts(without: dict[float, float], fleeing: dict[float, float]) -> dict[str, set[Verdict]]:
+def verdicts(
+    without: dict[float, float], fleeing: dict[float, float], blocked: float = 0.0
+) -> dict[str, set[Verdict]]:
     """Return the verdicts on 40 made-up flocks and lines, by the claim's first word.
 
-    The objective without and with the force is 0 except for the given ranges.
+    The objective without and with the force is 0 except for the given ranges. ``blocked`` is that at 10 m if
+    warnings are blocked.
     """
     noise = np.random.default_rng(0).normal(scale=0.01, size=40)
 
@@ -196,6 +199,8 @@ def verdicts(without: dict[float, float], fleeing: dict[float, float]) -> dict[s
         for strength in STRENGTHS
         for name in (control, captures)
     }
+    for name in ("blocked", "blocked captures"):
+        found[name] = values({0.0: fleeing.get(0.0, 0.0), 10.0: blocked}, plan.SHORT_RANGES)
     found["fearless line"], found["grid linear"] = (values(p, LINE_GRID, 100) for p in (without, fleeing))
     words: dict[str, set[Verdict]] = {}
     for row in mechanism_claims(found):
@@ -208,8 +213,8 @@ def test_the_explanation_is_judged_by_what_the_force_does() -> None:
     best = {10.0: 2.0, 100.0: 1.0}
     holds, fails = {Verdict.HOLDS}, {Verdict.FAILS}
     assert verdicts({}, best) == {"Some": holds, "Too": holds, "The": holds}
-    assert verdicts(best, best) == {"Some": fails, "Too": fails, "The": fails}
-    neither = verdicts({10.0: 1.0}, {0.0: 1.5, 10.0: 2.0, 100.0: 2.5})
+    assert verdicts(best, best, blocked=2.0) == {"Some": fails, "Too": fails, "The": fails}
+    neither = verdicts({10.0: 1.0}, {0.0: 1.5, 10.0: 2.0, 100.0: 2.5}, blocked=2.0)
     assert neither["Some"] == neither["Too"] == fails
-    masking = verdicts({10.0: 1.0}, {0.0: 1.5, 10.0: 2.0})
+    masking = verdicts({10.0: 1.0}, {0.0: 1.5, 10.0: 2.0}, blocked=2.0)
     assert (masking["Some"], masking["Too"]) == (fails, holds)

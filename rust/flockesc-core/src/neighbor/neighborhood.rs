@@ -14,7 +14,7 @@ use crate::neighbor::engine::kernel::SumNeighbors;
 use crate::neighbor::engine::links::Links;
 use crate::neighbor::engine::lists::{Lists, RANGE};
 use crate::neighbor::engine::pairs::Pairs;
-use crate::neighbor::engine::sums::{NeighborSums, Scratch, sum_pairs};
+use crate::neighbor::engine::sums::{NeighborSums, Scratch, remove_warnings, sum_pairs};
 use crate::neighbor::engine::tree::Tree;
 use crate::neighbor::options::NeighborOptions;
 use crate::neighbor::ranges::Ranges;
@@ -68,8 +68,12 @@ impl<const D: usize> Neighborhood<D> {
 
     /// Computes the sums over every agent's neighbors (Eq. 11). May re-sort the agents.
     pub(crate) fn sum_neighbors(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
-        let is_by_range =
-            self.options.is_by_view() && self.options.rule.criterion() == Criterion::Range;
+        // Warnings are removed from the sums afterwards, which is faster than a loop over all pairs.
+        let audible = NeighborOptions {
+            blocks_warnings: false,
+            ..self.options
+        };
+        let is_by_range = audible.is_by_view() && audible.rule.criterion() == Criterion::Range;
         let listing = if is_by_range {
             self.kept.plan(agents, ranges)
         } else {
@@ -87,8 +91,14 @@ impl<const D: usize> Neighborhood<D> {
         let (options, tree, is_counting) = (&self.options, &self.tree, self.is_counting);
         self.links.update(options, agents, tree, ranges);
         let links = &self.links;
+        let blocked = match self.options.blocks_warnings {
+            true => (0..agents.len())
+                .filter(|&place| agents.is_reached(place))
+                .collect(),
+            false => Vec::new(),
+        };
         parallel::for_each_chunk_with(&mut self.sums, &mut self.scratch, |first, sums, scratch| {
-            match links.reaches(options, ranges) {
+            match links.reaches(&audible, ranges) {
                 Some(reaches) => {
                     SumNeighbors {
                         agents,
@@ -103,6 +113,7 @@ impl<const D: usize> Neighborhood<D> {
                         scratch,
                     }
                     .run();
+                    remove_warnings(links.pairs(options, agents, tree), &blocked, first, sums);
                 }
                 None => sum_pairs(links.pairs(options, agents, tree), first, sums, scratch),
             }

@@ -144,7 +144,7 @@ impl<'a, const D: usize> Pairs<'a, D> {
     }
 
     /// Returns whether `other` is a neighbor of `own`, by reach and view. Both are places.
-    fn is_neighbor(&self, own: usize, other: usize) -> bool {
+    pub(super) fn is_neighbor(&self, own: usize, other: usize) -> bool {
         self.senses(own, other) && (!self.options.is_mutual || self.senses(other, own))
     }
 

@@ -1,0 +1,230 @@
+"""The abstract of Saleh's paper: some connectivity helps because warnings spread. The control blocks them.
+
+Worlds differ from the paper's flock in what a warning could depend on. In each, flocks fly under fixed ranges
+twice: agents that no predator has reached hear those that one has reached, or they do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import Final, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from flockesc_env import FlockScenario, sweep
+from flockesc_env.common import stats
+from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
+from flockesc_env.episodes.splits import HELD_OUT, TUNING, first_seeds
+from flockesc_env.jobs import Arrays, Job
+from flockesc_env.render.palette import LIGHT
+from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, PurePursuit, RandomHeadings, approach
+from studies.measurements import chunks
+from studies.style import letter
+from studies.validation.parts import Verdict, scaled
+from training.figure_style import WIDTH
+
+TITLE: Final = "What a warning is worth"
+PUBLISHED: Final = (
+    "some connectivity helps because information spreads from the agents closest to the predator"
+    " ([Saleh, abstract](paper.md))"
+)
+
+RANGES: Final = (0.0, 3.0, 6.0, 10.0, 15.0, 25.0, 40.0, 150.0)
+"""Fixed ranges in m. A gain is over both ends: hearing nobody and hearing all."""
+
+HEADINGS: Final = {
+    "random": RandomHeadings(),
+    "across": AlignedHeadings((1.0, -1.0), 0.5),
+    "toward": AlignedHeadings((-1.0, -1.0), 0.5),
+}
+"""Starts of the flock, by where it flies; the predator comes from the lower left."""
+
+PREDATORS: Final = {"straight": ConstantVelocity, "pursuit": PurePursuit}
+SPEEDS: Final = (200**0.5, 20.0)  # of the predator in m/s; the agents have 10 m/s
+SENSING: Final = (15.0, 30.0, 60.0)  # distances in m within which agents flee
+ALIGNMENTS: Final = (0.3, 1.0, 3.0)  # strengths of alignment
+FLOCKS: Final = 50  # tuning flocks, and held-out flocks, in each world
+PAPER_FLOCKS: Final = 1_000  # the same in the paper's own
+CAPTURE_RADIUS: Final = 2.0  # in m, of pursuers
+
+
+class World(NamedTuple):
+    """What differs from the paper's flock."""
+
+    headings: str
+    predator: str
+    speed: float
+    sensing: float
+    alignment: float
+    captures: bool
+
+    @property
+    def scenario(self) -> FlockScenario:
+        """The scenario."""
+        return FlockScenario(
+            initial_headings=HEADINGS[self.headings],
+            predators=(PREDATORS[self.predator](*approach(speed=self.speed)),),
+            predator_range=self.sensing,
+            alignment_strength=self.alignment,
+            capture_radius=CAPTURE_RADIUS if self.captures else None,
+        )
+
+    @property
+    def objectives(self) -> tuple[str, ...]:
+        """The objectives that are measured here."""
+        return ("fraction_surviving",) if self.captures else ("min_mean_distance", "min_min_distance")
+
+
+WORLDS: Final = tuple(
+    World(*world, captures)
+    for world in product(HEADINGS, PREDATORS, SPEEDS, SENSING, ALIGNMENTS)
+    for captures in (False, True)
+    if world[1] == "pursuit" or not captures
+)
+PAPER: Final = World("random", "straight", SPEEDS[0], 30.0, 1.0, captures=False)
+
+
+@dataclass(frozen=True)
+class Warned:
+    """An objective in a world: its best fixed range and what a warning is worth, on held-out flocks.
+
+    Units are m, or the share of agents. ``best`` is chosen on tuning flocks that hear warnings. ``value`` is
+    the objective under the best range minus that under the best range of flocks that hear none, which is
+    chosen on tuning flocks, too. ``hearing`` and ``blocked`` are gains of ``best`` over the shortest and the
+    longest range. ``removed`` is what blocking takes from the gain over the shortest one, minus half of it.
+    """
+
+    world: World
+    objective: str
+    best: float
+    value: Estimate
+    hearing: tuple[Estimate, Estimate]
+    blocked: tuple[Estimate, Estimate]
+    removed: Estimate
+
+    @property
+    def decides(self) -> bool:
+        """Whether the best range gains over both ends, and blocking removes both gains."""
+        return all(gain.low > 0 for gain in self.hearing) and all(gain.low <= 0 for gain in self.blocked)
+
+
+@dataclass(frozen=True)
+class ValueOfWarnings:
+    """The results in every world, and the number of held-out flocks in most of them and in the paper's."""
+
+    worlds: tuple[Warned, ...]
+    num_flocks: tuple[int, int]
+
+    @property
+    def paper(self) -> list[Warned]:
+        """The paper's own flock."""
+        return [each for each in self.worlds if each.world == PAPER]
+
+    @property
+    def decided(self) -> list[Warned]:
+        """The worlds in which hearing the warned decides, the clearest first."""
+        return sorted((each for each in self.worlds if each.decides), key=lambda each: -each.value.low)
+
+
+def play(world: World, seeds: range) -> Arrays:
+    """Return every objective under ``RANGES`` of flocks that hear warnings, and of those that hear none."""
+    found = {
+        name: sweep(world.scenario.replace(blocks_warnings=name == "blocked"), RANGES, seeds)
+        for name in ("hearing", "blocked")
+    }
+    return {f"{name} {one}": getattr(found[name], one) for name in found for one in world.objectives}
+
+
+def jobs(scale: float) -> dict[tuple[World, str], list[Job]]:
+    """Return the jobs by world and split, for ``results``."""
+    counts = {world: PAPER_FLOCKS if world == PAPER else FLOCKS for world in WORLDS}
+    return {
+        (world, split): [
+            Job(f"{__name__}:play", (world, seeds), 0.3 * len(seeds))
+            for seeds in chunks(first_seeds(of, scaled(count, scale)), 50)
+        ]
+        for world, count in counts.items()
+        for split, of in (("tuning", TUNING), ("held-out", HELD_OUT))
+    }
+
+
+def results(measured: Mapping[tuple[World, str], Arrays]) -> ValueOfWarnings:
+    """Return the results of the jobs of ``jobs``."""
+    worlds = tuple(
+        _warned(world, objective, measured[world, "tuning"], measured[world, "held-out"])
+        for world in WORLDS
+        for objective in world.objectives
+    )
+    counts = (
+        len(measured[world, "held-out"]["hearing " + world.objectives[0]].T) for world in (WORLDS[1], PAPER)
+    )
+    return ValueOfWarnings(worlds, tuple(counts))
+
+
+def _warned(world: World, objective: str, tuned: Arrays, played: Arrays) -> Warned:
+    def gains(name: str) -> tuple[FloatArray, FloatArray]:
+        values = played[f"{name} {objective}"]
+        return values[at["hearing"]] - values[0], values[at["hearing"]] - values[-1]
+
+    at = {name: int(tuned[f"{name} {objective}"].mean(axis=1).argmax()) for name in ("hearing", "blocked")}
+    best, without = (played[f"{name} {objective}"][place] for name, place in at.items())
+    hearing, blocked = gains("hearing"), gains("blocked")
+    return Warned(
+        world=world,
+        objective=objective,
+        best=RANGES[at["hearing"]],
+        value=stats.mean(best - without),
+        hearing=(stats.mean(hearing[0]), stats.mean(hearing[1])),
+        blocked=(stats.mean(blocked[0]), stats.mean(blocked[1])),
+        removed=stats.mean(hearing[0] / 2 - blocked[0]),
+    )
+
+
+def here(results: ValueOfWarnings) -> str:
+    """Return what blocking removes in the paper's flock, and where warnings decide."""
+    gains = ", ".join(
+        f"{spec.symbol} {each.hearing[0].mean:+.2f} m, without warnings {each.blocked[0].mean:+.2f} m"
+        for each in results.paper
+        for spec in [FLOCK_OBJECTIVES[each.objective]]
+    )
+    return (
+        f"gain over 0 m in the paper's flock: {gains}; a warning decides {len(results.decided)} of"
+        f" {len(results.worlds)} cases"
+    )
+
+
+def verdict(results: ValueOfWarnings) -> Verdict:
+    """Return the verdict by the rule on the page."""
+    return Verdict.of(*(each.removed.low > 0 for each in results.paper))
+
+
+def figure(results: ValueOfWarnings) -> Figure:
+    """Draw the map: what a warning is worth in every world, one panel per objective."""
+    figure = Figure(figsize=(WIDTH, 7.0), layout="constrained")
+    panels = figure.subplots(1, 3)
+    columns = tuple(product(SENSING, ALIGNMENTS))
+    for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
+        shown = [each for each in results.worlds if each.objective == spec.name]
+        rows = list(dict.fromkeys(each.world[:3] for each in shown))
+        values = np.full((len(rows), len(columns)), np.nan)
+        for each in shown:
+            row, column = rows.index(each.world[:3]), columns.index(each.world[3:5])
+            values[row, column] = each.value.mean
+            if each.decides:
+                axes.plot(column, row, "o", color=LIGHT.ink, ms=5)
+            if each.world == PAPER:
+                axes.plot(column, row, "s", mfc="none", mec=LIGHT.ink, ms=12)
+        most = np.nanmax(np.abs(values))
+        image = axes.imshow(values, cmap="PuOr_r", vmin=-most, vmax=most, aspect="auto")
+        unit = f" ({spec.unit})" if spec.unit else ""
+        figure.colorbar(image, ax=axes, location="bottom", label=f"value of a warning{unit}")
+        axes.set_xticks(range(len(columns)), [f"{sensing:g} m, {a:g}" for sensing, a in columns], rotation=90)
+        axes.set_yticks(
+            range(len(rows)), [f"{start}, {kind}, {speed:.0f} m/s" for start, kind, speed in rows]
+        )
+        letter(axes, index, spec.symbol)
+    return figure
