@@ -13,7 +13,9 @@ from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
 from flockesc_env.policies.rules import RangeRule, dot, not_negative, unit, unscaled, vector_entries
 
-Criterion = Literal["closest_approach", "escape_direction", "estimated_escape_direction"]
+Criterion = Literal[
+    "closest_approach", "escape_direction", "estimated_escape_direction", "estimated_encounter"
+]
 
 
 class _Rule(RangeRule, RowMemory):
@@ -128,7 +130,9 @@ class WinStayLoseShift(RangeRule, RowMemory):
 
     where d in m is the vector from the agent to its nearest predator, v_p in m/s that predator's velocity,
     and t in s the time. It points away from the predator's place at ``encounter_time``, and later from its
-    present place. The estimate is 0 if the agent observes no predator.
+    present place. The estimate is 0 if the agent observes no predator. ``"estimated_encounter"`` needs no clock:
+    the remaining time is max(0, -d . v_p / (||v_p||^2 + v0^2 / 2)), which minimizes the sum of the squared
+    distance to the predator and (v0 t)^2 / 2.
 
     An agent wins if it listened and heard a better heading than its own. It then stays
     with its range. If it listened and does not win, it shifts from ``short_range`` to ``long_range`` or back,
@@ -148,7 +152,8 @@ class WinStayLoseShift(RangeRule, RowMemory):
         pause: number of actions, of one model step each, in which an agent that did not win does not listen.
         encounter_time: supposed time in s of the predator's closest approach to the flock, only for
             ``"estimated_escape_direction"``. The default fits the paper's flock.
-        criterion: ``"closest_approach"``, ``"escape_direction"`` or ``"estimated_escape_direction"``.
+        criterion: ``"closest_approach"``, ``"escape_direction"``, ``"estimated_escape_direction"`` or
+            ``"estimated_encounter"``.
 
     Raises:
         InputError: if ``criterion`` is unknown, or another argument is not a finite number >= 0.
@@ -206,5 +211,10 @@ class WinStayLoseShift(RangeRule, RowMemory):
         velocity = unscaled(vector_entries("predator_velocity_", observations, spec))  # relative to the agent
         is_sensed = vector_entries("predator_sensed", observations, spec)
         velocity[:, :1] += is_sensed * unscaled(vector_entries("speed", observations, spec))
-        remaining = np.maximum(self.parameters[-1] - time, 0.0)
-        return -unit(offset + remaining * spec.speed_scale * velocity)
+        velocity *= spec.speed_scale
+        if self.criterion == "estimated_encounter":
+            squares = dot(velocity, velocity)[:, np.newaxis] + spec.speed_scale**2 / 2
+            remaining = np.maximum(-dot(offset, velocity)[:, np.newaxis] / squares, 0.0)
+        else:
+            remaining = np.maximum(self.parameters[-1] - time, 0.0)
+        return -unit(offset + remaining * velocity)

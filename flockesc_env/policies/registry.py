@@ -47,6 +47,10 @@ _BUILT_IN: Final[dict[str, tuple[Callable[[], BasePolicy], dict[str, Any]]]] = {
         lambda: WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="estimated_escape_direction"),
         _VISIBLE,
     ),
+    "win-stay-lose-shift-clockless": (
+        lambda: WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="estimated_encounter"),
+        _VISIBLE,
+    ),
     "turn-away": (lambda: BestCandidate("escape_cosine"), {**_PROFILE, **_ESCAPE}),
     "keep-distance": (lambda: BestCandidate("closest_approach"), {**_PROFILE, **_APPROACH}),
     "head-away": (BestNextHeading, {**_PROFILE, **_ESCAPE}),
@@ -67,6 +71,7 @@ NAMES = ("fixed:RHO", *_BUILT_IN)
 - ``win-stay-lose-shift``: ``WinStayLoseShift``, with the predator visible at any distance.
 - ``win-stay-lose-shift-escape``: the same with the criterion ``"escape_direction"``.
 - ``win-stay-lose-shift-estimate``: the same with the criterion ``"estimated_escape_direction"``.
+- ``win-stay-lose-shift-clockless``: the same with the criterion ``"estimated_encounter"``.
 - ``turn-away``: ``BestCandidate("escape_cosine")``, with a profile and the predator visible at any distance.
 - ``keep-distance``: ``BestCandidate("closest_approach")``, likewise.
 - ``head-away``: ``BestNextHeading``, likewise.

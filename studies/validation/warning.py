@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -22,6 +22,7 @@ from flockesc_env.episodes.splits import HELD_OUT, TUNING, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, PurePursuit, RandomHeadings, approach
+from flockesc_env.scenario.initial import InitialHeadings
 from studies.measurements import chunks
 from studies.style import letter
 from studies.validation.parts import Verdict, scaled
@@ -36,7 +37,7 @@ PUBLISHED: Final = (
 RANGES: Final = (0.0, 3.0, 6.0, 10.0, 15.0, 25.0, 40.0, 150.0)
 """Fixed ranges in m. A gain is over both ends: hearing nobody and hearing all."""
 
-HEADINGS: Final = {
+HEADINGS: Final[dict[str, InitialHeadings]] = {
     "random": RandomHeadings(),
     "across": AlignedHeadings((1.0, -1.0), 0.5),
     "toward": AlignedHeadings((-1.0, -1.0), 0.5),
@@ -52,7 +53,8 @@ PAPER_FLOCKS: Final = 1_000  # the same in the paper's own
 CAPTURE_RADIUS: Final = 2.0  # in m, of pursuers
 
 
-class World(NamedTuple):
+@dataclass(frozen=True)
+class World:
     """What differs from the paper's flock."""
 
     headings: str
@@ -61,6 +63,16 @@ class World(NamedTuple):
     sensing: float
     alignment: float
     captures: bool
+
+    @property
+    def row(self) -> tuple[str, str, float]:
+        """The row of the map: start headings, predator and its speed."""
+        return self.headings, self.predator, self.speed
+
+    @property
+    def column(self) -> tuple[float, float]:
+        """The column of the map: the distance within which agents flee, and the strength of alignment."""
+        return self.sensing, self.alignment
 
     @property
     def scenario(self) -> FlockScenario:
@@ -159,10 +171,8 @@ def results(measured: Mapping[tuple[World, str], Arrays]) -> ValueOfWarnings:
         for world in WORLDS
         for objective in world.objectives
     )
-    counts = (
-        len(measured[world, "held-out"]["hearing " + world.objectives[0]].T) for world in (WORLDS[1], PAPER)
-    )
-    return ValueOfWarnings(worlds, tuple(counts))
+    few, many = (measured[world, "held-out"]["hearing min_mean_distance"] for world in (WORLDS[1], PAPER))
+    return ValueOfWarnings(worlds, (len(few[0]), len(many[0])))
 
 
 def _warned(world: World, objective: str, tuned: Arrays, played: Arrays) -> Warned:
@@ -209,10 +219,10 @@ def figure(results: ValueOfWarnings) -> Figure:
     columns = tuple(product(SENSING, ALIGNMENTS))
     for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
         shown = [each for each in results.worlds if each.objective == spec.name]
-        rows = list(dict.fromkeys(each.world[:3] for each in shown))
+        rows = list(dict.fromkeys(each.world.row for each in shown))
         values = np.full((len(rows), len(columns)), np.nan)
         for each in shown:
-            row, column = rows.index(each.world[:3]), columns.index(each.world[3:5])
+            row, column = rows.index(each.world.row), columns.index(each.world.column)
             values[row, column] = each.value.mean
             if each.decides:
                 axes.plot(column, row, "o", color=LIGHT.ink, ms=5)
