@@ -51,9 +51,10 @@ def test_the_scores_of_the_best_fixed_range_and_of_the_reference_are_0_and_1(nam
 
 
 @pytest.mark.parametrize("name", TASKS)
-def test_a_scenario_with_the_name_of_a_preset_is_that_preset(name: str) -> None:
-    for scenario, model in TASKS[name].scenarios.items():
-        assert scenario not in PRESETS or PRESETS[scenario].scenario == model
+def test_every_scenario_is_a_preset(name: str) -> None:
+    task = TASKS[name]
+    assert all(PRESETS[scenario].scenario == model for scenario, model in task.scenarios.items())
+    assert task.scenario in [preset.scenario for preset in PRESETS.values()]
 
 
 @pytest.mark.parametrize("name", TASKS)
@@ -100,8 +101,8 @@ def test_an_unknown_task_lists_the_near_ones() -> None:
 
 
 CHANGES = {
-    "size": ("num_agents = 1000\n", "num_agents = 999\n", {"held-out-sizes"}),
-    "scenario": ('preset = "pursuit"', 'preset = "intercept"', {"warned-agents"}),
+    "scored in": ("scales.flock-1000]", "scales.clusters]", {"held-out-sizes"}),
+    "scenario": ('scenario = "pursuit"', 'scenario = "intercept"', {"pursuit"}),
     "option": ("max_range = 100.0", "max_range = 50.0", {"per-agent-visible-profile"}),
     "sentence": ('asks = "One range for the flock: ', 'asks = "One range: ', {"one-range"}),
     "version": (f'version = "{VERSION}"', 'version = "v2"', set(TASKS)),
