@@ -73,11 +73,6 @@ class Control(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     gain: tuple[float, float, float]
     gain_blocked: tuple[float, float, float]
 
-    @property
-    def needs_warnings(self) -> bool:
-        """Whether there is a gain, and blocked warnings take at least 90 % of it away."""
-        return self.gain[1] > 0 and self.gain_blocked[2] < 0.1 * self.gain[1]
-
 
 class Shortcut(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The best built-in policy without training, chosen on tuning flocks, and its score.

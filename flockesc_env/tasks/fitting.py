@@ -19,9 +19,6 @@ from flockesc_env.tasks.definition import TaskDefinition
 FREE = ("action_mode", "min_range", "range_grid", *UNOBSERVED)
 """Options that a policy chooses itself."""
 
-_BOUNDS = ("max_range", "steps_per_action")
-"""Options of a task that decide which ranges a policy may set, and how often."""
-
 _ABOUT = ("name", "per_agent", "options", "scenario")
 """Attributes of every policy that are not its numbers."""
 
@@ -43,7 +40,7 @@ def fitted(policy: BasePolicy, task: TaskDefinition) -> BasePolicy:
         return policy.with_options(per_agent=task.per_agent, **{**task.options, **own})
     check_fits(policy, task)
     if _is_bound(policy):
-        return policy.with_options(**{name: task.options[name] for name in _BOUNDS})
+        return policy.with_options(**{name: task.options[name] for name in ("max_range", "steps_per_action")})
     return policy
 
 
@@ -102,7 +99,7 @@ def check_fits(policy: BasePolicy, task: TaskDefinition) -> None:
 
 
 def _is_bound(policy: BasePolicy) -> bool:
-    """Return whether a policy is a rule that nobody trained, which plays with the task's ``_BOUNDS``."""
+    """Return whether a policy is a rule that nobody trained; it plays at the task's rate and ranges."""
     return isinstance(policy, rules.RangeRule) and policy.scenario is None
 
 

@@ -67,7 +67,7 @@ def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
     jobs = {"": seed_jobs(OUTCOMES, model, grid, tuning)}
     tuned = runner.groups(jobs, f"Fixed ranges in {scenario}")[""][task.spec.name]
     best = grid[int(tuned.mean(axis=1).argmax())]
-    fixed = _play(task, f"fixed:{best:.12g}", scenario, FLOCKS, runner)
+    fixed = _play(task, f"fixed:{best:.12g}", model, FLOCKS, runner)
     kind = _kind(task, model)
     reached = _reference(task, kind, scenario, runner)
     same_flocks = fixed[: len(reached)]
@@ -84,25 +84,17 @@ def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
 
 
 def _play(
-    task: Task,
-    policy: str,
-    scenario: str,
-    flocks: range,
-    runner: Runner,
-    *,
-    own: bool = False,
-    **changes: Any,
+    task: Task, policy: str, model: Scenario, flocks: range, runner: Runner, *, own: bool = False
 ) -> FloatArray:
-    """Return the objective of every flock in a changed scenario; ``own``: with the policy's own options."""
-    model = task.scenarios[scenario].replace(**changes)
-    bound = {"per_agent": task.per_agent, **(fitted(load_policy(policy), task).options or {})}
-    options = {} if own else bound
+    """Return the objective of every flock with the task's options; ``own``: with the policy's own ones."""
+    entry = fitted(load_policy(policy), task)
+    options = {} if own else {"per_agent": task.per_agent, **(entry.options or {})}
     jobs = {part: play_job(policy, model, task.spec.name, part, options) for part in chunks(flocks, 250)}
     return np.concatenate([found["objective"] for found in runner.each(jobs, policy).values()])
 
 
 def _score(task: Task, policy: str, runner: Runner, *, own: bool = False) -> Estimate:
-    played = {one: _play(task, policy, one, FLOCKS, runner, own=own) for one in task.scenarios}
+    played = {one: _play(task, policy, at, FLOCKS, runner, own=own) for one, at in task.scenarios.items()}
     (score,) = means(task.normalize(played)[np.newaxis, np.newaxis])
     return with_reference_error(score, task)
 
@@ -111,7 +103,7 @@ def _shortcut(task: Task, runner: Runner) -> dict[str, Any]:
     """Return the policy without training that is best on tuning flocks, and its score on held-out ones."""
     fixed = [f"fixed:{scale.best_fixed_range:.12g}" for scale in task.scales.values()]
     reached = {
-        policy: np.mean([_play(task, policy, one, CHOOSING, runner) for one in task.scenarios])
+        policy: np.mean([_play(task, policy, at, CHOOSING, runner) for at in task.scenarios.values()])
         for policy in dict.fromkeys((*rules_of(task), "random", *fixed))
     }
     best = max(reached, key=lambda policy: reached[policy])
@@ -120,11 +112,10 @@ def _shortcut(task: Task, runner: Runner) -> dict[str, Any]:
 
 def _control(task: Task, policy: str, baseline: str, runner: Runner) -> dict[str, Any]:
     """Return the gain of a policy over another one, with and without warnings."""
-    found, (scenario,) = {}, task.scenarios
+    found, (model,) = {}, task.scenarios.values()
     for name, changes in {"gain": {}, "gain_blocked": {"blocks_warnings": True}}.items():
-        reached, other = (
-            _play(task, one, scenario, CONTROLLING, runner, **changes) for one in (policy, baseline)
-        )
+        flocks = model.replace(**changes)
+        reached, other = (_play(task, one, flocks, CONTROLLING, runner) for one in (policy, baseline))
         found[name] = astuple(mean(reached - other))
     return found
 
@@ -158,6 +149,6 @@ def _hindsight(task: Task, scenario: str, runner: Runner) -> FloatArray:
     files = sorted(BOARD.glob(f"*/policies/{task.name}-*.npz"))
     plays = {file: play_job(file.read_bytes(), model, task.spec.name, FLOCKS) for file in files}
     learned = [found["objective"] for found in runner.each(plays, "Policies of the scoreboard").values()]
-    drawn = _play(task, "random", scenario, FLOCKS, runner)
+    drawn = _play(task, "random", model, FLOCKS, runner)
     best: FloatArray = np.max([*fixed, *learned, drawn], axis=0)
     return best
