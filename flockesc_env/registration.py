@@ -26,7 +26,7 @@ FIXED = (
 
 
 def register() -> None:
-    """Register all ids. This reads the names of the tasks and builds none of their scenarios."""
+    """Register all ids. This reads the tasks' file and makes no task."""
     flock = "flockesc_env.envs.gymnasium:FlockEscapeEnv"
     gymnasium.register("flockesc/FlockEscape-v1", flock, vector_entry_point=_VECTOR)
     refusal, agents = f"{__name__}:no_single_env", {"per_agent": True}
@@ -35,8 +35,7 @@ def register() -> None:
     gymnasium.register("flockesc/LineEscape-v1", "flockesc_env.envs.line:LineEscapeEnv")
     document = tomllib.loads(files("flockesc_env").joinpath("tasks/v1.toml").read_text("utf-8"))
     for name, entry in document["tasks"].items():
-        changed = document["scenarios"].get(entry["scenario"], {"preset": entry["scenario"]})
-        model = PRESETS[changed["preset"]].scenario
+        model = PRESETS[entry["scenario"]].scenario
         is_line = isinstance(model, LineScenario)
         num_steps = model.max_steps if isinstance(model, LineScenario) else model.num_steps
         gymnasium.register(

@@ -76,8 +76,7 @@ class StubbornWitnesses(_Rule):
         waits = time < patience
         later = later + growth * (time - patience)
         later += crowding * _core.log1p(count) - agreement * cosine
-        later = np.clip(later, 0.0, spec.actions.max_range)
-        ranges = np.where(waits | has_stopped, 0.0, np.where(heard, later, first))
+        ranges = np.where(waits | has_stopped, 0.0, np.where(heard, np.maximum(later, 0.0), first))
         self._remember(len(begins), has_stopped, heard | ~waits, heard)
         return ranges
 

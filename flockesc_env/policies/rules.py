@@ -25,7 +25,7 @@ class RangeRule(BasePolicy):
     per_agent: bool | None = True
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Return the action of every row; see ``Policy.act``.
+        """Return the action of every row; see ``Policy.act``. Ranges are at most ``max_range``.
 
         Raises:
             InputError: if ``spec.per_agent`` is not the rule's, an option differs from those of the rule's
@@ -33,7 +33,8 @@ class RangeRule(BasePolicy):
                 and the number of rows changes during an episode.
         """
         self.check(spec.options, per_agent=spec.per_agent)
-        return spec.actions.from_ranges(self._ranges(observations, spec))
+        ranges = np.minimum(self._ranges(observations, spec), spec.actions.max_range)
+        return spec.actions.from_ranges(ranges)
 
     def default_options(self, scenario: Scenario) -> dict[str, Any]:  # noqa: ARG002
         """Return one step per action, and ranges up to 100 m."""

@@ -179,7 +179,21 @@ LITERATURE: Final = {
 }
 """Models of other authors, which differ from the paper's flock in several respects."""
 
-PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(_VARIATIONS | LITERATURE)
+_WARNED: Final = AlignedHeadings(direction=(-1.0, -1.0), max_angle=0.4928831826205579)
+
+OF_TASKS: Final = {
+    "flock-100": _flock("the paper's flock with 100 agents", num_agents=100),
+    "flock-1000": _flock("the paper's flock with 1,000 agents", num_agents=1000),
+    "aligned-head-on": _flock(
+        "a flock whose headings agree within 28 degrees flies toward the predator", initial_headings=_WARNED
+    ),
+    "aligned-pursuit": _flock(
+        "the same flock flies toward a pursuer", initial_headings=_WARNED, predators=(PurePursuit(),)
+    ),
+}
+"""Variations of the paper's flock that tasks need and the robustness study leaves out."""
+
+PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(_VARIATIONS | OF_TASKS | LITERATURE)
 
 
 def preset(name: str) -> Scenario:

@@ -58,26 +58,29 @@ class Scale(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class Control(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An experiment that shows what a task is about: a gain with and without the escape force.
+    """An experiment that shows what a task is about: a gain with and without warnings.
 
     Attributes:
-        policy: the policy that hears the warning.
-        baseline: the policy that it is compared with, on the same flocks.
+        policy: the best known policy: a rule, ``fixed:RHO`` or TASK/LEARNER of a trained policy.
+        baseline: the constant that it is compared with, on the same tuning flocks.
         gain: mean paired difference of their objectives; mean, lower and upper end of the 95 % interval.
-        gain_without_force: the same in flocks without the escape force, where nobody gives a warning.
+        gain_blocked: the same with the scenario's ``blocks_warnings``: agents that no predator has reached
+            do not hear agents that one has reached.
     """
 
     policy: str
     baseline: str
     gain: tuple[float, float, float]
-    gain_without_force: tuple[float, float, float]
+    gain_blocked: tuple[float, float, float]
 
 
 class Shortcut(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A simple policy without training and its score, so that nobody mistakes it for progress."""
+    """The best built-in policy without training, chosen on tuning flocks, and its score.
+
+    It is one of the rules that fit the task, random ranges or the best fixed range.
+    """
 
     policy: str
-    says: str
     score: float
 
 
@@ -94,10 +97,10 @@ class TaskDefinition:
         options: options of the environment, which say what a policy may see; without the reward, which a
             trainer chooses.
         samples: number of actions, of one agent or of one flock, that a training run may take.
-        shortcut: a simple policy without training, and its score.
+        shortcut: the best built-in policy without training, and its score.
         scales: normalization of scores, by the names of the scenarios in which policies are scored.
         scenarios: these scenarios, by name.
-        controls: experiments without the escape force, of tasks in which a warning decides.
+        controls: experiments with blocked warnings, of tasks in which a warning decides.
         seeds: seeds of the held-out flocks that policies are scored on.
         sha256: checksum of everything that defines the task.
     """

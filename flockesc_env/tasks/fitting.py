@@ -16,8 +16,8 @@ from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.tasks.definition import TaskDefinition
 
-FREE = ("action_mode", "min_range", "max_range", "range_grid", "steps_per_action", *UNOBSERVED)
-"""Options that a policy chooses itself. Those of the first line decide which ranges it sets, and when."""
+FREE = ("action_mode", "min_range", "range_grid", *UNOBSERVED)
+"""Options that a policy chooses itself."""
 
 _ABOUT = ("name", "per_agent", "options", "scenario")
 """Attributes of every policy that are not its numbers."""
@@ -31,13 +31,16 @@ _ROW_BY_ROW = (
 def fitted(policy: BasePolicy, task: TaskDefinition) -> BasePolicy:
     """Return a policy as it plays a task, after ``check_fits``.
 
-    A policy without options, ``FixedRange`` and ``RandomRange`` take the view and the options of the task.
+    A policy without options and ``RandomRange`` take the view and the options of the task. ``FixedRange``
+    also does, but keeps its range: the best fixed range may be longer than the task's ``max_range``. A rule
+    that nobody trained keeps what it observes, and takes the task's ``max_range`` and ``steps_per_action``.
     """
     if policy.options is None or isinstance(policy, FixedRange | RandomRange):
-        own = {} if isinstance(policy, rules.RangeRule) else policy.default_options(task.scenario)
-        own |= policy.options or {}
+        own = policy.default_options(task.scenario) if isinstance(policy, FixedRange) else {}
         return policy.with_options(per_agent=task.per_agent, **{**task.options, **own})
     check_fits(policy, task)
+    if _is_bound(policy):
+        return policy.with_options(**{name: task.options[name] for name in ("max_range", "steps_per_action")})
     return policy
 
 
@@ -54,8 +57,10 @@ def check_fits(policy: BasePolicy, task: TaskDefinition) -> None:
       not, because it depends on the whole flock.
     - ``objective``: the task's, which decides the entry ``running_minimum``.
 
-    ``FREE`` lists the other options. Memory is free, because tasks say what is observed and not what is
-    remembered. A policy trained in another scenario of the same model fits: it plays in the task's.
+    It may set ranges up to the task's ``max_range``, and at most as often: its ``steps_per_action`` is at
+    least the task's. ``FREE`` lists the other options. Memory is free, because tasks say what is observed and
+    not what is remembered. A policy trained in another scenario of the same model fits: it plays in the
+    task's.
 
     The check reads options, not code: see ``is_checkable``. No check finds out on which flocks the numbers of
     a policy were chosen.
@@ -72,6 +77,13 @@ def check_fits(policy: BasePolicy, task: TaskDefinition) -> None:
     if unknown:
         raise InputError("options", f"some of {', '.join(names)}", ", ".join(unknown))
     chosen, shown = options(**policy.all_options(model)), options(**task.options)
+    if not _is_bound(policy):
+        longest, steps = shown.max_range, shown.steps_per_action
+        if chosen.max_range > longest:
+            raise InputError("max_range", f"at most {longest:g}, as in the task", chosen.max_range)
+        if chosen.steps_per_action < steps:
+            expected = f"at least {steps}, as in the task"
+            raise InputError("steps_per_action", expected, chosen.steps_per_action)
     if not isinstance(model, FlockScenario):
         return
     _check_some("profile_ranges", chosen.profile_ranges or (), shown.profile_ranges or ())
@@ -84,6 +96,11 @@ def check_fits(policy: BasePolicy, task: TaskDefinition) -> None:
     sensing, most = chosen.predator_sensing_range, shown.predator_sensing_range
     if sensing > most:
         raise InputError("predator_sensing_range", f"at most {most:g} m, as in the task", sensing)
+
+
+def _is_bound(policy: BasePolicy) -> bool:
+    """Return whether a policy is a rule that nobody trained; it plays at the task's rate and ranges."""
+    return isinstance(policy, rules.RangeRule) and policy.scenario is None
 
 
 def _check_some(name: str, chosen: tuple[Any, ...], shown: tuple[Any, ...]) -> None:

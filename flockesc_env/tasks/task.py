@@ -11,13 +11,12 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
-import tomli_w
 
 from flockesc_env.common.checks import as_choice
 from flockesc_env.common.errors import InputError, shown_name
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.presets import PRESETS, Scenario
+from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.tasks import learners
 from flockesc_env.tasks.definition import FLOCKS, VERSION, Control, Scale, Shortcut, TaskDefinition
 
@@ -78,7 +77,6 @@ class _Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 class _File(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     version: str
-    scenarios: dict[str, dict[str, Any]]
     tasks: dict[str, _Entry]
 
 
@@ -122,19 +120,12 @@ def read_tasks(text: str) -> dict[str, Task]:
         file = msgspec.convert(tomllib.loads(text), _File)
     except (tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
         raise InputError("tasks", "a file of tasks", error) from None
-    scenarios = {name: preset.scenario for name, preset in PRESETS.items()}
-    scenarios |= {name: _scenario(dict(document)) for name, document in file.scenarios.items()}
-    return {name: _task(name, entry, file.version, scenarios) for name, entry in file.tasks.items()}
+    return {name: _task(name, entry, file.version) for name, entry in file.tasks.items()}
 
 
-def _scenario(document: dict[str, Any]) -> Scenario:
-    """Return a preset's scenario with the fields that differ."""
-    model = PRESETS[document.pop("preset")].scenario
-    return model.from_toml(tomli_w.dumps({**tomllib.loads(model.to_toml()), **document}))
-
-
-def _task(name: str, entry: _Entry, version: str, scenarios: Mapping[str, Scenario]) -> Task:
-    used = [as_choice(one, f"{name}.scenario", scenarios) for one in (entry.scenario, *entry.scales)]
+def _task(name: str, entry: _Entry, version: str) -> Task:
+    names = [as_choice(one, f"{name}.scenario", PRESETS) for one in (entry.scenario, *entry.scales)]
+    scenarios = {one: PRESETS[one].scenario for one in names}
     model = scenarios[entry.scenario]
     is_line = isinstance(model, LineScenario)
     specs = LINE_OBJECTIVES if is_line else FLOCK_OBJECTIVES
@@ -146,7 +137,7 @@ def _task(name: str, entry: _Entry, version: str, scenarios: Mapping[str, Scenar
     defining = {
         "version": version,
         "flocks": [FLOCKS.start, len(FLOCKS)],
-        "scenarios": {one: json.loads(scenarios[one].to_json()) for one in used},
+        "scenarios": {one: json.loads(scenario.to_json()) for one, scenario in scenarios.items()},
         "task": msgspec.to_builtins(entry),
     }
     return Task(

@@ -66,11 +66,6 @@ class Row:
         return outcome(self.gain)
 
     @property
-    def is_random(self) -> bool:
-        """Whether random ranges are the best rule."""
-        return self.best[RULE].result.learner == "random"
-
-    @property
     def score_gain(self) -> float:
         """The same as a difference of scores, which compares tasks."""
         return self.learned.row.score.mean - self.best[RULE].row.score.mean

@@ -13,7 +13,7 @@ from flockesc_env.cli.flags import scenario_named
 from flockesc_env.common.errors import InputError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.predators import ConstantVelocity, Learned
-from flockesc_env.scenario.presets import LITERATURE, PRESETS
+from flockesc_env.scenario.presets import LITERATURE, OF_TASKS, PRESETS
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,8 @@ def grid_of(scenario: FlockScenario) -> Grid:
 
 def attacked_presets(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
     """Return scenarios of presets or files by name; ``None``: every attacked variation of the paper's."""
-    variations = {name: entry.scenario for name, entry in PRESETS.items() if name not in LITERATURE}
+    excluded = LITERATURE | OF_TASKS
+    variations = {name: entry.scenario for name, entry in PRESETS.items() if name not in excluded}
     known = {name: scenario for name, scenario in variations.items() if _is_attacked(scenario)}
     chosen = known if names is None else {}
     for name in names or ():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -12,7 +13,9 @@ import msgspec
 from flockesc_env import InputError
 from flockesc_env.cli.output import note
 from flockesc_env.common.files import atomic_write
+from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Arrays
+from flockesc_env.policies import NAMES, load_policy
 from flockesc_env.policies.files import parse_policy
 from flockesc_env.tasks import fitting
 from flockesc_env.tasks.results import Result, Training, read_result, write_result
@@ -22,18 +25,13 @@ from studies.scoreboard.trainings import Key, hyperparameters_of, versions_of
 
 BOARD: Final = Path("scoreboard")
 CARD: Final = "card.toml"
+ANY_RATE: Final = Path("results/scoreboard/any_rate.json")
+"""What rules reach with their own options, by task and rule: the mean score with its interval."""
+
 Kind = Literal["rule", "search", "imitation", "reinforcement learning"]
 
-RULES: Final[Mapping[str, tuple[str, ...]]] = {
-    "per-agent-visible": ("win-stay-lose-shift",),
-    "per-agent-visible-derived": ("stubborn-leaders",),
-    "per-agent-visible-minimum": ("stubborn-leaders",),
-    "per-agent-local": ("listen-while-threatened",),
-    "per-agent-visible-profile": ("head-away",),
-    "warned-agents": ("listen-while-threatened",),
-    "warned-nearest": ("stubborn-witnesses",),
-}
-"""Built-in rules that are scored beside the shortcut and random ranges."""
+CHOOSING, CONTROLLING = first_seeds(TUNING, 200), TUNING[1000:2000]
+"""Tuning flocks that choose the shortcuts, and those of the controls, on which nothing was chosen."""
 
 TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
 """Tasks on which nobody trains: they score the policies of ``per-agent-visible``."""
@@ -92,8 +90,9 @@ def write_scores(trained: Mapping[Key, Arrays], folder: Path = BOARD) -> None:
     """Score all rules and training runs that have no result yet, and write policies and results."""
     for name, task, found, training in (*_rules(), *_trained(trained, folder)):
         output = folder / name / f"{task.name}.json"
-        if output.is_file() and read_result(output).training == training:
-            continue
+        with suppress(InputError, FileNotFoundError):  # a result of an older task
+            if read_result(output).training == training:
+                continue
         note(f"{output}: {len(found)} policies")
         output.parent.mkdir(parents=True, exist_ok=True)
         result = score([*map(LoadedPolicy.of, found)], task, learner=name, output=output, training=training)
@@ -113,11 +112,21 @@ def shipped(board: Sequence[Entrant]) -> dict[str, bytes]:
 _Scored = tuple[str, Task, list[str], Training | None]
 
 
+def rules_of(task: Task) -> list[str]:
+    """Return the names of the built-in rules that fit a task."""
+    found = []
+    for name in NAMES[2:]:  # without fixed and random ranges
+        with suppress(InputError):
+            fitting.fitted(load_policy(name), task)
+            found.append(name)
+    return found
+
+
 def _rules() -> Iterator[_Scored]:
-    """Yield the shortcut of every task, random ranges, and ``RULES``."""
+    """Yield the rules that fit every task, random ranges, and a shortcut that is a fixed range."""
     for task in tasks.values():
-        for rule in dict.fromkeys((task.shortcut.policy, "random", *RULES.get(task.name, ()))):
-            yield rule, task, [rule], None
+        for rule in dict.fromkeys((task.shortcut.policy, "random", *rules_of(task))):
+            yield "fixed-range" if rule.startswith("fixed:") else rule, task, [rule], None
 
 
 def _trained(trained: Mapping[Key, Arrays], folder: Path) -> Iterator[_Scored]:

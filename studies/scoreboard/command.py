@@ -25,7 +25,7 @@ def freeze(
     runs: Parts = RUNS,
     backend: Backend = "processes",
 ) -> Exit:
-    """Measure again what normalizes scores, and write it into the file of the tasks (about 15 minutes).
+    """Measure again what normalizes scores, and write it into the file of the tasks (about an hour).
 
     Example: python -m studies scoreboard-freeze one-range
     """

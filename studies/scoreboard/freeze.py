@@ -1,14 +1,16 @@
 """Measures what normalizes the scores of the tasks, and writes it into the file that is then frozen.
 
-The file says what a person decides about a task. Its numbers follow: the scales, the shortcut's score and the
-controls.
+The file says what a person decides about a task. The rest follows: the scales, the shortcut and the numbers
+of the controls. ``ANY_RATE`` gets the scores that rules reach with their own options.
 """
 
 from __future__ import annotations
 
+import json
 import math
 import tomllib
 from collections.abc import Sequence
+from dataclasses import astuple
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,19 +19,22 @@ import tomli_w
 
 from flockesc_env import FlockScenario
 from flockesc_env.common.files import write_text
-from flockesc_env.common.stats import FloatArray, mean
+from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
+from flockesc_env.policies import load_policy
 from flockesc_env.scenario.presets import Scenario
 from flockesc_env.tasks.comparison import grid_of
 from flockesc_env.tasks.definition import FLOCKS
+from flockesc_env.tasks.fitting import fitted
+from flockesc_env.tasks.report import with_reference_error
 from flockesc_env.tasks.statistics import means
-from flockesc_env.tasks.task import Task, tasks
+from flockesc_env.tasks.task import Task, read_tasks, tasks
 from studies.measurements import Runner, chunks
 from studies.playing import play_job
 from studies.scoreboard import references
-from studies.scoreboard.board import load_board
+from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, rules_of
 
 _SIMULATED_FLOCKS: Final = {"paper-flock": 200, "aligned-head-on": 60}
 """Number of held-out flocks for the search of clairvoyant schedules, by scenario. One takes seconds."""
@@ -43,21 +48,17 @@ _REFERENCES: Final = {
 
 def freeze(path: Path, names: Sequence[str], runner: Runner) -> None:
     """Measure the numbers of some tasks again, all if no name is given, and write them into the file."""
-    document = tomllib.loads(path.read_text("utf-8"))
+    document, rates = tomllib.loads(path.read_text("utf-8")), json.loads(ANY_RATE.read_text("utf-8"))
     for name in names or tasks:
         task, entry = tasks[name], document["tasks"][name]
         entry["scales"] = {scenario: _scale(task, scenario, runner) for scenario in task.scenarios}
-        played = {
-            one: _play(task, task.shortcut.policy, one, FLOCKS, runner).mean() for one in task.scenarios
-        }
-        scales = entry["scales"]
-        shares = [
-            (played[one] - scales[one]["zero"]) / (scales[one]["one"] - scales[one]["zero"]) for one in scales
-        ]
-        entry["shortcut"]["score"] = float(np.mean(shares))
+        task = read_tasks(tomli_w.dumps(document))[name]
+        entry["shortcut"] = _shortcut(task, runner)
+        rates[name] = {rule: astuple(_score(task, rule, runner, own=True)) for rule in rules_of(task)}
         for control in entry.get("controls", ()):
             control |= _control(task, control["policy"], control["baseline"], runner)
     write_text(path, tomli_w.dumps(document))
+    write_text(ANY_RATE, json.dumps({name: rates[name] for name in tasks if name in rates}, indent=1) + "\n")
 
 
 def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
@@ -66,7 +67,7 @@ def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
     jobs = {"": seed_jobs(OUTCOMES, model, grid, tuning)}
     tuned = runner.groups(jobs, f"Fixed ranges in {scenario}")[""][task.spec.name]
     best = grid[int(tuned.mean(axis=1).argmax())]
-    fixed = _play(task, f"fixed:{best:.12g}", scenario, FLOCKS, runner)
+    fixed = _play(task, f"fixed:{best:.12g}", model, FLOCKS, runner)
     kind = _kind(task, model)
     reached = _reference(task, kind, scenario, runner)
     same_flocks = fixed[: len(reached)]
@@ -83,26 +84,40 @@ def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
 
 
 def _play(
-    task: Task, policy: str, scenario: str, flocks: range, runner: Runner, strength: float | None = None
+    task: Task, policy: str, model: Scenario, flocks: range, runner: Runner, *, own: bool = False
 ) -> FloatArray:
-    """Return the objective of every flock, without the escape force if ``strength`` is 0."""
-    model = task.scenarios[scenario]
-    if strength is not None:
-        model = model.replace(repulsion_strength=strength)
-    jobs = {part: play_job(policy, model, task.spec.name, part) for part in chunks(flocks, 250)}
+    """Return the objective of every flock with the task's options; ``own``: with the policy's own ones."""
+    entry = fitted(load_policy(policy), task)
+    options = {} if own else {"per_agent": task.per_agent, **(entry.options or {})}
+    jobs = {part: play_job(policy, model, task.spec.name, part, options) for part in chunks(flocks, 250)}
     return np.concatenate([found["objective"] for found in runner.each(jobs, policy).values()])
 
 
+def _score(task: Task, policy: str, runner: Runner, *, own: bool = False) -> Estimate:
+    played = {one: _play(task, policy, at, FLOCKS, runner, own=own) for one, at in task.scenarios.items()}
+    (score,) = means(task.normalize(played)[np.newaxis, np.newaxis])
+    return with_reference_error(score, task)
+
+
+def _shortcut(task: Task, runner: Runner) -> dict[str, Any]:
+    """Return the policy without training that is best on tuning flocks, and its score on held-out ones."""
+    fixed = [f"fixed:{scale.best_fixed_range:.12g}" for scale in task.scales.values()]
+    reached = {
+        policy: np.mean([_play(task, policy, at, CHOOSING, runner) for at in task.scenarios.values()])
+        for policy in dict.fromkeys((*rules_of(task), "random", *fixed))
+    }
+    best = max(reached, key=lambda policy: reached[policy])
+    return {"policy": best, "score": round(_score(task, best, runner).mean, 12) + 0.0}
+
+
 def _control(task: Task, policy: str, baseline: str, runner: Runner) -> dict[str, Any]:
-    """Return the gain of a policy over another one, with and without the escape force."""
-    gains, scenario = [], next(iter(task.scenarios))
-    for strength in (None, 0.0):
-        reached, other = (
-            _play(task, name, scenario, FLOCKS, runner, strength) for name in (policy, baseline)
-        )
-        found = mean(reached - other)
-        gains.append([found.mean, found.low, found.high])
-    return {"gain": gains[0], "gain_without_force": gains[1]}
+    """Return the gain of a policy over another one, with and without warnings."""
+    found, (model,) = {}, task.scenarios.values()
+    for name, changes in {"gain": {}, "gain_blocked": {"blocks_warnings": True}}.items():
+        flocks = model.replace(**changes)
+        reached, other = (_play(task, one, flocks, CONTROLLING, runner) for one in (policy, baseline))
+        found[name] = astuple(mean(reached - other))
+    return found
 
 
 def _kind(task: Task, model: Scenario) -> str:
@@ -128,8 +143,12 @@ def _reference(task: Task, kind: str, scenario: str, runner: Runner) -> FloatArr
 
 def _hindsight(task: Task, scenario: str, runner: Runner) -> FloatArray:
     """Return the largest objective on every line, of all fixed ranges and all policies of the scoreboard."""
-    jobs = {"": seed_jobs(OUTCOMES, task.scenarios[scenario], grid_of(task), FLOCKS)}
+    model = task.scenarios[scenario]
+    jobs = {"": seed_jobs(OUTCOMES, model, grid_of(task), FLOCKS)}
     fixed = runner.groups(jobs, "Fixed ranges on held-out lines")[""][task.spec.name]
-    results = [one.results[task.name] for one in load_board() if task.name in one.results]
-    best: FloatArray = np.concatenate([fixed, *(result.values(scenario) for result in results)]).max(axis=0)
+    files = sorted(BOARD.glob(f"*/policies/{task.name}-*.npz"))
+    plays = {file: play_job(file.read_bytes(), model, task.spec.name, FLOCKS) for file in files}
+    learned = [found["objective"] for found in runner.each(plays, "Policies of the scoreboard").values()]
+    drawn = _play(task, "random", model, FLOCKS, runner)
+    best: FloatArray = np.max([*fixed, *learned, drawn], axis=0)
     return best

@@ -6,24 +6,20 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from flockesc_env.common.files import write_text
-from flockesc_env.common.stats import CONFIDENCE, Estimate
-from flockesc_env.episodes.options import EnvOptions, LineOptions
+from flockesc_env.common.stats import Estimate
 from flockesc_env.tasks.definition import FLOCKS, VERSION
-from flockesc_env.tasks.fitting import fitted
 from flockesc_env.tasks.report import Row, rows, scores_of, with_reference_error
 from flockesc_env.tasks.results import Result
-from flockesc_env.tasks.scoring import LoadedPolicy
 from flockesc_env.tasks.statistics import difference
 from flockesc_env.tasks.task import Task, tasks
 from studies.pages import path_from, render
-from studies.scoreboard.board import BOARD, Entrant
+from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, Entrant
 
 RESULTS: Final = Path("results/scoreboard")
 
@@ -62,21 +58,9 @@ class Entry:
 
     @property
     def group(self) -> int:
-        """Place of the row's table: 0 for rules, 1 at the task's samples, 2 with more.
-
-        A run ends with a whole round, so it may take 10 % more.
-        """
-        training = self.result.training
-        return 0 if training is None else 1 + (training.samples >= 1.1 * tasks[self.result.task].samples)
-
-    @cached_property
-    def steps_per_action(self) -> int:
-        """Number of model steps between two actions of the policies."""
-        task, policy = tasks[self.result.task], self.result.policies[0].policy
-        file = BOARD / self.entrant.name / policy
-        loaded = LoadedPolicy.of(str(file) if self.result.policies[0].sha256 else policy)
-        kind: Any = LineOptions if task.spec.model == "line" else EnvOptions
-        return int(kind(**fitted(loaded.policy, task).all_options(task.scenario)).steps_per_action)
+        """Place of the row's table: 0 for rules, 1 at the task's samples (within 2 %), 2 at others."""
+        training, samples = self.result.training, tasks[self.result.task].samples
+        return 0 if training is None else 1 + (abs(training.samples - samples) > 0.02 * samples)
 
 
 def entries_of(board: Sequence[Entrant]) -> dict[str, list[Entry]]:
@@ -108,10 +92,12 @@ def write_page(board: Sequence[Entrant], page: Path) -> str:
         folder=BOARD,
         version=VERSION,
         flocks=FLOCKS,
-        confidence=CONFIDENCE,
+        choosing=len(CHOOSING),
+        controlling=CONTROLLING,
         seen=_seen,
         estimate=lambda triple: Estimate(*triple),
         compat=json.loads((RESULTS / "compat.json").read_text()),
+        any_rate=json.loads(ANY_RATE.read_text()),
     )
     write_text(page, text.rstrip() + "\n")
     return readme_table(entries)
@@ -132,7 +118,7 @@ def readme_table(entries: Mapping[str, Sequence[Entry]]) -> str:
 
 
 def _shortcut(task: Task, shown: Sequence[Row]) -> Result:
-    (shortcut,) = (row.result for row in shown if row.result.learner == task.shortcut.policy)
+    (shortcut,) = (row.result for row in shown if row.result.policies[0].policy == task.shortcut.policy)
     return shortcut
 
 

@@ -145,13 +145,14 @@ def test_win_stay_lose_shift_pauses_after_a_range_that_did_not_help() -> None:
 
 
 @pytest.mark.parametrize("dimension", DIMENSIONS)
-def test_win_stay_lose_shift_with_an_estimated_escape_direction(dimension: int) -> None:
+@pytest.mark.parametrize("criterion", ["estimated_escape_direction", "estimated_encounter"])
+def test_win_stay_lose_shift_with_an_estimated_escape_direction(dimension: int, criterion: Any) -> None:
     """The rule computed from positions and velocities sets the same ranges in each step."""
     predators = (ConstantVelocity((-20.0, -10.0), (12.0, 14.0)),)
     options: Any = {"num_agents": 20, "num_steps": 30, "initial_side": 60.0, "speed": 8.0, "time_step": 0.1}
     flock = small_flock(dimension, predators=predators, **options)
     env = fe.parallel_env(flock, action_mode="range", steps_per_action=1, predator_sensing_range=45.0)
-    rule = WinStayLoseShift(9.0, 30.0, 0.8, 1.0, 1.45, criterion="estimated_escape_direction")
+    rule = WinStayLoseShift(9.0, 30.0, 0.8, 1.0, 1.45, criterion=criterion)
     act = bind(rule, env)
     observations, _ = env.reset(seed=2)
     schedule = np.zeros((flock.num_steps, 20))
@@ -159,9 +160,12 @@ def test_win_stay_lose_shift_with_an_estimated_escape_direction(dimension: int) 
     seen: set[tuple[float, bool, bool]] = set()
     for t in range(flock.num_steps):
         run = fe.simulate(flock, policy=fe.ScheduledRange(schedule), seed=2)  # up to time t
-        velocity = run.predator_positions[t + 1] - run.predator_positions[t]
-        place = run.predator_positions[t] + velocity * max(0.0, 14.5 - t)
-        escape = run.positions[t] - place
+        velocity = (run.predator_positions[t + 1] - run.predator_positions[t]) / 0.1
+        offsets = run.predator_positions[t] - run.positions[t]
+        remaining = np.full((20, 1), max(0.0, 1.45 - 0.1 * t))
+        if criterion == "estimated_encounter":
+            remaining[:, 0] = np.maximum(0.0, -offsets @ velocity[0] / (velocity[0] @ velocity[0] + 32.0))
+        escape = -(offsets + remaining * velocity)
         escape /= np.linalg.norm(escape, axis=1, keepdims=True)
         is_sensed = np.linalg.norm(run.positions[t] - run.predator_positions[t], axis=1) <= 45.0
         before = max(t - 1, 0)

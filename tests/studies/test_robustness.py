@@ -11,7 +11,7 @@ from flockesc_env import PRESETS, FlockScenario, sweep
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import Estimate
-from flockesc_env.scenario.presets import LITERATURE
+from flockesc_env.scenario.presets import LITERATURE, OF_TASKS
 from studies.__main__ import STUDIES
 from studies.robustness.plan import attacked_presets
 from studies.robustness.survey import Choice, Finding, RobustnessResults, answers, markdown_page, outcome
@@ -23,7 +23,7 @@ COMMITTED = ROOT / "results" / "robustness"
 
 def test_every_flock_preset_without_learned_predators_is_surveyed() -> None:
     flocks = [name for name, (_, scenario) in PRESETS.items() if isinstance(scenario, FlockScenario)]
-    excluded = {"learned-predator", *LITERATURE}
+    excluded = {"learned-predator", *LITERATURE, *OF_TASKS}
     assert list(attacked_presets()) == [name for name in flocks if name not in excluded]
     assert list(attacked_presets(["pursuit"])) == ["pursuit"]
     for names in (["paper-line"], ["learned-predator"], ["wings"], []):

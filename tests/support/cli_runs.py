@@ -55,7 +55,7 @@ def policy_file(path: Path, scenario: FlockScenario | LineScenario = SMALL) -> P
     is_line = isinstance(scenario, LineScenario)
     architecture = Architecture(("offset_0" if is_line else "predator_distance", "time"), (3,), memory=1)
     policy = NetworkPolicy(architecture, np.random.default_rng(0).normal(size=architecture.size))
-    options: Any = {} if is_line else {"max_range": 30.0, "steps_per_action": 1}
+    options: Any = {} if is_line else {"max_range": 20.0, "steps_per_action": 4}
     save_policy(policy.with_options(name="random", per_agent=not is_line, scenario=scenario, **options), path)
     return path
 

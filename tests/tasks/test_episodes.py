@@ -146,7 +146,7 @@ def test_errors(tmp_path: Path) -> None:
 def test_the_command_plays_the_rule_of_the_task(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    rule = Shortcut(policy="fixed:0.3", says="a fixed range", score=0.0)
+    rule = Shortcut(policy="fixed:0.3", score=0.0)
     task = dataclasses.replace(tasks["line"], shortcut=rule)
     monkeypatch.setattr("flockesc_env.cli.episodes.tasks", {"line": task})
     program = Application("flockesc tasks", "", {"episodes": run}).main

@@ -6,9 +6,10 @@ from typing import Any
 
 import pytest
 
-from flockesc_env import FlockScenario, InputError, LineScenario, load_policy
+from flockesc_env import FlockScenario, InputError, LineScenario, load_policy, simulate
 from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.policies import NAMES, BasePolicy, FixedRange, RandomRange, ScheduledRange, StubbornLeaders
+from flockesc_env.policies.registry import as_policy
 from flockesc_env.tasks import fitting
 from flockesc_env.tasks.fitting import FREE, fitted, is_checkable
 from flockesc_env.tasks.task import Task, tasks
@@ -27,7 +28,7 @@ RHO = FixedRange(0.1)
 
 def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> BasePolicy:
     policy = RHO.with_options(per_agent=per_agent, scenario=scenario)
-    policy.options = options  # unchecked
+    policy.options = {"max_range": 20.0, "steps_per_action": 4, **options}  # unchecked
     return policy
 
 
@@ -50,6 +51,9 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> BaseP
         (named(False, FlockScenario()), LINE, "scenario", "a LineScenario, got FlockScenario"),
         (named(False, predator_sensing_range=math.inf), LINE, "options", "got predator_sensing_range"),
         (named(max_rage=1.0), LOCAL, "options", "got max_rage"),
+        (named(max_range=40.5), LOCAL, "max_range", "at most 40, as in the task, got 40.5"),
+        (named(steps_per_action=3), LOCAL, "steps_per_action", "at least 4, as in the task, got 3"),
+        (named(False, max_range=1.5), LINE, "max_range", "at most 1, as in the task, got 1.5"),
     ],
 )
 def test_policies_that_see_more_do_not(entry: BasePolicy, task: Task, field: str, message: str) -> None:
@@ -61,9 +65,23 @@ def test_policies_that_see_more_do_not(entry: BasePolicy, task: Task, field: str
 
 def test_every_option_is_checked_or_free() -> None:
     """A new option must be listed here, in ``FREE`` or in a refusal above."""
-    checked = {"objective", "predator_sensing_range", "profile_ranges", "extra_entries"}
+    seen = {"objective", "predator_sensing_range", "profile_ranges", "extra_entries"}
     known = {field.name for options in (EnvOptions, LineOptions) for field in dataclasses.fields(options)}
-    assert known == checked | {*FREE}
+    assert known == seen | {"max_range", "steps_per_action", *FREE}
+
+
+def test_untrained_rules_and_random_ranges_play_with_the_ranges_and_the_rate_of_the_task() -> None:
+    bounds = {"max_range": 40.0, "steps_per_action": 4}
+    for policy in ("listen-while-threatened", "random", StubbornLeaders(interaction_range=99.0)):
+        entry = fitted(as_policy(policy), LOCAL)
+        assert {name: (entry.options or {})[name] for name in bounds} == bounds
+        ranges = simulate(FlockScenario(num_steps=8), policy=entry, seed=0).interaction_ranges
+        assert ranges.max() <= 40.0
+        assert (ranges[0] == ranges[3]).all()
+    assert (fitted(FixedRange(150.0), LOCAL).options or {})["max_range"] == 150.0
+    trained = load_policy("stubborn-witnesses").with_options(scenario=FlockScenario())
+    with pytest.raises(InputError, match="max_range: expected at most 40, as in the task, got 100"):
+        fitted(trained, LOCAL)
 
 
 BLIND = {"fixed:RHO", "random"}

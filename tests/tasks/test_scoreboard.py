@@ -40,5 +40,5 @@ def test_the_page_and_the_readme_are_those_of_the_results() -> None:
     for shown in entries.values():
         for entry in shown:
             assert f"[{entry.result.learner}]" in page
-            assert f"| {entry.row.score:.3f} |" in page
+            assert f"| {entry.row.score:z.3f} |" in page
     assert readme_table(entries) in (ROOT / "README.md").read_text()

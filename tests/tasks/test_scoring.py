@@ -22,6 +22,7 @@ from flockesc_env.tasks.task import tasks
 TASK = tasks["held-out-predators"]
 FILE, RULE = "policies/mine-0.npz", "stubborn-leaders"
 BELOW = "below the result's folder"
+BOUNDS: dict[str, Any] = {name: TASK.options[name] for name in ("max_range", "steps_per_action")}
 
 
 def scored(folder: Path, *specs: str, training: Training | None = None) -> Path:
@@ -55,7 +56,7 @@ def test_a_result_has_the_objectives_of_rollouts_and_is_verified(path: Path, few
     assert [policy.sha256 for policy in result.policies] == [checksum, ""]
     normalized = []
     for name, scale in TASK.scales.items():
-        played = [rollout(TASK.scenarios[name], spec, few_flocks) for spec in (str(file), RULE)]
+        played = [rollout(TASK.scenarios[name], spec, few_flocks, **BOUNDS) for spec in (str(file), RULE)]
         objectives = np.array([episodes.min_mean_distance for episodes in played])
         np.testing.assert_array_equal(result.values(name), objectives)
         normalized.append((objectives.mean(axis=1) - scale.zero) / (scale.one - scale.zero))
@@ -146,7 +147,7 @@ def test_a_changed_result_is_refused_with_a_line_that_names_the_change(name: str
 
 
 def mine() -> StubbornWitnesses:
-    known: dict[str, Any] = {"scenario": FlockScenario(), "predator_sensing_range": 30.0}
+    known: dict[str, Any] = {"scenario": FlockScenario(), "predator_sensing_range": 30.0, **BOUNDS}
     return StubbornWitnesses().with_options(name="mine", **known)
 
 

@@ -63,7 +63,8 @@ def test_a_comparison_is_that_of_rollouts_and_sweeps(run: Path) -> None:
     assert list(found.values)[:2] == [f"best fixed range ({best:g} m)", ORACLE]
     np.testing.assert_array_equal(fixed, fe.rollout(SMALL, FixedRange(best), HELD_OUT).min_mean_distance)
     np.testing.assert_array_equal(oracle, fe.sweep(SMALL, grid_of(task), HELD_OUT).hindsight_oracle())
-    np.testing.assert_array_equal(rule, fe.rollout(SMALL, "stubborn-leaders", HELD_OUT).min_mean_distance)
+    leaders = fe.rollout(SMALL, "stubborn-leaders", HELD_OUT, **task.options)
+    np.testing.assert_array_equal(rule, leaders.min_mean_distance)
     np.testing.assert_array_equal(three, same)
     entry = load_policy(run / "policy.npz")
     np.testing.assert_array_equal(learned, fe.rollout(SMALL, entry, HELD_OUT).min_mean_distance)
