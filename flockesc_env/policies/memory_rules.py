@@ -129,9 +129,9 @@ class WinStayLoseShift(RangeRule, RowMemory):
 
     where d in m is the vector from the agent to its nearest predator, v_p in m/s that predator's velocity,
     and t in s the time. It points away from the predator's place at ``encounter_time``, and later from its
-    present place. The estimate is 0 if the agent observes no predator. ``"estimated_encounter"`` needs no clock:
-    the remaining time is max(0, -d . v_p / (||v_p||^2 + v0^2 / 2)), which minimizes the sum of the squared
-    distance to the predator and (v0 t)^2 / 2.
+    present place. The estimate is 0 if the agent observes no predator. ``"estimated_encounter"`` needs no
+    clock: the remaining time is max(0, -d . v_p / (||v_p||^2 + v0^2 / 2)), which minimizes the sum of the
+    squared distance to the predator and (v0 t)^2 / 2.
 
     An agent wins if it listened and heard a better heading than its own. It then stays
     with its range. If it listened and does not win, it shifts from ``short_range`` to ``long_range`` or back,

@@ -86,7 +86,11 @@ def test_untrained_rules_and_random_ranges_play_with_the_ranges_and_the_rate_of_
 
 BLIND = {"fixed:RHO", "random"}
 LOCAL_RULES = BLIND | {"stubborn-leaders-local", "stubborn-witnesses"}
-NO_APPROACH = LOCAL_RULES | {"stubborn-leaders", "win-stay-lose-shift-estimate"}
+NO_APPROACH = LOCAL_RULES | {
+    "stubborn-leaders",
+    "win-stay-lose-shift-estimate",
+    "win-stay-lose-shift-clockless",
+}
 VISIBLE_RULES = NO_APPROACH | {"listen-while-threatened", "win-stay-lose-shift"}
 EIGHT_RULES = VISIBLE_RULES | {"win-stay-lose-shift-escape", "turn-away", "keep-distance", "head-away"}
 FLOCK_RULES = BLIND | {"listen-while-fleeing"}
