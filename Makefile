@@ -61,7 +61,7 @@ findings: build ## measure how the best trained policies work and where they los
 	$(BIN)/python -m studies findings --output results/findings --page docs/findings.md
 
 .PHONY: validation
-validation: build ## measure published results of other models (about 35 minutes)
+validation: build ## measure published results of other models (about 45 minutes)
 	$(BIN)/python -m studies validation --output results/validation --page docs/validation.md
 
 .PHONY: arms-race

@@ -12,8 +12,15 @@ from flockesc_env.jobs import Arrays, Job
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PARTS: Final[tuple[str, ...]] = ("warning", "vicsek", "predator_ring", "criticality", "milling")
-"""Modules in the order of the page. Each measures one published result."""
+PARTS: Final[tuple[str, ...]] = (
+    "warning",
+    "vicsek",
+    "predator_ring",
+    "criticality",
+    "milling",
+    "stable_range",
+)
+"""Modules in the order of the page. Each measures one published result; the last answers an open question."""
 
 
 class Verdict(StrEnum):

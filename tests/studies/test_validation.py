@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from cli_runs import Ran
 
-from flockesc_env import simulate
+from flockesc_env import simulate, sweep
 from flockesc_env.cli.exits import Exit
 from flockesc_env.jobs import Arrays
 from studies.__main__ import STUDIES
 from studies.study import RESULTS_FILE
-from studies.validation import criticality, vicsek
+from studies.validation import criticality, stable_range, vicsek
 from studies.validation.parts import Verdict
 from studies.validation.survey import ValidationResults, markdown_page
 
@@ -101,3 +101,28 @@ def test_verdict_on_captures(least: float, rise: float, obstacle: str) -> None:
     found = criticality.obstacles(results)
     assert [each.startswith(obstacle) for each in found] == [True] * bool(obstacle)
     assert criticality.verdict(results) == (Verdict.CANNOT_BE_JUDGED if obstacle else Verdict.AGREES)
+
+
+def test_payoffs_of_agents_add_up_to_the_objectives_of_the_flock() -> None:
+    seeds = range(3, 5)
+    now, nearest, alive = stable_range.payoffs(10.0, seeds)[:, :, stable_range.RANGES.index(10.0)]
+    free, hunted = (sweep(scenario, [10.0], seeds) for scenario in (stable_range.PREY, stable_range.CAUGHT))
+    np.testing.assert_allclose(now.mean(axis=-1), free.min_mean_distance[0], rtol=1e-12)
+    np.testing.assert_allclose(nearest.min(axis=-1), free.min_min_distance[0], rtol=1e-12)
+    np.testing.assert_allclose(alive.mean(axis=-1), hunted.fraction_surviving[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("lead", "verdict"), [(0.0, Verdict.AGREES), (1.0, Verdict.DIFFERS)])
+def test_verdict_on_mutants_that_win_with_the_next_larger_range(lead: float, verdict: Verdict) -> None:
+    rng, size = np.random.default_rng(0), len(stable_range.RANGES)
+    measured = {}
+    for key in stable_range.jobs(1.0):
+        at = stable_range.RANGES.index(key[1])
+        wins = np.where(np.arange(size) == (at + 1) % size, lead, -lead) * np.ones((3, 6, 1))
+        group = 9.0 - abs(at - 2) + 0.1 * rng.normal(size=(3, 6))
+        measured[key] = {"group": group, "gain": wins, "advantage": wins, "shuffled": 0 * wins}
+    found = stable_range.results(measured)
+    assert stable_range.verdict(found) == verdict
+    game = found.games["distance"]
+    assert game.best.mean == stable_range.RANGES[2]
+    assert sorted(game.cycle) == list(stable_range.RANGES if lead else stable_range.RANGES[2:3])
