@@ -20,7 +20,7 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.jobs import Arrays
 from flockesc_env.policies import BestCandidate
-from flockesc_env.scenario import ConstantVelocity
+from flockesc_env.scenario import ConstantVelocity, RandomApproach
 from flockesc_env.tasks.task import tasks
 from training.cma import maximize
 
@@ -146,10 +146,14 @@ def _bound(env: FlockEscapeEnv, flock: int, *, is_mean: bool) -> float:
 
 
 def is_bounded(model: FlockScenario) -> bool:
-    """Return whether free headings are a bound: constant speed, straight predators, no captures."""
+    """Return whether free headings are a bound: constant speed, straight predators, no captures.
+
+    Only the start of predators may be random.
+    """
     straight = all(isinstance(predator, ConstantVelocity) for predator in model.predators)
-    fixed = model.constant_speed and model.capture_radius is None and not model.randomization
-    return straight and fixed and bool(model.predators)
+    fixed = model.constant_speed and model.capture_radius is None
+    starts = all(isinstance(drawn, RandomApproach) for drawn in model.randomization)
+    return straight and fixed and starts and bool(model.predators)
 
 
 def _flock(task: str, scenario: str) -> FlockScenario:
