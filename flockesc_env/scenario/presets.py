@@ -104,9 +104,6 @@ _VARIATIONS = {
     "frozen-graph": _flock(
         "a control: all steps use the neighbor graph of the first step", frozen_graph=True
     ),
-    "blocked-warnings": _flock(
-        "a control: agents that no predator has reached do not hear those that one has", blocks_warnings=True
-    ),
     # motion
     "vicsek": _flock(
         "the Vicsek model: headings without inertia, with noise", motion=Vicsek(), angular_noise=1.0
@@ -125,10 +122,6 @@ _VARIATIONS = {
         "a disc of agents that fly toward the predator",
         initial_positions=Disc(),
         initial_headings=AlignedHeadings(direction=(-1.0, -1.0)),
-    ),
-    "varied": _flock(
-        "the predator comes from a random side at a random speed",
-        randomization=(RandomApproach(),),
     ),
     "randomized": _flock(
         "the predator's aim, speed and range are random in each episode",
@@ -179,20 +172,24 @@ LITERATURE: Final = {
 }
 """Models of other authors, which differ from the paper's flock in several respects."""
 
-_WARNED: Final = AlignedHeadings(direction=(-1.0, -1.0), max_angle=0.4928831826205579)
+_STARTLED: Final[dict[str, Any]] = {
+    "initial_headings": AlignedHeadings(direction=(-1.0, -1.0), max_angle=0.5),
+    "repulsion_strength": 100.0,
+}
 
 OF_TASKS: Final = {
     "flock-100": _flock("the paper's flock with 100 agents", num_agents=100),
     "flock-1000": _flock("the paper's flock with 1,000 agents", num_agents=1000),
-    "aligned-head-on": _flock(
-        "a flock whose headings agree within 28 degrees flies toward the predator", initial_headings=_WARNED
+    "varied": _flock(
+        "the predator comes from a random side at a random speed",
+        randomization=(RandomApproach(),),
     ),
-    "aligned-pursuit": _flock(
-        "the same flock flies toward a pursuer", initial_headings=_WARNED, predators=(PurePursuit(),)
+    "startled": _flock("a flock that flies toward the predator and flees strongly", **_STARTLED),
+    "startled-pursuit": _flock("the same flock flies toward a pursuer", predators=(PurePursuit(),), **_STARTLED),
+    "blocked-warnings": _flock(
+        "a control: agents that no predator has reached do not hear those that one has", blocks_warnings=True
     ),
 }
-"""Variations of the paper's flock that tasks need and the robustness study leaves out."""
-
 PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(_VARIATIONS | OF_TASKS | LITERATURE)
 
 

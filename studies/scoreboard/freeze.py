@@ -36,7 +36,7 @@ from studies.playing import play_job
 from studies.scoreboard import references
 from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, rules_of
 
-_SIMULATED_FLOCKS: Final = {"paper-flock": 200, "aligned-head-on": 60, "varied": 60}
+_SIMULATED_FLOCKS: Final = {"paper-flock": 200, "startled": 60, "varied": 60}
 """Number of held-out flocks for the search of clairvoyant schedules, by scenario. One takes seconds."""
 
 _REFERENCES: Final = {

@@ -102,13 +102,15 @@ FITTING = {
     "per-agent-visible-minimum": VISIBLE_RULES,
     "per-agent-local": LOCAL_RULES | {"listen-while-threatened"},
     "per-agent-visible-profile": EIGHT_RULES,
+    "one-range-varied": FLOCK_RULES,
+    "per-agent-visible-varied": VISIBLE_RULES,
+    "per-agent-local-varied": LOCAL_RULES | {"listen-while-threatened"},
     "pursuit": VISIBLE_RULES,
     "line": BLIND,
     "held-out-predators": NO_APPROACH,
     "held-out-sizes": VISIBLE_RULES,
     "warned-flock": FLOCK_RULES,
     "warned-agents": LOCAL_RULES | {"listen-while-threatened"},
-    "warned-nearest": LOCAL_RULES | {"listen-while-threatened"},
 }
 """Built-in policies by task, written down from their descriptions in docs/policies.md."""
 
