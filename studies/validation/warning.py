@@ -137,6 +137,13 @@ class ValueOfWarnings:
         return [each for each in self.worlds if each.world == PAPER]
 
     @property
+    def valued(self) -> dict[str, list[Warned]]:
+        """The worlds in which a warning is worth more than 0, by start headings, the most valuable first."""
+        ranked = sorted(self.worlds, key=lambda each: -each.value.mean)
+        above = [each for each in ranked if each.value.low > 0]
+        return {start: [each for each in above if each.world.headings == start] for start in HEADINGS}
+
+    @property
     def decided(self) -> list[Warned]:
         """The worlds in which hearing the warned decides, the clearest first."""
         return sorted((each for each in self.worlds if each.decides), key=lambda each: -each.value.low)
@@ -214,7 +221,7 @@ def verdict(results: ValueOfWarnings) -> Verdict:
 
 def figure(results: ValueOfWarnings) -> Figure:
     """Draw the map: what a warning is worth in every world, one panel per objective."""
-    figure = Figure(figsize=(WIDTH, 7.0), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
     panels = figure.subplots(1, 3)
     columns = tuple(product(SENSING, ALIGNMENTS))
     for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
@@ -231,7 +238,9 @@ def figure(results: ValueOfWarnings) -> Figure:
         most = np.nanmax(np.abs(values))
         image = axes.imshow(values, cmap="PuOr_r", vmin=-most, vmax=most, aspect="auto")
         unit = f" ({spec.unit})" if spec.unit else ""
-        figure.colorbar(image, ax=axes, location="bottom", label=f"value of a warning{unit}")
+        ticks = (-most, 0, most)
+        label = f"value of a warning{unit}"
+        figure.colorbar(image, ax=axes, location="bottom", label=label, ticks=ticks, format="%.2g")
         axes.set_xticks(range(len(columns)), [f"{sensing:g} m, {a:g}" for sensing, a in columns], rotation=90)
         axes.set_yticks(
             range(len(rows)), [f"{start}, {kind}, {speed:.0f} m/s" for start, kind, speed in rows]

@@ -75,9 +75,9 @@ def test_in_tasks_about_warnings_the_gain_over_both_constants_needs_warnings() -
     assert {name for name in TASKS if TASKS[name].controls} == warned
     for task in map(TASKS.__getitem__, warned):
         assert [control.baseline for control in task.controls] == ["fixed:0", "fixed:150"]
-        for control in task.controls:  # blocked warnings take at least 90 % of the gain away
+        for control in task.controls:  # blocked warnings take at least three quarters of the gain away
             assert control.gain[1] > 0, (task.name, control)
-            assert control.gain_blocked[2] < 0.1 * control.gain[1], (task.name, control)
+            assert control.gain_blocked[2] < 0.25 * control.gain[1], (task.name, control)
 
 
 @pytest.mark.parametrize("name", TASKS)
