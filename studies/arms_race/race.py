@@ -34,7 +34,7 @@ LEARNED: Final = {
     "one-range": "scoreboard/imitation/policies/one-range-1.npz",
     "one-range, searched": "scoreboard/search/policies/one-range-1.npz",
     "per agent": "scoreboard/search/policies/per-agent-visible-1.npz",
-    "per agent, derived": "scoreboard/searched-rule/policies/per-agent-visible-derived-2.npz",
+    "per agent, derived": "results/arms_race/policies/per-agent-derived.npz",
 }
 """Files of the learned flock policies from the project's root: the best of their tasks on tuning flocks."""
 
