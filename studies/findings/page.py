@@ -19,7 +19,7 @@ from flockesc_env.render.options import RenderOptions
 from flockesc_env.render.video import write_video
 from flockesc_env.tasks import Task, tasks
 from flockesc_env.tasks.statistics import difference
-from studies.findings import ablation, fear, headlines, listening, losses, one_agent
+from studies.findings import ablation, blocking, headlines, listening, losses, one_agent
 from studies.findings.headlines import Headline
 from studies.measurements import Runner
 from studies.pages import path_from, render
@@ -149,7 +149,7 @@ def measure(scale: float, runner: Runner, output: Path) -> None:
     ablation.measure(chosen, scale, runner, output)
     listening.measure(chosen, scale, runner, output)
     one_agent.measure(chosen, runner, output)
-    fear.measure(chosen, scale, runner, output)
+    blocking.measure(chosen, scale, runner, output)
     losses.measure(chosen, scale, runner, output)
     write_film(chosen, output / FILM)
 
@@ -199,7 +199,7 @@ def markdown_page(results: Findings, output: Path, page: Path) -> str:
         confidence=CONFIDENCE,
         splits=splits,
         ablation=ablation,
-        fear=fear,
+        blocking=blocking,
         listening=listening,
         losses=losses,
         one_agent=one_agent,

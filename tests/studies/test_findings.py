@@ -22,7 +22,7 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.scenario import GivenHeadings, GivenPositions
 from flockesc_env.tasks.fitting import check_fits
 from studies.__main__ import STUDIES
-from studies.findings import ablation, fear, headlines, listening, losses, one_agent
+from studies.findings import ablation, blocking, headlines, listening, losses, one_agent
 from studies.findings.page import Findings, markdown_page, rows_of
 from studies.measurements import Runner
 from studies.playing import play
@@ -50,10 +50,10 @@ def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> 
     one = HEADLINES[task]
     check_fits(one.entry, one.task)
     assert str(one.file.relative_to("scoreboard")) in headlines.candidates(task)[one.file.parts[-3]]
-    flocks, table = HELD_OUT[:2], pl.read_parquet(COMMITTED / fear.FILE).filter(policy=task)
-    for strength in fear.STRENGTHS:
-        scenario = one.task.scenario.replace(repulsion_strength=strength)
-        kept = table.filter(strength=strength)[: len(flocks)]
+    flocks, table = HELD_OUT[:2], pl.read_parquet(COMMITTED / blocking.FILE).filter(policy=task)
+    for blocked in blocking.CONTROLS:
+        scenario = one.task.scenario.replace(blocks_warnings=blocked)
+        kept = table.filter(blocked=blocked)[: len(flocks)]
         played = play(one.content, scenario, one.task.spec.name, flocks)["objective"]
         assert kept["objective"].to_list() == played.tolist()
         fixed = play(f"fixed:{one.best_fixed_range:g}", scenario, one.task.spec.name, flocks)["objective"]
