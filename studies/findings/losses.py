@@ -36,7 +36,7 @@ FLOCKS: Final = 50
 POLARIZATIONS: Final = (0.47, 0.85, 0.96, 0.99)
 """Expected initial polarization of an infinite flock."""
 
-ATTACKS: Final = {"across": (1.0, -1.0), "head-on": (-1.0, -1.0)}
+ATTACKS: Final = {"across": (1.0, -1.0), "toward": (-1.0, -1.0)}
 """Mean initial heading, by how it lies to the predator's path, which is the diagonal (1, 1)."""
 
 SIZES: Final = (100, 1_000, 10_000)
