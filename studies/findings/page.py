@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -23,7 +24,7 @@ from studies.findings import ablation, blocking, headlines, listening, losses, o
 from studies.findings.headlines import Headline
 from studies.measurements import Runner
 from studies.pages import path_from, render
-from studies.scoreboard.board import load_board
+from studies.scoreboard.board import ANY_RATE, load_board
 from studies.scoreboard.page import Entry, entries_of
 from studies.study import Study
 
@@ -198,6 +199,7 @@ def markdown_page(results: Findings, output: Path, page: Path) -> str:
         random_polarization=math.sqrt(math.pi / (4 * FlockScenario().num_agents)),
         confidence=CONFIDENCE,
         splits=splits,
+        any_rate=json.loads(ANY_RATE.read_text("utf-8"))["per-agent-visible-derived"],
         ablation=ablation,
         blocking=blocking,
         listening=listening,
