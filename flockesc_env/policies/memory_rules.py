@@ -212,7 +212,7 @@ class WinStayLoseShift(RangeRule, RowMemory):
         velocity[:, :1] += is_sensed * unscaled(vector_entries("speed", observations, spec))
         velocity *= spec.speed_scale
         if self.criterion == "estimated_encounter":
-            squares = dot(velocity, velocity)[:, np.newaxis] + spec.speed_scale**2 / 2
+            squares = dot(velocity, velocity)[:, np.newaxis] + spec.speed_scale * spec.speed_scale / 2
             remaining = np.maximum(-dot(offset, velocity)[:, np.newaxis] / squares, 0.0)
         else:
             remaining = np.maximum(self.parameters[-1] - time, 0.0)

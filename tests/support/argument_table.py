@@ -260,7 +260,7 @@ OF: dict[Any, dict[str, Kind]] = {
     fe.ScheduledRange: {"schedule": floats(np.full((10, 5), 4.0), 0.0, any_length=True)},
     scenario.PrescribedPath: {"positions": floats([[1.0, 2.0], [3.0, 5.0]], any_length=True)},
     scenario.Ring: {"width": number(4.0, high=16.0)},
-    scenario.RandomApproach: {"predator": count(0)},
+    scenario.RandomApproach: {"predator": integer(0)},
     scenario.LogUniform: {"low": positive(2.0)},
     scenario.Choice: {"values": floats([0.25, 0.5], any_length=True)},  # the drawn number is checked at reset
 }
