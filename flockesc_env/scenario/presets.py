@@ -185,9 +185,7 @@ OF_TASKS: Final = {
         randomization=(RandomApproach(),),
     ),
     "startled": _flock("a flock that flies toward the predator and flees strongly", **_STARTLED),
-    "startled-pursuit": _flock(
-        "the same flock flies toward a pursuer", predators=(PurePursuit(),), **_STARTLED
-    ),
+    "startled-pursuit": _flock("the same flock and a pursuer", predators=(PurePursuit(),), **_STARTLED),
     "blocked-warnings": _flock(
         "a control: agents that no predator has reached do not hear those that one has", blocks_warnings=True
     ),
