@@ -1,5 +1,6 @@
 """Published results measured here: order against noise in small flocks, verdicts, page and command."""
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from flockesc_env.cli.exits import Exit
 from flockesc_env.jobs import Arrays
 from studies.__main__ import STUDIES
 from studies.study import RESULTS_FILE
-from studies.validation import criticality, stable_range, vicsek
+from studies.validation import criticality, stable_range, vicsek, warning
 from studies.validation.parts import Verdict
 from studies.validation.survey import ValidationResults, markdown_page
 
@@ -25,6 +26,9 @@ def test_the_committed_page_follows_from_the_committed_results() -> None:
     page = ROOT / "docs" / "validation.md"
     assert page.read_text("utf-8") == markdown_page(results, COMMITTED, page)
     assert results.to_json() == (COMMITTED / RESULTS_FILE).read_text("utf-8")
+    gained = results.parts["warning"].results.paper[0]
+    readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
+    assert f"still gains {gained.blocked[0].mean:.2f} of its {gained.hearing[0].mean:.2f} m over" in readme
 
 
 def test_one_part_is_measured_and_the_others_keep_their_results(
@@ -101,6 +105,32 @@ def test_verdict_on_captures(least: float, rise: float, obstacle: str) -> None:
     found = criticality.obstacles(results)
     assert [each.startswith(obstacle) for each in found] == [True] * bool(obstacle)
     assert criticality.verdict(results) == (Verdict.CANNOT_BE_JUDGED if obstacle else Verdict.AGREES)
+
+
+def test_a_warning_is_what_agents_in_range_of_the_predator_say() -> None:
+    """Without agents in range, or without ranges, nothing is blocked."""
+    for sensing, is_blocked in ((0.0, False), (60.0, True)):
+        found = warning.play(dataclasses.replace(warning.PAPER, sensing=sensing), range(2))
+        for name in warning.PAPER.objectives:
+            hearing, blocked = found[f"hearing {name}"], found[f"blocked {name}"]
+            assert (hearing[1:] != blocked[1:]).any() == is_blocked
+            np.testing.assert_array_equal(hearing[0], blocked[0])
+
+
+@pytest.mark.parametrize(("removed", "verdict"), [(0.2, Verdict.DIFFERS), (1.0, Verdict.AGREES)])
+def test_verdict_on_warnings(removed: float, verdict: Verdict) -> None:
+    """The best range gains 4 over both ends, and blocking takes a part of it away."""
+    rng, gain, measured = np.random.default_rng(0), np.zeros((len(warning.RANGES), 1)), {}
+    gain[3] = 4.0
+    for key in warning.jobs(1.0):
+        noise = rng.normal(scale=0.1, size=6)
+        shares = {"hearing": 1.0, "blocked": 1.0 - removed}
+        names = [(name, one) for name in shares for one in key[0].objectives]
+        measured[key] = {f"{name} {one}": shares[name] * gain + noise for name, one in names}
+    found = warning.results(measured)
+    assert warning.verdict(found) == verdict
+    assert {each.best for each in found.worlds} == {warning.RANGES[3]}
+    assert len(found.decided) == (len(found.worlds) if removed == 1.0 else 0)
 
 
 def test_payoffs_of_agents_add_up_to_the_objectives_of_the_flock() -> None:
