@@ -9,8 +9,8 @@ use crate::base::error::{Error, Result};
 use crate::base::rng;
 use crate::flock::scenario::FlockConfig;
 
-/// The distribution of a number of the scenario, or of the start of a predator. `field` is the path of the number, such as
-/// `predators[0].pure_pursuit.max_speed`.
+/// The distribution of a number of the scenario, or of the start of a predator. `field` is the path of the number,
+/// such as `predators[0].pure_pursuit.max_speed`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, AsRefStr, VariantNames)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[strum(serialize_all = "snake_case")]

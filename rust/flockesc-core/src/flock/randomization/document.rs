@@ -29,16 +29,19 @@ pub(crate) fn check(config: &FlockConfig, mut scenario: Value) -> Result<()> {
             is_real && !FIXED.contains(&field.as_str()) && fields.insert(field.clone())
         };
         if numbers.is_empty() || !numbers.iter().all(&mut is_free) {
-            let expected = match distribution {
-                Distribution::RandomApproach { .. } => {
-                    "the index of a predator with a start, in only one distribution"
-                }
-                _ => {
+            let (expected, given) = match distribution {
+                Distribution::RandomApproach { predator, .. } => (
+                    "the index of a predator with a start, in only one distribution",
+                    predator.to_string(),
+                ),
+                Distribution::Uniform { field, .. }
+                | Distribution::LogUniform { field, .. }
+                | Distribution::Choice { field, .. } => (
                     "the path of a real number of the scenario, such as predator_range, in only \
-                     one distribution and not initial_side or time_step"
-                }
+                     one distribution and not initial_side or time_step",
+                    format!("{field:?}"),
+                ),
             };
-            let given = format!("{:?}", numbers.join(", "));
             return Err(Error::input(format!("{path}.{parameter}"), expected, given));
         }
     }
