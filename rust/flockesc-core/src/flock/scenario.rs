@@ -159,7 +159,7 @@ impl FlockConfig {
         if self.randomization.is_empty() {
             return Ok(());
         }
-        randomization::check(self, self.undrawn_document())
+        randomization::check(&self.randomization, self.undrawn_document())
     }
 
     /// Checks the scenario that the episode with this seed draws.
@@ -276,7 +276,7 @@ impl FlockConfig {
 
     fn drawn_document(&self, seed: u64) -> Value {
         let mut document = self.undrawn_document();
-        randomization::draw(self, seed, &mut document);
+        randomization::draw(&self.randomization, seed, &mut document);
         document
     }
 

@@ -13,7 +13,7 @@ use crate::base::vector::{SHORTEST, embed};
 pub(crate) struct Space {
     dimension: usize,
     /// Number of axes, 2 or 3. Initial coordinates along other axes are 0.
-    pub(in crate::flock) axes: usize,
+    pub(super) axes: usize,
     /// Side in m of the initial region `[0, side]^axes`.
     side: f64,
 }

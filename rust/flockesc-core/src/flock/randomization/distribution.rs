@@ -2,12 +2,12 @@
 
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use strum::{AsRefStr, VariantNames};
 
 use crate::base::check::{finite, not_negative, positive};
 use crate::base::error::{Error, Result};
 use crate::base::rng;
-use crate::flock::scenario::FlockConfig;
 
 /// The distribution of a number of the scenario, or of the start of a predator. `field` is the path of the number,
 /// such as `predators[0].pure_pursuit.max_speed`.
@@ -58,26 +58,25 @@ impl Distribution {
     /// Names of all distributions in documents.
     pub const KINDS: &[&str] = <Self as VariantNames>::VARIANTS;
 
-    /// Returns the parameter that names the numbers, and their paths in the scenario; none if there is no such
-    /// predator.
-    pub(super) fn fields(&self, config: &FlockConfig) -> (&'static str, Vec<String>) {
+    /// Returns the paths of the numbers in a scenario's document; none for a predator that is not there.
+    pub(super) fn fields(&self, scenario: &Value) -> Vec<String> {
         match self {
             Self::Uniform { field, .. }
             | Self::LogUniform { field, .. }
-            | Self::Choice { field, .. } => ("field", vec![field.clone()]),
+            | Self::Choice { field, .. } => vec![field.clone()],
             Self::RandomApproach { predator, .. } => {
-                let kind = config.predators.get(*predator).map(AsRef::as_ref);
-                let paths = kind.into_iter().flat_map(|kind: &str| {
-                    let start = format!("predators[{predator}].{kind}");
-                    ["position", "velocity"]
-                        .into_iter()
-                        .flat_map(move |vector| {
-                            let start = start.clone();
-                            (0..config.dimension)
-                                .map(move |axis| format!("{start}.{vector}[{axis}]"))
+                let start = scenario["predators"][*predator].as_object();
+                let Some(kind) = start.and_then(|variant| variant.keys().next()) else {
+                    return Vec::new();
+                };
+                let vectors = ["position", "velocity"].into_iter();
+                vectors
+                    .flat_map(|vector| {
+                        (0..dimension(scenario)).map(move |axis| {
+                            format!("predators[{predator}].{kind}.{vector}[{axis}]")
                         })
-                });
-                ("predator", paths.collect())
+                    })
+                    .collect()
             }
         }
     }
@@ -112,7 +111,7 @@ impl Distribution {
     }
 
     /// Draws the numbers in the order of [`Self::fields`].
-    pub(super) fn draw(&self, config: &FlockConfig, rng: &mut ChaCha8Rng) -> Vec<f64> {
+    pub(super) fn draw(&self, scenario: &Value, rng: &mut ChaCha8Rng) -> Vec<f64> {
         match self {
             Self::Uniform { low, high, .. } => {
                 let part = rng::uniform(rng, 1.0);
@@ -129,18 +128,25 @@ impl Distribution {
                 high,
                 ..
             } => {
-                let axes = config.space().axes;
+                let is_plane = scenario["initial_plane"].as_bool() == Some(true);
+                let axes = if is_plane { 2 } else { dimension(scenario) };
+                let side = scenario["initial_side"].as_f64().unwrap_or_default();
                 let heading = rng::direction::<3>(axes, rng);
-                let aim = [(); 3].map(|()| rng::uniform(rng, config.initial_side));
+                let aim = [(); 3].map(|()| rng::uniform(rng, side));
                 let speed = log_uniform(*low, *high, rng);
                 let start =
                     |axis: usize| f64::from(axis < axes) * aim[axis] - distance * heading[axis];
                 let (position, velocity) = ((0..3).map(start), heading.iter().map(|x| speed * x));
-                let vectors = position.take(config.dimension);
-                vectors.chain(velocity.take(config.dimension)).collect()
+                let vectors = position.take(dimension(scenario));
+                vectors.chain(velocity.take(dimension(scenario))).collect()
             }
         }
     }
+}
+
+/// Returns the dimension of a scenario's document.
+fn dimension(scenario: &Value) -> usize {
+    scenario["dimension"].as_u64().unwrap_or_default() as usize
 }
 
 /// Draws a log-uniform number. It lies between the ends in spite of rounding.

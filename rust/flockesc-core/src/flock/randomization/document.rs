@@ -8,35 +8,37 @@ use serde_json::Value;
 use super::distribution::Distribution;
 use crate::base::error::{Error, Result};
 use crate::base::rng::{self, Stream};
-use crate::flock::scenario::FlockConfig;
 
 /// Fields that cannot be randomized: the length scale of observations and the time step.
 const FIXED: [&str; 2] = ["initial_side", "time_step"];
 
-/// Checks the parameters and the numbers of every distribution of `config`. [`FlockConfig::check_draw`] checks what they
-/// draw. `scenario` is the document of `config`.
+/// Checks the parameters and the numbers of every distribution. [`FlockConfig::check_draw`] checks what they draw.
+///
+/// [`FlockConfig::check_draw`]: crate::FlockConfig::check_draw
 ///
 /// # Errors
 /// [`Error::Input`] if a parameter is out of bounds, or if a distribution does not name real numbers or names one
 /// that another distribution names.
-pub(crate) fn check(config: &FlockConfig, mut scenario: Value) -> Result<()> {
+pub(crate) fn check(distributions: &[Distribution], mut scenario: Value) -> Result<()> {
     let mut fields = BTreeSet::new();
-    for (index, distribution) in config.randomization.iter().enumerate() {
-        let (path, (parameter, numbers)) = (path(index, distribution), distribution.fields(config));
+    for (index, distribution) in distributions.iter().enumerate() {
+        let (path, numbers) = (path(index, distribution), distribution.fields(&scenario));
         distribution.check(&path)?;
         let mut is_free = |field: &String| {
             let is_real = number_at(&mut scenario, field).is_some_and(|value| value.is_f64());
             is_real && !FIXED.contains(&field.as_str()) && fields.insert(field.clone())
         };
         if numbers.is_empty() || !numbers.iter().all(&mut is_free) {
-            let (expected, given) = match distribution {
+            let (parameter, expected, given) = match distribution {
                 Distribution::RandomApproach { predator, .. } => (
+                    "predator",
                     "the index of a predator with a start, in only one distribution",
                     predator.to_string(),
                 ),
                 Distribution::Uniform { field, .. }
                 | Distribution::LogUniform { field, .. }
                 | Distribution::Choice { field, .. } => (
+                    "field",
                     "the path of a real number of the scenario, such as predator_range, in only \
                      one distribution and not initial_side or time_step",
                     format!("{field:?}"),
@@ -53,12 +55,15 @@ fn path(index: usize, distribution: &Distribution) -> String {
     format!("randomization[{index}].{}", distribution.as_ref())
 }
 
-/// Draws the randomized numbers of the episode with this seed and writes them to the document of `config`.
-pub(crate) fn draw(config: &FlockConfig, seed: u64, scenario: &mut Value) {
+/// Draws the randomized numbers of the episode with this seed and writes them to the scenario.
+pub(crate) fn draw(distributions: &[Distribution], seed: u64, scenario: &mut Value) {
     let mut rng = rng::stream(seed, Stream::Scenario);
-    for distribution in &config.randomization {
-        let (_, fields) = distribution.fields(config);
-        for (field, value) in fields.iter().zip(distribution.draw(config, &mut rng)) {
+    for distribution in distributions {
+        let (fields, values) = (
+            distribution.fields(scenario),
+            distribution.draw(scenario, &mut rng),
+        );
+        for (field, value) in fields.iter().zip(values) {
             if let Some(number) = number_at(scenario, field) {
                 *number = Value::from(value);
             }
