@@ -91,12 +91,6 @@ impl<const D: usize> Neighborhood<D> {
         let (options, tree, is_counting) = (&self.options, &self.tree, self.is_counting);
         self.links.update(options, agents, tree, ranges);
         let links = &self.links;
-        let blocked = match self.options.blocks_warnings {
-            true => (0..agents.len())
-                .filter(|&place| agents.is_reached(place))
-                .collect(),
-            false => Vec::new(),
-        };
         parallel::for_each_chunk_with(&mut self.sums, &mut self.scratch, |first, sums, scratch| {
             match links.reaches(&audible, ranges) {
                 Some(reaches) => {
@@ -113,7 +107,9 @@ impl<const D: usize> Neighborhood<D> {
                         scratch,
                     }
                     .run();
-                    remove_warnings(links.pairs(options, agents, tree), &blocked, first, sums);
+                    if options.blocks_warnings {
+                        remove_warnings(links.pairs(options, agents, tree), first, sums);
+                    }
                 }
                 None => sum_pairs(links.pairs(options, agents, tree), first, sums, scratch),
             }

@@ -149,7 +149,7 @@ impl<'a, const D: usize> Pairs<'a, D> {
     }
 
     /// Returns whether `own` cannot hear `other`, because `other` could warn it.
-    fn is_blocked(&self, own: usize, other: usize) -> bool {
+    pub(super) fn is_blocked(&self, own: usize, other: usize) -> bool {
         let is_reached = |place: usize| self.agents.is_reached(place);
         self.options.blocks_warnings && is_reached(other) && !is_reached(own)
     }

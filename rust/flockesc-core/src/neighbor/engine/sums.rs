@@ -126,32 +126,27 @@ pub(in crate::neighbor) fn sum_pairs<const D: usize>(
     }
 }
 
-/// Removes the neighbors at the places `blocked`, which a predator has reached, from the sums of the agents that none
-/// has reached, in the groups from `first` on.
+/// Removes the neighbors whose warnings are blocked from the sums of the groups from `first` on.
 pub(in crate::neighbor) fn remove_warnings<const D: usize>(
     pairs: Pairs<'_, D>,
-    blocked: &[usize],
     first: usize,
     sums: &mut [NeighborSums<D>],
 ) {
-    if blocked.is_empty() {
-        return;
-    }
+    let places = 0..pairs.agents.len();
+    let reached: Vec<_> = places
+        .filter(|&place| pairs.agents.is_reached(place))
+        .collect();
     for (group, sums) in (first..).zip(sums) {
         for lane in 0..pairs.agents.ids_of(group).len() {
             let own = group * GROUP + lane;
-            if pairs.agents.is_reached(own) {
-                continue;
-            }
-            for &other in blocked
-                .iter()
-                .filter(|&&other| pairs.is_neighbor(own, other))
-            {
-                let velocity = pairs.agents.fixed_velocity(other);
-                for axis in 0..D {
-                    sums.sum[axis][lane] -= velocity[axis];
+            for &other in &reached {
+                if pairs.is_blocked(own, other) && pairs.is_neighbor(own, other) {
+                    let velocity = pairs.agents.fixed_velocity(other);
+                    for axis in 0..D {
+                        sums.sum[axis][lane] -= velocity[axis];
+                    }
+                    sums.count[lane] -= 1;
                 }
-                sums.count[lane] -= 1;
             }
         }
     }
