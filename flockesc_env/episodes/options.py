@@ -73,12 +73,14 @@ class ActionOptions:
     """Options of the action space: how an action sets the interaction range.
 
     Attributes:
-        action_mode: ``"normalized"``: Box [-1, 1], mapped linearly to [``min_range``, ``max_range``].
+        action_mode: ``"normalized"``: Box [-1, 1], mapped to [``min_range``, ``max_range``].
             ``"range"``: Box [``min_range``, ``max_range``], the range itself.
             ``"discrete"``: Discrete, an index into ``range_grid``.
         min_range: smallest range, at least 0, in m for a flock.
         max_range: largest range, above ``min_range``, in m for a flock. With a topological neighbor rule
             ranges are numbers of neighbors, and ``max_range`` is required.
+        center_range: range of the action 0 of the action mode ``"normalized"``, strictly between
+            ``min_range`` and ``max_range`` (docs/model.md, "Actions"). ``None``: the mean, and a linear map.
         range_grid: ranges of the action mode ``"discrete"``; ``None``: 21 equally spaced ranges from
             ``min_range`` to ``max_range``.
         steps_per_action: number of model steps per action. The last action of an episode may last fewer.
@@ -90,6 +92,7 @@ class ActionOptions:
     action_mode: ActionMode = "normalized"
     min_range: float = 0.0
     max_range: float = 40.0
+    center_range: float | None = None
     range_grid: Sequence[float] | None = None
     steps_per_action: int = 4
 
@@ -103,6 +106,13 @@ class ActionOptions:
             raise InputError("max_range", f"at most {_LARGEST_ACTION}, the largest float32", high)
         steps = as_count(self.steps_per_action, "steps_per_action")
         self._convert(min_range=low, max_range=high, steps_per_action=steps)
+        if self.center_range is not None:
+            center = float(as_floats(self.center_range, "center_range", ()))
+            if not low < center < high:
+                raise InputError("center_range", f"a number above {low} and below {high}", center)
+            if self.action_mode != "normalized":
+                raise InputError("center_range", "None, unless action_mode is 'normalized'", center)
+            self._convert(center_range=center)
         if self.range_grid is not None:
             grid = as_floats(self.range_grid, "range_grid")
             if grid.ndim != 1 or not grid.size or grid.min() < low or grid.max() > high:
@@ -247,6 +257,7 @@ class ActionOptionsDict(TypedDict, total=False):
     action_mode: ActionMode
     min_range: float
     max_range: float
+    center_range: float | None
     range_grid: Sequence[float] | None
     steps_per_action: int
 

@@ -29,6 +29,7 @@ class RangeActions:
         mode: the option ``action_mode``.
         min_range: smallest range.
         max_range: largest range.
+        center_range: range of the action 0; ``None``: the map is linear.
         grid: ranges of the action mode ``"discrete"``, shape (size,); ``None`` in other modes.
         core: the map from actions to ranges in the compiled core.
     """
@@ -37,13 +38,15 @@ class RangeActions:
         self.mode = options.action_mode
         self.min_range = options.min_range
         self.max_range = options.max_range
+        self.center_range = options.center_range
         self.grid: FloatArray | None = None
         if self.mode == "discrete":
             default = np.linspace(self.min_range, self.max_range, GRID_SIZE)
             self.grid = default if options.range_grid is None else np.array(options.range_grid)
             self.grid.flags.writeable = False
         grid = None if self.grid is None else self.grid.tolist()
-        self.core = _core.RangeMap(self.min_range, self.max_range, self.mode == "normalized", grid)
+        bounds = (self.min_range, self.max_range, self.center_range)
+        self.core = _core.RangeMap(*bounds, self.mode == "normalized", grid)
 
     def space(self) -> gymnasium.Space[Any]:
         """Return a new action space for one range: a Box of shape (1,), or Discrete."""
@@ -74,7 +77,9 @@ class RangeActions:
         """Return the actions of some ranges.
 
         ``to_ranges`` returns the same ranges: exactly in the action mode ``"range"``, and within two units in
-        the last place of ``max_range`` in the mode ``"normalized"``, because actions are float64.
+        the last place of ``max_range`` in the mode ``"normalized"``, because actions are float64. With
+        ``center_range`` these are 4 max(k, 1/k) units, where k is the ratio of the part of the ranges above
+        the center to the part below.
 
         Args:
             ranges: shape (k,).
@@ -93,7 +98,11 @@ class RangeActions:
         if self.grid is not None:
             indices: NDArray[np.int64] = np.abs(ranges[:, None] - self.grid).argmin(axis=1)
             return indices
-        if self.mode == "normalized":
+        if self.center_range is not None:
+            below, above = self.center_range - self.min_range, self.max_range - self.center_range
+            lower, upper = ranges - self.min_range, (self.max_range - ranges) / above * below
+            ranges = (lower - upper) / (lower + upper)
+        elif self.mode == "normalized":
             ranges = (ranges - self.min_range) / (self.max_range - self.min_range) * 2 - 1
         return ranges[:, None].astype(np.float64)
 

@@ -1,5 +1,6 @@
 """The Gymnasium contract: ids, wrappers, whole episodes, and views of the current state."""
 
+import pickle
 from typing import Any
 
 import gymnasium
@@ -12,6 +13,9 @@ from objective_values import INFO_KEYS
 from option_table import DIMENSIONS, EVERY_STEP, IDS, small_flock
 
 import flockesc_env as fe
+from flockesc_env.common.errors import InputError
+from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.episodes.spaces import RangeActions
 from flockesc_env.scenario import PurePursuit
 
 
@@ -71,6 +75,33 @@ def test_discrete_grid() -> None:
     default = fe.FlockEscapeEnv(small_flock(), action_mode="discrete", min_range=10.0, max_range=50.0)
     default.reset(seed=0)
     assert [default.step(index)[-1]["interaction_range"] for index in (0, 1, 20)] == [10.0, 12.0, 50.0]
+
+
+def test_the_action_0_sets_the_center_of_the_range() -> None:
+    rng = np.random.default_rng(0)
+    bounds = np.sort(10 ** rng.uniform(-3, 3, (200, 3))).tolist()
+    for low, center, high in [(0.0, 1e-300, 40.0), (0.0, 10.0, 100.0), *bounds]:
+        options = EnvOptions(min_range=low, max_range=high, center_range=center)
+        actions = RangeActions(options)
+        least, middle, most = actions.to_ranges([[-1.0], [0.0], [1.0]], 3)
+        assert least == low
+        assert abs(middle - center) <= 2 * np.spacing(center)
+        assert high - np.spacing(high) <= most <= high
+        assert actions.from_ranges(np.array([low, center, high])).ravel().tolist() == [-1.0, 0.0, 1.0]
+        ranges = rng.uniform(low, high, 100)
+        skew = (high - center) / (center - low)
+        error = np.abs(actions.to_ranges(actions.from_ranges(ranges), 100) - ranges)
+        assert error.max() <= 4 * max(skew, 1 / skew) * np.spacing(high)
+        grid = np.sort(rng.uniform(-1, 1, (1000, 1)).astype(np.float32), axis=0)
+        ranges = actions.to_ranges(grid, 1000)
+        assert (np.diff(ranges) >= 0).all()
+        twin = pickle.loads(pickle.dumps(actions.core))  # noqa: S301, our own
+        assert twin.to_ranges(grid, 1000).tolist() == ranges.tolist()
+        with pytest.raises(InputError, match="NaN"):
+            actions.to_range(np.array([np.nan]))
+        linear = RangeActions(options.replace(center_range=None)).to_ranges(grid, 1000)
+        expected = low + (grid[:, 0].astype(np.float64) + 1) / 2 * (high - low)
+        assert linear.tolist() == expected.tolist()
 
 
 @pytest.mark.parametrize("count_components", [False, True])

@@ -73,6 +73,7 @@ OTHER_OPTIONS: dict[str, Any] = {
     "action_mode": "range",
     "min_range": 1.0,
     "max_range": 31.0,
+    "center_range": 12.0,
     "range_grid": (0.0, 10.0),
     "steps_per_action": 3,
     "objective": "min_min_distance",
@@ -114,7 +115,7 @@ def test_a_loaded_policy_refuses_environments_with_other_options(
 
 def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
     """In any scenario; with others only if ``with_options`` or the options of a rollout say so."""
-    fe.save_policy(flock_policy(), tmp_path / "policy.npz")
+    fe.save_policy(flock_policy().with_options(center_range=8.0), tmp_path / "policy.npz")
     loaded: Any = fe.load_policy(tmp_path / "policy.npz")
     other = SCENARIO.replace(num_agents=9, num_steps=7)
     expected = fe.rollout(other, loaded, 3)

@@ -102,6 +102,7 @@ def test_a_recurrent_model_of_sb3_plays_like_its_own_loop(monkeypatch: pytest.Mo
         ({"action_mode": "range"}, "model.action_space"),
         ({"max_range": 50.0}, "max_range"),
         ({"min_range": 5.0}, "min_range"),
+        ({"center_range": 5.0}, "center_range"),
         ({"steps_per_action": 2}, "steps_per_action"),
     ],
 )
@@ -171,7 +172,7 @@ def test_a_model_without_the_statistics_of_its_observations_is_refused(
 )
 @pytest.mark.parametrize("wrap", [lambda env: env, lambda env: normalized(env, clip_obs=np.inf)])
 def test_networks_of_all_algorithms_act_as_their_models(algorithm: Any, settings: Any, wrap: Any) -> None:
-    env = wrap(vec_env(SCENARIO, per_agent=True, **EVERY_STEP))
+    env = wrap(vec_env(SCENARIO, per_agent=True, **EVERY_STEP, center_range=9.0))
     sde = {"use_sde": True} if settings else {}
     model = algorithm("MlpPolicy", env, device="cpu", seed=1, policy_kwargs={**TANH, **settings}, **sde)
     with torch.no_grad():
@@ -180,6 +181,7 @@ def test_networks_of_all_algorithms_act_as_their_models(algorithm: Any, settings
     network, spec = SB3Policy(model).network(), env.get_attr("policy_spec", 0)[0]
     rows = np.random.default_rng(0).uniform(spec.layout.low, spec.layout.high, (50, 13)).astype(np.float32)
     actions = SB3Policy(model).act(rows, spec)
+    assert network.policy_spec.options == spec.options
     model.env = None  # as after a load without one: the wrapper knows the environment, too
     if isinstance(env, VecNormalize):
         again = SB3Policy(model, vec_normalize=env).network()

@@ -311,6 +311,8 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: approach(direction=(0.0, 0.0)), "direction"),
     (lambda: approach("edge", direction=(0.0, 0.0, 1.0), dimension=3), "direction"),
     (lambda: fe.FlockEscapeEnv(action_mode="range", max_range=1e39), "max_range"),
+    (lambda: fe.FlockEscapeEnv(center_range=40.0), "center_range"),
+    (lambda: fe.FlockEscapeEnv(action_mode="range", center_range=5.0), "center_range"),
     (lambda: fe.PredatorEnv(LEAGUE), "predators"),
     (lambda: fe.PredatorEnv(predator_policy=FlyStraight()), "predator_policy"),
     (lambda: fe.PredatorEnv(reward="individual_distance"), "reward"),

@@ -137,6 +137,7 @@ def network_case(
     chosen, view = EnvOptions(**options), View.of(per_agent)
     spec = flock_policy_spec(scenario, chosen, view)
     _, candidates = choices(policy.architecture, spec.actions, spec.profile_ranges)
+    bounds = [chosen.min_range, chosen.max_range, chosen.center_range]
     case = {
         "kind": "network",
         "scenario": scenario.to_json(),
@@ -144,7 +145,7 @@ def network_case(
         "seed": SEED,
         "architecture": architecture,
         "parameters": policy.parameters.tolist(),
-        "ranges": candidates.tolist() or [chosen.min_range, chosen.max_range],
+        "ranges": candidates.tolist() or [bound for bound in bounds if bound is not None],
     }
     lowest = played.min_min_distance if chosen.objective == "min_min_distance" else played.min_mean_distance
     return case, [lowest[0], played.num_components[0]]

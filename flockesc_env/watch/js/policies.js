@@ -84,7 +84,7 @@ class NetworkPolicy {
     const candidates = options.profile_ranges ?? [];
     const choices = architecture.candidate_inputs?.length ? candidates : (architecture.ranges ?? []);
     // A chosen range is a float32 in Python, a set one is not.
-    const bounds = [options.min_range, options.max_range];
+    const bounds = [options.min_range, options.max_range, options.center_range ?? []].flat();
     this.ranges = Float64Array.from(choices.length ? choices.map(Math.fround) : bounds);
     const view = perAgent ? "agent" : "flock";
     this.options = JSON.stringify({ ...options, view, profile_ranges: candidates }, OBSERVED);

@@ -31,12 +31,19 @@ pub(crate) struct RangeMap {
 #[pymethods]
 impl RangeMap {
     #[new]
-    #[pyo3(signature = (min_range, max_range, is_normalized, grid))]
-    fn new(min_range: f64, max_range: f64, is_normalized: bool, grid: Option<Vec<f64>>) -> Self {
+    #[pyo3(signature = (min_range, max_range, center, is_normalized, grid))]
+    fn new(
+        min_range: f64,
+        max_range: f64,
+        center: Option<f64>,
+        is_normalized: bool,
+        grid: Option<Vec<f64>>,
+    ) -> Self {
         Self {
             map: NormalizedRange {
                 min_range,
                 max_range,
+                center,
             },
             is_normalized,
             grid: grid.map(Arc::from),
@@ -44,13 +51,14 @@ impl RangeMap {
     }
 
     /// Returns the arguments of the constructor, for copies and pickles.
-    fn __getnewargs__(&self) -> (f64, f64, bool, Option<Vec<f64>>) {
+    fn __getnewargs__(&self) -> (f64, f64, Option<f64>, bool, Option<Vec<f64>>) {
         let grid = self.grid.as_ref().map(|grid| grid.to_vec());
         let NormalizedRange {
             min_range,
             max_range,
+            center,
         } = self.map;
-        (min_range, max_range, self.is_normalized, grid)
+        (min_range, max_range, center, self.is_normalized, grid)
     }
 
     /// Returns the ranges of `count` stacked actions. `label(index)` returns the name of an action

@@ -14,8 +14,9 @@ pub struct Network {
 
 #[wasm_bindgen]
 impl Network {
-    /// Creates a network from the document of its architecture, the names of the entries of a row, the ranges in m
-    /// of the actions -1 and 1 or, for a network that chooses, the ranges to choose from, and its parameters.
+    /// Creates a network from the document of its architecture, the names of the entries of a row, ranges in m,
+    /// and its parameters. The ranges are those of the actions -1, 1 and optionally 0 or, for a network that chooses,
+    /// those to choose from.
     ///
     /// # Errors
     /// An error that names the field, if they do not fit together.
@@ -28,10 +29,13 @@ impl Network {
     ) -> Result<Self, JsError> {
         let architecture = Architecture::from_json(architecture)?;
         let ranges = match (architecture.head(), &ranges[..]) {
-            (Head::Value, &[min_range, max_range]) => NetworkRanges::Normalized(NormalizedRange {
-                min_range,
-                max_range,
-            }),
+            (Head::Value, &[min_range, max_range, ref rest @ ..]) if rest.len() < 2 => {
+                NetworkRanges::Normalized(NormalizedRange {
+                    min_range,
+                    max_range,
+                    center: rest.first().copied(),
+                })
+            }
             (Head::Value, _) => {
                 return Err(JsError::new("ranges: expected a least and a largest range"));
             }

@@ -43,7 +43,7 @@ impl<const D: usize> Batch<D> {
     ///     hidden: vec![],
     ///     ..Architecture::default()
     /// };
-    /// let range = NormalizedRange { min_range: 0.0, max_range: 100.0 };
+    /// let range = NormalizedRange { min_range: 0.0, max_range: 100.0, center: None };
     /// let ranges = NetworkRanges::Normalized(range);
     /// let names: Vec<String> = batch.entries().into_iter().map(|entry| entry.name).collect();
     /// // The range grows from 0 m to 100 m during the episode.
