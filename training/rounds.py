@@ -73,6 +73,7 @@ class Rounds(ABC, Generic[A]):
     def add_point(self) -> None:
         """Add the mean objective of ``policy`` on tuning flocks to the learning curve."""
         value = self.run.objectives(self.policy(), first_seeds(TUNING, CURVE_FLOCKS)).mean()
+        self.measured.evaluations += CURVE_FLOCKS
         self.measured.curve.append((self.measured.samples, float(value)))
 
     def train(self, *, resume: bool = False) -> Path:

@@ -33,6 +33,7 @@ from flockesc_env.tasks.task import Task, tasks
 
 CONFIG_FILE = "config.json"
 RUN_FILE = "run.json"
+BEST_FILE = "best_model.zip"
 MODEL_FILE = "model.zip"
 CHECKPOINT_FILE = "checkpoint.pickle"
 CURVE_FLOCKS = 200
@@ -185,7 +186,7 @@ class Run:
             save_policy(policy.with_options(name=self.folder.name or self.name, **known), path)
         write_text(self.folder / RUN_FILE, json.dumps(vars(measured), indent=1) + "\n")
         (self.folder / CHECKPOINT_FILE).unlink(missing_ok=True)
-        return path if policy is not None else self.folder / MODEL_FILE
+        return path if policy is not None else self.folder / BEST_FILE
 
 
 @dataclass
@@ -193,13 +194,15 @@ class Measured:
     """Measurements of a run.
 
     Attributes:
-        episodes: number of episodes, those of evaluations by stable-baselines3 included.
+        episodes: number of episodes of training.
+        evaluations: number of further episodes, on tuning flocks.
         samples: number of chosen actions in training, one per agent or one per flock.
         cpu_seconds: processor time.
         curve: samples and mean objective on tuning flocks, of every evaluation.
     """
 
     episodes: int = 0
+    evaluations: int = 0
     samples: int = 0
     cpu_seconds: float = 0.0
     curve: list[tuple[int, float]] = field(default_factory=list)

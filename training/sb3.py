@@ -6,7 +6,6 @@ import inspect
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from pkgutil import resolve_name
 from typing import Any
 
 import numpy as np
@@ -24,19 +23,23 @@ from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies.files import Stored
 from flockesc_env.sb3 import FlockEvalCallback
 from flockesc_env.tasks.learners import arguments
-from training.run import MODEL_FILE, Measured, Run
+from training.run import BEST_FILE, MODEL_FILE, Measured, Run
 
 _FREE = ("policy", "env", "seed", "device", "tensorboard_log", "verbose", "_init_setup_model", "self")
 """Arguments of an algorithm that a table does not set."""
+
+EVALUATION_FLOCKS = 64
+"""Tuning flocks of an evaluation. With fewer, noise decides which model is the best."""
 
 
 def train(run: Run, *, resume: bool = False) -> Path:
     """Train, or continue an unfinished run, and return the path of the policy.
 
-    The policy is the last one: model.zip, and policy.npz if it is a network. best_model.zip is the best of
-    the evaluations on tuning flocks, the untrained one included; the samples do not count these flocks.
-    Rewards are scaled to unit variance of returns. A continued run starts at its last checkpoint, with
-    other flocks than an uninterrupted one. It keeps the learning curve, and logs to progress-SAMPLES.csv.
+    The policy is the best one of the evaluations on tuning flocks, the untrained one included:
+    best_model.zip, and policy.npz if it is a network. The samples do not count these flocks. model.zip is the
+    last one. Rewards are scaled to unit variance of returns. A continued run starts at its last checkpoint,
+    with other flocks than an uninterrupted one. It keeps the learning curve, and logs to
+    progress-SAMPLES.csv.
 
     Raises:
         InputError: if the algorithm or a hyperparameter is unknown, or see ``Run.begin``.
@@ -45,15 +48,15 @@ def train(run: Run, *, resume: bool = False) -> Path:
     learner, folder = run.learner, run.folder
     cls = algorithm_of(run)
     hyperparameters = arguments(run.task, run.name, learner)
-    _check_names(run, cls, hyperparameters)
+    _check_names(run, cls)
     torch.set_num_threads(1)  # the networks are small
     env = _env(run)
     is_unfinished = run.begin(resume=resume)
     model = next(_checkpoints(cls, folder, env), None) if is_unfinished else None
     if model is None:
-        env = VecNormalize(env, norm_obs=False, gamma=hyperparameters.get("gamma", 0.99))
-        policy: Any = resolve_name(learner.policy) if ":" in learner.policy else learner.policy
-        model = cls(policy, env, seed=run.seed, device="cpu", **hyperparameters)
+        gamma = hyperparameters.get("gamma", 0.99)
+        env = VecNormalize(env, norm_obs=learner.norm_obs, clip_obs=np.inf, gamma=gamma)
+        model = cls(env=env, seed=run.seed, device="cpu", **hyperparameters)
         env.seed(training_seeds(run.seed, 0, learner.num_flocks)[0])
     suffix = f"-{model.num_timesteps}" if is_unfinished else ""  # the log before stays
     logs = [make_output_format(kind, str(folder), suffix) for kind in ("csv", "tensorboard")]
@@ -75,29 +78,31 @@ def train(run: Run, *, resume: bool = False) -> Path:
         raise KeyboardInterrupt(f"{folder} holds checkpoints; --resume continues") from None
     finally:
         model.logger.close()
-    spec = env.get_attr("policy_spec", [0])[0]
-    measured = evaluation.measured()
-    measured.episodes += measured.samples // (spec.rows * spec.num_actions)
     model.save(folder / MODEL_FILE)
-    return run.finish(_network(model), measured)
+    statistics = VecNormalize.load(str(folder / "vecnormalize.pkl"), _env(run))
+    best = cls.load(folder / BEST_FILE, env=statistics, device="cpu")
+    return run.finish(_network(best), evaluation.measured())
 
 
 class Evaluation(FlockEvalCallback):
     """The evaluations of a run, which start after ``samples``. The run's checkpoint keeps them."""
 
     def __init__(self, run: Run, eval_freq: int, samples: int) -> None:
-        super().__init__(eval_freq, best_model_save_path=run.folder)
+        super().__init__(eval_freq, EVALUATION_FLOCKS, best_model_save_path=run.folder)
         found = run.load_checkpoint() or Measured()
         self._run, self._begun = run, time.process_time() - found.cpu_seconds
-        self.num_episodes = found.episodes
+        self.num_episodes, self._ended = found.evaluations, found.episodes * run.policy_spec.rows
         self.history = [point for point in found.curve if point[0] < samples]
         self.best_objective = max((value for _, value in self.history), default=-np.inf)
 
     def measured(self) -> Measured:
-        """Return the measurements so far, with the episodes of evaluations alone."""
-        return Measured(
-            self.num_episodes, self.model.num_timesteps, time.process_time() - self._begun, self.history
-        )
+        """Return the measurements so far."""
+        episodes, seconds = self._ended // self._run.policy_spec.rows, time.process_time() - self._begun
+        return Measured(episodes, self.num_episodes, self.model.num_timesteps, seconds, self.history)
+
+    def _on_step(self) -> bool:
+        self._ended += int(self.locals["dones"].sum())  # of slots
+        return super()._on_step()
 
     def _evaluate(self) -> None:
         super()._evaluate()
@@ -122,10 +127,10 @@ def algorithm_of(run: Run) -> type[BaseAlgorithm]:
     return known[run.learner.algorithm]
 
 
-def _check_names(run: Run, cls: type[BaseAlgorithm], hyperparameters: dict[str, Any]) -> None:
+def _check_names(run: Run, cls: type[BaseAlgorithm]) -> None:
     """Check that the algorithm has all hyperparameters."""
     known = [name for name in inspect.signature(cls).parameters if name not in _FREE]
-    for name in hyperparameters:
+    for name in run.learner.hyperparameters:
         if name not in known:
             expected = f"arguments of {cls.__name__}: {', '.join(known)}"
             raise InputError(f"{run.name}.hyperparameters.{name}", expected, "an unknown one")

@@ -12,6 +12,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv
 
 from flockesc_env.common.checks import as_count, as_path
 from flockesc_env.common.errors import InputError, shown
+from flockesc_env.common.files import atomic_write
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES
 from flockesc_env.episodes.splits import TUNING
@@ -106,7 +107,8 @@ class FlockEvalCallback(BaseCallback):
             self.best_objective = objective
             if self.best_model_save_path is not None:
                 self.best_model_save_path.mkdir(parents=True, exist_ok=True)
-                self.model.save(self.best_model_save_path / "best_model")
+                with atomic_write(self.best_model_save_path / "best_model.zip") as file:
+                    self.model.save(file)  # type: ignore[arg-type]
                 normalizer = self.model.get_vec_normalize_env()
                 if normalizer is not None:
                     normalizer.save(str(self.best_model_save_path / "vecnormalize.pkl"))

@@ -1,16 +1,20 @@
-"""Policy classes for PPO and A2C of stable-baselines3: a first range, and a scorer of candidate ranges."""
+"""Policy classes for PPO and A2C of stable-baselines3: a start at one range, a scorer of candidates."""
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import torch
 from gymnasium import spaces
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.type_aliases import Schedule
 from torch import nn
 
+from flockesc_env.common.checks import as_floats
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.network import Architecture, NetworkPolicy, layer_parameters
 
@@ -23,26 +27,45 @@ action changes its reward.
 
 
 class RangePolicy(ActorCriticPolicy):
-    """``MlpPolicy`` that starts near one action.
+    """``MlpPolicy`` that starts at one range, so that the untrained policy is a fixed range.
+
+    ``MlpPolicy`` starts in the middle of the ranges, with a standard deviation of half of them: many first
+    actions are clipped at the ends.
 
     Args:
         *args: spaces and learning rate, from stable-baselines3.
-        first_action: mean of the Gaussian at the start, from -1 to 1. For discrete actions an index: the
-            probabilities of the others fall by a factor of e with every place.
+        spec: policy spec of the environment; see ``Task.policy_spec``.
+        first_range: the first range, in m for a flock. With discrete actions, the candidate next to it is the
+            most likely; the probabilities of the others fall by a factor of e with every place.
+        first_std: standard deviation of the first actions, where 1 is half of the action space.
         **kwargs: arguments of ``ActorCriticPolicy``.
+
+    Raises:
+        InputError: if ``first_range`` is none of the ranges of an action; if ``first_std`` is not positive;
+            if ``spec`` is not that of the environment.
     """
 
-    def __init__(self, *args: Any, first_action: float = 0.0, **kwargs: Any) -> None:
-        self._first_action = first_action
+    def __init__(
+        self, *args: Any, spec: PolicySpec, first_range: float, first_std: float = 0.6, **kwargs: Any
+    ) -> None:
+        first = float(as_floats(first_range, "first_range", ()))
+        self._first = float(spec.actions.from_ranges(np.array([first])).item())
+        self._first_std = float(as_floats(first_std, "first_std", ()))
+        if self._first_std <= 0:
+            raise InputError("first_std", "a positive number", self._first_std)
         super().__init__(*args, **kwargs)
+        _check_spaces(self, spec)
 
     def _build(self, lr_schedule: Schedule) -> None:
         super()._build(lr_schedule)
         outputs: Any = self.action_net
-        first = torch.tensor([self._first_action])
+        first = torch.tensor([self._first])
         if isinstance(self.action_space, spaces.Discrete):
-            first = -torch.abs(torch.arange(outputs.out_features) - self._first_action)
+            first = -torch.abs(torch.arange(outputs.out_features) - self._first)
+        else:
+            nn.init.constant_(self.log_std, math.log(self._first_std))
         with torch.no_grad():
+            outputs.weight.zero_()
             outputs.bias.copy_(first)
 
 
@@ -61,7 +84,7 @@ class ScorerPolicy(ActorCriticPolicy):
             of both the scoring and the value network.
 
     Raises:
-        InputError: if the observation lacks an input.
+        InputError: if the observation lacks an input, or ``spec`` is not that of the environment.
     """
 
     def __init__(
@@ -74,6 +97,7 @@ class ScorerPolicy(ActorCriticPolicy):
     ) -> None:
         self._spec, self._inputs, self._candidate_inputs = spec, tuple(inputs), tuple(candidate_inputs)
         super().__init__(*args, **kwargs)
+        _check_spaces(self, spec)
 
     def network(self) -> NetworkPolicy:
         """Return the policy that sets the candidate with the highest score."""
@@ -142,6 +166,13 @@ class _Scores(nn.Module):
         """Return the last hidden layer of the value network, shape (rows, width)."""
         hidden: torch.Tensor = self.value_net(features)
         return hidden
+
+
+def _check_spaces(policy: ActorCriticPolicy, spec: PolicySpec) -> None:
+    expected = spec.layout.space(), spec.actions.space()
+    if (policy.observation_space, policy.action_space) != expected:
+        given = f"{policy.observation_space.shape} and {policy.action_space}"
+        raise InputError("spec", f"that of the environment, whose spaces are {given}", f"one per {spec.view}")
 
 
 def _tanh_layers(widths: list[int]) -> list[nn.Module]:

@@ -32,6 +32,8 @@ class Learner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
         options: options of the environment that replace the task's, such as ``reward``.
         hyperparameters: arguments of the algorithm. ``"lin_1e-3"`` falls from 1e-3 to 0.
         policy: policy of stable-baselines3: a name such as ``"MlpPolicy"``, or ``module:class``.
+        first_range: range of the untrained ``RangePolicy``; ``None``: the best fixed range.
+        norm_obs: whether ``VecNormalize`` standardizes the observations.
         num_flocks: number of flocks, or lines, that stable-baselines3 steps together.
         samples: number of actions of a training run; 0: that of the task.
         num_steps: model steps of an episode of training, if that decides the objective; 0: the scenario's.
@@ -44,6 +46,8 @@ class Learner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     options: dict[str, Any] = {}
     hyperparameters: dict[str, Any] = {}
     policy: str = "MlpPolicy"
+    first_range: float | None = None
+    norm_obs: bool = False
     num_flocks: int = 4
     samples: int = 0
     num_steps: int = 0
@@ -51,8 +55,16 @@ class Learner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 def learners(task: TaskDefinition) -> dict[str, Learner]:
-    """Return the learners of a task by name; empty if the task has no file."""
-    return _read(task.name)
+    """Return the learners of a task by name; none if nobody trains in the task's scenarios.
+
+    The files every-agent.toml and every-flock.toml have learners of all such tasks. The fields of a table in
+    the task's own file replace those of the table of the same name.
+    """
+    if task.scenario not in task.scenarios.values():
+        return {}
+    common, own = (_read(name) for name in (f"every-{task.actor}", task.name))
+    merged = {name: common.get(name, {}) | own.get(name, {}) for name in {**common, **own}}
+    return read_learners(merged, f"{task.name}.toml")
 
 
 def learner_of(task: TaskDefinition, name: str) -> Learner:
@@ -65,35 +77,43 @@ def learner_of(task: TaskDefinition, name: str) -> Learner:
 
 
 def arguments(task: TaskDefinition, name: str, learner: Learner) -> dict[str, Any]:
-    """Return the keyword arguments of the class of stable-baselines3; see ``Task.hyperparameters``."""
+    """Return the keyword arguments of the class of stable-baselines3; see ``Task.hyperparameters``.
+
+    ``RangePolicy`` starts at ``first_range``, or at the largest range of an action if that is shorter.
+    """
     if learner.algorithm in OWN_ALGORITHMS:
         expected = "one of stable-baselines3 or sb3-contrib"
         raise InputError("learner", expected, f"{name}, {learner.algorithm}")
     require("sb3", ["stable_baselines3"])
     found = {key: _value(value) for key, value in learner.hyperparameters.items()}
-    if learner.policy.endswith("ScorerPolicy"):
-        kwargs = found.get("policy_kwargs", {})
-        found["policy_kwargs"] = {"spec": task.policy_spec(**learner.options), **kwargs}
-    return found
+    if learner.policy.startswith("flockesc_env"):
+        spec = task.policy_spec(**learner.options)
+        known: dict[str, Any] = {"spec": spec}
+        if learner.policy.endswith("RangePolicy"):
+            best = next(iter(task.scales.values())).best_fixed_range
+            first = best if learner.first_range is None else learner.first_range
+            known["first_range"] = min(first, spec.actions.max_range)
+        found["policy_kwargs"] = known | found.get("policy_kwargs", {})
+    return {"policy": _value(learner.policy), **found}
 
 
-def read_learners(text: str, field: str) -> dict[str, Learner]:
-    """Return the learners of a file's text.
+def read_learners(tables: dict[str, Any], field: str) -> dict[str, Learner]:
+    """Return the learners of a file's tables.
 
     Raises:
         InputError: if a table has an unknown field or a wrong type; it names the table and the field.
     """
     try:
-        return msgspec.convert(tomllib.loads(text), dict[str, Learner])
-    except (tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
+        return msgspec.convert(tables, dict[str, Learner])
+    except msgspec.ValidationError as error:
         expected = f"tables with {', '.join(Learner.__struct_fields__)}"
         raise InputError(field, expected, error) from None
 
 
 @cache
-def _read(name: str) -> dict[str, Learner]:
+def _read(name: str) -> dict[str, Any]:
     file = files(__package__) / "learners" / f"{name}.toml"
-    return read_learners(file.read_text("utf-8"), file.name) if file.is_file() else {}
+    return tomllib.loads(file.read_text("utf-8")) if file.is_file() else {}
 
 
 def _value(value: Any) -> Any:

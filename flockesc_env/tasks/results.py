@@ -50,6 +50,8 @@ class Training(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     Attributes:
         seeds: training seed of every policy.
         samples: number of actions of each training run.
+        episodes: number of episodes of each training run; 0: not counted.
+        evaluations: number of further episodes, on tuning flocks, that chose the policy or drew the curve.
         cpu_minutes: processor time of each training run.
         versions: versions of the libraries.
         hyperparameters: hyperparameters that all runs share.
@@ -57,6 +59,8 @@ class Training(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     seeds: list[Seed]
     samples: Annotated[int, Meta(ge=1)]
+    episodes: Annotated[int, Meta(ge=0)] = 0
+    evaluations: Annotated[int, Meta(ge=0)] = 0
     cpu_minutes: list[Minutes]
     versions: dict[str, str]
     hyperparameters: dict[str, Any] = {}

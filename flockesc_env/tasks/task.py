@@ -30,7 +30,7 @@ class Task(TaskDefinition):
     def hyperparameters(self, learner: str) -> dict[str, Any]:
         """Return the arguments of the algorithm of a learner of stable-baselines3; see ``learners``.
 
-        Example: ``PPO("MlpPolicy", task.vec_env(4), **task.hyperparameters("ppo"))``.
+        Example: ``PPO(env=task.vec_env(4), **task.hyperparameters("ppo"))``.
 
         Raises:
             InputError: if the task has no such learner, or it is none of stable-baselines3.

@@ -183,7 +183,7 @@ def test_all_is_measured_and_an_interrupted_study_continues(
 ) -> None:
     files = {
         "per-agent-visible": [
-            "ppo-tuned/policies/per-agent-visible-0.npz",
+            "ppo/policies/per-agent-visible-0.npz",
             "search/policies/per-agent-visible-0.npz",
         ],
         "per-agent-visible-derived": ["search/policies/per-agent-visible-derived-0.npz"],

@@ -118,10 +118,10 @@ def test_figures_and_recorded_runs_follow_a_comparison(
 def test_the_commands_train_list_and_refuse(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     few = ["--learner", "schedule", "--run", str(tmp_path / "run"), "--no-progress"]
     listed = Ran(capsys, "learners", "per-agent-visible", run=TRAINING.main)
-    assert "ppo-difference" in listed.out
+    assert "ppo-large-rounds" in listed.out
     bad = Ran(capsys, "train", "one-range", *few[:1], "ppx", *few[2:], run=TRAINING.main)
     assert (bad.code, bad.err.count("\n")) == (2, 1)
-    assert "expected one of ppo, ppo-tuned, tqc, search, schedule, imitation for one-range, got" in bad.err
+    assert "expected one of ppo, ppo-10x, search-1x, search-10x, ppo-default-start, " in bad.err
     assert not (tmp_path / "run").exists()
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "mine.txt").write_text("mine")

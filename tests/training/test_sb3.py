@@ -11,11 +11,13 @@ import msgspec
 import numpy as np
 import pytest
 from rounding import actor_layers, choose_alike, float32_error
-from small_runs import LEARNERS, SMALL, small_run
+from small_runs import LEARNERS, SMALL, small_run, small_task
+from stable_baselines3 import PPO
 
-from flockesc_env import InputError, load_policy
+from flockesc_env import InputError, load_policy, rollout
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import SB3Policy
+from flockesc_env.sb3 import RangePolicy
 from flockesc_env.tasks import tasks
 from flockesc_env.tasks.learners import OWN_ALGORITHMS, Learner, learners, read_learners
 from training import sb3
@@ -30,7 +32,7 @@ TABLES = [(task, name) for task in tasks for name in learners(tasks[task])]
 
 
 @pytest.mark.parametrize("algorithm", SB3)
-def test_every_algorithm_trains_and_keeps_its_last_and_its_best_model(algorithm: str, tmp_path: Path) -> None:
+def test_every_algorithm_trains_and_ends_with_its_best_model(algorithm: str, tmp_path: Path) -> None:
     run = small_run(tmp_path / "run", algorithm)
     path = train(run)
     measured = json.loads((run.folder / "run.json").read_text())
@@ -41,24 +43,20 @@ def test_every_algorithm_trains_and_keeps_its_last_and_its_best_model(algorithm:
     played = {"per_agent": run.task.per_agent} if algorithm == "RecurrentPPO" else {}
     options = {**run.options, **played}
     spec = run.task.spec
-    found = spec.values(_rollout(run, SB3Policy(model), TUNING[:20], options))
-    assert found.mean() == pytest.approx(max(value for _, value in curve), rel=1e-6)
-    assert found.mean() >= first * (1 - 1e-6)
-    last = sb3.algorithm_of(run).load(run.folder / "model.zip", device="cpu")
-    values = spec.values(_rollout(run, SB3Policy(last), TUNING[:20], options))
-    assert values.mean() == pytest.approx(curve[-1][1], rel=1e-6)
+    values = spec.values(_rollout(run, SB3Policy(model), TUNING[:64], options))
+    assert values.mean() == pytest.approx(max(value for _, value in curve), rel=1e-6)
+    assert values.mean() >= first * (1 - 1e-6)
+    assert measured["evaluations"] == 64 * len(curve)
     if algorithm == "RecurrentPPO":
-        assert path.name == "model.zip"
+        assert path.name == "best_model.zip"
         return
     entry = load_policy(path)
     assert (entry.scenario, entry.per_agent) == (SMALL, run.task.per_agent)
-    own = spec.values(_rollout(run, entry, TUNING[:20], {}))
+    own = spec.values(_rollout(run, entry, TUNING[:64], {}))
     np.testing.assert_allclose(own, values, rtol=1e-3)
 
 
 def _rollout(run: Run, policy: Any, seeds: range, options: Any) -> Any:
-    from flockesc_env import rollout
-
     view = {} if not options else {"per_agent": run.task.per_agent}
     return rollout(SMALL, policy, seeds, **{**options, **view})
 
@@ -68,7 +66,7 @@ def test_the_file_holds_the_actor(grid: tuple[float, ...] | None, tmp_path: Path
     discrete = {"action_mode": "discrete", "range_grid": grid} if grid else {}
     run = small_run(tmp_path / "run", "PPO", options=discrete, learning_rate=0.02)
     policy: Any = load_policy(train(run))
-    model = sb3.algorithm_of(run).load(run.folder / "model.zip", device="cpu")
+    model = sb3.algorithm_of(run).load(run.folder / "best_model.zip", device="cpu")
     spec = run.policy_spec
     for scale in (1, 30):  # outputs inside and outside their bounds
         observations = np.random.default_rng(0).normal(size=(500, len(spec.layout.names))) * scale
@@ -83,16 +81,23 @@ def test_the_file_holds_the_actor(grid: tuple[float, ...] | None, tmp_path: Path
             assert (np.abs(actions - expected) <= error).all()
 
 
-def test_a_policy_starts_at_its_first_action(tmp_path: Path) -> None:
-    for options, first, expected in (
-        ({}, -0.5, -0.5),
-        ({"action_mode": "discrete", "range_grid": (0.0, 5.0, 20.0)}, 1, [-1, 0, -1]),
-    ):
-        policy = {"policy": "flockesc_env.sb3:RangePolicy", "policy_kwargs": {"first_action": first}}
-        run = small_run(tmp_path / str(first), "PPO", options=options, samples=1, **policy)
-        train(run)
-        model: Any = sb3.algorithm_of(run).load(run.folder / "checkpoints/model_12_steps.zip", device="cpu")
-        np.testing.assert_allclose(model.policy.action_net.bias.detach(), expected, atol=0.01)
+@pytest.mark.parametrize("options", [{}, {"action_mode": "discrete", "range_grid": (0.0, 5.0, 20.0)}])
+def test_the_untrained_policy_is_a_fixed_range(options: dict[str, Any]) -> None:
+    task = small_task()
+    env, spec = task.vec_env(**options), task.policy_spec(**options)
+    first = {"spec": spec, "first_range": 5.0, "first_std": 0.25}
+    model = PPO(RangePolicy, env, policy_kwargs=first, device="cpu", seed=0)
+    options = {**task.options, **options, "per_agent": True}
+    played = rollout(SMALL, SB3Policy(model), TUNING[:20], **options).min_mean_distance
+    np.testing.assert_array_equal(played, rollout(SMALL, "fixed:5", TUNING[:20], **options).min_mean_distance)
+    if not options.get("range_grid"):
+        env.reset()
+        drawn = [model.predict(env.reset(), deterministic=False)[0] for _ in range(500)]
+        assert np.std(drawn) == pytest.approx(0.25, rel=0.06)  # 4 standard errors of 3,000 draws
+    for field, value in (("first_range", 20.5), ("first_range", "far"), ("first_std", 0.0), ("spec", None)):
+        wrong = {**first, field: tasks["one-range"].policy_spec() if field == "spec" else value}
+        with pytest.raises(InputError, match="interaction_range" if value == 20.5 else field):
+            PPO(RangePolicy, env, policy_kwargs=wrong, device="cpu")
 
 
 def test_a_scorer_of_candidates_is_stored_as_it_chooses(tmp_path: Path) -> None:
@@ -103,7 +108,7 @@ def test_a_scorer_of_candidates_is_stored_as_it_chooses(tmp_path: Path) -> None:
     scorer = {"policy": "flockesc_env.sb3:ScorerPolicy", "policy_kwargs": {"net_arch": [8], **seen}}
     run = small_run(tmp_path / "run", options=options, learning_rate=0.05, **scorer)
     policy: Any = load_policy(train(run))
-    model: Any = sb3.algorithm_of(run).load(run.folder / "model.zip", device="cpu")
+    model: Any = sb3.algorithm_of(run).load(run.folder / "best_model.zip", device="cpu")
     spec, scores = run.policy_spec, model.policy.mlp_extractor
     observations = np.random.default_rng(0).normal(size=(500, len(spec.layout.names))).astype(np.float32)
     expected, _ = model.predict(observations, deterministic=True)
@@ -200,10 +205,12 @@ def test_a_bad_table_is_refused_before_anything_is_written(name: str, tmp_path: 
 
 
 def test_an_unknown_learner_or_field_lists_the_known_ones() -> None:
-    with pytest.raises(InputError, match=r"learner: expected one of ppo, .* \(did you mean ppo\?\)"):
+    with pytest.raises(
+        InputError, match=r"learner: expected one of ppo, .* \(did you mean ppo or ppo-10x\?\)"
+    ):
         tasks["one-range"].hyperparameters("pp0")
     with pytest.raises(InputError, match="one of stable-baselines3 or sb3-contrib, got search"):
         tasks["one-range"].hyperparameters("search")
     with pytest.raises(InputError, match=r"a\.toml: expected tables with .*unknown field `seed`"):
-        read_learners('[ppo]\nalgorithm = "PPO"\nseed = 3\n', "a.toml")
-    assert read_learners('[ppo]\nalgorithm = "PPO"\n', "a.toml") == {"ppo": Learner(algorithm="PPO")}
+        read_learners({"ppo": {"algorithm": "PPO", "seed": 3}}, "a.toml")
+    assert read_learners({"ppo": {"algorithm": "PPO"}}, "a.toml") == {"ppo": Learner(algorithm="PPO")}
