@@ -22,7 +22,7 @@ from flockesc_env.watch.page import Content, render
 HERE = Path(__file__).parent
 RESULTS = HERE.parent / "results"
 BOARD = HERE.parent / "scoreboard"
-LEARNERS = ("search", "searched-rule", "imitation", "schedule", "ppo-tuned", "ppo", "tqc")
+LEARNERS = ("search", "search-10x", "searched-rule", "imitation", "schedule", "ppo-10x", "ppo")
 """Learners of the scoreboard whose policies the page can load."""
 
 PRESET, SEED = "paper-flock", "242"

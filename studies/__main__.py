@@ -18,6 +18,7 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "findings-page": findings.page,
     "scoreboard-freeze": scoreboard.freeze,
     "scoreboard-train": scoreboard.train,
+    "scoreboard-rewards": scoreboard.rewards,
     "scoreboard-page": scoreboard.page,
 }
 

@@ -34,7 +34,7 @@ CHOOSING, CONTROLLING = first_seeds(TUNING, 200), TUNING[1000:2000]
 """Tuning flocks that choose the shortcuts, and those of the controls, on which nothing was chosen."""
 
 TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
-"""Tasks on which nobody trains: they score the policies of ``per-agent-visible``."""
+"""Tasks on which nobody trains: they score the policies of ``per-agent-visible`` that the wheel ships."""
 
 
 SHIPPED: Final = ("search", "searched-rule", "schedule", "imitation", "ppo")
@@ -152,10 +152,12 @@ def _trained(trained: Mapping[Key, Arrays], folder: Path) -> Iterator[_Scored]:
         training = Training(
             seeds=list(kept),
             samples=max(int(arrays["samples"]) for arrays in kept.values()),
+            episodes=max(int(arrays["episodes"]) for arrays in kept.values()),
+            evaluations=max(int(arrays["evaluations"]) for arrays in kept.values()),
             cpu_minutes=[round(float(arrays["cpu_seconds"]) / 60, 2) for arrays in kept.values()],
             versions=dict(versions_of(learner)),
             hyperparameters=hyperparameters_of(learner, name),
         )
-        on = (name, *TRANSFERRED) if name == "per-agent-visible" else (name,)
+        on = (name, *TRANSFERRED) if name == "per-agent-visible" and learner in SHIPPED else (name,)
         for other in on:
             yield learner, tasks[other], [*map(str, files)], training

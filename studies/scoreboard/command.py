@@ -62,6 +62,20 @@ def train(
     return Exit.DONE
 
 
+def rewards(*, runs: Parts = RUNS, backend: Backend = "processes") -> Exit:
+    """Measure which ranges the individual reward prefers, and which the flock does (minutes).
+
+    Example: python -m studies scoreboard-rewards
+    """
+    jobs = prepare(runs, "train", backend=backend)
+    from studies.measurements import Runner
+    from studies.scoreboard.rewards import FILE, write
+
+    write(Runner(Cache(runs / "cache"), jobs, progress=True))
+    note(f"saved: {FILE}")
+    return Exit.DONE
+
+
 def page(
     *, page: Annotated[Path, arg(help="file of the Markdown page")] = Path("docs/scoreboard.md")
 ) -> Exit:

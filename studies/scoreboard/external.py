@@ -88,7 +88,9 @@ def train(learner: str, seed: int) -> Arrays:
             count, spent = _SPEED.findall(ran.stdout)[-1]
             samples, seconds = int(count), float(spent)
         raw = np.frombuffer(file.read_bytes(), np.uint8)
-    return {"policy": raw, "samples": np.array(samples), "cpu_seconds": np.array(seconds)}
+    spec = tasks[LEARNERS[learner].task].policy_spec()
+    counts = {"samples": samples, "episodes": samples // (spec.rows * spec.num_actions), "evaluations": 0}
+    return {"policy": raw, "cpu_seconds": np.array(seconds), **{k: np.array(n) for k, n in counts.items()}}
 
 
 def _store(folder: Path, file: Path, name: str) -> int:

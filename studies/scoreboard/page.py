@@ -19,6 +19,7 @@ from flockesc_env.tasks.results import Result
 from flockesc_env.tasks.statistics import difference
 from flockesc_env.tasks.task import Task, tasks
 from studies.pages import path_from, render
+from studies.scoreboard import rewards
 from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, Entrant
 
 RESULTS: Final = Path("results/scoreboard")
@@ -51,10 +52,23 @@ class Entry:
         return self.result.training is not None and "rule" not in self.result.learner
 
     @property
+    def episodes(self) -> str:
+        """Episodes of a training run, and those on tuning flocks."""
+        training = self.result.training
+        counts = (training.episodes, training.evaluations) if training else (0, 0)
+        return " + ".join(f"{count:,}" for count in counts if count) or "-"
+
+    @property
     def minutes(self) -> str:
         """Median processor time of a training run in minutes."""
         training = self.result.training
         return f"{np.median(training.cpu_minutes):.1f}" if training else "-"
+
+    @property
+    def ablation(self) -> str:
+        """What an ablation changes; empty for other learners."""
+        note = self.result.training.hyperparameters.get("note", "") if self.result.training else ""
+        return note.removeprefix("ablation: ") if note.startswith("ablation: ") else ""
 
     @property
     def group(self) -> int:
@@ -80,6 +94,7 @@ def write_page(board: Sequence[Entrant], page: Path) -> str:
     """Write the page; return the README's table."""
     entries = entries_of(board)
     every = [(name, entry) for name, shown in entries.items() for entry in shown if entry.result.training]
+    gains = json.loads(rewards.FILE.read_text())
     text = render(
         "scoreboard/scoreboard.md",
         tasks=tasks,
@@ -98,6 +113,9 @@ def write_page(board: Sequence[Entrant], page: Path) -> str:
         estimate=lambda triple: Estimate(*triple),
         compat=json.loads((RESULTS / "compat.json").read_text()),
         any_rate=json.loads(ANY_RATE.read_text()),
+        gains=gains,
+        measured=len(rewards.FLOCKS),
+        opposite=[name for name, rows in gains.items() if any(map(rewards.is_opposite, rows))],
     )
     write_text(page, text.rstrip() + "\n")
     return readme_table(entries)

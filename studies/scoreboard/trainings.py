@@ -47,8 +47,8 @@ def train(learner: str, task: str, seed: int, folder: Path) -> Arrays:
     """Do, or continue, a training run in its folder.
 
     Returns:
-        ``policy``: the bytes of the policy file. ``cpu_seconds``: processor time. ``samples``: number of
-        actions. ``curve``: rows of samples and mean objective on tuning flocks.
+        ``policy``: the bytes of the policy file. ``samples``, ``episodes``, ``evaluations``,
+        ``cpu_seconds`` and ``curve``: see ``training.run.Measured``.
     """
     from training.train import train as run_to_end  # takes seconds to import
 
@@ -58,9 +58,7 @@ def train(learner: str, task: str, seed: int, folder: Path) -> Arrays:
     measured = json.loads((run.folder / RUN_FILE).read_text("utf-8"))
     return {
         "policy": np.frombuffer((run.folder / POLICY_FILE).read_bytes(), np.uint8),
-        "samples": np.array(measured["samples"]),
-        "cpu_seconds": np.array(measured["cpu_seconds"]),
-        "curve": np.array(measured["curve"]),
+        **{name: np.array(value) for name, value in measured.items()},
     }
 
 

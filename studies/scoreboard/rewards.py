@@ -1,0 +1,94 @@
+"""Whether a reward sees what is scored: the gain of agents with one range over agents with another.
+
+``own``: half of the agents hold range A for an episode, the others B. The gain is the mean return of the
+reward ``"individual"`` with A minus that with B. Every flock is played twice, with exchanged roles.
+``team``: the objective if all hold A minus that if all hold B. Where the signs differ, the individual reward
+teaches a range that harms the flock: a social dilemma.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import astuple
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flockesc_env.common.files import write_text
+from flockesc_env.common.stats import FloatArray, mean
+from flockesc_env.episodes.batch import FlockBatch
+from flockesc_env.episodes.options import View, env_options
+from flockesc_env.episodes.splits import TUNING
+from flockesc_env.jobs import Arrays, Job
+from flockesc_env.tasks.learners import learners
+from flockesc_env.tasks.task import Task, tasks
+from studies.measurements import Runner, chunks
+
+FILE: Final = Path("results/scoreboard/rewards.json")
+FLOCKS: Final = TUNING[3000:4000]
+"""Tuning flocks that nothing else is chosen or measured on."""
+
+
+def write(runner: Runner, file: Path = FILE) -> None:
+    """Measure the pairs of every task with one range per agent on which people train."""
+    pairs = {(name, *pair): pair for name, task in tasks.items() for pair in pairs_of(task)}
+    jobs = {
+        key: [Job(f"{__name__}:gains", (*key, part), 5.0) for part in chunks(FLOCKS, 50)] for key in pairs
+    }
+    rows: dict[str, list[Any]] = {}
+    for (name, a, b), found in runner.groups(jobs, "Gains").items():
+        gains = {kind: astuple(mean(values)) for kind, values in found.items()}
+        rows.setdefault(name, []).append({"a": a, "b": b, **gains})
+    write_text(file, json.dumps(rows, indent=1) + "\n")
+
+
+def is_opposite(row: dict[str, Any]) -> bool:
+    """Return whether both intervals of a pair exclude 0, with opposite signs."""
+    (_, *own), (_, *team) = row["own"], row["team"]
+    return (min(own) > 0 and max(team) < 0) or (max(own) < 0 and min(team) > 0)
+
+
+def pairs_of(task: Task) -> list[tuple[float, float]]:
+    """Return the best fixed range, as far as an action sets it, with 0 and with the largest or half of it."""
+    if not task.per_agent or not learners(task):
+        return []
+    best, most = next(iter(task.scales.values())).best_fixed_range, float(task.options["max_range"])
+    return [(min(best, most), 0.0), (min(best, most), most if best < most else most / 2)]
+
+
+def gains(name: str, a: float, b: float, flocks: range) -> Arrays:
+    """Return ``own`` and ``team`` of the ranges ``a`` and ``b``, in m, shape (flocks,)."""
+    count = tasks[name].scenario.num_agents
+    drawn = [np.random.default_rng(seed).permutation(count) < count // 2 for seed in flocks]
+    holds = np.array(drawn)
+    own = [_gain(name, roles, a, b, flocks) for roles in (holds, ~holds)]
+    team = [_play(name, np.full(holds.shape, value), flocks)[1] for value in (a, b)]
+    return {"own": np.mean(own, axis=0), "team": team[0] - team[1]}
+
+
+def _gain(name: str, holds_a: NDArray[np.bool], a: float, b: float, flocks: range) -> FloatArray:
+    returns, _ = _play(name, np.where(holds_a, a, b), flocks)
+    gain: FloatArray = returns.mean(axis=1, where=holds_a) - returns.mean(axis=1, where=~holds_a)
+    return gain
+
+
+def _play(name: str, ranges: FloatArray, flocks: range) -> tuple[FloatArray, FloatArray]:
+    """Return the return of every agent, shape (flocks, agents), and the objective of every flock, in m."""
+    task: Any = tasks[name]
+    options = {**task.options, "reward": "individual", "action_mode": "range"}
+    batch = FlockBatch(
+        task.scenario,
+        env_options(task.scenario, options),
+        num_flocks=len(flocks),
+        view=View.AGENT,
+        num_threads=1,
+    )
+    batch.reset(range(len(flocks)), list(flocks))
+    returns, actions = np.zeros(ranges.size), ranges.reshape(-1, 1)
+    while True:
+        _, rewards, has_ended, *_ = batch.step(actions, at_end="stay")
+        returns += rewards
+        if has_ended.all():
+            return returns.reshape(ranges.shape), batch.metrics()[task.spec.name]
