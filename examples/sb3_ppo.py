@@ -1,8 +1,9 @@
 """PPO of stable-baselines3 trains one policy that all agents share; each agent sets its own range.
 
 ```
-pip install "flockesc-env[sb3]"
-python examples/sb3_ppo.py --iterations 45
+pip install "flockesc-env[sb3]" tensorboard
+python examples/sb3_ppo.py
+tensorboard --logdir runs/sb3_ppo
 ```
 """
 
@@ -12,16 +13,21 @@ from pathlib import Path
 import torch
 import tyro
 from stable_baselines3 import PPO
-from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
+from stable_baselines3.common.vec_env import VecNormalize
 
 from flockesc_env import FixedRange, SB3Policy, rollout, save_policy, tasks
 
 TASK = tasks["per-agent-visible"]
-HYPERPARAMETERS = TASK.hyperparameters("ppo")  # of flockesc_env/tasks/learners/per-agent-visible.toml
+HYPERPARAMETERS = TASK.hyperparameters("ppo")  # of flockesc_env/tasks/learners/every-agent.toml
 
 
 def main(
-    iterations: int = 45, flocks: int = 4, seed: int = 0, held_out: int = 200, output: Path | None = None
+    iterations: int = 45,
+    flocks: int = 4,
+    seed: int = 0,
+    held_out: int = 200,
+    folder: Path = Path("runs/sb3_ppo"),
+    output: Path | None = None,
 ) -> None:
     """Train, and compare with the best fixed range on held-out flocks.
 
@@ -30,25 +36,21 @@ def main(
         flocks: number of flocks; each has a slot per agent.
         seed: seed of the training run.
         held_out: number of flocks of the comparison.
+        folder: folder of the best model and of the files for TensorBoard.
         output: file for the trained policy.
     """
     torch.set_num_threads(1)  # the network is small
-    agents = TASK.vec_env(flocks)
-    monitored = VecMonitor(agents, info_keywords=("min_mean_distance",))  # logs the mean return of agents
-    model = PPO(
-        "MlpPolicy",
-        VecNormalize(monitored, norm_obs=False, gamma=HYPERPARAMETERS["gamma"]),  # scales the rewards
-        **HYPERPARAMETERS,
-        stats_window_size=agents.num_envs,  # the logged return is the mean over all agents
-        seed=seed,
-        device="cpu",
-        verbose=1,
-    )
+    env = VecNormalize(TASK.vec_env(flocks), norm_obs=False, gamma=HYPERPARAMETERS["gamma"])  # scales rewards
+    model = PPO(env=env, seed=seed, device="cpu", tensorboard_log=str(folder), **HYPERPARAMETERS)
+    judge = TASK.eval_callback(eval_freq=300, best_model_save_path=folder)  # every five episodes
     start = time.process_time()
-    model.learn(iterations * model.n_steps * agents.num_envs, log_interval=10)
+    model.learn(iterations * model.n_steps * env.num_envs, callback=judge)
     seconds, count = time.process_time() - start, model.num_timesteps
     print(f"{count} samples in {seconds:.1f} s of CPU time, {count / seconds:.0f} samples/s")
+    for samples, objective in judge.history:
+        print(f"{samples:>9,} samples: J_mean {objective:.1f} m on {judge.num_flocks} tuning flocks")
 
+    model.set_parameters(folder / "best_model")  # the best of these evaluations, the untrained one included
     policy = SB3Policy(model).network()
     if output:
         save_policy(policy.with_options(name="stable-baselines3 PPO"), output)

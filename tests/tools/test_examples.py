@@ -18,8 +18,11 @@ GAIN = re.compile(
 )
 
 
-def gains(name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> list[float]:
+def gains(
+    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> list[float]:
     monkeypatch.setattr(sys, "argv", [name, *SHORT])
+    monkeypatch.chdir(folder)
     runpy.run_path(str(EXAMPLES / name), run_name="__main__")
     printed = capsys.readouterr().out
     assert re.search(r"^18000 samples in \d+\.\d s of CPU time, \d+ samples/s$", printed, re.MULTILINE)
@@ -29,11 +32,11 @@ def gains(name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixt
 
 @pytest.mark.parametrize("name", ["sb3_ppo.py", "ppo_single_file.py"])
 def test_training_runs_and_is_seeded(
-    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    gain, low, high = gains(name, monkeypatch, capsys)
+    gain, low, high = gains(name, tmp_path, monkeypatch, capsys)
     assert low < gain < high
-    assert gains(name, monkeypatch, capsys) == [gain, low, high]
+    assert gains(name, tmp_path, monkeypatch, capsys) == [gain, low, high]
 
 
 def test_advantages_of_the_single_file() -> None:
