@@ -47,7 +47,7 @@ def write(runner: Runner, file: Path = FILE) -> None:
 def is_opposite(row: dict[str, Any]) -> bool:
     """Return whether both intervals of a pair exclude 0, with opposite signs."""
     (_, *own), (_, *team) = row["own"], row["team"]
-    return (min(own) > 0 and max(team) < 0) or (max(own) < 0 and min(team) > 0)
+    return bool((min(own) > 0 and max(team) < 0) or (max(own) < 0 and min(team) > 0))
 
 
 def pairs_of(task: Task) -> list[tuple[float, float]]:
