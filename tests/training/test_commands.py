@@ -121,7 +121,7 @@ def test_the_commands_train_list_and_refuse(tmp_path: Path, capsys: pytest.Captu
     assert "ppo-large-rounds" in listed.out
     bad = Ran(capsys, "train", "one-range", *few[:1], "ppx", *few[2:], run=TRAINING.main)
     assert (bad.code, bad.err.count("\n")) == (2, 1)
-    assert "expected one of ppo, ppo-10x, search-1x, search-10x, ppo-default-start, " in bad.err
+    assert "expected one of ppo, ppo-10x, search-1x, " in bad.err
     assert not (tmp_path / "run").exists()
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "mine.txt").write_text("mine")
