@@ -21,8 +21,8 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy, layer_par
 _FIRST_SLOPE = 8.0
 """Decrease of the first scores with the range, in units of the largest one.
 
-With equal probabilities the mean range is long. Then the flock agrees in its first steps, and no agent's
-action changes its reward.
+With equal probabilities the mean range is long, and a policy that starts with a long range learns little
+(docs/scoreboard.md, "What PPO needs").
 """
 
 
