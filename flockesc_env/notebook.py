@@ -43,7 +43,7 @@ class Replay:
             positive integer.
     """
 
-    def __init__(self, runs: Sequence[tuple[str, Trajectory]], *, height: int = 640) -> None:
+    def __init__(self, runs: Sequence[tuple[str, Trajectory]], *, height: int = 740) -> None:
         check_runs(runs)
         self.runs = list(runs)
         self.height = as_count(height, "height")

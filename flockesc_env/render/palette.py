@@ -74,7 +74,7 @@ DARK = Palette(
     alone="#858c96",
     fixed="#c9ced6",
     learned="#a78bfa",
-    others=("#2dd4bf", "#56b4e9", "#f472b6", "#a3e635", "#f0a04b"),
+    others=("#66cc80", "#407080", "#f472b6", "#a3e635", "#f2f279"),
     ranges=("#8a63d8", "#4f8fd6", "#27b5a5", "#7ad95b", "#fde725"),
 )
 

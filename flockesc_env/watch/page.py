@@ -20,17 +20,16 @@ from flockesc_env.render.palette import DARK, LIGHT
 from flockesc_env.watch.document import Run, check_runs, run_document
 from flockesc_env.watch.live import ENGINE, has_engine, safe_json, scenario_documents, start_document
 
-_REPLAY = (
-    *("dom", "data", "groups", "theme", "camera", "ground", "scene", "panel", "curves", "player", "save"),
-    "page",
-)
+_REPLAY = (*("dom", "data", "theme", "camera", "ground", "scene", "panel", "curves", "player", "page"),)
 _LIVE = (
     *("npz", "steer", "engine", "flight", "policies", "choice", "inspect", "predict", "address", "python"),
     *("live_page", "controls"),
 )
 """Scripts under ``js/``, in order of dependence: of all pages, and of pages that simulate."""
 
-_LEAD = "How far each agent listens decides whether the flock escapes. Change the range while it flies."
+_LEAD = (
+    "How far each agent listens decides whether the flock escapes. Change the range, and see the whole run."
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,10 +43,16 @@ class Content:
     scenarios: Sequence[dict[str, Any]] = ()  # see `live.scenario_document`
     policies: Sequence[dict[str, Any]] = ()  # see `live.file_document`
     start: Mapping[str, Any]
-    playground: Mapping[str, Any] | None = None  # the published curve and the chapters of the playground
-    parts: Mapping[str, str] | None = None  # HTML of the playground's parts, by their place in `page.html`
+    playground: Mapping[str, Any] | None = (
+        None  # means over many flocks, and seeds that fly one after another
+    )
     heading: str = "Flock under attack"
     lead: str = _LEAD  # sentences below the heading
+    head: str = (
+        ""  # HTML of links and metadata, of a film for browsers without WebAssembly, and of links at the end
+    )
+    film: str = ""
+    footer: str = ""
 
 
 def write_page(runs: Trajectory | Sequence[Run], path: str | Path) -> None:
@@ -105,10 +110,12 @@ def render(runs: Sequence[Run], content: Content, *, with_engine: bool = True) -
     scripts += [(here / "js" / f"{name}.js").read_text("utf-8") for name in names]
     titles = [run["title"] for run in recordings]
     return Template((here / "page.html").read_text("utf-8")).substitute(
-        {"chapters": "", "predict": "", **(content.parts or {})},
         title=html.escape(" / ".join(titles) or content.heading),
         heading=html.escape(content.heading),
         lead=html.escape(content.lead if is_live else ""),
+        head=content.head,
+        film=content.film,
+        footer=content.footer,
         styles="\n".join(styles),
         engine=_engine() if is_live else "",
         scripts="\n".join(f"<script>\n{script}</script>" for script in scripts),

@@ -39,7 +39,7 @@ def playground(tmp_path_factory: pytest.TempPathFactory) -> str:
     if not has_engine():
         pytest.skip("needs the core for web pages: `make engine`")
     folder = tmp_path_factory.mktemp("playground")
-    main(folder)
+    main(folder, flocks=20)
     return (folder / "index.html").as_uri()
 
 

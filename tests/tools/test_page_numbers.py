@@ -1,9 +1,6 @@
 """The numbers of the page in a browser are Python's, to the last digit, also those of recorded runs."""
 
 import hashlib
-import json
-import math
-import re
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
@@ -12,15 +9,16 @@ from typing import Any
 import chromium
 import numpy as np
 import pytest
-from chromium import BEST, COLORED, ROOT, SEED, drop, fly, lowest, open_page, scenario, text, wait
+from chromium import BEST, BOARD, COLORED, ROOT, SEED, drop, fly, lowest, open_page, scenario, text, wait
 from cli_runs import SMALL
 from playwright.sync_api import Page
 
 import flockesc_env as fe
+from flockesc_env import tasks
 from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.watch.live import RULES
 from flockesc_env.watch.page import render, replay
-from playground.__main__ import HEADLINE
+from playground.__main__ import HEADLINE, tour
 
 pytest_plugins = ("watch_browser",)
 pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MISSING)
@@ -30,10 +28,10 @@ def test_ranges_rules_and_files_keep_the_distance_that_they_keep_in_python(
     tab: Page, open_at: Callable[..., None]
 ) -> None:
     """test_engine.py plays every preset and file."""
-    open_at()
+    open_at("policies=fixed:12")
     run = fe.simulate("capture", 12.0, seed=SEED)
     assert fly(tab, scenario("capture"), "fixed:12") == lowest(run)
-    assert text(tab, ".objective dd") == f"{lowest(run):.1f} m"
+    assert text(tab, ".readout div:nth-child(2) dd") == f"{lowest(run):.1f} m"
     tab.evaluate("page.panels[0].run.countComponents()")
     counts = tab.evaluate("Array.from(page.panels[0].run.numComponents.subarray(0, 241))")
     assert counts == list(run.num_components)
@@ -74,53 +72,29 @@ def test_the_code_plays_the_same_flock_in_python(
     assert (checksum in text(tab, "#code-note")) == (HEADLINE in address)
 
 
-def test_the_numbers_in_the_texts_of_the_playground() -> None:
-    seeds = range(300)
-    fixed = fe.sweep("paper-flock", [0.0, 12.0, 100.0], seeds=seeds).min_mean_distance
-    learned = fe.rollout("paper-flock", str(BEST), seeds).min_mean_distance
-    kept = np.vstack([fixed, learned])
-    chapters, predict = (
-        (ROOT / "playground" / f"{name}.html").read_text("utf-8") for name in ("chapters", "predict")
-    )
-    note = chapters.partition('id="chosen-note"')[2]
-    said = [float(number) for number in re.findall(r"\d+\.\d", note)]
-    assert said == [*kept[:, 242].round(1), *kept.mean(axis=1).round(1)]
-    assert re.findall(r"keeps ([\d.]+) m on average over (\d+) flocks", predict) == [
-        (f"{learned.mean():.1f}", "300")
-    ]
-
-
-def test_the_chapters_say_what_their_flocks_do() -> None:
-    everybody, learned = fe.simulate("paper-flock", 100.0, seed=242), fe.simulate(policy=str(BEST), seed=242)
-    assert everybody.polarization[10] > 0.99  # one heading after half a second
-    to_predator = learned.predator_positions[:60] - learned.positions[:60]  # the first 3 s
-    cosine = np.sum(to_predator * learned.velocities[:60], axis=-1)
-    cosine /= np.linalg.norm(to_predator, axis=-1) * np.linalg.norm(learned.velocities[:60], axis=-1)
-    angle, ranges = np.degrees(np.arccos(cosine)), learned.interaction_ranges[:60]
-    toward, past = ranges[angle < 60].mean(), ranges[(angle >= 90) & (angle < 135)].mean()
-    said = re.findall(r"within (\d+\.\d) m", (ROOT / "playground" / "chapters.html").read_text("utf-8"))
-    assert said == [f"{toward:.1f}", f"{past:.1f}"]
-
-
-def test_the_answer_is_the_published_curve_and_flocks_of_the_page(
+def test_the_means_are_those_of_the_held_out_flocks_of_the_task(
     tab: Page, open_at: Callable[..., None]
 ) -> None:
     open_at()
-    tab.fill("#guess", "32")  # 10 m on the square-root scale
-    tab.click("#predict-show")
-    results = json.loads((ROOT / "results" / "robustness" / "results.json").read_text("utf-8"))
-    (entry,) = (entry for entry in results["presets"] if entry["name"] == "paper-flock")
-    curve = dict(zip(entry["grid"]["actions"], entry["outcomes"]["J_mean"]["curve"], strict=True))
-    wait(tab, "page.controls.prediction.total - page.controls.prediction.jobs.length > 12")
-    said = text(tab, "#predict-text")
-    for rho in (10, 12):
-        assert f"{rho} m: {curve[rho]['mean']:.1f} m" in said
-    assert f"over {results['num_flocks']} flocks" in said
-    assert tab.evaluate("page.controls.prediction.means()") == [None] * 12  # a few flocks say little
-    tab.evaluate("page.controls.prediction.jobs = page.controls.prediction.jobs.filter(([at]) => at === 1)")
-    wait(tab, "page.controls.prediction.means()[1] !== null")
-    expected = np.mean([lowest(fe.simulate("paper-flock", 2.0, seed=seed)) for seed in range(16)])
-    assert tab.evaluate("page.controls.prediction.means()[1]") == pytest.approx(expected)
+    task, flocks = tasks["per-agent-visible"], 20
+    assert task.scales["paper-flock"].best_fixed_range == 12
+    fixed = fe.sweep("paper-flock", [12.0], seeds=task.seeds[:flocks]).min_mean_distance[0]
+    learned = [
+        fe.rollout("paper-flock", str(path), task.seeds[:flocks]).min_mean_distance
+        for path in sorted((BOARD / "search/policies").glob("per-agent-visible-[0-9].npz"))
+    ]
+    for values in (fixed, np.mean(learned, axis=0)):
+        half = 1.96 * values.std(ddof=1) / flocks**0.5
+        ends = f"[{values.mean() - half:.1f}, {values.mean() + half:.1f}]"
+        assert f"{values.mean():.1f} m {ends}" in text(tab, "#means")
+
+
+def test_the_flocks_of_the_tour_are_near_the_means() -> None:
+    seeds = [int(seed) for seed in tour(12.0)]
+    gains = fe.rollout("paper-flock", str(BEST), range(300)).min_mean_distance
+    gains -= fe.sweep("paper-flock", [12.0], seeds=range(300)).min_mean_distance[0]
+    assert (seeds[0], len(set(seeds))) == (242, 20)
+    assert abs(gains[seeds] - gains.mean()).max() < gains.std() / 2
 
 
 def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
@@ -133,20 +107,37 @@ def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
     x, y = tab.evaluate("page.panels[0].scene.points.subarray(30, 32)")
     tab.click(".panel canvas", position={"x": x, "y": y})
     agent, heard = tab.evaluate("[page.look.chosen.agent, page.look.chosen.heard]")
-    assert text(tab, "#agent") == f"Agent {agent}"
+    assert text(tab, "#agent") == f"Agent {agent} listens within 9 m"
     pairs = neighbor_pairs(run.scenario, run.positions[80], 9.0, velocities=run.velocities[80])
     assert sorted(heard) == pairs[pairs[:, 0] == agent, 1].tolist()
-    env = fe.parallel_env(
-        name, action_mode="range", max_range=100.0, predator_sensing_range=math.inf, steps_per_action=1
-    )
-    rows = [env.reset_array(seed=SEED)[0]]
-    rows += [env.step_array(np.full((300, 1), 9.0, np.float32))[0] for _ in range(100)]
     for step in (80, 95, 60, 100):
         tab.evaluate(f"page.seek({step} * page.player.timeStep)")
-        shown = tab.evaluate(
-            "[...document.querySelectorAll('#agent-entries dd')].map((value) => Number(value.textContent))"
+        shown = tab.evaluate("""Object.fromEntries([...document.querySelectorAll("#agent-entries div")].map(
+            (row) => [...row.children].map((part) => part.textContent)))""")
+        pairs = neighbor_pairs(
+            run.scenario, run.positions[step - 1], 9.0, velocities=run.velocities[step - 1]
         )
-        assert shown == [round(float(value), 3) for value in rows[step][agent]]
+        way = run.predator_positions[step, 0] - run.positions[step, agent]
+        ahead = run.velocities[step, agent]
+        relative = run.predator_positions[step + 1, 0] - run.predator_positions[step, 0]
+        relative = relative / run.scenario.time_step - ahead
+        assert shown == {
+            "time": f"{run.times[step]:.2f} s",
+            "lowest mean distance so far": f"{run.mean_distance[: step + 1].min():.1f} m",
+            "its last range": "9.0 m",
+            "its speed": "10.0 m/s",
+            "heard in the last step": f"{np.sum(pairs[:, 0] == agent)} agents",
+            "their mean velocity": shown["their mean velocity"],
+            "sees the predator": "yes",
+            "distance to the predator": f"{np.linalg.norm(way):.1f} m",
+            "direction of the predator": turn(ahead, way),
+            "predator's relative velocity": f"{np.linalg.norm(relative):.1f} m/s, {turn(ahead, relative)}",
+        }
+
+
+def turn(ahead: np.ndarray, way: np.ndarray) -> str:
+    angle = np.degrees(np.arctan2(ahead[0] * way[1] - ahead[1] * way[0], ahead @ way))
+    return f"{abs(angle):.0f}\u00b0 {'left' if angle > 0 else 'right'}"
 
 
 FLOCK = fe.FlockScenario(num_agents=40, num_steps=80)  # 4 s
@@ -193,9 +184,6 @@ def test_scrubbing_moves_the_cursor_the_flock_and_the_numbers(tab: Page, recorde
     expected = [
         f"{run.mean_distance[60]:.1f} m",
         f"{run.mean_distance[:61].min():.1f} m",
-        f"{run.min_distance[60]:.1f} m",
-        f"{run.num_components[60]}",
-        "15.0 m",
     ]
     shown = "[...page.panels[0].root.querySelectorAll('div:not([hidden]) > dd')].map((dd) => dd.textContent)"
     assert tab.evaluate(shown) == expected

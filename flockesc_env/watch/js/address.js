@@ -40,25 +40,40 @@ function unpackPath(text) {
   }
 }
 
-/** Returns the flock, the policies and the time that an address describes. What is missing or invalid is as in `start`. */
+/**
+ * Returns the flock, the policies and the time that an address describes. What is missing or invalid is as in `start`;
+ * `problems` are sentences about what is invalid.
+ */
 function readAddress(hash, scenarios, start) {
   const entries = new URLSearchParams(hash.replace(/^#/, ""));
-  const time = entries.get("t");
-  const find = (name) => scenarios.find((scenario) => scenario.name === name);
-  const scenario = find(entries.get("scenario")) ?? find(start.scenario);
+  const problems = [];
+  /** Reads an entry; `parse` returns null for an invalid text. */
+  const read = (name, expected, parse, fallback) => {
+    const text = entries.get(name);
+    const value = text === null ? fallback : parse(text);
+    if (text !== null && value === null) problems.push(`${name}: expected ${expected}, got ${text}.`);
+    return value ?? fallback;
+  };
+  const find = (name) => scenarios.find((scenario) => scenario.name === name) ?? null;
+  const scenario = read("scenario", "a scenario of this page", find, find(start.scenario));
   const isSteered = entries.get("steer") === "you" && scenario.steered !== null;
   const numbers = {};
+  const numberIn = (least, most) => (text) => (text !== "" && text >= least && text <= most ? Number(text) : null);
   for (const [name, { least, most }] of Object.entries(NUMBERS)) {
-    const value = Number(entries.get(name) || NaN);
-    if (value >= least && value <= most) numbers[name] = value;
+    const value = read(name, `a number from ${least} to ${most}`, numberIn(least, most), undefined);
+    if (value !== undefined) numbers[name] = value;
   }
-  const seed = parseSeed(entries.get("seed") ?? "") ?? (scenario.start ? null : (start.seed ?? "0"));
+  const first = scenario.start ? null : (start.seed ?? "0");
+  const seed = read("seed", "an integer from 0 to 2^64 - 1", parseSeed, first);
+  const time = read("t", "a time in s", numberIn(0, Infinity), null);
   const path = isSteered ? unpackPath(entries.get("path") ?? "") : [];
-  const listed = entries.get("policies")?.split(",").filter(Boolean);
-  const asked = listed?.map((spec) => spec.replaceAll("%2C", ",")); // a file's name can have commas
-  const first = scenario.best ?? scenario.firstRange ?? scenario.maxRange / 10;
-  const ofScenario = scenario.name === start.scenario ? start.policies : [`fixed:${first}`];
-  return { flight: { scenario, seed, numbers, isSteered, path }, policies: asked?.length ? asked : ofScenario, time };
+  const listed = entries.get("policies")?.split(",").filter(Boolean) ?? [];
+  const asked = listed.map((spec) => spec.replaceAll("%2C", ",")); // a file's name can have commas
+  if (asked.length > MAX_PANELS) problems.push(`policies: expected at most ${MAX_PANELS}, got ${asked.length}.`);
+  const range = scenario.best ?? scenario.firstRange ?? scenario.maxRange / 10;
+  const ofScenario = scenario.name === start.scenario ? start.policies : [`fixed:${range}`];
+  const policies = asked.length ? asked.slice(0, MAX_PANELS) : ofScenario;
+  return { flight: { scenario, seed, numbers, isSteered, path }, policies, time, problems };
 }
 
 /** Returns the part of an address after `#`. */

@@ -5,7 +5,7 @@
 const TURN_PER_PIXEL = 0.008; // radians
 const FROM_ABOVE = { yaw: 0, pitch: 0 }; // radians
 const FROM_ASIDE = { yaw: -0.6, pitch: 1.1 };
-const MARGIN = 1.1; // size of the window over that of the box
+const MARGIN = 1.04; // size of the window over that of the box
 
 class Camera {
   constructor() {
@@ -130,63 +130,50 @@ class Camera {
 }
 
 const STRAY = 0.005; // share of the agents at either end of an axis that may leave the window
-const ROOM = 12; // m around what is shown
+const ROOM = 6; // m around the agents
 const EASE = 5; // 1/s
 
-/** The box {low, high} in m that a camera shows. It grows with the runs, and its ends move smoothly. */
+/** The box {low, high} in m that a camera shows: all flocks at one time. Its ends move smoothly. */
 class Window {
   constructor() {
-    this.reset();
-  }
-
-  reset() {
-    this.goal = { low: [0, 0, 0].fill(Infinity), high: [0, 0, 0].fill(-Infinity) };
     this.box = null;
-    this.seen = new WeakMap(); // frames of a run that the goal contains
+    this.frames = new WeakMap(); // the ends of the last frame of a run
   }
 
-  /** Widens the goal so that it contains the new frames of a run. */
-  include(run) {
-    const first = this.seen.get(run) ?? 0;
-    const stride = run.isLive ? 1 : Math.ceil(run.last / 60);
-    for (let step = first; step <= run.last; step += stride) this.includeFrame(run, step);
-    this.seen.set(run, run.last + 1);
-  }
-
-  includeFrame(run, step) {
-    const { positions, predators, numAgents, numPredators, dimension } = run;
-    for (let axis = 0; axis < 3; axis++) {
-      const ends = [];
-      if (axis < dimension) {
-        const values = new Float64Array(numAgents);
-        for (let agent = 0; agent < numAgents; agent++)
-          values[agent] = positions[(step * numAgents + agent) * dimension + axis];
-        values.sort();
-        const skipped = Math.floor(STRAY * numAgents);
-        ends.push(values[skipped] - ROOM, values[numAgents - 1 - skipped] + ROOM);
-        for (let at = 0; at < numPredators; at++) {
-          const place = predators[(step * numPredators + at) * dimension + axis];
-          ends.push(place - ROOM, place + ROOM);
-        }
-      } else ends.push(0);
-      this.goal.low[axis] = Math.min(this.goal.low[axis], ...ends);
-      this.goal.high[axis] = Math.max(this.goal.high[axis], ...ends);
-    }
-  }
-
-  get isEmpty() {
-    return this.goal.low[0] === Infinity;
-  }
-
-  /** Moves toward the goal for some seconds, and returns the box. */
-  follow(seconds) {
-    const { goal } = this;
+  /** Moves for some seconds toward the flocks at a time, and returns the box. */
+  follow(runs, time, seconds) {
+    const ends = runs.map((run) => this.endsOf(run, frameAt(run, time).step));
+    const pick = (name, choose) => [0, 1, 2].map((axis) => choose(...ends.map((end) => end[name][axis])));
+    const goal = { low: pick("low", Math.min), high: pick("high", Math.max) };
     const share = this.box ? 1 - Math.exp(-EASE * seconds) : 1;
-    const mix = (ends, wanted) => ends.map((end, axis) => end + share * (wanted[axis] - end));
-    const from = this.box ?? goal;
-    this.box = { low: mix(from.low, goal.low), high: mix(from.high, goal.high) };
+    const mix = (from, to) => from.map((end, axis) => end + share * (to[axis] - end));
+    const { low, high } = this.box ?? goal;
+    this.box = { low: mix(low, goal.low), high: mix(high, goal.high) };
     return this.box;
   }
+
+  endsOf(run, step) {
+    if (this.frames.get(run)?.step !== step) this.frames.set(run, { step, ...endsAt(run, step) });
+    return this.frames.get(run);
+  }
+}
+
+/** The ends of a flock and its predators at a frame, along three axes. */
+function endsAt({ positions, predators, numAgents, numPredators, dimension, document }, step) {
+  const [low, high] = [
+    [0, 0, 0],
+    [0, 0, 0],
+  ];
+  const reach = document.randomization.length ? ROOM : Math.min(Math.max(document.predator_range, ROOM), 60);
+  const skipped = Math.floor(STRAY * numAgents);
+  for (let axis = 0; axis < dimension; axis++) {
+    const values = Float32Array.from({ length: numAgents }, (_, at) => positions[(step * numAgents + at) * dimension + axis]);
+    values.sort();
+    const places = Array.from({ length: numPredators }, (_, at) => predators[(step * numPredators + at) * dimension + axis]);
+    low[axis] = Math.min(values[skipped] - ROOM, ...places.map((place) => place - reach));
+    high[axis] = Math.max(values[numAgents - 1 - skipped] + ROOM, ...places.map((place) => place + reach));
+  }
+  return { low, high };
 }
 
 /** Connects the camera to dragging, two fingers, ctrl + wheel, double click and the keys of a canvas. */
@@ -201,7 +188,7 @@ function bindCamera(canvas, camera, redraw) {
   }
   canvas.addEventListener("pointermove", (event) => {
     const before = fingers.get(event.pointerId);
-    if (!before || canvas.classList.contains("steered")) return;
+    if (!before || canvas.classList.contains("grabbed")) return; // the finger holds the predator
     const now = [event.offsetX, event.offsetY];
     const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
     if (other) {

@@ -1,127 +1,118 @@
 "use strict";
 
-// The controls of a panel that choose its policy: the slider of the range, four buttons, and a list.
+// The slider of the range and four buttons, which choose the policy of one flock.
 
-/** The range at a place of the slider, from 0 to 100: a square-root scale, rounded to readable numbers. */
-function rangeAt(place, maxRange) {
-  const range = maxRange * (place / 100) ** 2;
-  const unit = range < 2 ? 0.1 : range < 30 ? 0.5 : 1;
-  return Number((Math.round(range / unit) * unit).toFixed(1));
+/** The ranges that a slider offers: close to each other where they are small. */
+function rangesUpTo(largest, unit) {
+  const steps = { m: { 2: 0.1, 30: 0.5, Infinity: 1 }, neighbors: { 30: 1, 100: 5, Infinity: 10 } }[unit];
+  const ranges = [0];
+  while (ranges.at(-1) < largest) {
+    const [, step] = Object.entries(steps).find(([end]) => ranges.at(-1) < Number(end));
+    ranges.push(Math.min(Number((ranges.at(-1) + step).toFixed(1)), largest));
+  }
+  return ranges;
 }
 
-/** The place of a range on the slider, from 0 to 100. */
-function placeOf(range, maxRange) {
-  return 100 * Math.sqrt(Math.min(range / maxRange, 1));
+/** The place of a range among increasing ranges: an index, or a number between two of them. */
+function placeOf(range, ranges) {
+  const above = ranges.findIndex((each) => each >= range);
+  if (above <= 0) return above === 0 ? 0 : ranges.length - 1;
+  return above - (ranges[above] - range) / (ranges[above] - ranges[above - 1]);
 }
 
 class Choice {
   /** `choose`: called with the text of the policy that the reader chooses. */
-  constructor(choose, policies) {
-    this.choose = choose;
-    this.policies = policies;
-    this.shown = element("output", { className: "chosen" });
-    this.slider = element("input", { type: "range", className: "ranges", min: 0, max: 100, step: 0.5 });
+  constructor(root, choose, headline) {
+    Object.assign(this, { choose, headline });
+    this.title = element("h2");
+    this.slider = element("input", { type: "range", className: "ranges", min: 0, step: 1 });
     this.slider.setAttribute("aria-label", "How far each agent listens");
+    this.trials = new Trials();
     this.ticks = element("div", { className: "ticks", ariaHidden: "true" });
-    this.select = element("select", { ariaLabel: "Policy" });
-    const button = (text, note, spec) => {
-      const made = element("button", { type: "button" }, element("b", {}, text), element("small", {}, note));
+    const button = (text, spec) => {
+      const made = element("button", { type: "button" }, element("b", {}, text), element("small"));
       made.addEventListener("click", () => choose(spec()));
       return made;
     };
     this.buttons = {
-      nobody: button("Nobody", "", () => "fixed:0"),
-      best: button("Best fixed", "", () => `fixed:${this.scenario.best}`),
-      everybody: button("Everybody", "", () => `fixed:${this.scenario.maxRange}`),
-      learned: button("Learned", "each decides", () => this.learned),
+      nobody: button("Nobody", () => "fixed:0"),
+      best: button("Best fixed", () => `fixed:${this.scenario.best}`),
+      everybody: button("Everybody", () => `fixed:${this.scenario.maxRange}`),
+      learned: button("Learned", () => this.headline),
     };
-    this.learned = policies.headline;
-    this.root = element(
-      "div",
-      { className: "choice" },
-      element(
-        "div",
-        { className: "title" },
-        element("span", {}, "How far each agent listens"),
-        this.select,
-        this.shown,
-      ),
-      this.slider,
-      this.ticks,
-      element("div", { className: "buttons" }, ...Object.values(this.buttons)),
-    );
-    this.slider.addEventListener("input", () =>
-      choose(`fixed:${rangeAt(Number(this.slider.value), this.scenario.maxRange)}`),
-    );
-    this.select.addEventListener("change", () => {
-      if (this.select.value === "fixed") choose(`fixed:${rangeAt(Number(this.slider.value), this.scenario.maxRange)}`);
-      else choose(this.select.value);
-    });
+    const buttons = element("div", { className: "buttons" }, ...Object.values(this.buttons));
+    root.replaceChildren(this.title, this.trials.root, this.slider, this.ticks, buttons);
+    this.slider.addEventListener("input", () => choose(this.sliderSpec));
   }
 
-  /** Shows a run's policy. `recordings`: recorded runs that the panel can show instead. */
-  show(run, { scenario, unit }, recordings) {
+  get sliderSpec() {
+    return `fixed:${this.ranges[Number(this.slider.value)]}`;
+  }
+
+  /** Shows the policy of a panel's run, the `name` of its flock, and what whole runs of this flock have given. */
+  show({ run }, { scenario, unit }, name, trials, theme) {
     this.scenario = scenario;
+    this.ranges = rangesUpTo(scenario.maxRange, unit);
     const isFixed = run.spec.startsWith("fixed:");
-    const range = isFixed ? Number(run.spec.slice("fixed:".length)) : null;
-    const text = isFixed ? `${range} ${unit}` : run.title;
-    this.shown.value = isFixed ? text : "";
-    if (isFixed) this.slider.value = placeOf(range, scenario.maxRange);
+    const text = isFixed ? `${run.policy.range} ${unit}` : run.title;
+    this.title.replaceChildren(`${name} ${isFixed ? "listen within" : "follow"} `, element("output", {}, text));
+    this.slider.max = this.ranges.length - 1;
+    if (isFixed) this.slider.value = Math.round(placeOf(run.policy.range, this.ranges));
     this.slider.classList.toggle("idle", !isFixed);
     this.slider.setAttribute("aria-valuetext", text);
+    const places = Array.from({ length: 33 }, (_, at) => this.ranges[Math.round((at / 32) * (this.ranges.length - 1))]);
+    this.slider.style.setProperty("--scale", `linear-gradient(to right, ${places.map(theme.colorOf)})`);
     const marks = [0, 1, 10, 30, 100].filter((mark) => mark < 0.8 * scenario.maxRange);
     const ticks = [...marks, scenario.maxRange].map((mark) => {
       const tick = element("span", {}, String(mark));
-      tick.style.left = `${placeOf(mark, scenario.maxRange)}%`;
+      tick.style.left = `${(100 * placeOf(mark, this.ranges)) / (this.ranges.length - 1)}%`;
       return tick;
     });
     this.ticks.replaceChildren(...ticks);
-    const press = (name, spec, note) => {
+    const press = (name, spec, note, isHidden = false) => {
       this.buttons[name].setAttribute("aria-pressed", String(run.spec === spec));
-      if (note) this.buttons[name].querySelector("small").textContent = note;
+      this.buttons[name].querySelector("small").textContent = note;
+      this.buttons[name].hidden = isHidden;
     };
     press("nobody", "fixed:0", `0 ${unit}`);
+    press("best", `fixed:${scenario.best}`, `${scenario.best} ${unit}`, scenario.best === null);
     press("everybody", `fixed:${scenario.maxRange}`, `${scenario.maxRange} ${unit}`);
-    this.buttons.best.hidden = scenario.best === null;
-    if (scenario.best !== null) press("best", `fixed:${scenario.best}`, `${scenario.best} ${unit}`);
-    this.buttons.learned.hidden = !this.learned;
-    press("learned", this.learned);
-    this.showOptions(run, recordings);
-  }
-
-  showOptions(run, recordings) {
-    if (this.numFiles !== this.policies.files.size) this.listOptions(recordings);
-    this.numFiles = this.policies.files.size;
-    this.select.value = run.spec.startsWith("fixed:") ? "fixed" : run.spec;
-  }
-
-  listOptions(recordings) {
-    const named = (spec, title) => new Option(title, spec);
-    const files = [...this.policies.files.values()];
-    const groups = groupBy(files);
-    const lists = [...groups].map(([label, entries]) =>
-      element(
-        "optgroup",
-        { label },
-        ...entries.map(({ spec, label, sha256 }) => {
-          const option = named(spec, label);
-          if (sha256) option.title = `sha256 ${sha256}`;
-          return option;
-        }),
-      ),
-    );
-    const rules = Object.keys(RULES).map((name) => named(name, name.replaceAll("-", " ")));
-    this.select.replaceChildren(
-      named("fixed", "fixed range"),
-      ...recordings.map(({ spec, title }) => named(spec, `${title} (recorded)`)),
-      element("optgroup", { label: "rules" }, ...rules),
-      ...lists,
-    );
+    press("learned", this.headline, "each decides", !this.headline);
+    this.trials.show(trials, this.ranges, run.spec);
   }
 }
 
-function groupBy(entries) {
-  const groups = new Map();
-  for (const entry of entries) groups.set(entry.group, [...(groups.get(entry.group) ?? []), entry]);
-  return groups;
+const TRIALS_HEIGHT = 64; // px
+
+/** A drawing above the slider: a dot at every range that was tried, at the height of its objective; other policies are lines. */
+class Trials {
+  constructor() {
+    this.root = element("div", { className: "trials" });
+    this.root.setAttribute("role", "img");
+  }
+
+  /** `trials`: {title, range, objective} by the text of the policy; the range is null for other policies. */
+  show(trials, ranges, spec) {
+    const values = [...trials.values()].map(({ objective }) => objective);
+    const [low, high] = [10 * Math.floor(Math.min(...values) / 10), 10 * Math.floor(Math.max(...values) / 10 + 1)];
+    const y = (objective) => TRIALS_HEIGHT - 8 - ((TRIALS_HEIGHT - 16) * (objective - low)) / (high - low);
+    const drawn = [...trials].map(([key, { title, range, objective }]) => {
+      const text = `${title}: ${objective.toFixed(1)} m`;
+      const name = svg("title", {}, text);
+      const className = key === spec ? "now" : "";
+      if (range === null) {
+        const at = y(objective);
+        const label = svg("text", { x: "100%", y: at < 14 ? at + 13 : at - 4, "text-anchor": "end" }, text);
+        return svg("g", {}, svg("line", { x1: 0, x2: "100%", y1: at, y2: at, class: className }, name), label);
+      }
+      const x = `${(100 * placeOf(range, ranges)) / (ranges.length - 1)}%`;
+      return svg("circle", { cx: x, cy: y(objective), r: key === spec ? 6 : 4, class: className }, name);
+    });
+    const label = (y, text) => svg("text", { x: 0, y }, text);
+    const ends = values.length ? [label(10, `${high} m`), label(TRIALS_HEIGHT - 2, `${low} m`)] : [];
+    this.root.hidden = !trials.size;
+    this.root.replaceChildren(svg("svg", { width: "100%", height: TRIALS_HEIGHT }, ...ends, ...drawn));
+    const text = [...trials.values()].map(({ title, objective }) => `${title} ${objective.toFixed(1)} m`);
+    this.root.setAttribute("aria-label", `Whole runs of this flock: ${text.join(", ")}`);
+  }
 }

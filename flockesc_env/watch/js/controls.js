@@ -1,14 +1,14 @@
 "use strict";
 
-// The controls of a page that simulates: scenario, seed, numbers, pilot, links, code, files; those of the playground.
+// The controls of a page that simulates: scenario, seed, numbers, pilot, links, code, files.
+
+const ORDINALS = ["First", "Second", "Third", "Fourth"];
 
 class Controls {
-  /** `playground`: the published curve and the policies of the chapters, or null. */
-  constructor(page, playground) {
+  constructor(page) {
     this.page = page;
     this.bindFlight();
     this.bindFiles();
-    if (playground) this.bindPlayground(playground);
   }
 
   bindFlight() {
@@ -25,30 +25,35 @@ class Controls {
       else page.fly({ seed });
       this.show();
     });
-    $("next").addEventListener("click", () =>
-      page.fly({ seed: String((BigInt(page.flight.seed ?? 0) + 1n) % 2n ** 64n) }),
-    );
-    $("steer").addEventListener("change", ({ target }) => page.fly({ isSteered: target.checked }));
+    $("next").addEventListener("click", () => page.next());
+    $("steer").addEventListener("click", () => page.steer(!page.flight.isSteered));
     $("duel").addEventListener("click", async () => {
-      const first = page.panels[0].run.spec;
+      const shown = page.panels.map(({ run }) => run.spec);
       const { best, maxRange } = page.flight.scenario;
-      const rivals = [page.policies.headline, `fixed:${best ?? maxRange / 10}`, `fixed:${maxRange}`];
-      await page.addPolicy(rivals.find((spec) => spec && spec !== first));
+      const rivals = [`fixed:${best ?? maxRange / 10}`, page.policies.headline, `fixed:${maxRange}`, "fixed:0"];
+      page.isTouring = false;
+      await page.addPolicy(rivals.find((spec) => spec && !shown.includes(spec)) ?? shown[0]);
       page.showAll();
     });
     $("again").addEventListener("click", () => {
       page.again();
       page.player.play();
     });
-    $("copy").addEventListener("click", async () => {
-      history.replaceState(null, "", `#${page.link()}`);
-      const copied = await navigator.clipboard?.writeText(location.href).then(
-        () => true,
-        () => false,
-      );
-      $("announcement").textContent = copied ? "The link is copied." : "Copy the link from the address bar.";
-    });
+    for (const id of ["copy", "challenge"]) $(id).addEventListener("click", () => this.copy());
     $("python").addEventListener("toggle", () => this.showCode());
+  }
+
+  async copy() {
+    const { page } = this;
+    const address = `${location.href.split("#")[0]}#${page.link()}`;
+    history.replaceState(null, "", address);
+    const copied = await navigator.clipboard?.writeText(address).then(
+      () => true,
+      () => false,
+    );
+    const files = page.panels.map(({ run }) => run.policy?.isDropped && run.policy.file).filter(Boolean);
+    const note = files.length ? ` It does not hold ${files.join(", ")}: send the file, too.` : "";
+    page.say((copied ? "The link is copied." : "Copy the link from the address bar.") + note);
   }
 
   /** Takes policy files that are dropped on the page or chosen. */
@@ -57,9 +62,9 @@ class Controls {
     const take = async (file) => {
       const spec = file.name.replace(/\.npz$/, "");
       try {
-        const entry = { spec, label: spec, title: `your file ${spec}`, file: file.name, group: "your files" };
+        const entry = { spec, label: spec, title: `your file ${spec}`, file: file.name, group: "your files", isDropped: true };
         await page.policies.add(entry, new Uint8Array(await file.arrayBuffer()));
-        await page.choose(page.panels[0], spec);
+        await page.choose(page.active, spec);
       } catch (error) {
         page.say(`${file.name}: ${messageOf(error)}`);
       }
@@ -72,19 +77,6 @@ class Controls {
     $("file").addEventListener("change", ({ target }) => [...target.files].forEach(take));
   }
 
-  bindPlayground({ published, chapters }) {
-    const { page } = this;
-    this.prediction = new Prediction(page.scenarios, published, () => page.look.theme);
-    for (const [id, policies] of Object.entries(chapters)) {
-      $(id).addEventListener("click", async () => {
-        const { flight } = readAddress("", page.scenarios, page.start);
-        history.replaceState(null, "", `#${writeAddress(flight, policies)}`);
-        await page.restore();
-        $("panels").scrollIntoView({ block: "nearest" });
-      });
-    }
-  }
-
   /** Shows the flock in the controls, in the address and in the code. */
   show() {
     const { page } = this;
@@ -92,20 +84,37 @@ class Controls {
     $("scenarios").value = scenario.name;
     $("seed").value = seed ?? "given start";
     $("about").textContent = scenario.title ? `${scenario.title}.` : "";
-    $("steer").checked = isSteered;
-    $("steering").hidden = scenario.steered === null;
-    $("steer-hint").hidden = !isSteered;
-    $("duel").hidden = page.panels.length > 1;
+    $("steer").hidden = scenario.steered === null;
+    $("steer").textContent = isSteered ? "Give the predator back" : "You be the predator";
+    $("duel").hidden = page.panels.length >= MAX_PANELS;
+    for (const panel of page.panels) page.policies.list(panel.select, panel.run, page.recordings);
+    page.prediction?.show(page.flight);
     this.showNumbers();
-    const plain = writeAddress(
-      page.flight,
-      page.panels.map(({ run }) => run.spec),
-      path,
-    );
-    if (location.hash !== `#${plain}`) history.replaceState(null, "", `#${plain}`);
-    const isChosen = scenario.name === page.start.scenario && seed === page.start.seed;
-    document.body.classList.toggle("chosen-flock", isChosen);
+    this.showResults();
     this.showCode();
+    if (page.isTouring || document.body.classList.contains("asking")) return; // so that opening the page again begins again
+    const specs = page.panels.map(({ run }) => run.spec);
+    const address = `#${writeAddress(page.flight, specs, path)}`;
+    if (location.hash !== address) history.replaceState(null, "", address);
+  }
+
+  /** Shows what whole runs have given. */
+  showResults() {
+    const { flight, player, steering, isTouring } = this.page;
+    $("aim").textContent = flight.isSteered && steering.first ? steering.describe() : "";
+    $("challenge").hidden = !flight.isSteered || !player.hasEnded;
+    document.body.classList.toggle("ended", player.hasEnded && !isTouring);
+    this.showChoice();
+  }
+
+  /** Shows the slider of the active panel. */
+  showChoice() {
+    const { page } = this;
+    const { active, panels, flight, trials, look } = page;
+    if (!active?.run.isLive) return;
+    const name = panels.length < 2 ? "All agents" : `${ORDINALS[panels.indexOf(active)]} flock: agents`;
+    $("choice").style.setProperty("--run", look.theme.runs[active.run.color % look.theme.runs.length]);
+    page.choice.show(active, flight, name, trials, look.theme);
   }
 
   /** Shows the numbers of the scenario that a reader can change. */
@@ -153,7 +162,7 @@ class Controls {
 
 function codeNote({ isSteered, scenario, start, numbers }, code) {
   if (isSteered) return "The code plays this flock with the predator of the scenario: nobody steers it.";
-  if (code) return "Python prints the same number, to the last digit, for a run whose policy you do not change.";
+  if (code) return "Python prints the same number, to the last digit.";
   if (start) return "The flock has a given start, which no seed gives.";
   if (!scenario.isPreset) return "The scenario has no name: the page was made with it.";
   return numbers.speed === undefined ? "" : "There are no three lines for another predator's speed.";

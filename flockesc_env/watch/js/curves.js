@@ -9,7 +9,7 @@ const AXIS_FONT = "11px system-ui, sans-serif";
 const CHARTS = [
   {
     title: "Distance to the predator (m)",
-    key: () => "solid: mean, thin: its lowest so far, dashed: nearest agent",
+    key: (run) => `solid: mean, thin: its lowest so far, dashed: nearest agent${run.isLive ? ", dotted: best fixed range" : ""}`,
     series: [
       { column: "lowestMean", width: 1, alpha: 0.55 },
       { column: "minDistance", width: 1.25, dash: [5, 4] },
@@ -78,7 +78,22 @@ class Curves {
 
   /** Shows the frames that the runs have got. */
   update() {
-    this.charts.forEach((chart, at) => chart.setData(this.dataOf(this.specs[at])));
+    this.charts.forEach((chart, at) => {
+      chart.setData(this.dataOf(this.specs[at]));
+      this.describe(chart, this.specs[at]);
+    });
+  }
+
+  /** The chart in words, for readers who do not see it: the last series at the start, at its ends and at the end. */
+  describe(chart, { title, series }) {
+    const perRun = series.length;
+    const texts = this.runs.map((run, at) => {
+      const values = chart.data[perRun * (at + 1)].filter((value) => typeof value === "number");
+      const text = (value) => String(Number(value.toFixed(1)));
+      const [low, high] = [Math.min(...values), Math.max(...values)].map(text);
+      return values.length ? `${run.title}: from ${text(values[0])} to ${text(values.at(-1))}, between ${low} and ${high}` : "";
+    });
+    chart.root.setAttribute("aria-label", `${title} against time. ${texts.join("; ")}.`);
   }
 
   /** Draws again, for example in the colors of another theme. */
@@ -99,6 +114,8 @@ class Curves {
     const chart = new uPlot(this.optionsOf(spec, place.clientWidth), this.dataOf(spec), place);
     chart.now = element("div", { className: "now" });
     chart.over.append(chart.now);
+    chart.root.setAttribute("role", "img");
+    this.describe(chart, spec);
     this.bindScrubbing(chart);
     return chart;
   }
@@ -107,15 +124,20 @@ class Curves {
     return this.theme.runs[run.color % this.theme.runs.length];
   }
 
-  dataOf({ series }) {
+  dataOf({ series, objective }) {
     const tables = this.runs.map((run) => [
       Array.from(run.times.subarray(0, run.last + 1)),
       ...series.map(({ column, valueAt = (_, step) => run[column][step] }) =>
-        Array.from({ length: run.last + 1 }, (_, step) => valueAt(run, step)).map((value) =>
-          Number.isFinite(value) ? value : null,
-        ),
+        Array.from({ length: run.last + 1 }, (_, step) => {
+          const value = column === "numComponents" && step >= run.counted ? null : valueAt(run, step);
+          return Number.isFinite(value) ? value : null;
+        }),
       ),
     ]);
+    const { yardstick } = this;
+    const dotted = yardstick && !this.runs.includes(yardstick) ? yardstick : { times: [0], meanDistance: [null], last: 0 };
+    const part = (column) => Array.from(column).slice(0, dotted.last + 1);
+    if (objective) tables.push([part(dotted.times), part(dotted.meanDistance)]);
     return uPlot.join(tables);
   }
 
@@ -134,6 +156,7 @@ class Curves {
         paths: steps ? uPlot.paths.stepped({ align: 1 }) : undefined,
       })),
     );
+    const dotted = { stroke: () => this.theme.ink, width: 1.5, dash: [2, 4], points: { show: false } };
     const bands = this.runs.flatMap((_, at) =>
       spec.band ? [{ series: spec.band.map((index) => 1 + at * perRun + index), fill: () => `${color(at)}26` }] : [],
     );
@@ -152,35 +175,10 @@ class Curves {
         { ...axis, grid: { show: false }, size: 34, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
         { ...axis, grid, size: 44 },
       ],
-      series: [{}, ...series],
+      series: [{}, ...series, ...(spec.objective ? [dotted] : [])],
       bands,
-      hooks: {
-        drawSeries: spec.objective ? [(chart, index) => index === 1 && this.drawYardstick(chart)] : [],
-        draw: spec.objective ? [(chart) => this.drawObjectives(chart, spec.objective)] : [],
-      },
+      hooks: { draw: spec.objective ? [(chart) => this.drawObjectives(chart, spec.objective)] : [] },
     };
-  }
-
-  /** Draws the lowest mean distance of the yardstick, and its name. */
-  drawYardstick(chart) {
-    if (!this.yardstick) return;
-    const { ctx: context } = chart;
-    const { lowestMean, times, last, policy } = this.yardstick;
-    const density = window.devicePixelRatio || 1;
-    const place = (step) => [chart.valToPos(times[step], "x", true), chart.valToPos(lowestMean[step], "y", true)];
-    context.save();
-    context.beginPath();
-    for (let step = 0; step <= last; step++) context.lineTo(...place(step));
-    context.strokeStyle = context.fillStyle = this.theme.muted;
-    context.lineWidth = 2 * density;
-    context.setLineDash([2 * density, 4 * density]);
-    context.stroke();
-    context.font = `${10.5 * density}px system-ui, sans-serif`;
-    context.textAlign = "right";
-    const [x, y] = place(last);
-    if (this.yardstick.hasEnded)
-      context.fillText(`best ${policy.title}: ${lowestMean[last].toFixed(1)} m`, x, y - 6 * density);
-    context.restore();
   }
 
   /** Marks every run's objective where it is reached. */
@@ -188,10 +186,7 @@ class Curves {
     const { ctx: context } = chart;
     const density = window.devicePixelRatio || 1;
     context.save();
-    context.font = `600 ${11.5 * density}px system-ui, sans-serif`;
-    context.textAlign = "center";
-    context.lineJoin = "round";
-    this.runs.forEach((run, at) => {
+    this.runs.forEach((run) => {
       const objective = run[column][run.last];
       if (!Number.isFinite(objective)) return;
       const x = chart.valToPos(run.times[run[column].indexOf(objective)], "x", true);
@@ -203,10 +198,6 @@ class Curves {
       context.arc(x, y, 4.5 * density, 0, 2 * Math.PI);
       context.stroke();
       context.fill();
-      if (this.runs.length > 2) return; // more labels collide
-      const label = [objective.toFixed(1), x, y + (at % 2 ? -9 : 17) * density]; // labels of neighboring runs do not overlap
-      context.strokeText(...label);
-      context.fillText(...label);
     });
     context.restore();
   }

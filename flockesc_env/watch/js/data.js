@@ -51,15 +51,24 @@ class Recording {
       numSteps: scenario.num_steps,
       timeStep: scenario.time_step,
       last: scenario.num_steps,
+      counted: Infinity,
       hasEnded: true,
     });
-    this.groups = new Groups(this);
-    this.largestRange = this.ranges.reduce((largest, range) => Math.max(largest, range), 0);
   }
 
   labelsAt(step) {
     return this.labels.subarray(step * this.numAgents, (step + 1) * this.numAgents);
   }
+}
+
+/** Whether runs begin with the same flock. */
+function areOneFlock([first, ...others]) {
+  const size = first.numAgents * first.dimension;
+  const isSame = (run) =>
+    run.numAgents === first.numAgents &&
+    run.dimension === first.dimension &&
+    run.positions.subarray(0, size).every((value, at) => value === first.positions[at]);
+  return others.every(isSame);
 }
 
 /** The frame before a time, and the fraction of the step that has passed. */

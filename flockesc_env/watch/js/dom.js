@@ -10,14 +10,20 @@ function element(tag, attributes = {}, ...children) {
   return made;
 }
 
+/** An element of a drawing. */
+function svg(tag, attributes = {}, ...children) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...children);
+  return made;
+}
+
+/** A list of terms and descriptions. */
+function rows(pairs) {
+  return pairs.map(([name, value]) => element("div", {}, element("dt", {}, name), element("dd", {}, value)));
+}
+
 /** A number and its unit. */
 function quantity(value, unit = "m") {
   return [value, element("small", {}, ` ${unit}`)];
-}
-
-/** Offers bytes or an address as a file to save. */
-function saveFile(content, name) {
-  const href = typeof content === "string" ? content : URL.createObjectURL(content);
-  element("a", { href, download: name }).click();
-  if (href !== content) setTimeout(() => URL.revokeObjectURL(href), 60_000);
 }

@@ -28,7 +28,7 @@ const columnsOf = (agents, predators, dimension) => ({
   survivors: [Uint32Array, 1],
 });
 
-/** A run that grows. The policy and the pointer may change while it does. */
+/** A run of one policy from the start of a flock, which grows. Only the pointer may change while it does. */
 class LiveRun {
   /** `flight`: which flock it is (see `Flight`). */
   constructor(flight, policy) {
@@ -47,18 +47,17 @@ class LiveRun {
       rangesPerTime: document.num_agents,
       capacity: 0,
       counted: 0, // frames whose components are counted
-      largestRange: flight.maxRange,
+      policy,
       labels: [], // by frame, computed when they are needed
-      policies: [], // by step
       pushes: [], // actions of the predators, by step
       targets: [], // where the reader pointed, by step
       caughtAt: new Uint32Array(document.num_agents).fill(NEVER),
     });
     this.columns = columnsOf(this.numAgents, this.numPredators, this.dimension);
-    this.groups = new Groups(this);
     this.flock = flight.newFlock();
+    this.chooseRanges = policy.start(this);
     this.note();
-    this.setPolicy(policy);
+    this.decide();
   }
 
   get spec() {
@@ -86,34 +85,17 @@ class LiveRun {
     return this.lowestMean[this.last];
   }
 
-  /** The only policy of the run, or null if it has changed. */
-  get onlyPolicy() {
-    return new Set(this.policies).size <= 1 ? (this.policies[0] ?? this.spec) : null;
-  }
-
-  /** Applies a policy from the frame `last` on. */
-  setPolicy(policy) {
-    const chooseRanges = policy.start(this); // an error leaves the run as it was
-    Object.assign(this, { policy, chooseRanges, decidedAt: -1 });
-    this.decide();
-  }
-
   /** Sets the ranges of the step that begins at the frame `last`. A decision may hold for several steps. */
   decide() {
     const step = this.last;
     const [start, end] = [step * this.numAgents, (step + 1) * this.numAgents];
-    const isDue = this.decidedAt < 0 || (step !== this.decidedAt && step % this.policy.stepsPerAction === 0);
-    if (this.hasEnded || !isDue) {
-      if (step > 0 && step !== this.decidedAt) this.ranges.copyWithin(start, start - this.numAgents, start);
+    if (this.hasEnded || step % this.policy.stepsPerAction !== 0) {
+      this.ranges.copyWithin(start, start - this.numAgents, start);
     } else {
       const chosen = this.chooseRanges();
       if (chosen.length === 1) this.ranges.fill(chosen[0], start, end);
       else this.ranges.set(chosen, start);
-      this.decidedAt = step;
     }
-    this.labels.length = Math.min(this.labels.length, step);
-    this.counted = Math.min(this.counted, step);
-    this.groups.forget(step);
     this.describeRanges(step);
   }
 
@@ -133,12 +115,13 @@ class LiveRun {
     this.highRange[step] = Math.min(mean + deviation, high);
   }
 
-  /** Counts the components at all frames that lack the number. */
-  countComponents() {
-    for (let step = this.counted; step <= this.last; step++) {
-      this.numComponents[step] = new Set(this.labelsAt(step).filter((label) => label < this.numAgents)).size;
+  /** Counts the components at all frames that lack the number, but for `budget` ms at most. */
+  countComponents(budget = Infinity) {
+    const end = performance.now() + budget;
+    for (; this.counted <= this.last && performance.now() < end; this.counted++) {
+      const labels = this.labelsAt(this.counted).filter((label) => label < this.numAgents);
+      this.numComponents[this.counted] = new Set(labels).size;
     }
-    this.counted = this.last; // the ranges at the frame `last` may change
   }
 
   /** Makes a model step. `target`: the point in m toward which the reader steers the predators, or null. */
@@ -148,30 +131,14 @@ class LiveRun {
     flock.step(this.rangesAt(last), pushes);
     this.pushes[last] = pushes;
     this.targets[last] = target;
-    this.policies[last] = this.spec;
     this.note();
     this.decide();
   }
 
-  /** Steps until a time, but for `budget` ms at most. */
-  reach(time, targetAt, budget = Infinity) {
-    const end = performance.now() + budget;
-    while (!this.hasEnded && this.last * this.timeStep < time - 1e-9 && performance.now() < end) {
-      this.step(targetAt(this));
-    }
-  }
-
-  /** Goes back to a frame, to continue differently. */
-  rewind(step) {
-    if (step >= this.last) return;
-    const { flock } = this;
-    this.flock = this.flight.newFlock();
-    for (let at = 0; at < step; at++) this.flock.step(this.rangesAt(at), this.pushes[at]);
-    flock.free();
-    for (const list of [this.pushes, this.targets, this.policies]) list.length = step;
-    this.caughtAt.forEach((at, agent) => at > step && (this.caughtAt[agent] = NEVER));
-    this.isNoted = false;
-    this.setPolicy(this.policy);
+  /** Steps to the end; the predators fly straight on if the reader steers them. Returns the objective. */
+  finish() {
+    while (!this.hasEnded) this.step();
+    return this.objective;
   }
 
   rangesAt(step) {

@@ -83,11 +83,10 @@ class Flight {
   }
 }
 
-/** The objective of a whole run under a policy that does not change. */
+/** The objective of a whole run. */
 function objectiveOf(flight, policy) {
   const run = new LiveRun(flight, policy);
-  run.reach(Infinity, () => null);
-  const { objective } = run;
+  const objective = run.finish();
   run.free();
   return objective;
 }

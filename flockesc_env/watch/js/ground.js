@@ -1,6 +1,6 @@
 "use strict";
 
-// The background of a scene: a grid with axes in a plane, a floor in space, and a scale bar.
+// The background of a scene: a grid in a plane, a floor in space, and a scale bar.
 
 const LABEL_FONT = "11px system-ui, sans-serif";
 
@@ -21,7 +21,7 @@ function drawGround(context, camera, theme) {
   context.fillStyle = theme.muted;
   context.font = LABEL_FONT;
   if (camera.isSpatial) drawFloor(context, camera);
-  else drawAxes(context, camera, theme);
+  else drawGrid(context, camera);
 }
 
 /** Writes a text on a strip of the ground, so that no grid line runs through it. */
@@ -40,23 +40,20 @@ function multiples(low, high, spacing) {
   return Array.from({ length: Math.floor(high / spacing) - first + 1 }, (_, at) => (first + at) * spacing);
 }
 
-function drawAxes(context, camera, theme) {
+function drawGrid(context, camera) {
   const { width, height } = camera;
   const spacing = roundBelow(110 / camera.pixelsPerMetre);
   const [left, top] = camera.unproject(0, 0);
   const [right, bottom] = camera.unproject(width, height);
   const out = [0, 0, 0];
-  const [columns, rows] = [multiples(left, right, spacing), multiples(bottom, top, spacing)];
-  const [atX, atY] = [(x) => camera.project(x, 0, 0, out)[0], (y) => camera.project(0, y, 0, out)[1]];
-  for (const x of columns) line(context, atX(x), 0, atX(x), height);
-  for (const y of rows) line(context, 0, atY(y), width, atY(y));
-  context.textAlign = "center";
-  context.textBaseline = "bottom";
-  for (const x of columns)
-    if (atX(x) > 40 && atX(x) < width - 30) label(context, rounded(x), atX(x), height - 4, theme);
-  context.textAlign = "left";
-  context.textBaseline = "middle";
-  for (const y of rows) if (atY(y) > 12 && atY(y) < height - 26) label(context, rounded(y), 5, atY(y), theme);
+  for (const column of multiples(left, right, spacing)) {
+    const [x] = camera.project(column, 0, 0, out);
+    line(context, x, 0, x, height);
+  }
+  for (const row of multiples(bottom, top, spacing)) {
+    const [, y] = camera.project(0, row, 0, out);
+    line(context, 0, y, width, y);
+  }
 }
 
 function drawFloor(context, camera) {
@@ -79,7 +76,7 @@ function drawScaleBar(context, camera, theme) {
   const length = roundBelow(120 / camera.pixelsPerMetre);
   const right = camera.width - 14;
   const left = right - length * camera.pixelsPerMetre;
-  const y = camera.height - 26;
+  const y = camera.height - 14;
   context.strokeStyle = context.fillStyle = theme.ink;
   context.lineWidth = 1.5;
   for (const x of [left, right]) line(context, x, y - 4, x, y + 4);

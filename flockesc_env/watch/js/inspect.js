@@ -3,9 +3,13 @@
 // One agent: its range, the agents that it hears, what it heard, what it does and what its policy observes.
 
 class Inspector {
-  constructor(card) {
-    this.card = card;
-    this.chosen = null;
+  /** `close`: called after the reader closed the card. */
+  constructor(card, close) {
+    Object.assign(this, { card, chosen: null });
+    $("agent-close").addEventListener("click", () => {
+      this.choose(null, null);
+      close();
+    });
   }
 
   /** Chooses an agent of a panel, or none. */
@@ -21,35 +25,38 @@ class Inspector {
     const { run } = panel;
     const { step } = frameAt(run, time);
     if (!run.isLive || agent >= run.numAgents || isCaught(run, step, agent)) return null;
-    const key = `${step} ${run.last === step ? run.meanRange[step] : ""} ${agent}`;
-    if (this.found?.run !== run || this.found.key !== key) {
+    if (this.found?.run !== run || this.found.step !== step || this.found.agent !== agent) {
       const pairs = run.pairsAt(step, agent);
-      this.found = { run, key, agent, step, heard: pairs.filter((_, at) => at % 2 === 1) };
+      const heard = pairs.filter((_, at) => at % 2 === 1);
+      this.found = { run, agent, step, heard, range: rangeOf(run, step, agent) };
       this.describe(this.found);
     }
     return this.found;
   }
 
-  describe({ run, agent, step, heard }) {
+  describe({ run, agent, step, heard, range }) {
     const heading = headingAt(run, step, agent);
     const mean = [0, 0, 0];
     for (const id of [agent, ...heard]) headingAt(run, step, id).forEach((part, axis) => (mean[axis] += part));
     const turned = step > 0 ? turnBetween(headingAt(run, step - 1, agent), heading, run.dimension) : "-";
-    const facts = [
-      ["listens within", `${Number(rangeOf(run, step, agent).toFixed(2))} ${run.rangeUnit}`],
-      ["hears", `${heard.length} ${heard.length === 1 ? "agent" : "agents"}`],
-      ["mean heading that it hears, seen from its own", turnBetween(heading, mean, run.dimension)],
-      ["turned in the last step", turned],
-    ];
-    const rows = (pairs) =>
-      pairs.map(([name, value]) => element("div", {}, element("dt", {}, name), element("dd", {}, value)));
-    $("agent").textContent = `Agent ${agent}`;
-    $("agent-facts").replaceChildren(...rows(facts));
-    const { names, values } = this.observation(run, agent, step);
-    $("agent-view").textContent = run.kind === "fixed" ? "What a policy could observe" : "What its policy observes";
-    $("agent-entries").replaceChildren(
-      ...rows(names.map((name, at) => [name.replaceAll("_", " "), values[at].toFixed(3)])),
+    $("agent").textContent = `Agent ${agent} listens within ${Number(range.toFixed(2))} ${run.rangeUnit}`;
+    $("agent-why").textContent = {
+      fixed: "All agents have this range at all times.",
+      rule: "The rule sets this range from the observation below.",
+      learned:
+        `A network of ${run.policy.parameters?.length} numbers, the same for all agents, sets this range from the ` +
+        `observation below, every ${Number((run.policy.stepsPerAction * run.timeStep).toFixed(2))} s.`,
+    }[run.kind];
+    $("agent-facts").replaceChildren(
+      ...rows([
+        ["hears", `${heard.length} ${heard.length === 1 ? "agent" : "agents"}`],
+        ["their mean heading", turnBetween(heading, mean, run.dimension)],
+        ["turned in the last step", turned],
+      ]),
     );
+    const { names, values } = this.observation(run, agent, step);
+    $("agent-view").textContent = run.kind === "fixed" ? "What a policy could observe" : "What it observes";
+    $("agent-entries").replaceChildren(...rows(inWords(names, values, run, agent)));
   }
 
   /** The entries of the agent's observation at a frame. */
@@ -63,7 +70,6 @@ class Inspector {
 
   /** The flock of a run at an earlier frame: played again, from the last frame that was asked for if it lies before. */
   flockAt(run, step) {
-    // A run has another flock after its past has changed.
     if (this.past?.of !== run.flock || this.past.flock.steps > step) {
       this.past?.flock.free();
       this.past = { of: run.flock, flock: run.flight.newFlock() };
@@ -72,6 +78,47 @@ class Inspector {
     while (flock.steps < step) flock.step(run.rangesAt(flock.steps), run.pushes[flock.steps]);
     return flock;
   }
+}
+
+// Entries of observations in words and units, as docs/model.md scales them. Directions are seen from the agent's heading.
+const WORDS = {
+  time: ["time", (x, { numSteps, timeStep }) => `${(x * numSteps * timeStep).toFixed(2)} s`],
+  running_minimum: ["lowest mean distance so far", (x, { document }) => `${unscaled(x, document.initial_side)} m`],
+  last_range: ["its last range", (x, { policy, rangeUnit }) => `${(x * maxRangeOf(policy)).toFixed(1)} ${rangeUnit}`],
+  speed: ["its speed", (x, { document }, agent) => `${unscaled(x, speedAt(document, agent))} m/s`],
+  neighbor_count: ["heard in the last step", (x) => `${unscaled(x, 8, 0)} agents`],
+  heard_velocity: ["their mean velocity", velocityText],
+  predator_sensed: ["sees the predator", (x) => (x ? "yes" : "no")],
+  predator_distance: ["distance to the predator", (x, { document }) => `${unscaled(x, document.initial_side)} m`],
+  predator_direction: ["direction of the predator", directionText],
+  predator_velocity: ["predator's relative velocity", velocityText],
+};
+
+/** Names and values of observation entries for readers; the components of a vector are one value. */
+function inWords(names, values, run, agent) {
+  const stems = names.map((name) => name.replace(/_(ahead|left|up)$/, ""));
+  return [...new Set(stems)].map((stem) => {
+    const entries = Array.from(values).filter((_, at) => stems[at] === stem);
+    const [words, textOf] = WORDS[stem] ?? [stem.replaceAll("_", " "), () => entries.map((x) => x.toFixed(2)).join(", ")];
+    return [words, textOf(entries.length > 1 ? entries : entries[0], run, agent)];
+  });
+}
+
+/** The number whose scaled value is x: u from x = u / (u + half). */
+function unscaled(x, half, digits = 1) {
+  return ((half * x) / (1 - x)).toFixed(digits);
+}
+
+const maxRangeOf = ({ options }) => JSON.parse(options).max_range ?? 100; // m, the option's default
+const speedAt = ({ speed }, agent) => speed[agent] ?? speed; // one for all, or one per agent
+
+function velocityText(vector, { document, dimension }, agent) {
+  const size = Math.hypot(...vector);
+  return `${unscaled(size, speedAt(document, agent))} m/s, ${directionText(vector, { dimension })}`;
+}
+
+function directionText(vector, { dimension }) {
+  return vector.every((part) => part === 0) ? "-" : turnBetween([1, 0, 0].slice(0, dimension), vector, dimension);
 }
 
 function headingAt(run, step, agent) {
@@ -87,7 +134,7 @@ function turnBetween(from, to, dimension) {
   }
   const turn = Math.atan2(from[0] * to[1] - from[1] * to[0], from[0] * to[0] + from[1] * to[1]);
   const angle = degrees(Math.abs(turn));
-  return angle === degrees(0) ? "the same" : `${angle} ${turn > 0 ? "left" : "right"}`;
+  return angle === degrees(0) ? "straight ahead" : `${angle} ${turn > 0 ? "left" : "right"}`;
 }
 
 function degrees(angle) {

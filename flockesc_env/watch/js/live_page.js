@@ -3,7 +3,9 @@
 // A page that simulates: which flock flies, under which policies, and what the reader changes.
 
 const MAX_PANELS = 4;
+const AT_ONCE = 200; // ms after a change in which whole runs are played at once; longer ones go on in the background
 const FRAME_BUDGET = 12; // ms of a frame for model steps; a flock that needs more flies slower than in reality
+const REST = 2000; // ms between two flocks of the tour
 
 class LivePage extends Page {
   constructor(content, recordings) {
@@ -11,32 +13,35 @@ class LivePage extends Page {
     this.scenarios = content.scenarios;
     this.policies = new PolicyList(content.policies);
     this.policies.headline = content.start.headline;
-    this.outcomes = new Map(); // objectives of whole runs of this flock, by policy
-    this.pointer = null;
-    this.inspector = new Inspector($("inspector"));
+    this.tour = content.playground?.tour ?? []; // seeds of the flocks that fly one after another at first
+    this.isTouring = false;
+    this.trials = new Map(); // objectives of whole runs of this flock, by the text of the policy
+    this.steering = new Steering(this);
+    this.inspector = new Inspector($("inspector"), () => this.draw());
+    this.choice = new Choice($("choice"), (spec) => this.choose(this.active, spec), content.start.headline);
+    this.prediction = content.playground ? new Prediction(this, content.playground) : null;
     this.player.reach = (time) => this.reach(time, FRAME_BUDGET);
-    this.controls = new Controls(this, content.playground);
-    setInterval(() => this.updateCurves(), 100);
+    this.player.addEventListener("end", () => this.end());
+    this.controls = new Controls(this);
+    setInterval(() => this.work(), 50);
     addEventListener("hashchange", () => this.restore());
-  }
-
-  get maxRange() {
-    return this.flight.maxRange;
   }
 
   /** Starts the flock and the policies of the address or, without one, of the document. */
   async restore() {
-    const { flight, policies, time } = readAddress(location.hash, this.scenarios, this.start);
+    const { flight, policies, time, problems } = readAddress(location.hash, this.scenarios, this.start);
     // Files are read first, so that nothing draws the flocks between their end and the new ones.
     await Promise.all(policies.map((spec) => this.policies.find(spec).catch(() => null)));
+    this.say(problems.join(" "));
     this.flight = this.flightOf(flight) ?? new Flight({ ...flight, numbers: {} });
-    this.camera.setDimension(this.flight.document.dimension);
-    this.window = new Window();
+    this.changeFlock();
     for (const panel of this.panels.splice(0)) this.drop(panel);
-    this.forgetOutcomes();
-    for (const spec of policies.slice(0, MAX_PANELS)) await this.addPolicy(spec);
+    for (const spec of policies) await this.addPolicy(spec);
     if (!this.panels.length) await this.addPolicy(`fixed:${this.flight.scenario.best ?? 0}`);
-    this.begin(time);
+    const isFirst = !location.hash && this.prediction;
+    this.isTouring = Boolean(isFirst) && !isStill();
+    if (isFirst) this.prediction.ask();
+    this.begin(isFirst ? 0 : time);
   }
 
   /** The run of a policy's text: a recording, or a new live run. */
@@ -47,27 +52,38 @@ class LivePage extends Page {
 
   /** Adds a panel for a policy's text. */
   async addPolicy(spec) {
-    if (this.panels.length >= MAX_PANELS) return;
     const run = await this.runOf(spec).catch((error) => this.say(messageOf(error)));
     if (!run) return;
     this.addPanel(run);
-    this.reach(this.player.time);
+    this.catchUp();
   }
 
   addPanel(run) {
     const panel = super.addPanel(run);
-    panel.choice = new Choice((spec) => this.choose(panel, spec), this.policies);
-    panel.stats.before(panel.choice.root);
-    const { canvas, scene } = panel;
-    let pressed = [0, 0];
-    canvas.addEventListener("pointerdown", ({ offsetX, offsetY }) => (pressed = [offsetX, offsetY]));
-    canvas.addEventListener("click", ({ offsetX, offsetY }) => {
-      const isDrag = Math.hypot(offsetX - pressed[0], offsetY - pressed[1]) > 4;
-      if (!isDrag) this.inspect(panel, scene.agentAt(offsetX, offsetY));
+    panel.select = element("select", { ariaLabel: "Policy of this flock" });
+    panel.select.addEventListener("change", () => {
+      this.choose(panel, panel.select.value === "fixed" ? this.choice.sliderSpec : panel.select.value);
     });
-    for (const name of ["pointerdown", "pointermove"]) canvas.addEventListener(name, (event) => this.point(event));
-    for (const name of ["pointerleave", "pointercancel"]) canvas.addEventListener(name, () => this.point(null));
+    panel.title.after(element("label", { className: "pick" }, "\u25be", panel.select));
+    panel.root.addEventListener("pointerdown", () => {
+      if (panel === this.active || panel.run.kind !== "fixed" || !panel.run.isLive) return;
+      this.chosen = panel;
+      this.controls.showChoice();
+    });
+    this.steering.bind(panel);
     return panel;
+  }
+
+  /** The panel whose range the slider sets: the last one with a fixed range that the reader touched. */
+  get active() {
+    const isFixed = ({ run }) => run.isLive && run.kind === "fixed";
+    const first = this.panels.find(isFixed) ?? this.panels[0];
+    return this.panels.includes(this.chosen) ? this.chosen : first;
+  }
+
+  removePanel(panel) {
+    this.isTouring = false;
+    super.removePanel(panel);
   }
 
   drop(panel) {
@@ -76,44 +92,36 @@ class LivePage extends Page {
     this.inspector.choose(panel, null);
   }
 
-  /** Sets the policy of a panel from the shown time on. After the end of a run, all flocks start again. */
+  /** Shows another policy in a panel: its run of the same flock, at the present time. */
   async choose(panel, spec) {
+    this.isTouring = false;
     panel.wanted = spec; // of several choices in a row, only the last counts
+    this.steering.keepPath();
     try {
-      const recording = this.recordings.find((run) => run.spec === spec);
-      if (recording) panel.setRun(recording);
-      else {
-        const policy = await this.policies.find(spec, this.flight.unit);
-        if (panel.wanted !== spec) return;
-        this.apply(panel, policy);
-      }
+      const run = await this.runOf(spec);
+      if (panel.wanted !== spec) return run.isLive && run.free();
+      panel.setRun(run);
+      this.chosen = panel;
       this.say("");
+      this.catchUp();
     } catch (error) {
       this.say(messageOf(error));
     }
     this.showAll();
+    this.announce(panel.run);
   }
 
-  apply(panel, policy) {
-    const { run } = panel;
-    const isAtEnd = this.player.duration > 0 && this.player.hasEnded;
-    if (!run.isLive) panel.setRun(new LiveRun(this.flight, policy));
-    else if (isAtEnd) run.setPolicy(policy);
-    else {
-      run.rewind(Math.min(Math.ceil(this.player.time / run.timeStep - 1e-6), run.last));
-      run.setPolicy(policy);
-    }
-    if (!isAtEnd) this.reach(this.player.time);
-    else {
-      this.again();
-      this.player.play();
-    }
+  announce(run) {
+    if (!run.isLive || !run.hasEnded || this.flight.isSteered) return;
+    $("announcement").textContent = `${run.title}: the mean distance is never below ${run.objective.toFixed(1)} m.`;
   }
 
   /** Starts the same flock again under the present policies. */
   again() {
-    if (this.flight.path.length) this.flight = new Flight({ ...this.flight, path: [] });
-    for (const panel of this.panels) if (panel.run.isLive) panel.setRun(new LiveRun(this.flight, panel.run.policy));
+    if (this.flight.isSteered) {
+      this.flight = new Flight({ ...this.flight, path: [] });
+      for (const panel of this.panels) this.moveToFlight(panel, false);
+    }
     super.again();
   }
 
@@ -129,8 +137,9 @@ class LivePage extends Page {
     }
   }
 
-  /** Flies another flock: a scenario, a seed, numbers or a pilot. */
-  fly(changes) {
+  /** Flies another flock from its start: a scenario, a seed, numbers or a pilot. */
+  fly(changes, isTouring = false) {
+    this.isTouring = isTouring;
     const { scenario, seed, numbers, isSteered } = this.flight;
     const wanted = { scenario, seed, numbers, isSteered, ...changes };
     if (changes.scenario) wanted.numbers = {};
@@ -140,13 +149,57 @@ class LivePage extends Page {
     if (!flight) return this.showAll();
     this.flight = flight;
     this.say("");
-    this.camera.setDimension(this.flight.document.dimension);
-    this.window = new Window();
-    this.forgetOutcomes();
+    this.changeFlock();
     for (const panel of this.panels) this.moveToFlight(panel, Boolean(changes.scenario));
     this.player.time = 0;
+    this.catchUp();
     this.showAll();
     this.seek(0);
+  }
+
+  /** Gives the predator to the reader, at a time in s, or back. */
+  steer(isSteered, time = 0) {
+    const { predators, time_step: timeStep } = JSON.parse(this.flight.scenario.json);
+    // A predator in the reader's hand flies straight on until it is led. Others would have flown elsewhere.
+    const isStraight = predators.every((predator) => "constant_velocity" in predator);
+    const steps = isSteered && isStraight ? Math.round(time / timeStep) : 0;
+    this.fly({ isSteered, path: Array(steps).fill(null) });
+    this.reach(steps * timeStep);
+    this.seek(steps * timeStep);
+    this.player.play();
+  }
+
+  /** Shows an agent of a panel, or none. */
+  inspect(panel, agent) {
+    this.inspector.choose(panel, agent);
+    this.draw();
+  }
+
+  /** Forgets what belongs to another flock. */
+  changeFlock() {
+    this.camera.setDimension(this.flight.document.dimension);
+    this.window = new Window();
+    this.trials.clear();
+    this.steering.forget();
+    this.best?.free();
+    const { best } = this.flight.scenario;
+    const hasBest = best !== null && !this.flight.isSteered && this.flight.document.predators.length > 0;
+    this.best = hasBest ? new LiveRun(this.flight, new FixedRange(best, this.flight.unit)) : null;
+  }
+
+  /** Flies the next flock of the tour or, outside the tour, the one with the next seed. */
+  next() {
+    const { isTouring, tour, flight } = this;
+    const seed = String((BigInt(flight.seed ?? 0) + 1n) % 2n ** 64n);
+    this.fly({ seed: isTouring ? tour[(tour.indexOf(flight.seed) + 1) % tour.length] : seed }, isTouring);
+    this.player.play();
+  }
+
+  /** What happens at the end of a run. */
+  end() {
+    this.showAll();
+    const isOver = () => this.isTouring && this.player.hasEnded && !this.player.isPlaying;
+    if (isOver()) setTimeout(() => isOver() && this.next(), REST);
   }
 
   /** Plays the policy of a panel on the present flock. In another scenario a fixed range becomes the best one there. */
@@ -163,117 +216,72 @@ class LivePage extends Page {
     }
   }
 
-  /** Steps the live runs up to a time, and returns the time that all have reached. */
-  reach(time, budget = Infinity) {
+  /** Steps all live runs up to a time, the one that is behind first, and returns the time that all have reached. */
+  reach(time, budget = Infinity, runs = this.panels.map(({ run }) => run)) {
     const end = performance.now() + budget;
-    let reached = time;
+    const isBehind = (run) => run.isLive && !run.hasEnded && run.last * run.timeStep < time - 1e-9;
+    const timeOf = (run) => run.last * run.timeStep;
+    const next = () => runs.filter(isBehind).reduce((a, b) => (a && timeOf(a) <= timeOf(b) ? a : b), null);
+    for (let run = next(); run && performance.now() < end; run = next()) run.step(this.steering.targetOf(run));
+    return Math.min(time, ...runs.filter(isBehind).map(timeOf));
+  }
+
+  /** Plays the runs on after a change: up to the present time and, unless the reader steers, to their end. */
+  catchUp() {
+    this.reach(this.flight.isSteered ? this.player.time : Infinity, AT_ONCE);
+    this.noteTrials();
+  }
+
+  /** Plays whole runs in the background and shows what they give. */
+  work() {
+    if (!this.flight || !this.panels.length) return;
+    const runs = this.panels.map(({ run }) => run);
+    if (!this.flight.isSteered) this.reach(Infinity, FRAME_BUDGET, this.best ? [...runs, this.best] : runs);
+    for (const run of runs) if (run.isLive) run.countComponents(FRAME_BUDGET);
+    const progress = this.panels.map(({ run }) => `${run.last} ${run.counted}`).join();
+    if (progress === this.progress) return;
+    this.progress = progress;
+    this.noteTrials();
+    this.curves.update();
+  }
+
+  /** Keeps the objectives of whole runs. */
+  noteTrials() {
     for (const { run } of this.panels) {
-      if (!run.isLive) continue;
-      run.reach(time, (asking) => this.targetOf(asking), Math.max(end - performance.now(), 0));
-      if (!run.hasEnded) reached = Math.min(reached, run.last * run.timeStep);
-      this.window.include(run);
+      if (!run.isLive || !run.hasEnded || run.isNoted || !run.numPredators) continue;
+      run.isNoted = true;
+      if (this.flight.isSteered) this.steering.note(run);
+      else this.trials.set(run.spec, { title: run.title, range: run.policy.range ?? null, objective: run.objective });
     }
-    return reached;
+    this.controls?.showResults();
   }
 
-  /** Where the predators of a run fly: along the path of the link, else as in the first panel, else to the pointer. */
-  targetOf(run) {
-    if (!this.flight.isSteered) return null;
-    const step = run.last;
-    if (step < this.flight.path.length) return this.flight.path[step];
-    const first = this.panels.find((panel) => panel.run.isLive)?.run;
-    if (first && first !== run && step < first.targets.length) return first.targets[step];
-    return this.pointer && roundedPoint(this.pointer);
-  }
-
-  /** Takes the pointer's place in m, or null if it left the field. */
-  point(event) {
-    if (!this.flight.isSteered) return;
-    this.pointer = event && this.camera.unproject(event.offsetX, event.offsetY);
-    if (!this.player.isPlaying) this.draw();
-  }
-
-  inspect(panel, agent) {
-    if (this.flight.isSteered) return;
-    this.inspector.choose(panel, agent);
-    this.draw();
+  get yardstick() {
+    return this.panels.find(({ run }) => run.isLive && run.spec === this.best?.spec)?.run ?? this.best;
   }
 
   /** The address of the present state, with the pointer's path. */
   link() {
-    const first = this.panels.find(({ run }) => run.isLive)?.run;
-    const path = this.flight.isSteered ? (first?.targets ?? []) : [];
-    return writeAddress(
-      this.flight,
-      this.panels.map(({ run }) => run.spec),
-      path,
-    );
+    const specs = this.panels.map(({ run }) => run.spec);
+    return writeAddress(this.flight, specs, this.steering.path);
   }
 
   showAll() {
+    if (!this.panels.length) return;
     super.showAll();
     this.controls.show();
   }
 
   showTime() {
-    this.reach(this.player.time);
-    for (const { run } of this.panels) this.noteOutcome(run);
+    this.reach(this.player.time, this.player.isPlaying ? 0 : Infinity);
+    this.noteTrials();
     super.showTime();
   }
 
-  draw() {
-    if (!this.flight) return; // the page is still reading
+  draw(seconds = null) {
+    if (!this.flight || !this.panels.length) return; // the page is still reading
     this.look.chosen = this.inspector.at(this.player.time);
-    this.look.target = this.flight.isSteered ? this.pointer : null;
-    super.draw();
-  }
-
-  /** Adds new frames to the curves; drawing them in every frame of the page is too slow. */
-  updateCurves() {
-    const isMeasured = this.measureYardstick();
-    const frames = this.panels.map(({ run }) => run.last).join();
-    if ((frames === this.curveFrames && isMeasured) || !this.curves.charts.length) return;
-    this.curveFrames = frames;
-    this.panels.forEach(({ run }) => run.isLive && run.countComponents());
-    this.curves.update();
-  }
-
-  /** The run of the best fixed range on this flock, which the chart shows behind the others; null without one. */
-  yardstick() {
-    const { flight } = this;
-    const { best } = flight.scenario;
-    if (flight.isSteered || best === null) return null;
-    if (this.measured?.flight !== flight) {
-      this.measured?.free();
-      this.measured = new LiveRun(flight, new FixedRange(best, flight.unit));
-    }
-    return this.measured;
-  }
-
-  /** Plays the yardstick for some milliseconds; returns whether it has ended. */
-  measureYardstick() {
-    const run = this.curves.yardstick;
-    if (!run || run.hasEnded) return true;
-    run.reach(Infinity, () => null, FRAME_BUDGET);
-    return false;
-  }
-
-  /** Keeps the objective of a whole run under one policy. */
-  noteOutcome(run) {
-    if (!run.isLive || !run.hasEnded || run.isNoted) return;
-    run.isNoted = true;
-    const { objective, onlyPolicy, title } = run;
-    $("announcement").textContent = `${title}: the mean distance was never below ${objective.toFixed(1)} m.`;
-    if (!onlyPolicy || this.flight.isSteered) return;
-    this.outcomes.set(title, objective);
-    const sorted = [...this.outcomes].sort(([, a], [, b]) => b - a);
-    $("outcomes").replaceChildren(
-      ...sorted.map(([name, value]) => element("li", {}, `${name} `, element("b", {}, `${value.toFixed(1)} m`))),
-    );
-  }
-
-  forgetOutcomes() {
-    this.outcomes.clear();
-    $("outcomes").replaceChildren();
+    this.look.target = this.flight.isSteered ? this.steering.pointer : null;
+    super.draw(seconds);
   }
 }

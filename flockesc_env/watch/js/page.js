@@ -2,14 +2,12 @@
 
 // The page: builds its parts, and shows runs side by side.
 
-const LARGEST_RANGE = 100; // m: everybody hears everybody
-
 /** A page that replays recorded runs. `LivePage` adds what simulates. */
 class Page {
   constructor({ versions, start }, recordings) {
     Object.assign(this, { versions, start, recordings });
     this.player = new Player();
-    this.look = { theme: readTheme(), color: "component", trails: true, edges: false, discs: false };
+    this.look = { theme: readTheme(), trails: true, edges: false };
     this.panels = [];
     this.camera = new Camera();
     this.window = new Window();
@@ -18,8 +16,6 @@ class Page {
     this.player.addEventListener("change", () => this.showTime());
     bindPlayer(this.player);
     this.bindLooks();
-    $("save").addEventListener("click", () => savePicture(this));
-    this.videoButton = new VideoButton($("save-video"), this);
     new ResizeObserver(() => this.draw()).observe($("panels"));
   }
 
@@ -32,12 +28,9 @@ class Page {
 
   /** Plays from the start; at a given time, or with reduced motion, the page waits. */
   begin(time) {
-    const isRecorded = this.panels.every(({ run }) => !run.isLive);
-    this.look.color = isRecorded && !rangesDiffer(this.panels) ? "component" : "range";
-    $("color").value = this.look.color;
     this.showAll();
     this.seek(Number(time) || 0);
-    if (time === null && !matchMedia("(prefers-reduced-motion: reduce)").matches) this.player.play();
+    if (time === null && !isStill()) this.player.play();
   }
 
   addPanel(run) {
@@ -66,34 +59,26 @@ class Page {
 
   seek(time) {
     this.player.seek(time);
-    this.window.follow(10);
-    this.draw();
-  }
-
-  /** The largest range of the color scale, which is fixed, so that a color keeps its meaning. */
-  get maxRange() {
-    return LARGEST_RANGE;
+    this.draw(10);
   }
 
   /** Shows the runs and the state in every part of the page. */
   showAll() {
+    if (!this.panels.length) return;
     const runs = this.panels.map(({ run }) => run);
-    if (!runs.length) return;
     chooseColors(runs);
     document.body.dataset.panels = runs.length;
     const durations = runs.map((run) => run.numSteps * run.timeStep);
     this.player.setDuration(Math.max(...durations), Math.min(...runs.map((run) => run.timeStep)));
-    this.look.largestRange = Math.max(this.maxRange, ...runs.map((run) => run.largestRange));
     this.panels.forEach((panel) => panel.show(this));
-    runs.forEach((run) => this.window.include(run));
-    this.curves.setRuns(runs, this.yardstick());
+    this.curves.setRuns(runs, this.yardstick);
     this.describe(runs[0]);
     this.showKey();
     this.showTime();
   }
 
-  /** A run that the chart shows behind the others, or null. */
-  yardstick() {
+  /** The run of the best fixed range on the same flock, or null. */
+  get yardstick() {
     return null;
   }
 
@@ -103,28 +88,29 @@ class Page {
     this.draw();
   }
 
-  draw() {
-    if (this.window.isEmpty) return;
+  /** Draws the flocks. `seconds`: for which the camera moves, by default those since the last picture. */
+  draw(seconds = null) {
+    if (!this.panels.length) return;
     const now = performance.now();
-    this.camera.fit(this.window.follow(this.player.isPlaying ? Math.min((now - (this.drawn ?? now)) / 1000, 0.2) : 10));
+    const passed = this.player.isPlaying ? Math.min((now - (this.drawn ?? now)) / 1000, 0.2) : 10;
+    const runs = this.panels.map(({ run }) => run);
+    this.camera.fit(this.window.follow(runs, this.player.time, seconds ?? passed));
     this.drawn = now;
-    this.look.numPanels = this.panels.length;
+    Object.assign(this.look, { numPanels: runs.length, yardstick: this.yardstick });
     this.panels.forEach((panel) => panel.draw(this.player.time, this.look));
   }
 
-  /** With two flocks, shows which is ahead and by how much. */
+  /** With two runs of one flock, shows which is ahead and by how much. */
   showScore() {
-    const score = $("score");
-    score.hidden = this.panels.length !== 2;
-    if (score.hidden) return;
-    const [a, b] = this.panels.map(({ run }) => run.lowestMean[frameAt(run, this.player.time).step]);
-    const [ahead] = a >= b ? this.panels : this.panels.slice(1);
+    const runs = this.panels.map(({ run }) => run);
+    $("score").hidden = runs.length !== 2 || !runs[0].numPredators || !areOneFlock(runs);
+    if ($("score").hidden) return;
+    const [a, b] = runs.map((run) => run.lowestMean[frameAt(run, this.player.time).step]);
     const lead = Math.abs(a - b).toFixed(1);
-    score.replaceChildren(
-      ...(lead === "0.0"
-        ? ["No flock is ahead"]
-        : [element("b", {}, ahead.run.title), ` is ahead by `, element("b", {}, `${lead} m`)]),
-      element("small", {}, "difference of the lowest mean distances so far"),
+    const [ahead, behind] = a >= b ? runs : [runs[1], runs[0]];
+    $("score").replaceChildren(
+      element("b", {}, lead === "0.0" ? "\u00b10 m" : `+${lead} m`),
+      element("small", {}, lead === "0.0" ? "no flock is ahead" : `${ahead.title} is ahead of ${behind.title}`),
     );
   }
 
@@ -134,47 +120,28 @@ class Page {
 
   bindLooks() {
     const read = () => {
-      this.look.color = $("color").value;
-      for (const id of ["trails", "edges", "discs"]) this.look[id] = $(id).checked;
-      this.showKey();
+      for (const id of ["trails", "edges"]) this.look[id] = $(id).checked;
       this.draw();
     };
     $("looks").addEventListener("change", read);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.look.theme = readTheme();
       this.curves.redraw(this.look.theme);
-      this.showKey();
-      this.draw();
+      this.showAll();
     });
   }
 
-  /** Shows the key of the colors. */
+  /** Shows the key of the colors and of the ring. */
   showKey() {
-    const { theme, color, largestRange } = this.look;
-    document.documentElement.style.setProperty("--scale", `linear-gradient(to right, ${theme.rampStops})`);
-    const dot = (background, className = "") => {
-      const swatch = element("i", { className });
-      swatch.style.background = background;
-      return swatch;
-    };
-    const unit = this.panels[0].run.rangeUnit;
-    if (color === "range") {
-      const end = `${Number(largestRange.toFixed(1))} ${unit}`;
-      $("key").replaceChildren("0", dot("var(--scale)", "ramp"), end);
-    } else {
-      const named = theme.groups.slice(0, NUM_GROUP_COLORS).map((name) => dot(name));
-      $("key").replaceChildren(
-        ...named,
-        "largest",
-        dot(theme.groups[OTHER_GROUP]),
-        "others",
-        dot(theme.groups[ALONE]),
-        "alone",
-      );
-    }
+    const { rangeUnit, numPredators } = this.panels[0].run;
+    const colors = Array.from({ length: 9 }, (_, at) => this.look.theme.colorOf((at * COLOR_END) / 8));
+    const ramp = element("i");
+    ramp.style.background = `linear-gradient(to right, ${colors})`;
+    const ring = numPredators === 1 ? "\u00b7 ring: mean distance to the predator" : "";
+    $("key").replaceChildren("Range 0 ", ramp, ` ${COLOR_END} ${rangeUnit} or more ${ring}`);
   }
 
-  /** Writes the head of the page: the scenario, the seed and the versions. */
+  /** Writes the scenario, the seed and the versions. */
   describe({ document: scenario, seed }) {
     const seconds = Number((scenario.num_steps * scenario.time_step).toFixed(2));
     const facts = [
@@ -185,19 +152,15 @@ class Page {
       `flockesc-env ${this.versions["flockesc-env"]}`,
     ];
     $("facts").textContent = facts.join(" \u00b7 ");
-    const rows = [...Object.entries(scenario), ...Object.entries(this.versions)].map(([name, value]) => {
-      const isPart = typeof value === "object";
-      const text = isPart ? JSON.stringify(value) : String(value);
-      return element("div", { className: isPart ? "wide" : "" }, element("dt", {}, name), element("dd", {}, text));
-    });
-    $("parameters").replaceChildren(...rows);
+    const values = [...Object.entries(scenario), ...Object.entries(this.versions)];
+    const text = (value) => (typeof value === "object" ? JSON.stringify(value) : String(value));
+    $("parameters").replaceChildren(...rows(values.map(([name, value]) => [name, text(value)])));
   }
 }
 
-/** Whether the interaction range differs between runs, agents or times. */
-function rangesDiffer(panels) {
-  const first = panels[0].run.ranges[0];
-  return panels.some(({ run }) => run.ranges.some((range) => range !== first));
+/** Whether the reader asks for less motion. */
+function isStill() {
+  return matchMedia("(prefers-reduced-motion: reduce)").matches;
 }
 
 function messageOf(error) {

@@ -2,17 +2,11 @@
 
 // One run: its name, its scene and its numbers at the current time.
 
-const STATS = [
-  ["minDistance", "nearest agent"],
-  ["numComponents", "components"],
-  ["survivors", "agents left"],
-  ["range", "mean range"],
-];
-
 class Panel {
   constructor(page) {
     this.title = element("h2");
     this.note = element("span", { className: "note" });
+    this.whole = element("b", { className: "whole" });
     this.close = element(
       "button",
       { type: "button", className: "close", ariaLabel: "Remove this flock", title: "Remove this flock" },
@@ -23,22 +17,18 @@ class Panel {
     this.canvas.setAttribute("role", "img");
     this.now = element("dd");
     this.lowest = element("dd");
+    this.left = element("dd");
+    const entries = { "mean distance": this.now, "lowest so far": this.lowest, "agents left": this.left };
     const readout = element(
       "dl",
       { className: "readout" },
-      element("div", {}, element("dt", {}, "mean distance now"), this.now),
-      element("div", { className: "objective" }, element("dt", {}, "lowest so far"), this.lowest),
+      ...Object.entries(entries).map(([name, value]) => element("div", {}, element("dt", {}, name), value)),
     );
-    this.values = Object.fromEntries(STATS.map(([key]) => [key, element("dd")]));
-    const stats = STATS.map(([key, text]) => element("div", {}, element("dt", {}, text), this.values[key]));
-    this.stats = element("dl", { className: "stats" }, ...stats);
-    this.choice = null; // `LivePage` adds one
     this.root = element(
       "article",
       { className: "panel" },
-      element("header", {}, this.title, this.note, this.close),
+      element("header", {}, this.title, this.note, this.whole, this.close),
       element("div", { className: "field" }, this.canvas, readout),
-      this.stats,
     );
     this.scene = new Scene(this.canvas, page.camera);
     bindCamera(this.canvas, page.camera, () => page.draw());
@@ -50,34 +40,33 @@ class Panel {
     this.scene.setRun(run);
   }
 
-  /** Shows the name of the run's policy and the choice. */
+  /** Shows the name of the run's policy. */
   show(page) {
     const { run } = this;
     this.scene.forget();
-    this.title.textContent = this.title.title = run.title;
+    const best = page.flight?.scenario.best;
+    const isBest = run.isLive && typeof best === "number" && run.spec === `fixed:${best}`;
+    this.title.textContent = this.title.title = isBest ? `best ${run.title}` : run.title;
     this.note.textContent = this.note.title = noteOf(run);
     this.close.hidden = page.panels.length < 2;
-    this.values.survivors.parentElement.hidden = run.document.capture_radius === null;
-    this.canvas.setAttribute("aria-label", `Flock under ${run.title}. Plus and minus zoom, arrows move the view.`);
+    this.left.parentElement.hidden = run.document.capture_radius === null;
+    const keys = run.flight?.isSteered ? "Arrows lead the predator, Escape lets it go." : "Arrows move the view.";
+    this.canvas.setAttribute("aria-label", `Flock under ${run.title}. Plus and minus zoom. ${keys}`);
     this.canvas.classList.toggle("steered", Boolean(run.flight?.isSteered));
-    this.choice?.show(run, page.flight, page.recordings);
   }
 
   draw(time, look) {
-    const { run, values } = this;
+    const { run } = this;
     this.root.style.setProperty("--run", look.theme.runs[run.color % look.theme.runs.length]);
     this.scene.draw(time, look);
     const { step } = frameAt(run, time);
     const meters = (value) => (Number.isFinite(value) ? quantity(value.toFixed(1)) : ["-"]);
     this.now.replaceChildren(...meters(run.meanDistance[step]));
     this.lowest.replaceChildren(...meters(run.lowestMean[step]));
-    values.minDistance.replaceChildren(...meters(run.minDistance[step]));
-    if (run.isLive && run.counted <= step) run.countComponents();
-    values.numComponents.textContent = run.numComponents[step];
-    values.survivors.textContent = run.survivors[step];
-    const [mean, low, high] = [run.meanRange[step], run.lowRange[step], run.highRange[step]];
-    const spread = high > low ? element("small", {}, ` (${low.toFixed(0)}\u2013${high.toFixed(0)})`) : "";
-    values.range.replaceChildren(...quantity(mean.toFixed(1), run.rangeUnit), spread);
+    const isKnown = run.hasEnded && run.numPredators > 0;
+    this.whole.textContent = isKnown ? `${run.lowestMean[run.last].toFixed(1)} m` : "";
+    this.whole.title = "Lowest mean distance of the whole run";
+    this.left.textContent = run.survivors[step];
   }
 }
 
@@ -86,5 +75,5 @@ function noteOf(run) {
   if (!run.isLive) return `recorded, ${run.seed === null ? "given start" : `seed ${run.seed}`}`;
   if (run.kind === "fixed" || !run.numPredators) return "";
   const sensing = JSON.parse(run.policy.options).predator_sensing_range;
-  return `agents see the predator ${sensing === null ? "at any distance" : `within ${sensing} m`}`;
+  return `predator ${sensing === null ? "always seen" : `seen within ${sensing} m`}`;
 }

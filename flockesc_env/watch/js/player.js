@@ -5,7 +5,7 @@
 class Player extends EventTarget {
   constructor() {
     super();
-    Object.assign(this, { time: 0, duration: 0, timeStep: 1, speed: 1, isPlaying: false });
+    Object.assign(this, { time: 0, duration: 0, timeStep: 1, speed: 1, isPlaying: false, isSlow: false });
     this.reach = (time) => time; // the latest time up to this one that can be shown
   }
 
@@ -43,9 +43,11 @@ class Player extends EventTarget {
       before = now;
       const wanted = Math.min(this.time + passed * this.speed, this.duration);
       const time = this.reach(wanted);
+      this.isSlow = time < wanted - 1e-9;
       if (time >= this.duration) this.isPlaying = false;
       this.seek(time);
       if (this.isPlaying) this.frame = requestAnimationFrame(advance);
+      else this.dispatchEvent(new Event("end"));
     };
     this.frame = requestAnimationFrame(advance);
     this.dispatchEvent(new Event("change"));
@@ -74,7 +76,8 @@ function bindPlayer(player) {
     play.setAttribute("aria-label", player.isPlaying ? "Pause" : "Play");
     Object.assign(scrub, { max: player.duration, step: player.timeStep / 10, value: player.time });
     scrub.setAttribute("aria-valuetext", `${player.time.toFixed(1)} seconds`);
-    time.textContent = `${player.time.toFixed(1)} of ${Number(player.duration.toFixed(1))} s`;
+    const slow = player.isPlaying && player.isSlow ? ", slower than real time" : "";
+    time.textContent = `${player.time.toFixed(1)} of ${Number(player.duration.toFixed(1))} s${slow}`;
   });
   const second = () => Math.max(1, Math.round(1 / player.timeStep));
   const keys = {

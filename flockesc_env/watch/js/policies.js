@@ -73,12 +73,12 @@ const OBSERVED = ["view", "objective", "max_range", "predator_sensing_range", "e
 /** The network of a policy file. */
 class NetworkPolicy {
   /** `header` and `parameters` are the arrays of the file, see flockesc_env/policies/files.py. */
-  constructor({ header, parameters }, { spec, title, file, sha256 }) {
+  constructor({ header, parameters }, { spec, title, file, sha256, isDropped = false }) {
     const { architecture, per_agent: perAgent, model } = header;
     const options = { min_range: 0, ...header.options };
     if (model !== "flock") throw new Error(`${spec}: a policy for a line`);
     if (typeof architecture === "string") throw new Error(`${spec}: a rule with parameters, which runs in Python only`);
-    Object.assign(this, { spec, title, file, sha256, parameters, kind: "learned" });
+    Object.assign(this, { spec, title, file, sha256, isDropped, parameters, kind: "learned" });
     this.stepsPerAction = options.steps_per_action;
     this.architecture = JSON.stringify(architecture);
     const candidates = options.profile_ranges ?? [];
@@ -115,7 +115,7 @@ class PolicyList {
     if (Object.hasOwn(RULES, spec)) return new Rule(spec);
     if (!this.loaded.has(spec)) {
       const entry = this.files.get(spec);
-      if (!entry) throw new Error(`${spec}: unknown policy`);
+      if (!entry) throw new Error(`${spec}: this page has no such policy. If it is a file, drop it on the page.`);
       await this.add(entry, entry.data ? bytesOf(entry.data) : await this.fetch(entry));
     }
     return this.loaded.get(spec);
@@ -123,7 +123,7 @@ class PolicyList {
 
   async fetch({ spec }) {
     const answer = await fetch(`policies/${spec}.npz`).catch(() => null);
-    if (!answer?.ok) throw new Error(`this page cannot read policies/${spec}.npz. Drop the file on the page instead.`);
+    if (!answer?.ok) throw new Error(`${spec}: this page cannot read policies/${spec}.npz. Drop that file on the page.`);
     return new Uint8Array(await answer.arrayBuffer());
   }
 
@@ -133,5 +133,28 @@ class PolicyList {
     this.files.set(entry.spec, entry);
     this.loaded.set(entry.spec, policy);
     return policy;
+  }
+
+  /** Fills the list of a panel. `recordings`: recorded runs that it can show. */
+  list(select, { title, spec }, recordings) {
+    const isReadable = ({ data, spec }) => data || this.loaded.has(spec) || location.protocol !== "file:";
+    const options = (entries) =>
+      entries.map((entry) =>
+        Object.assign(new Option(entry.label, entry.spec), {
+          disabled: !isReadable(entry),
+          title: entry.sha256 ? `sha256 ${entry.sha256}` : "",
+        }),
+      );
+    const groups = new Map([["rules", Object.keys(RULES).map((name) => new Option(name.replaceAll("-", " "), name))]]);
+    const files = [...this.files.values()];
+    for (const group of new Set(files.map((entry) => entry.group))) {
+      groups.set(group, options(files.filter((entry) => entry.group === group)));
+    }
+    select.replaceChildren(
+      new Option(spec.startsWith("fixed:") ? title : "fixed range", "fixed"),
+      ...recordings.map((run) => new Option(`${run.title} (recorded)`, run.spec)),
+      ...[...groups].map(([label, entries]) => element("optgroup", { label }, ...entries)),
+    );
+    select.value = spec.startsWith("fixed:") ? "fixed" : spec;
   }
 }

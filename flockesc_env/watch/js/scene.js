@@ -2,9 +2,10 @@
 
 // Draws one run at one time onto a canvas.
 
-const TRAIL = 1.0; // s of an agent's past
+const TRAIL = 0.5; // s of an agent's past
 const DEPTHS = 5; // shades by which agents in space fade with their depth
-const MAX_TRAIL_PARTS = 16000; // of all trails of the page; more are slow
+const MAX_TRAIL_PARTS = 8000; // of all trails of the page; more are slow
+const TURNS = 72; // directions of the stamps of agents
 const MAX_EDGES = 60000; // more are unreadable and slow
 
 /** Returns the shortest offset along an axis in a periodic world, or the offset itself if `side` is null. */
@@ -17,6 +18,7 @@ class Scene {
     this.canvas = canvas;
     this.camera = camera;
     this.context = canvas.getContext("2d");
+    this.stamps = new Stamps();
     this.forget();
   }
 
@@ -32,7 +34,7 @@ class Scene {
     this.edges = { step: -1, pairs: [] }; // found once per step, drawn in many frames
   }
 
-  /** `look`: what is drawn (color, trails, edges, discs, largestRange) and the colors of the theme. */
+  /** `look`: what is drawn (trails, edges, ..) and the colors of the theme. */
   draw(time, look) {
     const { canvas, camera, context, run } = this;
     const density = window.devicePixelRatio || 1;
@@ -54,8 +56,9 @@ class Scene {
     const byColor = this.agentsByColor();
     if (look.trails) this.drawTrails(byColor);
     if (look.edges && run.pairsAt) this.drawEdges();
-    if (look.discs) this.drawDiscs(byColor);
     this.drawAgents(byColor);
+    if (look.guess !== undefined) this.drawChosen(this.guessOf(look.guess));
+    else this.drawRings();
     if (look.chosen?.run === run) this.drawChosen(look.chosen);
     if (look.target) this.drawTarget(look.target);
     drawScaleBar(context, camera, look.theme);
@@ -89,37 +92,25 @@ class Scene {
   agentsByColor() {
     const { run, look, moment } = this;
     const lists = new Map();
-    const groups = look.color === "range" ? null : run.groups.at(moment.step);
+    const isAsking = look.guess !== undefined; // before the first flight no color answers
+    const colorOf = isAsking ? () => look.theme.muted : look.theme.colorOf;
     for (let agent = 0; agent < run.numAgents; agent++) {
       if (isCaught(run, moment.step, agent)) continue;
-      // The scale has square roots, as the slider: small ranges differ more than large ones.
-      const color = groups
-        ? look.theme.groups[groups[agent]]
-        : look.theme.ramp(Math.sqrt(rangeOf(run, moment.step, agent) / (look.largestRange || 1)));
+      const color = colorOf(rangeOf(run, moment.step, agent));
       if (!lists.has(color)) lists.set(color, []);
       lists.get(color).push(agent);
     }
-    // Agents that are alone are drawn first, so that they do not cover the components.
-    const isBehind = ([color]) => color === look.theme.groups[ALONE];
-    return [...lists].sort((a, b) => isBehind(b) - isBehind(a));
+    return [...lists];
   }
 
-  /** Draws a small cross where each agent was caught. */
+  /** Draws a dot where each agent was caught. */
   drawCaught() {
     const { context, run, points, moment, look } = this;
-    context.beginPath();
+    context.fillStyle = look.theme.ink;
+    context.globalAlpha = 0.4;
     for (let agent = 0; agent < run.numAgents; agent++) {
-      if (!isCaught(run, moment.step, agent)) continue;
-      const [x, y] = [points[3 * agent], points[3 * agent + 1]];
-      context.moveTo(x - 2.5, y - 2.5);
-      context.lineTo(x + 2.5, y + 2.5);
-      context.moveTo(x - 2.5, y + 2.5);
-      context.lineTo(x + 2.5, y - 2.5);
+      if (isCaught(run, moment.step, agent)) context.fillRect(points[3 * agent] - 1.5, points[3 * agent + 1] - 1.5, 3, 3);
     }
-    context.lineWidth = 1;
-    context.strokeStyle = look.theme.ink;
-    context.globalAlpha = 0.3;
-    context.stroke();
     context.globalAlpha = 1;
   }
 
@@ -136,7 +127,12 @@ class Scene {
       context.fill();
     };
     if (!camera.isSpatial) {
-      for (const [color, agents] of byColor) drawMarks(color, agents);
+      for (const [color, agents] of byColor) {
+        const stamp = this.stamps.of(color, size);
+        for (const agent of agents) {
+          stamp(context, points[3 * agent], points[3 * agent + 1], marks[2 * agent], marks[2 * agent + 1]);
+        }
+      }
       return;
     }
     const depths = this.depthsOfAgents();
@@ -176,11 +172,10 @@ class Scene {
 
   drawTrails(byColor) {
     const { context, moment } = this;
-    const { positions, numAgents, timeStep } = this.run;
-    const length = Math.min(
-      Math.round(TRAIL / timeStep),
-      Math.ceil(MAX_TRAIL_PARTS / (numAgents * this.look.numPanels)),
-    );
+    const { positions, numAgents, timeStep, document } = this.run;
+    const parts = Math.ceil(MAX_TRAIL_PARTS / (numAgents * this.look.numPanels));
+    const length = Math.min(Math.round(TRAIL / timeStep), parts);
+    const border = (document.periodic_side ?? Infinity) / 2; // m: a longer step is one to the other side of the world
     const first = Math.max(0, moment.step - length);
     const out = [0, 0, 0];
     context.globalAlpha = 0.35;
@@ -188,44 +183,16 @@ class Scene {
     for (const [color, agents] of byColor) {
       context.beginPath();
       for (const agent of agents) {
-        context.moveTo(this.points[3 * agent], this.points[3 * agent + 1]);
+        let [x, y] = [this.points[3 * agent], this.points[3 * agent + 1]];
+        context.moveTo(x, y);
         for (let step = moment.step; step >= first; step--) {
           this.projectBetween(positions, numAgents, agent, step, 0, out);
-          if (this.crossesBorder(agent, step)) context.moveTo(out[0], out[1]);
+          if (Math.hypot(out[0] - x, out[1] - y) > border * out[2]) context.moveTo(out[0], out[1]);
           else context.lineTo(out[0], out[1]);
+          [x, y] = out;
         }
       }
       context.strokeStyle = color;
-      context.stroke();
-    }
-    context.globalAlpha = 1;
-  }
-
-  /** Returns whether an agent leaves a periodic world on one side and enters it on the other after a step. */
-  crossesBorder(agent, step) {
-    const { positions, numAgents, dimension, last, document } = this.run;
-    if (document.periodic_side === null || step === last) return false;
-    const here = (step * numAgents + agent) * dimension;
-    const next = here + numAgents * dimension;
-    for (let axis = 0; axis < dimension; axis++) {
-      const moved = positions[next + axis] - positions[here + axis];
-      if (shortest(moved, document.periodic_side) !== moved) return true;
-    }
-    return false;
-  }
-
-  drawDiscs(byColor) {
-    const { context, points, run, moment } = this;
-    context.lineWidth = 1;
-    for (const [color, agents] of byColor) {
-      context.beginPath();
-      for (const agent of agents) {
-        const radius = rangeOf(run, moment.step, agent) * points[3 * agent + 2];
-        context.moveTo(points[3 * agent] + radius, points[3 * agent + 1]);
-        context.arc(points[3 * agent], points[3 * agent + 1], radius, 0, 2 * Math.PI);
-      }
-      context.strokeStyle = color;
-      context.globalAlpha = 0.3;
       context.stroke();
     }
     context.globalAlpha = 1;
@@ -256,8 +223,8 @@ class Scene {
   }
 
   /** Draws an agent's range and lines to the agents that it hears. */
-  drawChosen({ agent, heard }) {
-    const { context, points, run, moment, look } = this;
+  drawChosen({ agent, heard, range }) {
+    const { context, points, run, look } = this;
     const [x, y, scale] = points.subarray(3 * agent, 3 * agent + 3);
     context.strokeStyle = look.theme.ink;
     context.lineWidth = 1;
@@ -273,9 +240,8 @@ class Scene {
     context.beginPath();
     context.arc(x, y, 9, 0, 2 * Math.PI);
     if (run.rangeUnit === "m") {
-      const radius = rangeOf(run, moment.step, agent) * scale;
-      context.moveTo(x + radius, y);
-      context.arc(x, y, radius, 0, 2 * Math.PI);
+      context.moveTo(x + range * scale, y);
+      context.arc(x, y, range * scale, 0, 2 * Math.PI);
     }
     context.stroke();
   }
@@ -289,14 +255,39 @@ class Scene {
     context.beginPath();
     context.arc(x, y, 7, 0, 2 * Math.PI);
     context.stroke();
-    for (const [dx, dy] of [
-      [1, 0],
-      [-1, 0],
-      [0, 1],
-      [0, -1],
-    ]) {
-      line(context, x + 3 * dx, y + 3 * dy, x + 11 * dx, y + 11 * dy);
-    }
+  }
+
+  /** Draws the mean distance as a ring around the predator, and that of the best fixed range as a dotted ring. */
+  drawRings() {
+    const { context, run, moment, look } = this;
+    if (run.numPredators !== 1) return;
+    const [x, y, scale] = this.predatorPixels(0);
+    const ring = (radius, dash) => {
+      context.beginPath();
+      context.setLineDash(dash);
+      context.arc(x, y, radius * scale, 0, 2 * Math.PI);
+      context.stroke();
+    };
+    context.lineWidth = 2;
+    context.strokeStyle = look.theme.runs[run.color % look.theme.runs.length];
+    ring(run.meanDistance[moment.step], []);
+    const { yardstick } = look;
+    context.strokeStyle = look.theme.ink;
+    context.lineWidth = 1.5;
+    if (yardstick && yardstick !== run && yardstick.last >= moment.step) ring(yardstick.meanDistance[moment.step], [2, 5]);
+    context.setLineDash([]);
+  }
+
+  /** The agent in the middle of the flock and those within a range of it: what a range means. */
+  guessOf(range) {
+    const { points, run } = this;
+    const agents = Array.from({ length: run.numAgents }, (_, agent) => agent);
+    const mean = [0, 1].map((axis) => agents.reduce((sum, agent) => sum + points[3 * agent + axis], 0) / agents.length);
+    const from = (x, y) => (agent) => Math.hypot(points[3 * agent] - x, points[3 * agent + 1] - y);
+    const toMiddle = from(...mean);
+    const agent = agents.reduce((a, b) => (toMiddle(b) < toMiddle(a) ? b : a));
+    const distance = from(points[3 * agent], points[3 * agent + 1]);
+    return { agent, range, heard: agents.filter((other) => distance(other) <= range * points[3 * agent + 2]) };
   }
 
   /** The agent nearest to a pixel, or null if none is near. */
@@ -311,11 +302,23 @@ class Scene {
     return found;
   }
 
+  /** Pixels of a predator, and pixels per metre there. */
+  predatorPixels(predator, step = this.moment.step, share = this.moment.share) {
+    const { predators, numPredators } = this.run;
+    return this.projectBetween(predators, numPredators, predator, step, share, [0, 0, 0]);
+  }
+
+  /** Whether a predator is within some pixels of a pixel. */
+  isPredatorNear(x, y, pixels) {
+    const places = Array.from({ length: this.run.numPredators }, (_, predator) => this.predatorPixels(predator));
+    return places.some((place) => Math.hypot(place[0] - x, place[1] - y) <= pixels);
+  }
+
   drawPredators() {
     const { context, run, moment, look, camera } = this;
-    const { predators, numPredators, document } = run;
+    const { numPredators, document } = run;
     for (let predator = 0; predator < numPredators; predator++) {
-      const project = (step, share) => this.projectBetween(predators, numPredators, predator, step, share, [0, 0, 0]);
+      const project = (step, share) => this.predatorPixels(predator, step, share);
       const [x, y, scale] = project(moment.step, moment.share);
       context.fillStyle = context.strokeStyle = look.theme.predator;
       context.beginPath();
@@ -354,4 +357,39 @@ function dart(context, x, y, ux, uy, length) {
   context.lineTo(x - 0.25 * dx, y - 0.25 * dy);
   context.lineTo(x - 0.5 * dx - wx, y - 0.5 * dy - wy);
   context.closePath();
+}
+
+/** Marks of agents in every direction and color, drawn once: copies of a picture are faster than paths. */
+class Stamps {
+  constructor() {
+    this.strips = new Map();
+  }
+
+  /** A function that draws a mark of a color and a length at a pixel, in the direction (ux, uy). */
+  of(color, length) {
+    const density = window.devicePixelRatio || 1;
+    const side = 2 * Math.ceil(length * density * 0.8) + 2; // px of the canvas
+    if (this.side !== side) this.strips.clear(); // the reader zooms
+    this.side = side;
+    if (!this.strips.has(color)) this.strips.set(color, stripOf(color, length * density, side));
+    const strip = this.strips.get(color);
+    const size = side / density;
+    return (context, x, y, ux, uy) => {
+      const turn = Math.round((Math.atan2(uy, ux) / (2 * Math.PI)) * TURNS + TURNS) % TURNS;
+      context.drawImage(strip, turn * side, 0, side, side, x - size / 2, y - size / 2, size, size);
+    };
+  }
+}
+
+function stripOf(color, length, side) {
+  const strip = element("canvas", { width: TURNS * side, height: side });
+  const context = strip.getContext("2d");
+  context.fillStyle = color;
+  context.beginPath();
+  for (let turn = 0; turn < TURNS; turn++) {
+    const angle = (2 * Math.PI * turn) / TURNS;
+    dart(context, (turn + 0.5) * side, side / 2, Math.cos(angle), Math.sin(angle), length);
+  }
+  context.fill();
+  return strip;
 }

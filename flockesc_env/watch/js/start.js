@@ -3,6 +3,7 @@
 // Starts the page. Tests wait for `startedPage`.
 
 const startedPage = (async () => {
+  document.body.classList.add("scripted");
   const content = JSON.parse($("document").textContent);
   const recordings = await Promise.all(content.recordings.map((run, index) => Recording.decode(run, index)));
   const isLive = Boolean($("engine"));
@@ -12,5 +13,7 @@ const startedPage = (async () => {
   return page;
 })();
 startedPage.catch((error) => {
-  $("message").textContent = `This page cannot run here: ${messageOf(error)}`;
+  document.body.classList.remove("scripted");
+  $("unscripted").insertAdjacentHTML("afterbegin", $("film").textContent); // the content of <noscript>
+  $("unable").textContent = `This page cannot fly flocks here: ${messageOf(error)}`;
 });

@@ -1,8 +1,138 @@
 "use strict";
 
-// Steers learned predators toward a point of the plane.
+// Leads learned predators toward the reader's finger.
 
 const NEAR = 5; // m: closer to the point the predator slows down
+const GRIP = 36; // pixels from a predator within which a touch grabs it
+const NUDGE = 5; // m that an arrow key moves the point
+
+/** The reader as the predator: where the finger is, the path so far, and what it has reached. */
+class Steering {
+  constructor(page) {
+    this.page = page;
+    this.forget();
+  }
+
+  forget() {
+    this.pointer = null; // m
+    this.tries = new Map(); // by the policy of the flock: {straight, now, best}
+  }
+
+  /** Connects a panel's canvas: a drag of a predator grabs it, a click shows an agent. */
+  bind(panel) {
+    const { page } = this;
+    const { canvas, scene } = panel;
+    let pressed = [0, 0];
+    const isDrag = ({ offsetX, offsetY }) => Math.hypot(offsetX - pressed[0], offsetY - pressed[1]) > 4;
+    const isHeld = () => canvas.classList.contains("grabbed");
+    canvas.addEventListener("pointerdown", ({ offsetX, offsetY, isPrimary }) => {
+      pressed = [offsetX, offsetY];
+      const { isSteered, scenario } = page.flight;
+      if (!isPrimary || !(isSteered || (scenario.steered && scene.isPredatorNear(offsetX, offsetY, GRIP)))) return;
+      canvas.classList.add("grabbed");
+      if (isSteered) this.point(offsetX, offsetY);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (!isHeld() || !isDrag(event)) return;
+      if (!page.flight.isSteered) page.steer(true, page.player.time);
+      this.point(event.offsetX, event.offsetY);
+    });
+    for (const name of ["pointerup", "pointercancel"]) {
+      canvas.addEventListener(name, () => {
+        canvas.classList.remove("grabbed");
+        this.release();
+      });
+    }
+    // A finger that holds the predator does not scroll the page.
+    canvas.addEventListener("touchstart", (event) => isHeld() && event.preventDefault(), {
+      passive: false,
+    });
+    canvas.addEventListener("click", (event) => {
+      if (!isDrag(event)) page.inspect(panel, scene.agentAt(event.offsetX, event.offsetY));
+    });
+    const moves = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+    canvas.addEventListener(
+      "keydown",
+      (event) => {
+        if (!page.flight.isSteered || !(event.key in moves || event.key === "Escape")) return;
+        event.preventDefault();
+        event.stopImmediatePropagation();
+        if (event.key === "Escape") return this.release();
+        const from = this.pointer ?? predatorOf(panel.run, frameAt(panel.run, page.player.time).step);
+        this.pointer = from.map((part, axis) => part + NUDGE * moves[event.key][axis]);
+        page.draw();
+      },
+      { capture: true },
+    );
+  }
+
+  point(x, y) {
+    this.pointer = this.page.camera.unproject(x, y);
+    if (!this.page.player.isPlaying) this.page.draw();
+  }
+
+  release() {
+    if (!this.pointer) return;
+    this.pointer = null;
+    this.page.draw();
+  }
+
+  /** The path so far: a point or null per step, as all flocks follow it. */
+  get path() {
+    if (!this.page.flight.isSteered) return [];
+    return this.first?.targets ?? [];
+  }
+
+  get first() {
+    return this.page.panels.find(({ run }) => run.isLive)?.run;
+  }
+
+  /** Makes the path so far that of the flight, so that a new run follows it. */
+  keepPath() {
+    if (this.page.flight?.isSteered) this.page.flight.path = [...this.path];
+  }
+
+  /** Where the predators of a run fly: along the path of the flight, else as in the first panel, else to the pointer. */
+  targetOf(run) {
+    const { flight } = this.page;
+    if (!flight.isSteered) return null;
+    const step = run.last;
+    if (step < flight.path.length) return flight.path[step];
+    const { first } = this;
+    if (first && first !== run && step < first.targets.length) return first.targets[step];
+    return this.pointer && roundedPoint(this.pointer);
+  }
+
+  /** What the predator has reached against a policy: {straight, now, best} in m. */
+  triesAgainst(policy) {
+    if (!this.tries.has(policy.spec)) {
+      const straight = objectiveOf(new Flight({ ...this.page.flight, path: [] }), policy);
+      this.tries.set(policy.spec, { straight, now: null, best: Infinity });
+    }
+    return this.tries.get(policy.spec);
+  }
+
+  /** Keeps what a whole run gave the predator. */
+  note({ policy, objective }) {
+    const tries = this.triesAgainst(policy);
+    Object.assign(tries, { now: objective, best: Math.min(tries.best, objective) });
+  }
+
+  /** Sentences about the aim, which is the first flock, and about what was reached. */
+  describe() {
+    const { policy } = this.first;
+    const { straight, now, best } = this.triesAgainst(policy);
+    const aim =
+      `You are the predator: hold a finger on the field, and it follows. Come nearer than ${straight.toFixed(1)} m ` +
+      `to the flock under ${policy.title}; the straight line does.`;
+    return now === null ? aim : `${aim} You: ${now.toFixed(1)} m. Best try: ${best.toFixed(1)} m.`;
+  }
+}
+
+/** Where the first predator of a run is at a time, in m. */
+function predatorOf({ predators, numPredators }, step) {
+  return Array.from(predators.subarray(2 * numPredators * step, 2 * numPredators * step + 2));
+}
 
 /** Returns the actions, accelerations ahead and left in [-1, 1], of all learned predators of a run. */
 function actionsToward({ flight, flock, numPredators, timeStep }, target) {

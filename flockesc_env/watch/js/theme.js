@@ -9,6 +9,7 @@ function readTheme() {
     value(name)
       .split(",")
       .map((color) => color.trim());
+  const ramp = colorRamp(list("ranges"));
   return {
     ink: value("ink"),
     muted: value("muted"),
@@ -18,12 +19,13 @@ function readTheme() {
     ground: value("ground"),
     accent: value("accent"),
     predator: value("predator"),
-    groups: [...list("components"), value("other"), value("alone")],
-    runs: [value("fixed"), value("learned"), ...list("others")],
-    rampStops: list("ranges"),
-    ramp: colorRamp(list("ranges")),
+    // Of the other colors these differ most, also with red-green blindness.
+    runs: [value("fixed"), value("learned"), ...[1, 4, 0].map((at) => list("others")[at])],
+    colorOf: (range) => ramp(range / COLOR_END),
   };
 }
+
+const COLOR_END = 20; // m: the color scale ends here, as in films of policies that set up to 20 m
 
 const FIRST_COLORS = { fixed: 0, learned: 1, rule: 2 }; // places in a theme's `runs`
 
