@@ -33,6 +33,12 @@ build: $(UV) ## create the virtual environment .venv and install the package in 
 	  $(INSTALL) --extra dev; installed=$$?; wait $$! && exit $$installed
 	$(BIN)/maturin develop --uv --profile $(PROFILE) --locked --quiet
 
+# The package with its own requirements, without those of training, pictures and tests.
+.PHONY: core
+core: $(UV)
+	$(INSTALL) maturin
+	$(BIN)/maturin develop --uv --profile $(PROFILE) --locked --quiet
+
 .PHONY: demo
 demo: build ## train a range policy and compare it with the best fixed range (about 2 minutes on 2 cores, after the build)
 	rm -rf $(DEMO)
@@ -92,12 +98,13 @@ lint: build ## check formatting, lints, types and stubs
 	  wait $$! && exit $$checked
 	$(BIN)/python -m mypy.stubtest --mypy-config-file <(printf '$(STUBTEST)') flockesc_env._core
 
-# DOCS_ONLINE=1 also links names of other projects, whose inventories it downloads.
+# DOCS_ONLINE=1 also links names of other projects, whose inventories it downloads. SITE is the address of the site,
+# for link previews of the playground.
 .PHONY: docs
 docs: build engine ## build the documentation site with the playground in target/docs; warnings are errors
 	$(INSTALL) --extra docs
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d target/doctrees docs target/docs
-	$(BIN)/python -m playground target/docs/playground
+	$(BIN)/python -m playground target/docs/playground $(SITE:%=%/playground/)
 
 .PHONY: notebooks
 notebooks: build ## run the notebooks of examples/ and store their outputs (about 2 minutes)
@@ -210,8 +217,12 @@ engine: ## build the core for web pages, in WebAssembly, into the package
 	perl -pi -e 's/document.currentScript !== null/document.currentScript?.src/' $(ENGINE)/flockesc_wasm.js
 
 .PHONY: playground
-playground: build engine ## build the playground, a web page on which flocks fly, in target/playground
+playground: core engine ## build the playground, a web page on which flocks fly, in target/playground
 	$(BIN)/python -m playground target/playground
+
+.PHONY: film
+film: build ## draw the film of the README
+	$(BIN)/flockesc watch fixed:12 per-agent-visible/search --seed 242 --output docs/learned.gif
 
 # Sample sizes: number of mutants of the Python package, and share of the mutants of the core.
 MUTANTS := 100
