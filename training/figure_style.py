@@ -9,6 +9,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.transforms import offset_copy
 
 from flockesc_env.common.files import atomic_write
 from flockesc_env.render.palette import LIGHT
@@ -62,7 +63,10 @@ def label_ends(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float 
 def label_points(
     axes: Axes, labels: Sequence[tuple[tuple[float, float], str, str]], gap: float, offset: float = 8.0
 ) -> None:
-    """Write labels ``offset`` pt right of points in data coordinates, moved apart as by ``label_ends``."""
+    """Write labels ``offset`` pt right of points in data coordinates, moved apart as by ``label_ends``.
+
+    A thin line leads from a label that moved to its point.
+    """
     axes.get_ylim()  # computes limits that are still to be computed
     to_axes = axes.transScale + axes.transLimits
     ordered = sorted(labels, key=lambda label: label[0][1])
@@ -73,15 +77,27 @@ def label_points(
             overlap = max(gap - (places[below + 1] - places[below]), 0.0)
             places[below] -= overlap / 2
             places[below + 1] += overlap / 2
-    for place, (x, _), (_, text, color) in zip(places, points, ordered, strict=True):
+    for place, (x, y), (_, text, color) in zip(places, points, ordered, strict=True):
+        has_moved = abs(place - float(y)) > 0.2 * gap
+        away = offset + 12 * has_moved
         axes.annotate(
             text,
-            (float(x), place),
-            xytext=(offset, 0),
+            (float(x), float(y)),
+            xytext=(float(x), place),
             xycoords="axes fraction",
-            textcoords="offset points",
+            textcoords=offset_copy(axes.transAxes, axes.figure, away, units="points"),
             color=color,
             va="center",
+            arrowprops={
+                "arrowstyle": "-",
+                "color": color,
+                "lw": 0.6,
+                "shrinkA": 0,
+                "shrinkB": 0,
+                "relpos": (0, 0.5),
+            }
+            if has_moved
+            else None,
             annotation_clip=False,
         )
 

@@ -15,12 +15,12 @@ from studies.paper.plan import COARSE, FORCES, FREE_LINE, LINE, LINE_GRID, SHOWN
 from studies.style import caption, cluster_colors, letter
 from training.figure_style import BAND, WIDTH
 
-_FORCES: dict[EscapeForce, tuple[str, str, float]] = {
-    "constant": ("Eq. 8 (constant)", LIGHT.others[1], 1.93),
-    "linear": ("Eq. 9 as simulated (linear)", LIGHT.fixed, 0.65),
-    "linear_as_printed": ("Eq. 9 as printed", LIGHT.others[2], 0.95),
+_FORCES: dict[EscapeForce, tuple[str, str, tuple[float, float]]] = {
+    "constant": ("Eq. 8 (constant)", LIGHT.others[1], (0.01, 1.8)),
+    "linear": ("Eq. 9 as simulated (linear)", LIGHT.fixed, (0.102, -0.04)),
+    "linear_as_printed": ("Eq. 9 as printed", LIGHT.others[2], (0.125, 0.31)),
 }
-"""Name, color, and height of the name in Figure 2."""
+"""Name, color, and place of the name in Figure 2: beside the line, the last two in the inset."""
 
 _SHOWN_STEPS = 14
 _GRID = np.array(LINE_GRID)
@@ -30,10 +30,10 @@ def escape_forces() -> Figure:
     """Figure 2: what one step adds to a lone agent, against its offset from the predator."""
     figure = Figure(figsize=(WIDTH, 3.8), layout="constrained")
     axes = figure.subplots()
-    inset = axes.inset_axes((0.6, 0.07, 0.38, 0.33))
+    inset = axes.inset_axes((0.53, 0.07, 0.45, 0.36))
     assert LINE.predator_position is not None  # noqa: S101, the paper's line has one
     offsets = np.linspace(-0.4, 0.4, 801)
-    for force, (name, color, height) in _FORCES.items():
+    for force, (name, color, place) in _FORCES.items():
         scenario = LINE.replace(num_agents=len(offsets), escape_force=force, max_steps=1)
         start = LINE.predator_position + offsets
         moved = simulate_line(scenario, 0.0, initial_state=start).states[-1] - start
@@ -41,7 +41,7 @@ def escape_forces() -> Figure:
         drawn = np.where(np.append(is_jump, [False]), np.nan, moved)
         for panel in (axes, inset):
             panel.plot(offsets, drawn, color=color, lw=1.8)
-        axes.text(0.225, height, name, color=color)
+        (axes if force == "constant" else inset).text(*place, name, color=color)
     axes.axhline(0, color=LIGHT.ink, lw=0.6)
     for panel in (axes, inset):
         panel.axvspan(-LINE.predator_range, LINE.predator_range, color=LIGHT.predator, alpha=0.1, lw=0)

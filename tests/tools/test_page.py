@@ -264,8 +264,9 @@ def test_a_link_restores_flock_policies_numbers_and_steering(tab: Page, open_at:
     ("address", "message", "policies"),
     [
         (
-            "scenario=nowhere&seed=18446744073709551616&agents=1&noise=x&speed=&steer=maybe",
-            r"scenario: .*nowhere\. agents: .* from 2 to 3000, got 1\. noise: .*x\. speed: .* seed: .*",
+            "scenario=nowhere&seed=18446744073709551616&agents=1&noise=x&speed=&steer=maybe&world=1",
+            r"scenario: .*nowhere\. steer: .*maybe\. agents: .* from 2 to 3000, got 1\. noise: .*x\. "
+            r"speed: .* seed: .* world: unknown entry\.",
             DUEL,
         ),
         ("policies=fixed:-3", "fixed:-3: expected a range >= 0", [12]),

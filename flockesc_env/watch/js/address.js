@@ -56,7 +56,7 @@ function readAddress(hash, scenarios, start) {
   };
   const find = (name) => scenarios.find((scenario) => scenario.name === name) ?? null;
   const scenario = read("scenario", "a scenario of this page", find, find(start.scenario));
-  const isSteered = entries.get("steer") === "you" && scenario.steered !== null;
+  const isSteered = read("steer", "you", (text) => text === "you" || null, false) && scenario.steered !== null;
   const numbers = {};
   const numberIn = (least, most) => (text) => (text !== "" && text >= least && text <= most ? Number(text) : null);
   for (const [name, { least, most }] of Object.entries(NUMBERS)) {
@@ -68,6 +68,8 @@ function readAddress(hash, scenarios, start) {
   const time = read("t", "a time in s", numberIn(0, Infinity), null);
   const path = isSteered ? unpackPath(entries.get("path") ?? "") : [];
   const listed = entries.get("policies")?.split(",").filter(Boolean) ?? [];
+  const known = ["scenario", "seed", "policies", "t", "steer", "path", ...Object.keys(NUMBERS)];
+  for (const name of entries.keys()) if (name && !known.includes(name)) problems.push(`${name}: unknown entry.`);
   const asked = listed.map((spec) => spec.replaceAll("%2C", ",")); // a file's name can have commas
   if (asked.length > MAX_PANELS) problems.push(`policies: expected at most ${MAX_PANELS}, got ${asked.length}.`);
   const range = scenario.best ?? scenario.firstRange ?? scenario.maxRange / 10;

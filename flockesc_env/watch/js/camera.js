@@ -85,10 +85,8 @@ class Camera {
   /** Chooses the scale and the center so that all corners of the box are in the window. */
   fitToWindow() {
     Object.assign(this, { pixelsPerMetre: 1, middle: [0, 0] });
-    const [low, high] = [
-      [Infinity, Infinity],
-      [-Infinity, -Infinity],
-    ];
+    const low = [Infinity, Infinity];
+    const high = [-Infinity, -Infinity];
     for (let corner = 0; corner < 8; corner++) {
       const at = this.box.low.map((value, axis) => (corner & (1 << axis) ? this.box.high[axis] : value));
       const seen = this.project(...at, [0, 0, 0]);
@@ -160,16 +158,15 @@ class Window {
 
 /** The ends of a flock and its predators at a frame, along three axes. */
 function endsAt({ positions, predators, numAgents, numPredators, dimension, document }, step) {
-  const [low, high] = [
-    [0, 0, 0],
-    [0, 0, 0],
-  ];
+  const low = [0, 0, 0];
+  const high = [0, 0, 0];
   const reach = document.randomization.length ? ROOM : Math.min(Math.max(document.predator_range, ROOM), 60);
   const skipped = Math.floor(STRAY * numAgents);
   for (let axis = 0; axis < dimension; axis++) {
-    const values = Float32Array.from({ length: numAgents }, (_, at) => positions[(step * numAgents + at) * dimension + axis]);
-    values.sort();
-    const places = Array.from({ length: numPredators }, (_, at) => predators[(step * numPredators + at) * dimension + axis]);
+    const along = (column, count) =>
+      Float32Array.from({ length: count }, (_, at) => column[(step * count + at) * dimension + axis]).sort();
+    const values = along(positions, numAgents);
+    const places = [...along(predators, numPredators)];
     low[axis] = Math.min(values[skipped] - ROOM, ...places.map((place) => place - reach));
     high[axis] = Math.max(values[numAgents - 1 - skipped] + ROOM, ...places.map((place) => place + reach));
   }

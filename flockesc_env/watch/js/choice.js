@@ -29,18 +29,12 @@ class Choice {
     this.slider.setAttribute("aria-label", "How far each agent listens");
     this.trials = new Trials();
     this.ticks = element("div", { className: "ticks", ariaHidden: "true" });
-    const button = (text, spec) => {
-      const made = element("button", { type: "button" }, element("b", {}, text), element("small"));
-      made.addEventListener("click", () => choose(spec()));
-      return made;
-    };
-    this.buttons = {
-      nobody: button("Nobody", () => "fixed:0"),
-      best: button("Best fixed", () => `fixed:${this.scenario.best}`),
-      everybody: button("Everybody", () => `fixed:${this.scenario.maxRange}`),
-      learned: button("Learned", () => this.headline),
-    };
-    const buttons = element("div", { className: "buttons" }, ...Object.values(this.buttons));
+    this.buttons = ["Nobody", "Best fixed", "Everybody", "Learned"].map((text) => {
+      const button = element("button", { type: "button" }, element("b", {}, text), element("small"));
+      button.addEventListener("click", () => choose(button.value));
+      return button;
+    });
+    const buttons = element("div", { className: "buttons" }, ...this.buttons);
     root.replaceChildren(this.title, this.trials.root, this.slider, this.ticks, buttons);
     this.slider.addEventListener("input", () => choose(this.sliderSpec));
   }
@@ -51,40 +45,42 @@ class Choice {
 
   /** Shows the policy of a panel's run, the `name` of its flock, and what whole runs of this flock have given. */
   show({ run }, { scenario, unit }, name, trials, theme) {
-    this.scenario = scenario;
-    this.ranges = rangesUpTo(scenario.maxRange, unit);
+    const { best, maxRange } = scenario;
+    this.ranges = rangesUpTo(maxRange, unit);
     const isFixed = run.spec.startsWith("fixed:");
     const text = isFixed ? `${run.policy.range} ${unit}` : run.title;
-    this.title.replaceChildren(`${name} ${isFixed ? "listen within" : "follow"} `, element("output", {}, text));
+    const verb = isFixed ? (unit === "m" ? "listen within" : "listen to") : "follow";
+    this.title.replaceChildren(`${name} ${verb} `, element("output", {}, text));
     this.slider.max = this.ranges.length - 1;
     if (isFixed) this.slider.value = Math.round(placeOf(run.policy.range, this.ranges));
     this.slider.classList.toggle("idle", !isFixed);
     this.slider.setAttribute("aria-valuetext", text);
-    const places = Array.from({ length: 33 }, (_, at) => this.ranges[Math.round((at / 32) * (this.ranges.length - 1))]);
-    this.slider.style.setProperty("--scale", `linear-gradient(to right, ${places.map(theme.colorOf)})`);
-    const marks = [0, 1, 10, 30, 100].filter((mark) => mark < 0.8 * scenario.maxRange);
-    const ticks = [...marks, scenario.maxRange].map((mark) => {
+    this.slider.style.setProperty("--scale", `linear-gradient(to right, ${this.ranges.map(theme.colorOf)})`);
+    const marks = [0, 1, 10, 30, 100].filter((mark) => mark < 0.8 * maxRange);
+    const ticks = [...marks, maxRange].map((mark) => {
       const tick = element("span", {}, String(mark));
       tick.style.left = `${(100 * placeOf(mark, this.ranges)) / (this.ranges.length - 1)}%`;
       return tick;
     });
     this.ticks.replaceChildren(...ticks);
-    const press = (name, spec, note, isHidden = false) => {
-      this.buttons[name].setAttribute("aria-pressed", String(run.spec === spec));
-      this.buttons[name].querySelector("small").textContent = note;
-      this.buttons[name].hidden = isHidden;
-    };
-    press("nobody", "fixed:0", `0 ${unit}`);
-    press("best", `fixed:${scenario.best}`, `${scenario.best} ${unit}`, scenario.best === null);
-    press("everybody", `fixed:${scenario.maxRange}`, `${scenario.maxRange} ${unit}`);
-    press("learned", this.headline, "each decides", !this.headline);
+    const offers = [
+      ["fixed:0", `0 ${unit}`],
+      [best === null ? "" : `fixed:${best}`, `${best} ${unit}`],
+      [`fixed:${maxRange}`, `${maxRange} ${unit}`],
+      [this.headline ?? "", "each decides"],
+    ];
+    this.buttons.forEach((button, at) => {
+      const [value, note] = offers[at];
+      Object.assign(button, { value, hidden: !value, ariaPressed: String(run.spec === value) });
+      button.lastChild.textContent = note;
+    });
     this.trials.show(trials, this.ranges, run.spec);
   }
 }
 
 const TRIALS_HEIGHT = 64; // px
 
-/** A drawing above the slider: a dot at every range that was tried, at the height of its objective; other policies are lines. */
+/** A drawing above the slider: a dot for every range that was tried, at its objective, a line for other policies. */
 class Trials {
   constructor() {
     this.root = element("div", { className: "trials" });

@@ -62,7 +62,8 @@ class Controls {
     const take = async (file) => {
       const spec = file.name.replace(/\.npz$/, "");
       try {
-        const entry = { spec, label: spec, title: `your file ${spec}`, file: file.name, group: "your files", isDropped: true };
+        const names = { spec, label: spec, title: `your file ${spec}`, file: file.name };
+        const entry = { ...names, group: "your files", isDropped: true };
         await page.policies.add(entry, new Uint8Array(await file.arrayBuffer()));
         await page.choose(page.active, spec);
       } catch (error) {
@@ -92,7 +93,7 @@ class Controls {
     this.showNumbers();
     this.showResults();
     this.showCode();
-    if (page.isTouring || document.body.classList.contains("asking")) return; // so that opening the page again begins again
+    if (page.isTouring || document.body.classList.contains("asking")) return; // opening the page again begins again
     const specs = page.panels.map(({ run }) => run.spec);
     const address = `#${writeAddress(page.flight, specs, path)}`;
     if (location.hash !== address) history.replaceState(null, "", address);

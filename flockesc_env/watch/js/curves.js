@@ -9,7 +9,7 @@ const AXIS_FONT = "11px system-ui, sans-serif";
 const CHARTS = [
   {
     title: "Distance to the predator (m)",
-    key: (run) => `solid: mean, thin: its lowest so far, dashed: nearest agent${run.isLive ? ", dotted: best fixed range" : ""}`,
+    key: () => "solid: mean, thin: its lowest so far, dashed: nearest agent, dotted: best fixed range",
     series: [
       { column: "lowestMean", width: 1, alpha: 0.55 },
       { column: "minDistance", width: 1.25, dash: [5, 4] },
@@ -91,7 +91,8 @@ class Curves {
       const values = chart.data[perRun * (at + 1)].filter((value) => typeof value === "number");
       const text = (value) => String(Number(value.toFixed(1)));
       const [low, high] = [Math.min(...values), Math.max(...values)].map(text);
-      return values.length ? `${run.title}: from ${text(values[0])} to ${text(values.at(-1))}, between ${low} and ${high}` : "";
+      if (!values.length) return "";
+      return `${run.title}: from ${text(values[0])} to ${text(values.at(-1))}, between ${low} and ${high}`;
     });
     chart.root.setAttribute("aria-label", `${title} against time. ${texts.join("; ")}.`);
   }
@@ -135,7 +136,8 @@ class Curves {
       ),
     ]);
     const { yardstick } = this;
-    const dotted = yardstick && !this.runs.includes(yardstick) ? yardstick : { times: [0], meanDistance: [null], last: 0 };
+    const isShown = yardstick && !this.runs.includes(yardstick);
+    const dotted = isShown ? yardstick : { times: [0], meanDistance: [null], last: 0 };
     const part = (column) => Array.from(column).slice(0, dotted.last + 1);
     if (objective) tables.push([part(dotted.times), part(dotted.meanDistance)]);
     return uPlot.join(tables);

@@ -172,7 +172,7 @@ class LiveRun {
     }
   }
 
-  /** The component of every agent under the ranges of the step that begins at a frame; a caught agent has one >= numAgents. */
+  /** The component of every agent in the step that begins at a frame; a caught agent has one >= numAgents. */
   labelsAt(step) {
     return (this.labels[step] ??= this.computeLabels(step));
   }

@@ -80,7 +80,7 @@ class Inspector {
   }
 }
 
-// Entries of observations in words and units, as docs/model.md scales them. Directions are seen from the agent's heading.
+// Entries of observations in words and units, as docs/model.md scales them. Directions are from the agent's heading.
 const WORDS = {
   time: ["time", (x, { numSteps, timeStep }) => `${(x * numSteps * timeStep).toFixed(2)} s`],
   running_minimum: ["lowest mean distance so far", (x, { document }) => `${unscaled(x, document.initial_side)} m`],
@@ -99,7 +99,8 @@ function inWords(names, values, run, agent) {
   const stems = names.map((name) => name.replace(/_(ahead|left|up)$/, ""));
   return [...new Set(stems)].map((stem) => {
     const entries = Array.from(values).filter((_, at) => stems[at] === stem);
-    const [words, textOf] = WORDS[stem] ?? [stem.replaceAll("_", " "), () => entries.map((x) => x.toFixed(2)).join(", ")];
+    const plain = () => entries.map((x) => x.toFixed(2)).join(", ");
+    const [words, textOf] = WORDS[stem] ?? [stem.replaceAll("_", " "), plain];
     return [words, textOf(entries.length > 1 ? entries : entries[0], run, agent)];
   });
 }
@@ -130,7 +131,8 @@ function headingAt(run, step, agent) {
 function turnBetween(from, to, dimension) {
   if (dimension === 3) {
     const dot = from.reduce((sum, part, axis) => sum + part * to[axis], 0);
-    return `${degrees(Math.acos(Math.min(Math.max(dot / (Math.hypot(...from) * Math.hypot(...to) || 1), -1), 1)))} apart`;
+    const cosine = dot / (Math.hypot(...from) * Math.hypot(...to) || 1);
+    return `${degrees(Math.acos(Math.min(Math.max(cosine, -1), 1)))} apart`;
   }
   const turn = Math.atan2(from[0] * to[1] - from[1] * to[0], from[0] * to[0] + from[1] * to[1]);
   const angle = degrees(Math.abs(turn));

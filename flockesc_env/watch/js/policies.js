@@ -123,7 +123,7 @@ class PolicyList {
 
   async fetch({ spec }) {
     const answer = await fetch(`policies/${spec}.npz`).catch(() => null);
-    if (!answer?.ok) throw new Error(`${spec}: this page cannot read policies/${spec}.npz. Drop that file on the page.`);
+    if (!answer?.ok) throw new Error(`this page cannot read policies/${spec}.npz. Drop that file on the page.`);
     return new Uint8Array(await answer.arrayBuffer());
   }
 

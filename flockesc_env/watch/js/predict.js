@@ -56,6 +56,7 @@ class Prediction {
   show({ scenario, numbers, isSteered }) {
     const isShown = scenario.name === this.page.start.scenario && !Object.keys(numbers).length && !isSteered;
     $("means").hidden = !isShown;
+    if (!isShown) return;
     const { best } = scenario;
     const of = (range) => this.fixed[this.ranges.indexOf(range)];
     const bars = [
@@ -73,7 +74,7 @@ class Prediction {
     });
     $("means").replaceChildren(
       element("h2", {}, `Mean over ${this.flocks.toLocaleString("en")} other flocks`),
-      element("p", {}, "Lowest mean distance to the predator, with its 95 % interval. All ranges and trainings were chosen on other flocks."),
+      element("p", {}, "Lowest mean distance to the predator, 95 % interval. No policy was chosen on these flocks."),
       element("dl", {}, ...drawn),
     );
   }

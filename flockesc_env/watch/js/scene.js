@@ -109,7 +109,8 @@ class Scene {
     context.fillStyle = look.theme.ink;
     context.globalAlpha = 0.4;
     for (let agent = 0; agent < run.numAgents; agent++) {
-      if (isCaught(run, moment.step, agent)) context.fillRect(points[3 * agent] - 1.5, points[3 * agent + 1] - 1.5, 3, 3);
+      const [x, y] = points.subarray(3 * agent, 3 * agent + 2);
+      if (isCaught(run, moment.step, agent)) context.fillRect(x - 1.5, y - 1.5, 3, 3);
     }
     context.globalAlpha = 1;
   }
@@ -203,12 +204,9 @@ class Scene {
     if (this.edges.step !== moment.step) this.edges = { step: moment.step, pairs: run.pairsAt(moment.step) };
     const { pairs } = this.edges;
     if (pairs.length > 2 * MAX_EDGES) {
-      context.font = LABEL_FONT;
       context.fillStyle = look.theme.ink;
-      context.textAlign = "right";
-      context.textBaseline = "top";
-      context.fillText(`more than ${MAX_EDGES} pairs of neighbors: not drawn`, this.camera.width - 12, 10);
-      return;
+      const text = `more than ${MAX_EDGES} pairs of neighbors: not drawn`;
+      return label(context, text, this.camera.width / 2, this.camera.height - 14, look.theme);
     }
     context.beginPath();
     for (let at = 0; at < pairs.length; at += 2) {
@@ -274,7 +272,8 @@ class Scene {
     const { yardstick } = look;
     context.strokeStyle = look.theme.ink;
     context.lineWidth = 1.5;
-    if (yardstick && yardstick !== run && yardstick.last >= moment.step) ring(yardstick.meanDistance[moment.step], [2, 5]);
+    const isOther = yardstick && yardstick !== run && yardstick.last >= moment.step;
+    if (isOther) ring(yardstick.meanDistance[moment.step], [2, 5]);
     context.setLineDash([]);
   }
 

@@ -92,7 +92,7 @@ class Steering {
     if (this.page.flight?.isSteered) this.page.flight.path = [...this.path];
   }
 
-  /** Where the predators of a run fly: along the path of the flight, else as in the first panel, else to the pointer. */
+  /** Where the predators of a run fly: along the flight's path, else as in the first panel, else to the pointer. */
   targetOf(run) {
     const { flight } = this.page;
     if (!flight.isSteered) return null;
