@@ -104,7 +104,7 @@ def flock_under_attack(
     runs: list[Run], objective: ObjectiveSpec, folder: Path, times: tuple[float, ...] = (0, 3, 6, 9)
 ) -> Path:
     """Draw one flock at some times, a row per policy, agents colored by their range; return the file."""
-    top = max(float(np.quantile(run.interaction_ranges, 0.99)) for _, run in runs)
+    top = max(float(run.interaction_ranges.max()) for _, run in runs)
     scenario = runs[0][1].scenario
     steps = [min(round(time / scenario.time_step), scenario.num_steps - 1) for time in times]
     low, high = _frame([(run, step) for _, run in runs for step in steps])
