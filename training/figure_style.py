@@ -85,7 +85,7 @@ def label_points(
             (float(x), float(y)),
             xytext=(float(x), place),
             xycoords="axes fraction",
-            textcoords=offset_copy(axes.transAxes, axes.figure, away, units="points"),
+            textcoords=offset_copy(axes.transAxes, axes.get_figure(root=True), away, units="points"),
             color=color,
             va="center",
             arrowprops={

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import as_instance, as_text
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.models.graph import component_labels
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.policies.registry import NAMES
 from flockesc_env.render.frames import policy_title
@@ -36,8 +35,8 @@ def check_runs(runs: Sequence[Run]) -> None:
 def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     """Return the document of a run of T steps, for ``json.dumps``.
 
-    ``title`` is the readable name. Columns have an entry per time, 0..T. ``ranges`` and ``labels``
-    are those of the step that begins at a time; their last entry is that of the step that ends at T, as in
+    ``title`` is the readable name. Columns have an entry per time, 0..T. ``ranges`` are those of the step
+    that begins at a time; their last entry is that of the step that ends at T, as in
     ``Trajectory.num_components``. ``lowRange`` and ``highRange`` are the mean over agents minus and plus one
     standard deviation, within the ranges that occur.
     """
@@ -45,15 +44,11 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     as_instance(trajectory, "trajectory", Trajectory)
     in_force = np.minimum(trajectory.interaction_ranges, np.finfo(np.float32).max)  # as the columns hold it
     ranges = np.concatenate([in_force, in_force[-1:]])
-    per_time = ranges[:, 0] if ranges.shape[1] == 1 else ranges
-    graphs = per_time[:1].repeat(len(per_time), axis=0) if trajectory.scenario.frozen_graph else per_time
-    labels = np.array([_labels(trajectory, step, rho) for step, rho in enumerate(graphs)])
     mean, deviation = ranges.mean(axis=1), ranges.std(axis=1)
     columns = {
         "times": _column(trajectory.times),
         "positions": _column(trajectory.positions),
         "headings": _headings(trajectory.velocities),
-        "labels": _column(labels, "<u2" if labels.max() < 2**16 else "<u4"),
         "ranges": _column(ranges),
         "predators": _column(trajectory.predator_positions),
         "meanDistance": _column(trajectory.mean_distance),
@@ -78,21 +73,6 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "objective": _OBJECTIVE.symbol,
         "columns": columns,
     }
-
-
-def _labels(trajectory: Trajectory, step: int, ranges: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the component of every agent; a caught agent is a component by itself."""
-    caught = (trajectory.caught_at >= 0) & (trajectory.caught_at <= step)
-    labels = len(caught) + np.arange(len(caught))
-    if not caught.all():
-        at = 0 if trajectory.scenario.frozen_graph else step
-        labels[~caught] = component_labels(
-            trajectory.scenario,
-            trajectory.positions[at][~caught],
-            np.broadcast_to(ranges, caught.shape)[~caught],
-            velocities=trajectory.velocities[at][~caught],
-        )
-    return labels
 
 
 def _headings(velocities: NDArray[np.float64]) -> dict[str, Any]:

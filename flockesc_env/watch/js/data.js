@@ -6,7 +6,6 @@ const ARRAYS = {
   float32: Float32Array,
   float64: Float64Array,
   int8: Int8Array,
-  uint16: Uint16Array,
   uint32: Uint32Array,
 };
 
@@ -54,10 +53,6 @@ class Recording {
       counted: Infinity,
       hasEnded: true,
     });
-  }
-
-  labelsAt(step) {
-    return this.labels.subarray(step * this.numAgents, (step + 1) * this.numAgents);
   }
 }
 

@@ -48,7 +48,6 @@ class LiveRun {
       capacity: 0,
       counted: 0, // frames whose components are counted
       policy,
-      labels: [], // by frame, computed when they are needed
       pushes: [], // actions of the predators, by step
       targets: [], // where the reader pointed, by step
       caughtAt: new Uint32Array(document.num_agents).fill(NEVER),
@@ -119,7 +118,9 @@ class LiveRun {
   countComponents(budget = Infinity) {
     const end = performance.now() + budget;
     for (; this.counted <= this.last && performance.now() < end; this.counted++) {
-      const labels = this.labelsAt(this.counted).filter((label) => label < this.numAgents);
+      const agents = this.agentsAt(this.counted);
+      const graph = this.graphAt(this.counted, agents);
+      const labels = agents.length ? wasm_bindgen.componentLabels(this.flight.json, ...graph) : [];
       this.numComponents[this.counted] = new Set(labels).size;
     }
   }
@@ -170,20 +171,6 @@ class LiveRun {
       if (this[name]) grown.set(this[name]);
       this[name] = grown;
     }
-  }
-
-  /** The component of every agent in the step that begins at a frame; a caught agent has one >= numAgents. */
-  labelsAt(step) {
-    return (this.labels[step] ??= this.computeLabels(step));
-  }
-
-  computeLabels(step) {
-    const agents = this.agentsAt(step);
-    const labels = Uint32Array.from({ length: this.numAgents }, (_, agent) => this.numAgents + agent);
-    if (!agents.length) return labels;
-    const found = wasm_bindgen.componentLabels(this.flight.json, ...this.graphAt(step, agents));
-    agents.forEach((agent, index) => (labels[agent] = agents[found[index]]));
-    return labels;
   }
 
   /** Pairs (i, j) of agents at a frame such that i listens to j, as a flat list; `listener`: only with this i. */
