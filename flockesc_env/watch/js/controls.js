@@ -101,10 +101,9 @@ class Controls {
 
   /** Shows what whole runs have given. */
   showResults() {
-    const { flight, player, steering, isTouring } = this.page;
+    const { flight, steering } = this.page;
     $("aim").textContent = flight.isSteered && steering.first ? steering.describe() : "";
-    $("challenge").hidden = !flight.isSteered || !player.hasEnded;
-    document.body.classList.toggle("ended", player.hasEnded && !isTouring);
+    $("challenge").hidden = ![...steering.tries.values()].some(({ now }) => now !== null);
     this.showChoice();
   }
 

@@ -32,6 +32,7 @@ class LivePage extends Page {
     const { flight, policies, time, problems } = readAddress(location.hash, this.scenarios, this.start);
     // Files are read first, so that nothing draws the flocks between their end and the new ones.
     await Promise.all(policies.map((spec) => this.policies.find(spec).catch(() => null)));
+    this.prediction?.close(false);
     this.say(problems.join(" "));
     this.flight = this.flightOf(flight) ?? new Flight({ ...flight, numbers: {} });
     this.changeFlock();
@@ -236,9 +237,10 @@ class LivePage extends Page {
   work() {
     if (!this.flight || !this.panels.length) return;
     const runs = this.panels.map(({ run }) => run);
-    if (!this.flight.isSteered) this.reach(Infinity, FRAME_BUDGET, this.best ? [...runs, this.best] : runs);
-    for (const run of runs) if (run.isLive) run.countComponents(FRAME_BUDGET);
-    const progress = this.panels.map(({ run }) => `${run.last} ${run.counted}`).join();
+    if (this.best) runs.push(this.best);
+    if (!this.flight.isSteered) this.reach(Infinity, FRAME_BUDGET, runs);
+    for (const { run } of this.panels) if (run.isLive) run.countComponents(FRAME_BUDGET);
+    const progress = runs.map((run) => `${run.last} ${run.counted}`).join();
     if (progress === this.progress) return;
     this.progress = progress;
     this.noteTrials();
@@ -247,13 +249,14 @@ class LivePage extends Page {
 
   /** Keeps the objectives of whole runs. */
   noteTrials() {
-    for (const { run } of this.panels) {
-      if (!run.isLive || !run.hasEnded || run.isNoted || !run.numPredators) continue;
+    const isNew = ({ run }) => run.isLive && run.hasEnded && !run.isNoted && run.numPredators > 0;
+    const found = this.panels.filter(isNew);
+    for (const { run } of found) {
       run.isNoted = true;
       if (this.flight.isSteered) this.steering.note(run);
       else this.trials.set(run.spec, { title: run.title, range: run.policy.range ?? null, objective: run.objective });
     }
-    this.controls?.showResults();
+    if (found.length) this.controls.showResults();
   }
 
   get yardstick() {
@@ -275,6 +278,7 @@ class LivePage extends Page {
   showTime() {
     this.reach(this.player.time, this.player.isPlaying ? 0 : Infinity);
     this.noteTrials();
+    document.body.classList.toggle("ended", this.player.hasEnded && !this.isTouring);
     super.showTime();
   }
 
