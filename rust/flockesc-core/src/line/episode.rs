@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::groups::Groups;
-use super::step::{Line, check_range};
+use super::step::{Groups, Line, check_range};
 use crate::base::check::{MAX_STEPS, positive, rounding, within};
 use crate::base::document::parse;
 use crate::base::entry::{Entries, Entry, Row};

@@ -1,11 +1,13 @@
 //! `Line`: a line of agents, and one step of the model, consensus (Eq. 1) plus escape force (Eq. 7).
 
+use std::cmp::Ordering;
 use std::sync::Arc;
 
-use super::consensus::{Consensus, components};
-use super::groups::Groups;
+use serde::{Deserialize, Serialize};
+
 use crate::base::check::{coordinates, rounding};
 use crate::base::error::{Error, Result};
+use crate::base::exact::Scale;
 use crate::base::memory;
 use crate::base::rng::{self, Stream};
 use crate::line::scenario::LineConfig;
@@ -32,14 +34,15 @@ const AGENT_BYTES: usize = 64;
 pub struct Line {
     config: Arc<LineConfig>,
     groups: Groups,
-    consensus: Consensus,
+    /// A buffer: the next state of every group.
+    next: Vec<f64>,
 }
 
 impl Line {
     /// Creates a line with these groups.
     pub(super) fn of_groups(config: Arc<LineConfig>, groups: Groups) -> Self {
         Self {
-            consensus: Consensus::with_capacity(config.num_agents),
+            next: Vec::with_capacity(config.num_agents),
             config,
             groups,
         }
@@ -88,7 +91,7 @@ impl Line {
     /// Returns the offsets x_i - x_p in ascending order, length n; the states without a predator.
     pub(super) fn offsets(&self) -> impl Iterator<Item = f64> {
         let predator = self.config.predator_position.unwrap_or_default();
-        let groups = self.groups.sorted().iter();
+        let groups = self.groups.sorted.iter();
         groups
             .flat_map(move |group| std::iter::repeat_n(group.state - predator, group.size as usize))
     }
@@ -105,8 +108,8 @@ impl Line {
     /// [`Error::Input`] if `range` is negative or not finite.
     pub fn step(&mut self, range: f64) -> Result<f64> {
         check_range(range)?;
-        let groups = self.groups.sorted();
-        let next = self.consensus.means(groups, self.config.num_agents, range);
+        let groups = &self.groups.sorted;
+        neighbor_means(groups, self.config.num_agents, range, &mut self.next);
         if let Some(predator) = self.config.predator_position {
             let LineConfig {
                 predator_range,
@@ -114,12 +117,12 @@ impl Line {
                 escape_force,
                 ..
             } = *self.config;
-            for (next, group) in next.iter_mut().zip(groups) {
+            for (next, group) in self.next.iter_mut().zip(groups) {
                 let offset = group.state - predator;
                 *next += escape_force.at(offset, predator_range, repulsion_strength);
             }
         }
-        Ok(self.groups.move_to(next))
+        Ok(self.groups.move_to(&self.next))
     }
 
     /// Returns whether the line is in its steady state after a step with the largest displacement `moved`.
@@ -134,7 +137,7 @@ impl Line {
         let Some(predator) = self.config.predator_position else {
             return f64::INFINITY;
         };
-        let groups = self.groups.sorted().iter();
+        let groups = self.groups.sorted.iter();
         groups
             .map(|group| (group.state - predator).abs())
             .fold(f64::INFINITY, f64::min)
@@ -143,7 +146,7 @@ impl Line {
     /// Returns the number of connected components m(t) under `range`.
     #[must_use]
     pub fn num_components(&self, range: f64) -> usize {
-        components(self.groups.sorted(), range).count()
+        components(&self.groups.sorted, range).count()
     }
 }
 
@@ -175,6 +178,125 @@ pub(crate) fn check_range(range: f64) -> Result<()> {
             "a finite number of at least 0",
             range,
         ))
+    }
+}
+
+/// A group of agents with the same state.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Group {
+    state: f64,
+    /// Number of agents.
+    size: u32,
+    /// The lowest id of the agents.
+    first: u32,
+}
+
+/// The distinct states of a line, each with the agents that share it.
+///
+/// Agents with equal states have the same neighbors and the same force, so that their states stay equal. A
+/// line has few groups after some steps, and the cost of a step is proportional to the number of groups
+/// instead of agents.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Groups {
+    /// Groups in ascending order of their states. Two groups may have the same state until the next step.
+    sorted: Vec<Group>,
+    /// For every agent the id of an agent with the same state and a lower id, or its own id if there is none.
+    companion: Vec<u32>,
+}
+
+impl Groups {
+    /// Creates one group per agent. There are at most 2^32 agents.
+    fn new(states: &[f64]) -> Self {
+        let companion: Vec<u32> = (0..states.len() as u32).collect();
+        let agents = companion.iter().zip(states);
+        let mut sorted: Vec<Group> = agents
+            .map(|(&first, &state)| Group {
+                state: state + 0.0, // turns -0 into 0, so that equal states have equal bits
+                size: 1,
+                first,
+            })
+            .collect();
+        sorted.sort_unstable_by(by_state);
+        Self { sorted, companion }
+    }
+
+    /// Sets the next states of the groups, merges groups with equal states and returns the largest
+    /// displacement.
+    fn move_to(&mut self, next: &[f64]) -> f64 {
+        let mut moved = 0.0;
+        for (group, state) in self.sorted.iter_mut().zip(next) {
+            moved = f64::max(moved, (state - group.state).abs());
+            group.state = *state;
+        }
+        let companion = &mut self.companion;
+        self.sorted.dedup_by(|group, last| {
+            let is_equal = group.state == last.state;
+            if is_equal {
+                let first = group.first.min(last.first);
+                companion[group.first.max(last.first) as usize] = first;
+                (last.first, last.size) = (first, last.size + group.size);
+            }
+            is_equal
+        });
+        // A linear force is larger on agents closer to the predator and reverses the order of some groups.
+        if !self.sorted.is_sorted_by(|a, b| a.state <= b.state) {
+            self.sorted.sort_unstable_by(by_state);
+        }
+        moved
+    }
+
+    /// Appends the states of all agents to `out`, in the order of ids.
+    fn append_states(&self, out: &mut Vec<f64>) {
+        let start = out.len();
+        out.resize(start + self.companion.len(), 0.0);
+        let out = &mut out[start..];
+        for group in &self.sorted {
+            out[group.first as usize] = group.state;
+        }
+        for (agent, companion) in self.companion.iter().enumerate() {
+            out[agent] = out[*companion as usize];
+        }
+    }
+}
+
+fn by_state(a: &Group, b: &Group) -> Ordering {
+    a.state.total_cmp(&b.state).then(a.first.cmp(&b.first))
+}
+
+/// Returns the connected components under `range`, from left to right.
+fn components(groups: &[Group], range: f64) -> impl Iterator<Item = &[Group]> {
+    groups.chunk_by(move |a, b| b.state - a.state <= range)
+}
+
+/// Computes for every group the mean state of the agents within `range`, boundary included (Eq. 1).
+///
+/// The neighbors of a group lie in a window of the sorted groups. Its sum is exact, in fixed point, so that
+/// groups with the same neighbors get bitwise equal means, in any order of the agents.
+fn neighbor_means(groups: &[Group], num_agents: usize, range: f64, means: &mut Vec<f64>) {
+    means.clear();
+    for component in components(groups, range) {
+        let (first, last) = (component[0].state, component[component.len() - 1].state);
+        if first == last {
+            // All states are equal, so the mean is the state itself, without rounding.
+            means.extend(component.iter().map(|group| group.state));
+            continue;
+        }
+        let scale = Scale::new(first.abs().max(last.abs()), num_agents);
+        let sum_of = |group: &Group| i64::from(group.size) * scale.truncate(group.state);
+        let (mut low, mut high, mut sum, mut size) = (0, 0, 0, 0);
+        for group in component {
+            while high < component.len() && component[high].state - group.state <= range {
+                sum += sum_of(&component[high]);
+                size += i64::from(component[high].size);
+                high += 1;
+            }
+            while group.state - component[low].state > range {
+                sum -= sum_of(&component[low]);
+                size -= i64::from(component[low].size);
+                low += 1;
+            }
+            means.push(scale.mean(sum, size));
+        }
     }
 }
 
