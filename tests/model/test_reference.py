@@ -110,16 +110,6 @@ def test_flock(data: st.DataObject, scenario: fe.FlockScenario, seed: int) -> No
     reference.assert_follows(run, schedule)
 
 
-@pytest.mark.parametrize(("dimension", "initial_plane"), [(2, False), (3, False), (3, True)])
-@pytest.mark.parametrize("constant_speed", [True, False])
-def test_flock_of_the_paper(dimension: int, initial_plane: bool, constant_speed: bool) -> None:
-    scenario = fe.FlockScenario(
-        dimension=dimension, initial_plane=initial_plane, num_steps=6, constant_speed=constant_speed
-    )
-    run = fe.simulate(scenario, 10.0, seed=0)
-    reference.assert_follows(run, np.full((6, 300), 10.0))
-
-
 @pytest.mark.parametrize("constant_speed", [True, False])
 def test_opposite_velocities_give_no_consensus_force(constant_speed: bool) -> None:
     """A mean velocity of exactly 0 has no direction, so both agents fly straight on."""
