@@ -83,6 +83,8 @@ def steered(
     r, v, names = flock
     dt, pack = scenario.time_step, scenario.predators
     minds.steps += 1
+    if not len(r):
+        return np.array([unled(*each, dt, minds) for each in zip(pack, places, velocities, strict=True)])
     centroid = r.mean(axis=0)
     assigned, stations = assignment(pack, r, places), encirclement(pack, centroid, places)
     new = velocities.copy()
@@ -128,8 +130,20 @@ def steered(
     return new
 
 
+def unled(predator: Predator, place: Floats, own: Floats, dt: float, minds: Minds) -> Floats:
+    """Return the next velocity of a predator without agents: straight on, at random, or along its path."""
+    match predator:
+        case sc.PrescribedPath():
+            return (path_position(predator, minds.steps + 1, dt) - place) / dt
+        case sc.Wandering():
+            return wandered(own, predator.angular_diffusion * dt, minds.draws)
+        case sc.PurePursuit() if predator.confusion_rate:
+            minds.draws.uniform()
+    return sped_up(predator, own, dt)
+
+
 def sped_up(predator: Predator, own: Floats, dt: float) -> Floats:
-    """Return a velocity after the acceleration of a step; without agents that is all that a predator does."""
+    """Return a velocity after the acceleration of a step."""
     speed, limit = np.linalg.norm(own), getattr(predator, "max_speed", None)
     if limit is None or not hasattr(predator, "acceleration") or not 0 < speed < limit:
         return own

@@ -113,13 +113,10 @@ def flock_step(
         escapes = predator_distances(new_r, new_predators) > scenario.capture_radius
         new_r, new_v, names, reached = new_r[escapes], new_v[escapes], names[escapes], reached[escapes]
         forces = [force[escapes] for force in forces]
-    pack = zip(scenario.predators, state.predator_velocities, strict=True)
-    steered = np.array([predator_reference.sped_up(*each, scenario.time_step) for each in pack])
-    if len(new_r):
-        flock = new_r, new_v, names
-        steered = predator_reference.steered(
-            scenario, flock, new_predators, state.predator_velocities, state.minds
-        )
+    flock = new_r, new_v, names
+    steered = predator_reference.steered(
+        scenario, flock, new_predators, state.predator_velocities, state.minds
+    )
     return FlockState(new_r, new_v, new_predators, steered, state.minds, names, forces, reached)
 
 

@@ -42,18 +42,21 @@ impl Attracted {
         surroundings: &Surroundings<'_, D>,
     ) {
         let agents = surroundings.prey.agents;
+        if agents.len() == 0 {
+            return;
+        }
         let pulls: Vec<SVector<f64, D>> = agents
             .iter()
             .map(|(_, position, _)| self.pull(&(position - own.position)))
             .collect();
         let largest = pulls.iter().map(SVector::amax).fold(0.0, f64::max);
         // Integers, because agents are not stored in the order of ids.
-        let scale = Scale::new(largest, pulls.len().max(1));
+        let scale = Scale::new(largest, pulls.len());
         let mut sum = SVector::<i64, D>::zeros();
         for pull in &pulls {
             sum += pull.map(|entry| scale.truncate(entry));
         }
-        let n = agents.len().max(1) as f64;
+        let n = agents.len() as f64;
         let velocity = sum.map(|entry| scale.value(entry)) * (self.strength / n);
         let speed = velocity.norm();
         own.set_velocity(velocity * (self.max_speed / speed).min(1.0));

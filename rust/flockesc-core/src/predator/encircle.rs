@@ -55,6 +55,7 @@ pub(super) fn assign_stations<'a, const D: usize>(
 ) {
     let mut members = members.peekable();
     let Some(center) = members.peek().and_then(|_| prey.centroid()) else {
+        members.for_each(|(_, predator)| predator.aim = None);
         return;
     };
     // Stations are assigned in the order of bearings, so that no predator has to pass another one.

@@ -57,9 +57,11 @@ impl Herd {
     ) {
         let partner = predators[self.partner].position;
         let own = &mut predators[index];
-        if let Some(center) = surroundings.prey.centroid() {
-            own.aim = unit(&(center - partner)).map(|away| center + away * self.distance);
-        }
+        let center = surroundings.prey.centroid();
+        own.aim = center.and_then(|center| {
+            let away = unit(&(center - partner))?;
+            Some(center + away * self.distance)
+        });
         self.limits()
             .turn_toward(own.aim, own, surroundings.time_step);
     }
