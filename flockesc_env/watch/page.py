@@ -20,16 +20,14 @@ from flockesc_env.render.palette import DARK, LIGHT
 from flockesc_env.watch.document import Run, check_runs, run_document
 from flockesc_env.watch.live import ENGINE, has_engine, safe_json, scenario_documents, start_document
 
-_REPLAY = (*("dom", "data", "theme", "camera", "ground", "scene", "panel", "curves", "player", "page"),)
+_REPLAY = ("dom", "data", "theme", "camera", "ground", "scene", "panel", "curves", "player", "page")
 _LIVE = (
     *("npz", "steer", "engine", "flight", "policies", "choice", "inspect", "predict", "address", "python"),
     *("live_page", "controls"),
 )
 """Scripts under ``js/``, in order of dependence: of all pages, and of pages that simulate."""
 
-_LEAD = (
-    "How far each agent listens decides whether the flock escapes. Change the range, and see the whole run."
-)
+_LEAD = "How far each agent listens decides whether the flock escapes. Change the range, and see a whole run."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,16 +41,12 @@ class Content:
     scenarios: Sequence[dict[str, Any]] = ()  # see `live.scenario_document`
     policies: Sequence[dict[str, Any]] = ()  # see `live.file_document`
     start: Mapping[str, Any]
-    playground: Mapping[str, Any] | None = (
-        None  # means over many flocks, and seeds that fly one after another
-    )
+    playground: Mapping[str, Any] | None = None  # means over many flocks, and seeds of the tour
     heading: str = "Flock under attack"
     lead: str = _LEAD  # sentences below the heading
-    head: str = (
-        ""  # HTML of links and metadata, of a film for browsers without WebAssembly, and of links at the end
-    )
-    film: str = ""
-    footer: str = ""
+    head: str = ""  # HTML of metadata
+    film: str = ""  # HTML that browsers without WebAssembly show
+    footer: str = ""  # HTML of links
 
 
 def write_page(runs: Trajectory | Sequence[Run], path: str | Path) -> None:
