@@ -5,6 +5,7 @@ from typing import Any
 
 import chacha
 import numpy as np
+from hypothesis import reject
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
@@ -217,6 +218,8 @@ def turned(velocity: Floats, sight: Floats, limit: float) -> Floats:
     angle = 2 * np.arctan2(np.linalg.norm(heading - aim), np.linalg.norm(heading + aim))
     if angle <= limit:
         return speed * aim
+    if angle > np.pi - 1e-6:
+        reject()  # straight behind, where rounding decides the side
     part = limit / angle
     return speed * (np.sin((1 - part) * angle) * heading + np.sin(part * angle) * aim) / np.sin(angle)
 
