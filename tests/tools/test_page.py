@@ -418,7 +418,12 @@ def test_a_given_start_flies_with_another_range(tab: Page, tmp_path: Path) -> No
     fe.watch.write_page([("given", fe.simulate(SMALL, 10.0, **arrays))], tmp_path / "page.html")
     open_page(tab, (tmp_path / "page.html").as_uri())
     assert text(tab, ".note") == "recorded, given start"
-    tab.evaluate("page.choose(page.panels[0], 'fixed:25')")
+    assert text(tab, "#choice h2") == "All agents follow given"
+    tab.evaluate("""(() => {
+        const slider = document.querySelector("#choice .ranges");
+        slider.value = page.choice.ranges.indexOf(25);
+        slider.dispatchEvent(new Event("input"));
+    })()""")
     wait(tab, "page.panels[0].run.spec === 'fixed:25'")
     expected = lowest(fe.simulate(SMALL, 25.0, **arrays))
     assert tab.evaluate(OBJECTIVES) == [expected]

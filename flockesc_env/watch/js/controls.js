@@ -85,7 +85,7 @@ class Controls {
     $("scenarios").value = scenario.name;
     $("seed").value = seed ?? "given start";
     $("about").textContent = scenario.title ? `${scenario.title}.` : "";
-    $("steer").hidden = scenario.steered === null;
+    $("steer").hidden = scenario.steered === null || !page.steering.first;
     $("steer").textContent = isSteered ? "Give the predator back" : "You be the predator";
     $("duel").hidden = page.panels.length >= MAX_PANELS;
     for (const panel of page.panels) page.policies.list(panel.select, panel.run, page.recordings);
@@ -111,7 +111,7 @@ class Controls {
   showChoice() {
     const { page } = this;
     const { active, panels, flight, trials, look } = page;
-    if (!active?.run.isLive) return;
+    if (!active) return;
     const name = panels.length < 2 ? "All agents" : `${ORDINALS[panels.indexOf(active)]} flock: agents`;
     $("choice").style.setProperty("--run", look.theme.runs[active.run.color % look.theme.runs.length]);
     page.choice.show(active, flight, name, trials, look.theme);

@@ -28,7 +28,8 @@ class Steering {
     canvas.addEventListener("pointerdown", ({ offsetX, offsetY, isPrimary }) => {
       pressed = [offsetX, offsetY];
       const { isSteered, scenario } = page.flight;
-      if (!isPrimary || !(isSteered || (scenario.steered && scene.isPredatorNear(offsetX, offsetY, GRIP)))) return;
+      if (!isPrimary || !this.first || !scenario.steered) return;
+      if (!isSteered && !scene.isPredatorNear(offsetX, offsetY, GRIP)) return;
       canvas.classList.add("grabbed");
       if (isSteered) this.point(offsetX, offsetY);
     });
