@@ -19,6 +19,7 @@ WIDTH = 8.3
 
 DPI = 150
 RANGES = LinearSegmentedColormap.from_list("ranges", LIGHT.ranges)
+_LEADER = {"arrowstyle": "-", "lw": 0.6, "shrinkA": 0, "shrinkB": 0, "relpos": (0, 0.5)}
 BAND = "0.88"
 """Gray of the interval around a curve."""
 
@@ -88,16 +89,7 @@ def label_points(
             textcoords=offset_copy(axes.transAxes, axes.get_figure(root=True), away, units="points"),
             color=color,
             va="center",
-            arrowprops={
-                "arrowstyle": "-",
-                "color": color,
-                "lw": 0.6,
-                "shrinkA": 0,
-                "shrinkB": 0,
-                "relpos": (0, 0.5),
-            }
-            if has_moved
-            else None,
+            arrowprops={**_LEADER, "color": color} if has_moved else None,
             annotation_clip=False,
         )
 
