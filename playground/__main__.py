@@ -33,7 +33,7 @@ RANGES = (0.0, 1.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0, 25.0, 30.0
 """Ranges in m that a reader can guess."""
 
 CANDIDATES, TOUR = range(300), 20
-"""Seeds of which the page flies those whose objectives are nearest to the means, and how many."""
+"""The page flies the ``TOUR`` seeds of ``CANDIDATES`` whose objectives are nearest to the means."""
 
 FIRST = 242
 """The seed of the film in the README, one of them."""

@@ -64,10 +64,7 @@ def label_ends(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float 
 def label_points(
     axes: Axes, labels: Sequence[tuple[tuple[float, float], str, str]], gap: float, offset: float = 8.0
 ) -> None:
-    """Write labels ``offset`` pt right of points in data coordinates, moved apart as by ``label_ends``.
-
-    A thin line leads from a label that moved to its point.
-    """
+    """Write labels ``offset`` pt right of points in data coordinates. Thin lines lead from moved labels."""
     axes.get_ylim()  # computes limits that are still to be computed
     to_axes = axes.transScale + axes.transLimits
     ordered = sorted(labels, key=lambda label: label[0][1])

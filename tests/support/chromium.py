@@ -65,6 +65,11 @@ COLORED = """[...document.querySelectorAll(".panel canvas")].map((canvas) => {
     return colored;
 })"""
 
+DUEL = ["fixed:12", "per-agent-visible/search-0"]
+READY = "startedPage.then((page) => { globalThis.page = page; })"
+STATE = """[page.flight.scenario.name, page.flight.seed, page.flight.numbers, page.flight.isSteered,
+            page.panels.map(({ run }) => run.spec)]"""
+
 
 def lowest(run: Trajectory) -> float:
     return float(run.mean_distance.min())

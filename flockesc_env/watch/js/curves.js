@@ -84,7 +84,7 @@ class Curves {
     });
   }
 
-  /** The chart in words, for readers who do not see it: the last series at the start, at its ends and at the end. */
+  /** Names the chart for screen readers: the first, last, least and largest value of every run's last series. */
   describe(chart, { title, series }) {
     const perRun = series.length;
     const texts = this.runs.map((run, at) => {

@@ -173,10 +173,14 @@ class LiveRun {
     }
   }
 
-  /** Pairs (i, j) of agents at a frame such that i listens to j, as a flat list; `listener`: only with this i. */
-  pairsAt(step, listener = null) {
+  /**
+   * Pairs (i, j) of agents at a frame such that i listens to j, as a flat list. `listener`: only with this i;
+   * `range`: as if this were the range of all.
+   */
+  pairsAt(step, listener = null, range = null) {
     const agents = this.agentsAt(step);
     const graph = this.graphAt(step, agents);
+    if (range !== null) graph[2].fill(range);
     const self = agents.indexOf(listener);
     if (listener !== null && !this.document.mutual)
       graph[2].forEach((_, at, ranges) => at !== self && (ranges[at] = 0));

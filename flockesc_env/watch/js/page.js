@@ -68,6 +68,7 @@ class Page {
     const runs = this.panels.map(({ run }) => run);
     chooseColors(runs);
     document.body.dataset.panels = runs.length;
+    $("score").hidden = runs.length !== 2 || !runs[0].numPredators || !areOneFlock(runs);
     const durations = runs.map((run) => run.numSteps * run.timeStep);
     this.player.setDuration(Math.max(...durations), Math.min(...runs.map((run) => run.timeStep)));
     this.panels.forEach((panel) => panel.show(this));
@@ -103,7 +104,6 @@ class Page {
   /** With two runs of one flock, shows which is ahead and by how much. */
   showScore() {
     const runs = this.panels.map(({ run }) => run);
-    $("score").hidden = runs.length !== 2 || !runs[0].numPredators || !areOneFlock(runs);
     if ($("score").hidden) return;
     const [a, b] = runs.map((run) => run.lowestMean[frameAt(run, this.player.time).step]);
     const lead = Math.abs(a - b).toFixed(1);

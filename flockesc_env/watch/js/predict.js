@@ -74,7 +74,7 @@ class Prediction {
     });
     $("means").replaceChildren(
       element("h2", {}, `Mean over ${this.flocks.toLocaleString("en")} other flocks`),
-      element("p", {}, "Lowest mean distance to the predator, 95 % interval. No policy was chosen on these flocks."),
+      element("p", {}, "Lowest mean distance to the predator, with its 95 % interval over flocks."),
       element("dl", {}, ...drawn),
     );
   }

@@ -277,16 +277,14 @@ class Scene {
     context.setLineDash([]);
   }
 
-  /** The agent in the middle of the flock and those within a range of it: what a range means. */
+  /** The agent in the middle of the flock and those that it would hear: what a range means. */
   guessOf(range) {
     const { points, run } = this;
     const agents = Array.from({ length: run.numAgents }, (_, agent) => agent);
     const mean = [0, 1].map((axis) => agents.reduce((sum, agent) => sum + points[3 * agent + axis], 0) / agents.length);
-    const from = (x, y) => (agent) => Math.hypot(points[3 * agent] - x, points[3 * agent + 1] - y);
-    const toMiddle = from(...mean);
+    const toMiddle = (agent) => Math.hypot(points[3 * agent] - mean[0], points[3 * agent + 1] - mean[1]);
     const agent = agents.reduce((a, b) => (toMiddle(b) < toMiddle(a) ? b : a));
-    const distance = from(points[3 * agent], points[3 * agent + 1]);
-    return { agent, range, heard: agents.filter((other) => distance(other) <= range * points[3 * agent + 2]) };
+    return { agent, range, heard: run.pairsAt(0, agent, range).filter((_, at) => at % 2 === 1) };
   }
 
   /** The agent nearest to a pixel, or null if none is near. */
