@@ -8,10 +8,9 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_seed
 from flockesc_env.envs._base import FlockArguments, OneFlock, Registered, needs_reset_if_interrupted
-from flockesc_env.episodes.batch import Observations, is_over
+from flockesc_env.episodes.batch import Observations, info_dicts, is_over
 from flockesc_env.scenario.flock import FlockScenario
 
 
@@ -45,7 +44,7 @@ class GymnasiumEnv(Registered, OneFlock[Observations], gymnasium.Env[Observation
         super().reset(seed=seed)
         observation = self._resume(rows)
         self._show()
-        return observation, _core.infos(columns, self._ranges_at_start)[0]
+        return observation, info_dicts(columns, self._ranges_at_start)[0]
 
 
 class FlockEscapeEnv(GymnasiumEnv):

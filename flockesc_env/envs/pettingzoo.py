@@ -14,13 +14,12 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils.conversions import parallel_to_aec_wrapper
 from pettingzoo.utils.wrappers import OrderEnforcingWrapper
 
-from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs._base import FlockArguments, Infos, OneFlock, agent_names, needs_reset_if_interrupted
-from flockesc_env.episodes.batch import FlockStep, is_over
+from flockesc_env.episodes.batch import Step, info_dicts, is_over
 from flockesc_env.episodes.options import TeamReward, View
-from flockesc_env.episodes.spaces import Label, flock_layout
+from flockesc_env.episodes.spaces import flock_layout
 from flockesc_env.episodes.starts import RESET_OPTIONS
 from flockesc_env.scenario.flock import FlockScenario
 
@@ -159,12 +158,13 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         if self._predators:
             predator_actions = self.predator_policy_spec.plain_of(self._predators, actions)
             actions = {agent: action for agent, action in actions.items() if agent not in self._predators}
-        stacked = self.policy_spec.actions.core.stack(actions, agents, self._flock)
+        chosen = self.policy_spec.actions.to_ranges_by_name(actions, agents, self._flock)
+        ranges = np.zeros(len(acting))
+        ranges[acting] = chosen
+        step = self._batch.step_ranges(ranges, predator_actions=predator_actions)
+        rows, rewards, has_ended, info = self._stepped(step)
         if some_are_caught:
-            stacked = _add_caught_rows(stacked, acting)
-        rows, rewards, has_ended, ranges, info = self._step(stacked, self._label, predator_actions)
-        if some_are_caught:
-            rows, rewards, ranges = rows[acting], rewards[acting], ranges[acting]
+            rows, rewards = rows[acting], rewards[acting]
         count = len(self._predators)
         if self._is_team_reward:
             all_rewards = dict.fromkeys(false, float(rewards[0]))
@@ -175,7 +175,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         terminations = false.copy()
         truncations = dict.fromkeys(false, True) if has_ended else false.copy()
         if self._are_all_infos or has_ended:
-            infos = self._infos(agents, info, ranges)
+            infos = self._infos(agents, info, chosen)
         else:
             shared: dict[str, Any] = {}
             infos = dict.fromkeys(false, shared)
@@ -184,7 +184,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             left = has_ended and not terminated
             terminations = self._by_name(agents, caught.tolist(), [terminated] * count)
             truncations = self._by_name(agents, (has_ended & ~caught).tolist(), [left] * count)
-            infos |= _core.named_infos(list(compress(agents, caught)), info, ranges[caught])
+            infos |= _infos_by_name(list(compress(agents, caught)), info, chosen[caught])
         observations = self._by_name(agents, rows, self._predator_observations())
         return observations, all_rewards, terminations, truncations, infos
 
@@ -212,11 +212,12 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self._check_running()
         if self._predators or predator_actions is not None:
             predator_actions = self.predator_policy_spec.plain(predator_actions, len(self._predators))
-        rows, rewards, has_ended, ranges, info = self._step(actions, None, predator_actions)
+        step = self._batch.step(actions, predator_actions=predator_actions)
+        rows, rewards, has_ended, info = self._stepped(step)
         terminations, truncations = self._caught.copy(), np.full(len(self._caught), has_ended)
         if self.scenario.capture_radius is not None:
             truncations &= ~terminations
-        return rows, rewards, terminations, truncations, self._with_arrays(info, ranges)
+        return rows, rewards, terminations, truncations, self._with_arrays(info, step[3])
 
     @property
     def predator_reward(self) -> float:
@@ -258,7 +259,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self._caught = np.zeros(len(self._flock), np.bool)
         self._false = dict.fromkeys(self.agents, False)
         self._show()
-        return rows, _core.infos(columns)[0]
+        return rows, info_dicts(columns)[0]
 
     def _drop_episodes(self) -> None:
         super()._drop_episodes()
@@ -268,12 +269,14 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         if not self.agents:
             raise ResetNeededError("step() called before reset() or after the end of the episode")
 
-    def _step(self, actions: Any, label: Label | None, predator_actions: FloatArray | None) -> FlockStep:
-        step = self._batch.step_flock(actions, label=label, predator_actions=predator_actions)
-        if step[2] or self.scenario.capture_radius is not None:
-            self._name_agents(has_ended=step[2])
+    def _stepped(self, step: Step) -> tuple[Observation, FloatArray, bool, dict[str, Any]]:
+        """Update the names after a step; return observations, rewards, whether it was the last, ``info``."""
+        rows, rewards, ended, _, columns = step
+        has_ended = bool(ended[0])
+        if has_ended or self.scenario.capture_radius is not None:
+            self._name_agents(has_ended=has_ended)
         self._show()
-        return step
+        return rows, rewards, has_ended, info_dicts(columns)[0]
 
     def _name_agents(self, *, has_ended: bool) -> None:
         """Update ``agents`` and the caught agents after a step."""
@@ -294,7 +297,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     def _infos(
         self, agents: list[str], info: dict[str, Any], ranges: NDArray[np.float64]
     ) -> dict[str, dict[str, Any]]:
-        named = _core.named_infos(agents, info, ranges)
+        named = _infos_by_name(agents, info, ranges)
         named.update((predator, info.copy()) for predator in self._predators)
         return named
 
@@ -304,15 +307,14 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             info["predator_observations"] = self._predator_observations()
         return info
 
-    def _label(self, place: int) -> str:
-        return f"action of {self._flock[place]!r}"
 
-
-def _add_caught_rows(stacked: NDArray[Any], acting: NDArray[np.bool]) -> NDArray[Any]:
-    """Return actions with a row for every agent; the rows of caught agents are 0."""
-    full = np.zeros((len(acting), *stacked.shape[1:]), stacked.dtype)
-    full[acting] = stacked
-    return full
+def _infos_by_name(agents: list[str], info: dict[str, Any], ranges: FloatArray) -> dict[str, dict[str, Any]]:
+    """Return a new ``info`` dict with its range for each agent. To copy it is faster than to merge dicts."""
+    named, info = {}, info.copy()
+    for agent, rho in zip(agents, ranges.tolist(), strict=True):
+        info["interaction_range"] = rho
+        named[agent] = info.copy()
+    return named
 
 
 def parallel_env(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from flockesc_env.common.errors import InputError, ResetNeededError
 from flockesc_env.envs._base import FlockArguments, needs_reset_if_interrupted
 from flockesc_env.envs.gymnasium import GymnasiumEnv
-from flockesc_env.episodes.batch import Observations, is_over
+from flockesc_env.episodes.batch import Observations, info_dicts, is_over
 from flockesc_env.episodes.options import View
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.policies.base import Policy
@@ -76,8 +76,9 @@ class PredatorEnv(GymnasiumEnv):
         if self._batch.has_ended(0):
             raise ResetNeededError("step() called after the end of the episode; call reset()")
         ranges = self.flock_policy.act(self._flock_observations, self._batch.policy_spec)
-        step = self._batch.step_flock(ranges, predator_actions=predator_actions)
-        self._flock_observations, _, has_ended, _, info = step
+        step = self._batch.step(ranges, predator_actions=predator_actions)
+        self._flock_observations, _, ended, _, columns = step
+        has_ended, info = bool(ended[0]), info_dicts(columns)[0]
         self._show()
         reward = float(self._batch.predator_rewards()[0])
         terminated = bool(is_over(info))

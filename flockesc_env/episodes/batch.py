@@ -16,7 +16,7 @@ from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.scenarios import distinct_scenarios
 from flockesc_env.episodes.seeds import fresh_seed
-from flockesc_env.episodes.spaces import Label, flock_policy_spec
+from flockesc_env.episodes.spaces import flock_policy_spec
 from flockesc_env.episodes.starts import NO_START, Start, as_start
 from flockesc_env.scenario.flock import FlockScenario
 
@@ -28,9 +28,6 @@ Columns = dict[str, NDArray[Any]]
 Step = tuple[Observations, FloatArray, NDArray[np.bool], FloatArray, Columns]
 """Observations (num_flocks * rows, entries), rewards (num_flocks * rows,), whether each flock's episode has
 ended (num_flocks,), ranges in m (num_flocks * rows,), and columns of ``info``."""
-
-FlockStep = tuple[Observations, FloatArray, bool, FloatArray, dict[str, Any]]
-"""``Step`` of one flock: whether its episode has ended, and its ``info`` as plain numbers."""
 
 AtEnd = Literal["refuse", "restart", "stay"]
 
@@ -126,7 +123,6 @@ class FlockBatch:
         self,
         actions: Any,
         *,
-        label: Label | None = None,
         at_end: AtEnd = "refuse",
         out: tuple[Observations, FloatArray] | None = None,
         predator_actions: FloatArray | None = None,
@@ -135,7 +131,6 @@ class FlockBatch:
 
         Args:
             actions: shape (num_flocks * rows, 1) or, for discrete actions, (num_flocks * rows,).
-            label: returns the name of the i-th action for error messages; ``None``: ``action[i]``.
             at_end: what happens in a slot whose episode has ended. ``"refuse"``: the call raises. Otherwise
                 the slot's action is ignored and its reward is 0, and the slot starts the next episode of its
                 schedule (``"restart"``) or stays unchanged (``"stay"``).
@@ -143,25 +138,36 @@ class FlockBatch:
             predator_actions: actions of the ``Learned`` predators, shape (num_flocks * predators, D);
                 ``None``: the predator policy chooses them or, without a policy, they are 0.
         """
+        ignored = self.caught().ravel() if self.rows_can_be_caught else None
+        if at_end != "refuse":
+            ended = np.repeat(self._core.ended(), self.rows)
+            ignored = ended if ignored is None else ended | ignored
+        ranges = self.policy_spec.actions.to_ranges(actions, self.num_flocks * self.rows, ignored)
+        return self.step_ranges(ranges, at_end=at_end, out=out, predator_actions=predator_actions)
+
+    def step_ranges(
+        self,
+        ranges: FloatArray,
+        *,
+        at_end: AtEnd = "refuse",
+        out: tuple[Observations, FloatArray] | None = None,
+        predator_actions: FloatArray | None = None,
+    ) -> Step:
+        """Step as ``step`` does, with ranges in m instead of actions, shape (num_flocks * rows,)."""
         restarted: list[int] = []
         if self._predator_policy is not None and at_end == "restart":
-            restarted = [slot for slot in range(self.num_flocks) if self._core.has_ended(slot)]
-        step = self._core.step(actions, label, at_end, out, self._hunt(predator_actions))
+            restarted = np.flatnonzero(self._core.ended()).tolist()
+        step = self._core.step(ranges, at_end, out, self._hunt(predator_actions))
         self._note_begun(restarted)
-        return step
-
-    def step_flock(
-        self, actions: Any, *, label: Label | None = None, predator_actions: FloatArray | None = None
-    ) -> FlockStep:
-        """Step a batch of one flock as ``step`` does, in less time."""
-        return self._core.step_flock(actions, label, self._hunt(predator_actions))
+        observations, rewards, ended, columns = step
+        return observations, rewards, ended, ranges, columns
 
     def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
         """Step a batch that has a single row, faster than ``step``.
 
         Return the observation, shape (entries,), the reward, whether the episode has ended, and ``info``.
         """
-        return self._core.step_one(action, self._hunt(None))
+        return self._core.step_one(self.policy_spec.actions.to_range(action), self._hunt(None))
 
     def rollout(
         self,
@@ -265,6 +271,18 @@ class FlockBatch:
         policy = cast("PredatorPolicy", self._predator_policy)
         actions = policy.act(observations, self.predator_policy_spec)
         return self.predator_policy_spec.plain(actions, len(observations), "actions of the predator policy")
+
+
+def info_dicts(columns: Mapping[str, NDArray[Any]], ranges: FloatArray | None = None) -> list[dict[str, Any]]:
+    """Return new ``info`` dicts: one per flock or, with ``ranges``, one per row, with its range in m."""
+    names, rows = list(columns), zip(*(column.tolist() for column in columns.values()), strict=True)
+    flocks = [dict(zip(names, row, strict=True)) for row in rows]
+    if ranges is None:
+        return flocks
+    each = ranges.reshape(len(flocks), -1).tolist()
+    return [
+        {**flock, "interaction_range": rho} for flock, rows in zip(flocks, each, strict=True) for rho in rows
+    ]
 
 
 def is_over(columns: Mapping[str, Any]) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,12 +14,10 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import InputError
+from flockesc_env.episodes.action_checks import check_agents, plain_array
 from flockesc_env.episodes.options import GRID_SIZE, ActionOptions, EnvOptions, LineOptions, View, options_in
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
-
-Label = Callable[[int], str]
-"""Returns the name of an action for error messages, given its index."""
 
 
 class RangeActions:
@@ -55,23 +53,74 @@ class RangeActions:
         low, high = (-1.0, 1.0) if self.mode == "normalized" else (self.min_range, self.max_range)
         return spaces.Box(low, high, (1,), np.float32)
 
-    def to_range(self, action: Any) -> float:
-        """Return the range of a single action."""
-        return self.core.to_range(action)
+    def to_range(self, action: Any, name: str = "action") -> float:
+        """Return the range of a single action; ``name``: for errors, which are those of ``to_ranges``."""
+        rho = self.core.of_one(action)
+        if rho is None:
+            rho = float(self._of_array(action, (), name)[0])
+        if np.isnan(rho):
+            raise self._outside(action, name)
+        return rho
 
-    def to_ranges(self, actions: Any, count: int, label: Label | None = None) -> FloatArray:
+    def to_ranges(self, actions: Any, count: int, ignored: NDArray[np.bool] | None = None) -> FloatArray:
         """Return the ranges of stacked actions, shape (count,).
 
         Args:
             actions: shape (count, 1) and any real dtype or, for discrete actions, shape (count,) and any
                 integer dtype.
             count: expected number of actions.
-            label: returns the name of an action for error messages; ``None``: ``action[i]``.
+            ignored: actions that are not checked and whose range is 0, shape (count,).
 
         Raises:
             InputError: if the dtype or shape is wrong, or an action is outside the action space.
         """
-        return self.core.to_ranges(actions, count, label)
+        ranges = self._of_array(actions, (count,), "action")
+        if ignored is not None:
+            ranges[ignored] = 0
+        outside = np.isnan(ranges)
+        if outside.any():
+            first = int(outside.argmax())
+            raise self._outside(np.asarray(actions).item(first), f"action[{first}]")
+        return ranges
+
+    def to_ranges_by_name(
+        self, actions: Mapping[str, Any], agents: list[str], known: Collection[str]
+    ) -> FloatArray:
+        """Return the ranges of actions by name of the agent, shape (len(agents),).
+
+        Args:
+            actions: one action for each of ``agents``.
+            agents: the agents that act.
+            known: the names of all agents.
+
+        Raises:
+            InputError: if an agent is unknown or missing, or an action is outside the action space.
+        """
+        given = list(actions.values())
+        if list(actions) != agents:
+            check_agents(actions, agents, known)
+            given = [actions[agent] for agent in agents]
+        ranges = self.core.of_each(given)
+        if ranges is None or np.isnan(ranges).any():
+            named = zip(given, agents, strict=True)
+            ranges = np.array([self.to_range(action, f"action of {agent!r}") for action, agent in named])
+        return ranges
+
+    def _of_array(self, actions: Any, shape: tuple[int, ...], name: str) -> FloatArray:
+        is_index = self.grid is not None
+        shape = shape if is_index else (*shape, 1)
+        return self.core.of_array(plain_array(actions, shape, name, is_index=is_index))
+
+    def _outside(self, action: Any, name: str) -> InputError:
+        """Return the error for an action outside the action space."""
+        value = np.asarray(action).item()
+        if self.grid is not None:
+            return InputError(name, f"an integer from 0 to {len(self.grid) - 1}", value)
+        low, high = (-1.0, 1.0) if self.mode == "normalized" else (self.min_range, self.max_range)
+        hint = "gymnasium.wrappers.ClipAction clips it"
+        if np.isnan(value):
+            hint = "a policy that returns NaN has diverged"
+        return InputError(name, f"a number from {low} to {high} ({hint})", float(value))
 
     def from_ranges(self, ranges: FloatArray) -> NDArray[Any]:
         """Return the actions of some ranges.

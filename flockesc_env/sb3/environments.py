@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from flockesc_env import _core
 from flockesc_env.common.checks import as_array, as_choice, as_count, as_flag
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, Registered, needs_reset_if_interrupted
 from flockesc_env.envs.line import LineEscapeEnv
-from flockesc_env.episodes.batch import Columns
+from flockesc_env.episodes.batch import Columns, info_dicts
 from flockesc_env.episodes.options import View
 from flockesc_env.episodes.scenarios import Scenarios
 from flockesc_env.episodes.seeds import consecutive_seeds, fresh_seed
@@ -187,4 +186,4 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
 
     def _slot_infos(self, columns: Columns, ranges: NDArray[np.float64]) -> list[dict[str, Any]]:
         not_truncated = np.zeros(len(ranges) // self._batch.rows, np.bool)
-        return _core.infos({**columns, "TimeLimit.truncated": not_truncated}, ranges)
+        return info_dicts({**columns, "TimeLimit.truncated": not_truncated}, ranges)

@@ -96,7 +96,7 @@ def test_the_action_0_sets_the_center_of_the_range() -> None:
         ranges = actions.to_ranges(grid, 1000)
         assert (np.diff(ranges) >= 0).all()
         twin = pickle.loads(pickle.dumps(actions.core))  # noqa: S301, our own
-        assert twin.to_ranges(grid, 1000).tolist() == ranges.tolist()
+        assert twin.of_array(grid.astype(float)).tolist() == ranges.tolist()
         with pytest.raises(InputError, match="NaN"):
             actions.to_range(np.array([np.nan]))
         linear = RangeActions(options.replace(center_range=None)).to_ranges(grid, 1000)

@@ -6,7 +6,6 @@ mod step;
 
 use std::sync::Arc;
 
-use flockesc_core::bindings::AtEnd;
 use flockesc_core::{
     Batch, EpisodeConfig, Error, FlockConfig, Progress, flock_entries, predator_entries,
 };
@@ -18,7 +17,7 @@ use pyo3::types::{PyBytes, PyDict};
 use crate::actions::RangeMap;
 use crate::arrays::{Dict, Object, Tuple, column, overwrite, shaped};
 use crate::errors::{CoreError, try_borrow, try_borrow_mut};
-use crate::info::{self, columns, metric_columns};
+use crate::info::{self, columns, metric_columns, numbers};
 use crate::long_call::{long_call, read};
 use crate::rollout::{NetworkArguments, names, outcome_columns};
 use inner::{Inner, on_batch};
@@ -109,27 +108,24 @@ impl FlockBatch {
         Ok((shaped(py, observations, shape)?, columns(py, &measured)?))
     }
 
-    /// Steps all flocks with stacked actions and returns observations, rewards, whether each episode has ended,
-    /// ranges in m, and metrics. `label(index)` returns the name of an action for errors.
+    /// Steps all flocks with these ranges in m, and returns observations, rewards, whether each episode has ended,
+    /// and metrics.
     ///
     /// `at_end` determines what happens to a slot whose episode has ended: "refuse" raises an
-    /// error, "restart" starts the next episode, and "stay" changes nothing. The slot's action is
-    /// ignored, as are actions of caught agents. Observations and rewards are written to the arrays
+    /// error, "restart" starts the next episode, and "stay" changes nothing. The slot's ranges are
+    /// ignored, as are those of caught agents. Observations and rewards are written to the arrays
     /// `out`, if they are given. `predator_actions` is an array, or a function that returns it; the
     /// function is called after all checks.
-    #[pyo3(signature = (actions, label=None, at_end="refuse", out=None, predator_actions=None))]
+    #[pyo3(signature = (ranges, at_end, out, predator_actions))]
     fn step<'py>(
         slf: &Bound<'py, Self>,
-        actions: &Bound<'py, PyAny>,
-        label: Option<&Bound<'py, PyAny>>,
+        ranges: PyReadonlyArray1<'py, f64>,
         at_end: &str,
         out: Option<Out<'py>>,
         predator_actions: Option<Bound<'py, PyAny>>,
     ) -> Tuple<'py> {
         let py = slf.py();
-        let at_end = step::parsed(at_end)?;
-        let ranges = step::ranges(slf, actions, label, at_end)?;
-        let stepped = step::step(slf, ranges, at_end, predator_actions)?;
+        let stepped = step::step(slf, ranges.as_slice()?, at_end, predator_actions)?;
         let metrics = columns(py, &stepped.measured)?;
         let (observations, rewards) = match out {
             Some((observations, rewards)) => {
@@ -144,56 +140,22 @@ impl FlockBatch {
                 (observations, stepped.rewards.into_pyarray(py))
             }
         };
-        let (ended, ranges) = (
-            stepped.ended.into_pyarray(py),
-            stepped.ranges.into_pyarray(py),
-        );
-        (observations, rewards, ended, ranges, metrics).into_pyobject(py)
+        let ended = stepped.ended.into_pyarray(py);
+        (observations, rewards, ended, metrics).into_pyobject(py)
     }
 
-    /// Steps a batch of one flock, as `step` does. The end flag and the metrics are not arrays.
-    #[pyo3(signature = (actions, label=None, predator_actions=None))]
-    fn step_flock<'py>(
-        slf: &Bound<'py, Self>,
-        actions: &Bound<'py, PyAny>,
-        label: Option<&Bound<'py, PyAny>>,
-        predator_actions: Option<Bound<'py, PyAny>>,
-    ) -> Tuple<'py> {
-        let py = slf.py();
-        let ranges = step::ranges(slf, actions, label, AtEnd::Refuse)?;
-        let stepped = step::step(slf, ranges, AtEnd::Refuse, predator_actions)?;
-        let (metrics, has_ended) = (stepped.first(py)?, stepped.ended[0]);
-        let shape = [stepped.rewards.len(), try_borrow(slf)?.row_length];
-        let observations = shaped(py, stepped.observations, shape)?;
-        let (rewards, ranges) = (
-            stepped.rewards.into_pyarray(py),
-            stepped.ranges.into_pyarray(py),
-        );
-        (observations, rewards, has_ended, ranges, metrics).into_pyobject(py)
-    }
-
-    /// Steps a batch of one flock with one shared range, and returns observation, reward, whether the episode
-    /// has ended, and `info`.
-    #[pyo3(signature = (action, predator_actions=None))]
+    /// Steps a batch with one range, and returns observation, reward, whether the episode has ended, and `info`.
     fn step_one<'py>(
         slf: &Bound<'py, Self>,
-        action: &Bound<'py, PyAny>,
+        interaction_range: f64,
         predator_actions: Option<Bound<'py, PyAny>>,
     ) -> Tuple<'py> {
         let py = slf.py();
-        let map = try_borrow(slf)?.actions.clone();
-        let range = map.to_range(action)?; // may call Python, so no borrow is held
-        let stepped = step::step(slf, vec![range], AtEnd::Refuse, predator_actions)?;
-        let info = stepped.first(py)?;
-        info.set_item(intern!(py, "interaction_range"), range)?;
-        let (reward, has_ended) = (stepped.rewards[0], stepped.ended[0]);
-        (
-            stepped.observations.into_pyarray(py),
-            reward,
-            has_ended,
-            info,
-        )
-            .into_pyobject(py)
+        let stepped = step::step(slf, &[interaction_range], "refuse", predator_actions)?;
+        let info = numbers(py, &stepped.measured[0])?;
+        info.set_item(intern!(py, "interaction_range"), interaction_range)?;
+        let observation = stepped.observations.into_pyarray(py);
+        (observation, stepped.rewards[0], stepped.ended[0], info).into_pyobject(py)
     }
 
     /// Plays the flock of every seed to its end, under one network for all seeds or one per seed.
@@ -273,6 +235,11 @@ impl FlockBatch {
     fn episode_seed(slf: &Bound<'_, Self>, slot: usize) -> Result<u64, CoreError> {
         let this = &*try_borrow(slf)?;
         Ok(on_batch!(&this.inner, batch => batch.episode_seed(slot)?))
+    }
+
+    /// Returns whether the episode in each slot has ended.
+    fn ended<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<bool>>, CoreError> {
+        Ok(try_borrow(slf)?.inner.ended()?.into_pyarray(slf.py()))
     }
 
     /// Returns whether the episode in a slot has ended.

@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 
 use flockesc_core::{Episode, Metrics, Objective, objectives};
 use nalgebra::SVector;
-use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{IntoPyDict, PyDict, PyList, PyString};
+use pyo3::types::{IntoPyDict, PyDict, PyString};
 use pyo3::{IntoPyObjectExt, intern};
 
 use crate::arrays::{Dict, array, column, shaped};
@@ -110,65 +109,4 @@ pub(crate) fn columns<'py>(py: Python<'py>, measured: &[Measured]) -> Dict<'py> 
         dict.set_item(intern!(py, "num_components"), counts)?;
     }
     Ok(dict)
-}
-
-/// Returns new `info` dicts: one per flock or, with `ranges`, one per range, which then has the key
-/// `interaction_range`.
-///
-/// `columns` are arrays with one entry per flock. `ranges` has the ranges of the first flock, then those of the
-/// second, and so on.
-#[pyfunction]
-#[pyo3(signature = (columns, ranges=None))]
-pub(crate) fn infos<'py>(
-    columns: &Bound<'py, PyDict>,
-    ranges: Option<PyReadonlyArray1<'py, f64>>,
-) -> PyResult<Bound<'py, PyList>> {
-    let (py, names) = (columns.py(), columns.keys());
-    let list = |array: Bound<'py, PyAny>| {
-        let list = array.call_method0(intern!(py, "tolist"))?;
-        Ok(list.cast_into::<PyList>()?)
-    };
-    let values: Vec<_> = columns.values().iter().map(list).collect::<PyResult<_>>()?;
-    let flocks = values.first().map_or(0, PyListMethods::len);
-    let ranges = ranges
-        .as_ref()
-        .map(|ranges| ranges.as_slice())
-        .transpose()?;
-    let rows = ranges.map_or(0, <[f64]>::len) / flocks.max(1);
-    let info = PyDict::new(py);
-    let infos = PyList::empty(py);
-    for flock in 0..flocks {
-        for (name, values) in names.iter().zip(&values) {
-            info.set_item(name, values.get_item(flock)?)?;
-        }
-        match ranges {
-            Some(ranges) => {
-                for range in &ranges[flock * rows..(flock + 1) * rows] {
-                    infos.append(with_range(&info, *range)?)?;
-                }
-            }
-            None => infos.append(info.copy()?)?,
-        }
-    }
-    Ok(infos)
-}
-
-/// Returns a dict with a new `info` dict for each of `names`: a copy of `info` with its range.
-#[pyfunction]
-pub(crate) fn named_infos<'py>(
-    names: &Bound<'py, PyList>,
-    info: &Bound<'py, PyDict>,
-    ranges: PyReadonlyArray1<'py, f64>,
-) -> Dict<'py> {
-    let (info, named) = (info.copy()?, PyDict::new(info.py()));
-    for (name, range) in names.iter().zip(ranges.as_slice()?) {
-        named.set_item(name, with_range(&info, *range)?)?;
-    }
-    Ok(named)
-}
-
-/// Sets `interaction_range` and returns a copy of the dict. Adding all keys one by one takes longer.
-fn with_range<'py>(info: &Bound<'py, PyDict>, range: f64) -> Dict<'py> {
-    info.set_item(intern!(info.py(), "interaction_range"), range)?;
-    info.copy()
 }

@@ -27,8 +27,6 @@ mod _core {
     #[pymodule_export]
     use crate::graph::{component_labels, laplacian, neighbor_pairs, perron_matrix};
     #[pymodule_export]
-    use crate::info::{infos, named_infos};
-    #[pymodule_export]
     use crate::layouts::{
         episode_seed, line_observation_entries, observation_entries, predator_observation_entries,
     };

@@ -50,25 +50,6 @@ impl Inner {
         })
     }
 
-    /// Returns whether the action of each row is ignored. Ignored rows are those of caught agents
-    /// and, unless `at_end` is `Refuse`, of slots whose episode has ended.
-    pub(super) fn is_ignored(&self, at_end: AtEnd) -> Result<Vec<bool>, CoreError> {
-        let (flocks, rows) = on_batch!(self, batch => (batch.num_flocks(), batch.rows()));
-        let mut ignored = if rows > 1 {
-            self.is_caught()?
-        } else {
-            vec![false; flocks]
-        };
-        if at_end != AtEnd::Refuse {
-            for (rows, has_ended) in ignored.chunks_exact_mut(rows).zip(self.ended()?) {
-                if has_ended {
-                    rows.fill(true);
-                }
-            }
-        }
-        Ok(ignored)
-    }
-
     /// Returns whether the episode in a slot has ended.
     pub(super) fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
         Ok(on_batch!(self, batch => batch.episode(slot)?.has_ended()))
