@@ -138,6 +138,7 @@ def test_reading_during_a_long_step_is_refused(name: str) -> None:
         env.reset(seed=0, options={"initial_state": CYCLE})
     stepping = threading.Thread(target=env.step, args=(np.array([10.0], np.float32),), daemon=True)
     stepping.start()
+    time.sleep(0.1)  # a read that began before the step would refuse the step
     refusals = []
     while stepping.is_alive():
         try:
