@@ -2,7 +2,6 @@
 
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -136,9 +135,17 @@ def test_reading_during_a_long_step_is_refused(name: str) -> None:
     else:
         env = fe.LineEscapeEnv(ENDLESS, action_mode="range", max_range=10.0, steps_per_action=10**6)
         env.reset(seed=0, options={"initial_state": CYCLE})
-    stepping = threading.Thread(target=env.step, args=(np.array([10.0], np.float32),), daemon=True)
+
+    def step() -> None:
+        while True:
+            try:
+                env.step(np.array([10.0], np.float32))
+            except fe.FlockescError:  # a read that began before the step refuses it
+                continue
+            return
+
+    stepping = threading.Thread(target=step, daemon=True)
     stepping.start()
-    time.sleep(0.1)  # a read that began before the step would refuse the step
     refusals = []
     while stepping.is_alive():
         try:
