@@ -12,7 +12,6 @@ from typing import Any, Literal, Self, TypedDict, get_args
 
 import numpy as np
 
-from flockesc_env import _core
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.episodes.objectives import Objective
@@ -48,10 +47,8 @@ class View(StrEnum):
     @property
     def is_per_agent(self) -> bool:
         """Whether there is one row and one range per agent."""
-        return _PER_AGENT[self]
+        return self is View.AGENT
 
-
-_PER_AGENT = {View(row["name"]): bool(row["per_agent"]) for row in map(json.loads, _core.views())}
 
 _LARGEST_ACTION = float(np.finfo(np.float32).max)
 

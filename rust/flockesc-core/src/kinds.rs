@@ -1,5 +1,7 @@
 //! Names of the predator strategies, neighbor rules and other parts that a document may contain.
 
+use strum::VariantNames;
+
 use crate::flock::{Distribution, InitialHeadings, InitialPositions, Motion};
 use crate::line::{EscapeForce, LineReward};
 use crate::neighbor::NeighborRule;
@@ -16,18 +18,18 @@ use crate::reward::{Objective, Reward};
 #[must_use]
 pub fn kinds() -> &'static [(&'static str, &'static [&'static str])] {
     &[
-        ("predators", PredatorConfig::KINDS),
-        ("targets", Target::KINDS),
-        ("neighbor_rules", NeighborRule::KINDS),
-        ("motions", Motion::KINDS),
-        ("initial_positions", InitialPositions::KINDS),
-        ("initial_headings", InitialHeadings::KINDS),
-        ("distributions", Distribution::KINDS),
-        ("views", View::KINDS),
-        ("extra_entries", ExtraEntries::KINDS),
-        ("objectives", Objective::KINDS),
-        ("rewards", Reward::KINDS),
-        ("escape_forces", EscapeForce::KINDS),
-        ("line_rewards", LineReward::KINDS),
+        ("predators", PredatorConfig::VARIANTS),
+        ("targets", Target::VARIANTS),
+        ("neighbor_rules", NeighborRule::VARIANTS),
+        ("motions", Motion::VARIANTS),
+        ("initial_positions", InitialPositions::VARIANTS),
+        ("initial_headings", InitialHeadings::VARIANTS),
+        ("distributions", Distribution::VARIANTS),
+        ("views", View::VARIANTS),
+        ("extra_entries", ExtraEntries::VARIANTS),
+        ("objectives", Objective::VARIANTS),
+        ("rewards", Reward::VARIANTS),
+        ("escape_forces", EscapeForce::VARIANTS),
+        ("line_rewards", LineReward::VARIANTS),
     ]
 }

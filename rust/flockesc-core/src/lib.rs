@@ -36,11 +36,11 @@ pub use line::{
     EscapeForce, Line, LineConfig, LineEpisode, LineEpisodeConfig, LineEpisodeOutcome, LineReward,
     LineTrajectory, line_entries, rollout_line, simulate_line,
 };
-pub use neighbor::{Metric, NeighborRule, Ranges, Topological, Voronoi};
+pub use neighbor::{NeighborRule, Ranges};
 pub use network::{
     Architecture, Head, NetworkRanges, Networks, NormalizedRange, Squash, tanh_layers,
 };
-pub use observation::{ExtraEntries, View, ViewSpec, flock_entries, predator_entries, views};
+pub use observation::{ExtraEntries, View, flock_entries, predator_entries};
 pub use parallel::Progress;
 pub use predator::*;
 pub use reward::{Objective, ObjectiveSpec, Reward, objectives};

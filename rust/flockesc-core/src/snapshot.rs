@@ -13,7 +13,7 @@ use crate::base::error::{Error, Result};
 const MAGIC: [u8; 4] = *b"FESC";
 
 /// Version of the body's format.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 const HEADER_LEN: usize = 16;
 
@@ -76,16 +76,6 @@ pub(crate) fn decode<T: DeserializeOwned>(fingerprint: Fingerprint, state: &[u8]
             "one saved from different ones".to_owned(),
         );
     }
-    read(body)
-}
-
-/// Serializes a part of a body.
-pub(crate) fn write(part: &impl Serialize) -> Vec<u8> {
-    postcard::to_allocvec(part).unwrap_or_default()
-}
-
-/// Reads a body, or a part of one.
-pub(crate) fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T> {
     match postcard::take_from_bytes(body) {
         Ok((value, [])) => Ok(value),
         Ok(_) => Err(damaged("trailing bytes")),
@@ -94,7 +84,7 @@ pub(crate) fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T> {
 }
 
 /// Returns the error for a damaged snapshot; `what` is the invalid part or the reason.
-pub(crate) fn damaged(what: impl std::fmt::Display) -> Error {
+fn damaged(what: impl std::fmt::Display) -> Error {
     let given = format!("damaged bytes ({what})");
     Error::input("state", "bytes from get_state", given)
 }

@@ -75,15 +75,6 @@ pub fn sweep_flock(
 
 /// Runs a line for every pair of a range and a seed, and returns the outcomes in row-major order.
 ///
-/// ```
-/// use std::sync::Arc;
-/// use flockesc_core::{Progress, sweep_line};
-///
-/// let outcomes = sweep_line(&Arc::default(), &[0.1, 1.0], &[7], None, &Progress::default())?;
-/// assert!(outcomes.iter().all(|line| line.converged));
-/// # Ok::<(), flockesc_core::Error>(())
-/// ```
-///
 /// # Errors
 /// As [`sweep_flock`].
 pub fn sweep_line(

@@ -169,14 +169,11 @@ fn play<const D: usize>(
     let threads = Some(num_threads);
     let mut batch = Batch::<D>::new(scenario.clone(), config.clone(), seeds.len(), threads)
         .expect("a good scenario");
-    let resets: Vec<_> = seeds
-        .iter()
-        .enumerate()
-        .map(|(slot, &seed)| (slot, Some(seed)))
-        .collect();
-    batch
-        .reset_many(&resets, None, &InitialState::default())
-        .expect("slots");
+    for (slot, &seed) in seeds.iter().enumerate() {
+        batch
+            .reset(slot, &InitialState::seeded(seed))
+            .expect("a slot");
+    }
     let rows = batch.rows();
     let ranges: Vec<f64> = seeds
         .iter()

@@ -7,7 +7,7 @@ mod step;
 use std::sync::Arc;
 
 use flockesc_core::{
-    Batch, EpisodeConfig, Error, FlockConfig, Progress, flock_entries, predator_entries,
+    Batch, Episode, EpisodeConfig, Error, FlockConfig, Progress, flock_entries, predator_entries,
 };
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::intern;
@@ -41,6 +41,19 @@ pub(crate) struct FlockBatch {
 /// Writes observations of `slots`, which have this shape.
 type Write<const D: usize> =
     fn(&Batch<D>, &[usize], &mut [f32], &Progress) -> flockesc_core::Result<()>;
+
+/// Returns `measure(episode)` of all slots.
+fn measured<const D: usize, T: Send + 'static>(
+    py: Python<'_>,
+    batch: &Batch<D>,
+    visits: usize,
+    measure: fn(&Episode<D>) -> T,
+) -> PyResult<Vec<T>> {
+    let all: Vec<usize> = (0..batch.num_flocks()).collect();
+    read(py, batch, visits, move |batch, progress| {
+        batch.measure(&all, progress, measure)
+    })
+}
 
 /// Arguments of the constructor: the different scenarios, the index of each slot's scenario, options and number
 /// of threads.
@@ -215,8 +228,8 @@ impl FlockBatch {
         let this = &*try_borrow(slf)?;
         let metrics = on_batch!(&this.inner, batch => {
             let visits = batch.work_of_observations(batch.num_flocks());
-            read(py, batch, visits, Batch::metrics)
-        })?;
+            measured(py, batch, visits, Episode::metrics)?
+        });
         metric_columns(py, &metrics)
     }
 
@@ -226,8 +239,8 @@ impl FlockBatch {
         let py = slf.py();
         let this = &*try_borrow(slf)?;
         let components = on_batch!(&this.inner, batch => {
-            read(py, batch, batch.work(), Batch::num_components)
-        })?;
+            measured(py, batch, batch.work(), Episode::num_components)?
+        });
         Ok(column(py, &components, |count| *count as i64))
     }
 
@@ -257,12 +270,16 @@ impl FlockBatch {
         })
     }
 
-    /// Returns the predators' reward of every flock in the last step.
+    /// Returns the predators' reward of every flock in the last step: minus the team's.
     fn predator_rewards<'py>(
         slf: &Bound<'py, Self>,
     ) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
         let inner = &try_borrow(slf)?.inner;
-        Ok(on_batch!(inner, batch => batch.predator_rewards()).into_pyarray(slf.py()))
+        let mut rewards = on_batch!(inner, batch => batch.team_rewards());
+        rewards
+            .iter_mut()
+            .for_each(|reward| *reward = 0.0 - *reward);
+        Ok(rewards.into_pyarray(slf.py()))
     }
 
     /// Returns whether each agent of each slot was caught.

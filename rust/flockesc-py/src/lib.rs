@@ -36,7 +36,7 @@ mod _core {
     use crate::models::{
         check_flock_scenario, check_line_scenario, check_memory, default_flock_scenario,
         default_line_scenario, drawn_flock_scenario, kinds, objectives, scan_flock, simulate_flock,
-        simulate_line, sweep_flock, sweep_line, views,
+        simulate_line, sweep_flock, sweep_line,
     };
     #[pymodule_export]
     use crate::rollout::{log1p, network_outputs, rollout_line, tanh_layers};

@@ -59,12 +59,6 @@ pub(crate) fn objectives() -> Vec<String> {
     rows.map(|objective| objective.to_json()).collect()
 }
 
-/// Returns the table of views as JSON documents.
-#[pyfunction]
-pub(crate) fn views() -> Vec<String> {
-    flockesc_core::views().map(|view| view.to_json()).collect()
-}
-
 /// Raises `MemoryError` if the system does not grant this many bytes.
 #[pyfunction]
 pub(crate) fn check_memory(field: &str, num_bytes: u128) -> Result<(), CoreError> {

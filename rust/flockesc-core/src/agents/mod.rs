@@ -1,9 +1,6 @@
 //! Storage of the agents: positions and velocities as columns of groups, sorted so that agents that are close
 //! in space are close in memory.
 
-mod arrange;
-mod centroid;
-mod isolation;
 mod layout;
 mod per_agent;
 mod state;
@@ -11,9 +8,8 @@ mod state;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use arrange::{Key, order, place_of};
-pub(crate) use centroid::centroid;
-pub(crate) use layout::{Column, FANOUT, GROUP, Group, TILE, corners, is_large, reduce};
+pub(crate) use layout::{Column, FANOUT, GROUP, Group, TILE, centroid, corners, is_large, reduce};
+use layout::{Key, order, place_of};
 pub use per_agent::PerAgent;
 pub(crate) use state::AgentsState;
 

@@ -57,28 +57,18 @@ pub fn clipped(action: f64, low: f64, high: f64) -> f64 {
 }
 
 pub(crate) fn finite(field: &str, value: f64) -> Result<()> {
-    check(
-        field,
-        format_number(value),
-        "a finite number",
-        value.is_finite(),
-    )
+    number(field, value, "a finite number", value.is_finite())
 }
 
 /// Checks a number that is only compared, such as a range. It may exceed [`MAX_MAGNITUDE`].
 pub(crate) fn not_negative(field: &str, value: f64) -> Result<()> {
     let good = value.is_finite() && value >= 0.0;
-    check(
-        field,
-        format_number(value),
-        "a finite number of at least 0",
-        good,
-    )
+    number(field, value, "a finite number of at least 0", good)
 }
 
 pub(crate) fn positive(field: &str, value: f64) -> Result<()> {
     let good = value.is_finite() && value > 0.0;
-    check(field, format_number(value), "a finite number above 0", good)
+    number(field, value, "a finite number above 0", good)
 }
 
 /// Checks a parameter from 0 to [`MAX_MAGNITUDE`].
@@ -98,26 +88,16 @@ pub(crate) fn coordinate(field: &str, value: f64) -> Result<()> {
 /// Checks the coordinates in an argument of a call. `field` returns the name of the coordinate at an index,
 /// for errors.
 pub(crate) fn coordinates(values: &[f64], field: impl Fn(usize) -> String) -> Result<()> {
-    match values
-        .iter()
-        .position(|value| !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(value))
-    {
-        Some(at) => {
-            let expected = format!("a number from {:?} to {MAX_MAGNITUDE:?}", -MAX_MAGNITUDE);
-            Err(Error::input(field(at), expected, format_number(values[at])))
-        }
+    let is_good = |value: &f64| (-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(value);
+    match values.iter().position(|value| !is_good(value)) {
+        Some(at) => coordinate(&field(at), values[at]),
         None => Ok(()),
     }
 }
 
 pub(crate) fn within_bounds(field: &str, value: f64, low: f64, high: f64) -> Result<()> {
     let expected = format!("a number from {low:?} to {high:?}");
-    check(
-        field,
-        format_number(value),
-        &expected,
-        (low..=high).contains(&value),
-    )
+    number(field, value, &expected, (low..=high).contains(&value))
 }
 
 /// Checks a point, velocity or direction with `dimension` coordinates.
@@ -138,12 +118,8 @@ pub(crate) fn within(field: &str, value: usize, low: usize, high: usize) -> Resu
 
 /// Checks the length of a list of parts, such as `predators`.
 pub(crate) fn at_most(field: &str, parts: &str, count: usize, most: usize) -> Result<()> {
-    check(
-        field,
-        count,
-        &format!("at most {most} {parts}"),
-        count <= most,
-    )
+    let expected = format!("at most {most} {parts}");
+    check(field, count, &expected, count <= most)
 }
 
 /// Checks the candidate ranges of a profile: 1 to [`MAX_CANDIDATES`] increasing numbers from 0 to
@@ -155,19 +131,18 @@ pub(crate) fn profile_ranges(field: &str, ranges: &[f64], max_range: f64) -> Res
     for (k, &range) in ranges.iter().enumerate() {
         within_bounds(&format!("{field}[{k}]"), range, 0.0, max_range)?;
     }
-    let given = format!("{ranges:?}");
-    check(
-        field,
-        given,
-        "increasing ranges",
-        ranges.is_sorted_by(|a, b| a < b),
-    )
+    let (given, is_rising) = (format!("{ranges:?}"), ranges.is_sorted_by(|a, b| a < b));
+    check(field, given, "increasing ranges", is_rising)
 }
 
 /// Formats a number in its shortest form.
 fn format_number(value: f64) -> String {
     let text = format!("{value:?}");
     text.strip_suffix(".0").unwrap_or(&text).to_owned()
+}
+
+fn number(field: &str, value: f64, expected: &str, good: bool) -> Result<()> {
+    check(field, format_number(value), expected, good)
 }
 
 fn check(field: &str, value: impl ToString, expected: &str, good: bool) -> Result<()> {

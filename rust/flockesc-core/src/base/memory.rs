@@ -10,12 +10,9 @@ use crate::base::error::{Error, Result};
 /// [`Error::Memory`] if the system does not grant the memory.
 pub fn vector<T>(field: &str, len: usize) -> Result<Vec<T>> {
     let mut vector = Vec::new();
-    let is_granted = vector.try_reserve_exact(len).is_ok();
-    if is_granted {
-        Ok(vector)
-    } else {
-        Err(Error::memory::<T>(field, len))
-    }
+    let granted = vector.try_reserve_exact(len);
+    granted.map_err(|_| Error::memory::<T>(field, len))?;
+    Ok(vector)
 }
 
 /// Makes room for `additional` items. The room of a vector that grows repeatedly at least doubles.

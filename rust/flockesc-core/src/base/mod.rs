@@ -5,7 +5,6 @@ pub(crate) mod document;
 pub(crate) mod entry;
 pub(crate) mod error;
 pub(crate) mod exact;
-pub(crate) mod frame;
 pub mod memory;
 pub(crate) mod rng;
 pub(crate) mod vector;

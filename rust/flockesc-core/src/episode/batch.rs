@@ -13,9 +13,9 @@ use std::sync::Arc;
 pub use reset::SlotReset;
 pub use step::AtEnd;
 
+use super::Episode;
 use super::options::EpisodeConfig;
 use super::slot::Slot;
-use super::{Episode, Metrics};
 use crate::agents;
 use crate::base::check::rounding;
 use crate::base::entry::Entry;
@@ -157,14 +157,6 @@ impl<const D: usize> Batch<D> {
         self.slots.iter().map(|slot| slot.team_reward()).collect()
     }
 
-    /// Returns the predators' reward of every slot in the last step: minus the [team's
-    /// reward](Self::team_rewards).
-    #[must_use]
-    pub fn predator_rewards(&self) -> Vec<f64> {
-        let rewards = self.slots.iter().map(|slot| 0.0 - slot.team_reward());
-        rewards.collect()
-    }
-
     /// Estimates the number of agents that the observations of `slots` slots visit, as [`Self::work`] does.
     #[must_use]
     pub fn work_of_observations(&self, slots: usize) -> usize {
@@ -244,28 +236,10 @@ impl<const D: usize> Batch<D> {
         written.into_iter().collect()
     }
 
-    /// Returns the metrics of every slot.
-    ///
-    /// # Errors
-    /// [`Error::Episode`] if a slot was never reset; [`Error::Interrupted`] if `progress` was cancelled.
-    pub fn metrics(&self, progress: &Progress) -> Result<Vec<Metrics>> {
-        self.measure(&self.all(), progress, Episode::metrics)
-    }
-
-    /// Returns the number of connected components of every slot under the ranges of its last
-    /// action.
-    ///
-    /// # Errors
-    /// As [`Self::metrics`].
-    pub fn num_components(&self, progress: &Progress) -> Result<Vec<usize>> {
-        self.measure(&self.all(), progress, Episode::num_components)
-    }
-
     /// Returns `measure(episode)` of each of `slots`.
     ///
     /// # Errors
-    /// As [`Self::metrics`].
-    #[doc(hidden)]
+    /// [`Error::Episode`] if a slot was never reset; [`Error::Interrupted`] if `progress` was cancelled.
     pub fn measure<T: Send>(
         &self,
         slots: &[usize],
@@ -278,10 +252,6 @@ impl<const D: usize> Batch<D> {
             Ok(measure(episode))
         });
         measured.into_iter().collect()
-    }
-
-    fn all(&self) -> Vec<usize> {
-        (0..self.num_flocks()).collect()
     }
 
     fn episodes(&self, slots: &[usize]) -> Result<Vec<&Episode<D>>> {

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::options::EpisodeConfig;
 use super::{Batch, Episode, Metrics};
 use crate::base::error::Result;
+use crate::base::exact::exact_sum;
 use crate::base::rng::episode_seed;
 use crate::flock::{FlockConfig, InitialState};
 use crate::network::{EpisodeNetwork, Networks};
 use crate::parallel::{Progress, dispatch};
-use crate::reward::exact_sum;
 
 /// The outcome of an episode.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,29 +29,6 @@ impl<const D: usize> Batch<D> {
     /// returns the outcomes.
     /// There is one network for all episodes, or one per episode. The slots stay unchanged.
     /// `progress` counts episodes.
-    ///
-    /// ```
-    /// use flockesc_core::{
-    ///     Architecture, Batch, EpisodeConfig, FlockConfig, NetworkRanges, Networks, NormalizedRange,
-    ///     Objective, Progress,
-    /// };
-    ///
-    /// let scenario = FlockConfig { num_agents: 20, num_steps: 30, ..FlockConfig::default() };
-    /// let batch = Batch::<2>::new(scenario, EpisodeConfig::default(), 1, None)?;
-    /// let architecture = Architecture {
-    ///     inputs: vec!["time".to_owned()],
-    ///     hidden: vec![],
-    ///     ..Architecture::default()
-    /// };
-    /// let range = NormalizedRange { min_range: 0.0, max_range: 100.0, center: None };
-    /// let ranges = NetworkRanges::Normalized(range);
-    /// let names: Vec<String> = batch.entries().into_iter().map(|entry| entry.name).collect();
-    /// // The range grows from 0 m to 100 m during the episode.
-    /// let networks = Networks::new(&architecture, &names, ranges, &[2.0, -1.0], 1)?;
-    /// let outcomes = batch.rollout(&networks, &[0, 1], &Progress::default())?;
-    /// assert!(outcomes[0].metrics.objectives[Objective::MinMeanDistance as usize].minimum > 0.0);
-    /// # Ok::<(), flockesc_core::Error>(())
-    /// ```
     ///
     /// # Errors
     /// [`crate::Error::Input`] if the number of networks is neither 1 nor the number of seeds;

@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::options::EpisodeConfig;
 use super::{Episode, EpisodeState};
 use crate::base::error::Result;
+use crate::base::exact::exact_sum;
 use crate::base::rng::episode_seed;
 use crate::flock::{FlockConfig, InitialState};
 use crate::parallel::Progress;
-use crate::reward::exact_sum;
 use crate::snapshot::Fingerprint;
 
 /// A slot of a batch.

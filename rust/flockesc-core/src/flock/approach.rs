@@ -3,7 +3,7 @@
 
 use multiversion::multiversion;
 
-use crate::agents::{Column, GROUP, Group, centroid, reduce};
+use crate::agents::{Column, GROUP, Group, centroid, corners, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::{larger, smaller, squared_norm};
 use crate::flock::metrics::{PredatorDistance, distances};
@@ -60,18 +60,10 @@ pub(crate) struct Approach {
     pub(crate) min_distance: f64,
 }
 
-/// Largest magnitudes of coordinates.
-struct Extremes<const D: usize> {
-    low: [f64; D],
-    high: [f64; D],
-    /// Largest speed in m/s.
-    speed: f64,
-}
-
 impl<const D: usize> Drift<D> {
     /// Computes the averages over `num_agents` >= 1 agents.
     pub(crate) fn of(groups: &[Group<D>], num_agents: usize) -> Self {
-        let Extremes { low, high, speed } = extremes(groups);
+        let ((low, high), speed) = (corners(groups), largest_speed(groups));
         let n = num_agents as f64;
         let extent: [f64; D] = std::array::from_fn(|axis| high[axis] - low[axis]);
         let scales = [speed, squared_norm(&extent).sqrt() * speed, speed * speed];
@@ -227,27 +219,18 @@ fn measure_after<const D: usize>(groups: &mut [Group<D>], predator: &Straight<D>
     }
 }
 
-/// Returns the bounding box of all agents and the largest speed.
+/// Returns the largest speed of an agent in m/s.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn extremes<const D: usize>(groups: &[Group<D>]) -> Extremes<D> {
-    let (mut low, mut high) = ([[f64::INFINITY; GROUP]; D], [[f64::NEG_INFINITY; GROUP]; D]);
+fn largest_speed<const D: usize>(groups: &[Group<D>]) -> f64 {
     let mut speed = [0.0; GROUP];
     for group in groups {
         for lane in 0..GROUP {
-            for axis in 0..D {
-                low[axis][lane] = smaller(low[axis][lane], group.position[axis][lane]);
-                high[axis][lane] = larger(high[axis][lane], group.position[axis][lane]);
-            }
-            if !group.position[0][lane].is_nan() {
-                speed[lane] = larger(speed[lane], group.speed[lane]);
-            }
+            let is_agent = !group.position[0][lane].is_nan();
+            let own = if is_agent { group.speed[lane] } else { 0.0 };
+            speed[lane] = larger(speed[lane], own);
         }
     }
-    Extremes {
-        low: low.map(|column| reduce(column, smaller)),
-        high: high.map(|column| reduce(column, larger)),
-        speed: reduce(speed, larger),
-    }
+    reduce(speed, larger)
 }
 
 /// Returns the sums of v_i, of (r_i - c) v_i and of ||v_i||^2 in units of `scales`.

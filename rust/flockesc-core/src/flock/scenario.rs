@@ -19,7 +19,7 @@ use crate::base::check::{
 };
 use crate::base::document::{parse, parse_value};
 use crate::base::error::{Error, Result};
-use crate::neighbor::{FieldOfView, Metric, NeighborOptions, NeighborRule, Torus};
+use crate::neighbor::{FieldOfView, NeighborOptions, NeighborRule, Torus};
 use crate::predator::{self, ConstantVelocity, PredatorConfig};
 
 /// Parameters of the flock model (docs/model.md). The default is the paper's flock, also for fields that are
@@ -122,7 +122,7 @@ impl Default for FlockConfig {
                 position: vec![-30.0, -30.0],
                 velocity: vec![10.0, 10.0],
             })],
-            neighbor_rule: NeighborRule::Metric(Metric {}),
+            neighbor_rule: NeighborRule::Metric {},
             blind_angle: 0.0,
             mutual: false,
             frozen_graph: false,

@@ -1,9 +1,7 @@
 //! Analysis of the neighbor graph: neighbors and connected components of a flock, matrices of a line.
 
-mod arguments;
 mod matrices;
 mod neighbors;
 
-pub use arguments::GraphArguments;
 pub use matrices::{laplacian, perron_matrix};
-pub use neighbors::NeighborGraph;
+pub use neighbors::{GraphArguments, NeighborGraph};

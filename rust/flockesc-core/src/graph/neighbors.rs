@@ -1,9 +1,10 @@
-//! `NeighborGraph`: pairs of neighbors and connected components of a flock at one time.
+//! The neighbor graph of a flock at one time: pairs of neighbors and connected components.
 
 use nalgebra::SVector;
 
 use crate::agents::Agents;
 use crate::base::error::{Error, Result};
+use crate::base::vector::rows;
 use crate::flock::{FlockConfig, check_ranges};
 use crate::neighbor::{NeighborOptions, Neighborhood, Ranges};
 
@@ -85,5 +86,63 @@ impl<const D: usize> NeighborGraph<D> {
             return Err(Error::input("interaction_range", expected, given));
         }
         check_ranges("interaction_range", given)
+    }
+}
+
+/// The arguments of a function on the neighbor graph of a flock. Arrays are flat, in row-major order.
+#[derive(Debug)]
+pub struct GraphArguments {
+    /// The scenario with the neighbor rule. `None`: metric neighbors.
+    pub scenario: Option<FlockConfig>,
+    /// Number of coordinates of a vector, 2 or 3.
+    pub dimension: usize,
+    /// r_i in m, n * D entries.
+    pub positions: Vec<f64>,
+    /// v_i in m/s, n * D entries.
+    pub velocities: Vec<f64>,
+    /// Ranges in m, 1 or n entries.
+    pub ranges: Vec<f64>,
+}
+
+impl GraphArguments {
+    /// Returns the number of agents.
+    #[must_use]
+    pub fn num_agents(&self) -> usize {
+        self.positions.len() / self.dimension
+    }
+
+    /// As [`NeighborGraph::pairs`].
+    ///
+    /// # Errors
+    /// As [`NeighborGraph::pairs`].
+    pub fn pairs(&self) -> Result<Vec<(u32, u32)>> {
+        match self.dimension {
+            2 => self.graph::<2>().pairs(self.ranges()),
+            _ => self.graph::<3>().pairs(self.ranges()),
+        }
+    }
+
+    /// As [`NeighborGraph::component_labels`].
+    ///
+    /// # Errors
+    /// As [`NeighborGraph::pairs`].
+    pub fn component_labels(&self) -> Result<Vec<u32>> {
+        match self.dimension {
+            2 => self.graph::<2>().component_labels(self.ranges()),
+            _ => self.graph::<3>().component_labels(self.ranges()),
+        }
+    }
+
+    fn graph<const D: usize>(&self) -> NeighborGraph<D> {
+        let positions: Vec<_> = rows(&self.positions).collect();
+        let velocities: Vec<_> = rows(&self.velocities).collect();
+        NeighborGraph::new(self.scenario.as_ref(), &positions, &velocities)
+    }
+
+    fn ranges(&self) -> Ranges<'_> {
+        match self.ranges[..] {
+            [range] => Ranges::Shared(range),
+            _ => Ranges::PerAgent(&self.ranges),
+        }
     }
 }

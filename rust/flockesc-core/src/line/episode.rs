@@ -36,11 +36,6 @@ pub enum LineReward {
     Terminal,
 }
 
-impl LineReward {
-    /// Names of all terms in documents.
-    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
-}
-
 impl Default for LineEpisodeConfig {
     fn default() -> Self {
         Self {

@@ -81,9 +81,6 @@ pub enum EscapeForce {
 }
 
 impl EscapeForce {
-    /// Names of all escape forces in documents.
-    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
-
     /// Returns the force on an agent at `offset` = x_i - x_p. It is 0 at the predator's position and at
     /// distances of `range` or more.
     #[must_use]

@@ -17,4 +17,4 @@ pub(crate) use neighborhood::{Neighborhood, NeighborhoodState};
 pub(crate) use options::NeighborOptions;
 pub(crate) use profile::Profile;
 pub use ranges::Ranges;
-pub use rules::{Metric, NeighborRule, Topological, Voronoi};
+pub use rules::NeighborRule;

@@ -3,8 +3,8 @@
 use crate::agents::Agents;
 use crate::neighbor::engine::distances::Distances;
 use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
+use crate::neighbor::rules::NeighborRule;
 use crate::neighbor::rules::rule::Criterion;
-use crate::neighbor::rules::{Metric, NeighborRule};
 
 /// Parameters of the neighbor graph.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +25,7 @@ pub(crate) struct NeighborOptions {
 impl NeighborOptions {
     /// The paper's options: all agents within range are neighbors.
     pub(crate) const METRIC: Self = Self {
-        rule: NeighborRule::Metric(Metric {}),
+        rule: NeighborRule::Metric {},
         field_of_view: FieldOfView::ALL_ROUND,
         torus: Torus::NONE,
         is_mutual: false,

@@ -2,10 +2,10 @@
 
 use multiversion::multiversion;
 
+use super::frames::Velocities;
 use super::frames::{Axes, Shared, Vectors, perceive, put_in_frames};
 use super::row::{GroupRows, squash};
 use super::scene::Common;
-use super::velocities::Velocities;
 use super::{Extras, Scene};
 use crate::agents::{Column, GROUP, Group};
 use crate::base::entry::{Entries, Row};

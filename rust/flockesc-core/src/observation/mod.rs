@@ -4,22 +4,19 @@
 //! All entries are invariant under translations and rotations of the world.
 
 mod agent;
-mod extras;
 mod flock;
 mod frames;
 mod predator;
 mod row;
 mod scene;
-mod velocities;
 mod view;
 
 use crate::base::entry::{Entries, Entry};
 use crate::base::error::Result;
 use crate::parallel::Progress;
-pub use extras::ExtraEntries;
-pub(crate) use extras::Extras;
-pub(crate) use scene::Scene;
-pub use view::{View, ViewSpec, views};
+pub use scene::ExtraEntries;
+pub(crate) use scene::{Extras, Scene};
+pub use view::View;
 
 /// Returns the entries of an observation row, in order, for dimension 2 or 3.
 pub(crate) fn entries(view: View, extras: Extras<'_>, dimension: usize) -> Vec<Entry> {

@@ -1,8 +1,10 @@
-//! `Scene`: the state of an episode that observations are computed from.
+//! `Scene`: the state of an episode that observations are computed from, and which optional entries they have.
 
 use std::sync::OnceLock;
 
-use super::Extras;
+use serde::{Deserialize, Serialize};
+use strum::VariantNames;
+
 use super::row::squash;
 use crate::flock::{Summary, World};
 use crate::reward::Objective;
@@ -65,5 +67,39 @@ impl<'a, const D: usize> Scene<'a, D> {
             length,
             speed: scenario.speed.largest(),
         }
+    }
+}
+
+/// Optional entries of an observation that are computed from the velocities of the agents and the predators.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, VariantNames)]
+#[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
+pub enum ExtraEntries {
+    /// The direction away from the place of the predator at its closest approach to the flock.
+    EscapeDirection,
+    /// Distance and time of the closest approach of the predator.
+    ClosestApproach,
+}
+
+/// The optional entries of an observation.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Extras<'a> {
+    /// Candidate ranges, in ascending order.
+    pub(crate) ranges: &'a [f64],
+    /// Kinds of further entries.
+    pub(crate) entries: &'a [ExtraEntries],
+}
+
+impl Extras<'_> {
+    pub(super) fn is_empty(self) -> bool {
+        self.ranges.is_empty() && self.entries.is_empty()
+    }
+
+    pub(super) fn has_escape(self) -> bool {
+        self.entries.contains(&ExtraEntries::EscapeDirection)
+    }
+
+    pub(super) fn has_approach(self) -> bool {
+        self.entries.contains(&ExtraEntries::ClosestApproach)
     }
 }

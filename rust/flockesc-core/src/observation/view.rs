@@ -1,7 +1,7 @@
-//! `View`: one observation for the flock, or one per agent, and the table of all views.
+//! `View`: one observation for the flock, or one per agent.
 
 use serde::{Deserialize, Serialize};
-use strum::VariantArray as _;
+use strum::VariantNames;
 
 use super::{Extras, Scene, agent, flock};
 use crate::base::entry::Entries;
@@ -11,18 +11,7 @@ use crate::neighbor::Ranges;
 use crate::parallel::Progress;
 
 /// Whether an episode has one observation and one range for the flock, or one per agent.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Serialize,
-    Deserialize,
-    strum::VariantNames,
-    strum::VariantArray,
-    strum::IntoStaticStr,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, VariantNames)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 pub enum View {
@@ -32,27 +21,7 @@ pub enum View {
     Agent,
 }
 
-/// A row of the table of views.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct ViewSpec {
-    /// Name in documents.
-    pub name: &'static str,
-    /// Whether there is one observation row and one range per agent, or one for the flock.
-    pub per_agent: bool,
-}
-
-impl ViewSpec {
-    /// Returns the row as a JSON document.
-    #[must_use]
-    pub fn to_json(&self) -> String {
-        serde_json::to_value(self).unwrap_or_default().to_string()
-    }
-}
-
 impl View {
-    /// Names of all views in documents.
-    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
-
     /// Returns whether there is one observation row and one range per agent, or one for the flock.
     #[must_use]
     pub fn is_per_agent(self) -> bool {
@@ -104,17 +73,4 @@ impl View {
             Self::Agent => agent::write(scene, out, progress),
         }
     }
-}
-
-/// Returns the table of views, in the order of [`View`].
-///
-/// ```
-/// let per_agent = flockesc_core::views().find(|view| view.per_agent);
-/// assert_eq!(per_agent.map(|view| view.name), Some("agent"));
-/// ```
-pub fn views() -> impl Iterator<Item = ViewSpec> {
-    View::VARIANTS.iter().map(|view| ViewSpec {
-        name: view.into(),
-        per_agent: view.is_per_agent(),
-    })
 }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use super::shared::predator::Predator;
+use super::shared::Predator;
 use super::shared::prey::Prey;
 use super::shared::steering::Limits;
 use crate::base::check::quantity;

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::shared::predator::{Predator, Surroundings};
 use super::shared::steering::Limits;
+use super::shared::{Predator, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::{Error, Result};
 use crate::base::vector::unit;

@@ -3,9 +3,9 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::shared::predator::{Predator, Surroundings};
 use super::shared::prey::Prey;
 use super::shared::steering::Limits;
+use super::shared::{Predator, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::Result;
 use crate::base::vector::{side_of, turn, unit};

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::shared::predator::Predator;
+use super::shared::Predator;
 use super::shared::prey::Prey;
 use super::shared::sighting::Sighting;
 use crate::base::check::{positive_quantity, quantity};

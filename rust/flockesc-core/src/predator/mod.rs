@@ -2,7 +2,6 @@
 //! `PredatorConfig` is the enum of all strategies.
 
 mod attracted;
-mod constant_velocity;
 mod encircle;
 mod herd;
 mod intercept;
@@ -10,7 +9,6 @@ mod learned;
 mod prescribed_path;
 mod pure_pursuit;
 mod shared;
-mod state;
 mod wandering;
 
 use nalgebra::SVector;
@@ -18,26 +16,23 @@ use serde::{Deserialize, Serialize};
 use strum::{AsRefStr, VariantNames};
 
 pub use attracted::Attracted;
-pub use constant_velocity::ConstantVelocity;
 pub use encircle::Encircle;
 pub use herd::Herd;
 pub use intercept::Intercept;
 pub use learned::Learned;
 pub use prescribed_path::PrescribedPath;
 pub use pure_pursuit::{PurePursuit, Target};
-pub use shared::predator::Predator;
-pub(crate) use shared::predator::Surroundings;
+pub use shared::Predator;
+pub(crate) use shared::Surroundings;
 pub(crate) use shared::prey::Prey;
 pub(crate) use shared::sighting::Sighting;
-pub(crate) use state::PredatorState;
 pub use wandering::Wandering;
 
-use shared::assignment::MAX_ASSIGNED;
+use pure_pursuit::MAX_ASSIGNED;
 
 use crate::base::check::vector;
 use crate::base::error::{Error, Result};
 use crate::base::vector::embed;
-use crate::snapshot::{read, write};
 
 /// A predator of a scenario: its strategy and initial state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, AsRefStr, VariantNames)]
@@ -65,9 +60,6 @@ pub enum PredatorConfig {
 }
 
 impl PredatorConfig {
-    /// Names of all strategies in documents.
-    pub const KINDS: &[&str] = <Self as VariantNames>::VARIANTS;
-
     /// Returns whether the predator is controlled by actions.
     pub(crate) fn is_learned(&self) -> bool {
         matches!(self, Self::Learned(_))
@@ -146,37 +138,16 @@ impl PredatorConfig {
             Self::Attracted(own) => own.steer(&mut predators[index], surroundings),
         }
     }
+}
 
-    /// Serializes the fields of a predator that the strategy remembers between steps.
-    fn memory_of<const D: usize>(&self, predator: &Predator<D>) -> Vec<u8> {
-        match self {
-            Self::ConstantVelocity(_)
-            | Self::Intercept(_)
-            | Self::Wandering(_)
-            | Self::Attracted(_) => Vec::new(),
-            Self::PurePursuit(_) => write(&(predator.target, predator.aim)),
-            Self::Encircle(_) => write(&(predator.steps, predator.aim)),
-            Self::Herd(_) => write(&predator.aim),
-            Self::Learned(_) => write(&(predator.action, predator.push)),
-            Self::PrescribedPath(_) => write(&predator.steps),
-        }
-    }
-
-    /// Restores the fields that [`Self::memory_of`] serialized.
-    fn remember<const D: usize>(&self, predator: &mut Predator<D>, memory: &[u8]) -> Result<()> {
-        match self {
-            Self::ConstantVelocity(_)
-            | Self::Intercept(_)
-            | Self::Wandering(_)
-            | Self::Attracted(_) => {}
-            Self::PurePursuit(_) => (predator.target, predator.aim) = read(memory)?,
-            Self::Encircle(_) => (predator.steps, predator.aim) = read(memory)?,
-            Self::Herd(_) => predator.aim = read(memory)?,
-            Self::Learned(_) => (predator.action, predator.push) = read(memory)?,
-            Self::PrescribedPath(_) => predator.steps = read(memory)?,
-        }
-        Ok(())
-    }
+/// The paper's predator: keeps its velocity, v_p(t + dt) = v_p(t) (Section V).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConstantVelocity {
+    /// r_p(0) in m.
+    pub position: Vec<f64>,
+    /// v_p in m/s.
+    pub velocity: Vec<f64>,
 }
 
 /// The fields that determine a predator at t = 0.

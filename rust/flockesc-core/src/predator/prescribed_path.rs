@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::shared::predator::Predator;
+use super::shared::Predator;
 use crate::base::check::{positive_quantity, vector};
 use crate::base::error::{Error, Result};
 use crate::base::vector::embed;

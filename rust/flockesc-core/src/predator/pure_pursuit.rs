@@ -1,14 +1,15 @@
 //! The pure pursuit strategy: the velocity turns toward a target at a limited rate.
 
 use nalgebra::SVector;
+use pathfinding::prelude::{Matrix, kuhn_munkres};
 use serde::{Deserialize, Serialize};
 
-use super::shared::assignment::assign;
-use super::shared::predator::{Predator, Surroundings};
 use super::shared::prey::{Prey, PreyAgent};
 use super::shared::steering::Limits;
+use super::shared::{Predator, Surroundings};
 use crate::base::check::{not_negative, quantity};
 use crate::base::error::{Error, Result};
+use crate::base::exact::Scale;
 use crate::base::rng;
 
 /// Turns toward the current position of its target.
@@ -47,11 +48,6 @@ pub enum Target {
     MostIsolated,
     /// The assigned agent. Predators with this target pursue distinct agents.
     Assigned,
-}
-
-impl Target {
-    /// Names of all targets in documents.
-    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
 }
 
 impl PurePursuit {
@@ -146,6 +142,50 @@ pub(super) fn assign_targets<'a, const D: usize>(
     for (predator, agent) in assigned.into_iter().zip(assign(&places, prey)) {
         predator.aim = agent.map(|agent| agent.position);
     }
+}
+
+/// Largest number of predators with assigned targets. The cost matrix has up to `MAX_ASSIGNED`^3 entries.
+pub(crate) const MAX_ASSIGNED: usize = 64;
+
+/// Assigns a distinct agent to each of at least two `places`. If there are fewer agents than places, the
+/// remaining places get their nearest agent.
+pub(crate) fn assign<const D: usize>(
+    places: &[SVector<f64, D>],
+    prey: Prey<'_, D>,
+) -> Vec<Option<PreyAgent<D>>> {
+    // With n predators, an optimal assignment needs only the n nearest agents of each predator.
+    let nearest: Vec<_> = places
+        .iter()
+        .map(|r| prey.nearest_few(r, places.len()))
+        .collect();
+    let mut targets: Vec<Option<PreyAgent<D>>> =
+        nearest.iter().map(|few| few.first().copied()).collect();
+    let mut candidates: Vec<PreyAgent<D>> = nearest.into_iter().flatten().collect();
+    candidates.sort_unstable_by_key(|candidate| candidate.id);
+    candidates.dedup_by_key(|candidate| candidate.id);
+
+    let distance = |place: usize, candidate: usize| {
+        let offset: SVector<f64, D> = candidates[candidate].position - places[place];
+        offset.norm().min(f64::MAX)
+    };
+    // Costs are integers, so that sums do not depend on their order. The scale leaves room for the
+    // algorithm's sums.
+    let pairs = (0..places.len()).flat_map(|p| (0..candidates.len()).map(move |q| (p, q)));
+    let largest = pairs.map(|(p, q)| distance(p, q)).fold(0.0, f64::max);
+    let scale = Scale::new(largest, 8 * MAX_ASSIGNED);
+    let gain = |place, candidate| -scale.truncate(distance(place, candidate));
+    if places.len() <= candidates.len() {
+        let gains = Matrix::from_fn(places.len(), candidates.len(), |(p, q)| gain(p, q));
+        for (target, candidate) in targets.iter_mut().zip(kuhn_munkres(&gains).1) {
+            *target = Some(candidates[candidate]);
+        }
+    } else {
+        let gains = Matrix::from_fn(candidates.len(), places.len(), |(q, p)| gain(p, q));
+        for (candidate, place) in candidates.iter().zip(kuhn_munkres(&gains).1) {
+            targets[place] = Some(*candidate);
+        }
+    }
+    targets
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::shared::predator::{Predator, Surroundings};
+use super::shared::{Predator, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::Result;
 use crate::base::rng;

@@ -1,17 +1,13 @@
 //! Rewards, for the team or for each agent (docs/model.md, "Rewards").
 
-mod difference;
 mod objective;
 mod step;
-mod total;
 
 use serde::{Deserialize, Serialize};
 use strum::VariantArray as _;
 
-pub(crate) use difference::ActionContext;
 pub use objective::{Objective, ObjectiveSpec, objectives};
-pub(crate) use step::StepContext;
-pub(crate) use total::exact_sum;
+pub(crate) use step::{ActionContext, StepContext};
 
 /// The reward term of an episode. Team terms give every agent the same reward.
 #[derive(
@@ -49,9 +45,6 @@ pub enum Reward {
 }
 
 impl Reward {
-    /// Names of all terms in documents.
-    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
-
     /// Returns whether agents have different rewards, which needs the view of the agents.
     pub(crate) fn is_individual(self) -> bool {
         match self {

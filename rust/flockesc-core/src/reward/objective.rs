@@ -59,11 +59,8 @@ impl ObjectiveSpec {
 }
 
 impl Objective {
-    /// Names of all objectives in documents.
-    pub const KINDS: &[&str] = <Self as strum::VariantNames>::VARIANTS;
-
     /// Number of objectives.
-    pub const COUNT: usize = Self::KINDS.len();
+    pub const COUNT: usize = <Self as strum::VariantNames>::VARIANTS.len();
 
     /// Returns the objective's row of the table.
     fn spec(self) -> ObjectiveSpec {

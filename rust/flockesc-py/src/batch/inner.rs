@@ -85,7 +85,7 @@ impl Inner {
             let visits = batch.work_of_reset(resets.len());
             change(py, batch, visits, move |batch, progress| {
                 let slots: Vec<usize> = resets.iter().map(|reset| reset.slot).collect();
-                batch.restart(resets, progress)?;
+                batch.reset_many(resets, progress)?;
                 let mut rows = vec![0.0; slots.len() * batch.rows() * batch.row_length()];
                 batch.observe(&slots, &mut rows, progress)?;
                 let measure = |episode: &Episode<_>| Measured::of(episode, count_components);

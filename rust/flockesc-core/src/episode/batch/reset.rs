@@ -31,37 +31,22 @@ impl<const D: usize> Batch<D> {
     /// # Errors
     /// [`Error::Input`] if `slot` does not exist or `start` does not fit its scenario.
     pub fn reset(&mut self, slot: usize, start: &InitialState) -> Result<()> {
-        self.reset_many(&[(slot, Some(start.seed))], None, start)
-    }
-
-    /// Starts new episodes in several slots, given as pairs (slot, seed), from the same `start`; see
-    /// [`SlotReset`].
-    ///
-    /// # Errors
-    /// [`Error::Input`] if a slot does not exist or `start` does not fit the scenario of one; if a
-    /// new episode draws a number that is out of bounds; [`Error::Memory`]. The batch is then unchanged.
-    pub fn reset_many(
-        &mut self,
-        resets: &[(usize, Option<u64>)],
-        episode: Option<u64>,
-        start: &InitialState,
-    ) -> Result<()> {
-        let start = Arc::new(start.clone());
-        let resets = resets.iter().map(|&(slot, seed)| SlotReset {
+        let reset = SlotReset {
             slot,
-            seed,
-            episode,
-            start: start.clone(),
-        });
-        self.restart(resets.collect(), &Progress::default())
+            seed: Some(start.seed),
+            episode: None,
+            start: Arc::new(start.clone()),
+        };
+        self.reset_many(vec![reset], &Progress::default())
     }
 
     /// Starts new episodes in several slots.
     ///
     /// # Errors
-    /// As [`Self::reset_many`], and [`Error::Interrupted`] if `progress` was cancelled. The batch is then unchanged.
-    #[doc(hidden)]
-    pub fn restart(&mut self, resets: Vec<SlotReset>, progress: &Progress) -> Result<()> {
+    /// [`Error::Input`] if a slot does not exist or a start does not fit its scenario, or if a new episode draws a
+    /// number that is out of bounds; [`Error::Memory`]; [`Error::Interrupted`] if `progress` was cancelled. The batch
+    /// is then unchanged.
+    pub fn reset_many(&mut self, resets: Vec<SlotReset>, progress: &Progress) -> Result<()> {
         let mut new_slots = BTreeMap::new();
         for reset in resets {
             let Some(old) = self.slots.get(reset.slot) else {

@@ -2,6 +2,7 @@ mod several;
 
 use super::*;
 use crate::agents::PerAgent;
+use crate::episode::Metrics;
 use crate::flock::InitialState;
 use crate::observation::View;
 use crate::parallel::Progress;
@@ -100,6 +101,28 @@ fn rewards_sum_to_the_change_of_the_objective() {
     assert!(end < start && (total - (end - start)).abs() < 1e-12);
 }
 
+fn metrics(batch: &Batch<2>) -> Result<Vec<Metrics>> {
+    let all: Vec<usize> = (0..batch.num_flocks()).collect();
+    batch.measure(&all, &Progress::default(), Episode::metrics)
+}
+
+/// Resets slots, given as pairs (slot, seed), from the same start.
+fn reset_many(
+    batch: &mut Batch<2>,
+    resets: &[(usize, Option<u64>)],
+    episode: Option<u64>,
+    start: &InitialState,
+) -> Result<()> {
+    let start = Arc::new(start.clone());
+    let resets = resets.iter().map(|&(slot, seed)| SlotReset {
+        slot,
+        seed,
+        episode,
+        start: start.clone(),
+    });
+    batch.reset_many(resets.collect(), &Progress::default())
+}
+
 /// Slots whose episodes end at different times give the same results as batches of one slot.
 #[test]
 fn slots_restart_at_their_own_horizon() {
@@ -108,8 +131,7 @@ fn slots_restart_at_their_own_horizon() {
     for threads in [1, 3] {
         let mut many = batch(3, threads);
         let all: Vec<_> = (0..3).map(|slot| (slot, Some(slot as u64))).collect();
-        many.reset_many(&all, None, &InitialState::default())
-            .expect("slots");
+        reset_many(&mut many, &all, None, &InitialState::default()).expect("slots");
         let mut single: Vec<_> = (0..3).map(|_| batch(1, 1)).collect();
         for (seed, batch) in single.iter_mut().enumerate() {
             let start = InitialState::seeded(seed as u64);
@@ -122,7 +144,7 @@ fn slots_restart_at_their_own_horizon() {
         for action in 0..3 * actions_per_episode {
             if action == 2 {
                 let next = InitialState::seeded(episode_seed(1, 1));
-                many.reset_many(&[(1, None)], None, &InitialState::seeded(99))
+                reset_many(&mut many, &[(1, None)], None, &InitialState::seeded(99))
                     .expect("a slot");
                 single[1].reset(0, &next).expect("a slot");
                 numbers[1] = 1;
@@ -173,16 +195,14 @@ fn episodes_start_by_their_number_in_the_schedule() {
         |batch: &Batch<2>| [0, 1, 2].map(|slot| batch.episode_seed(slot).expect("an episode"));
     let own = |slot: u64, episode| episode_seed(episode_seed(5, slot + 1), episode);
     let start = InitialState::default();
-    batch.reset_many(&all, None, &start).expect("slots");
-    assert!(batch.reset_many(&[(3, None)], Some(9), &start).is_err());
-    batch.reset_many(&some, Some(4), &start).expect("slots");
+    reset_many(&mut batch, &all, None, &start).expect("slots");
+    assert!(reset_many(&mut batch, &[(3, None)], Some(9), &start).is_err());
+    reset_many(&mut batch, &some, Some(4), &start).expect("slots");
     assert_eq!(seeds(&batch), [episode_seed(7, 4), own(1, 0), own(2, 4)]);
-    batch.reset_many(&all, None, &start).expect("slots");
+    reset_many(&mut batch, &all, None, &start).expect("slots");
     assert_eq!(seeds(&batch), [episode_seed(7, 5), own(1, 1), own(2, 5)]);
-    batch
-        .reset_many(&all, Some(u64::MAX), &start)
-        .expect("slots");
-    batch.reset_many(&all, None, &start).expect("slots");
+    reset_many(&mut batch, &all, Some(u64::MAX), &start).expect("slots");
+    reset_many(&mut batch, &all, None, &start).expect("slots");
     assert_eq!(seeds(&batch), [7, own(1, 0), own(2, 0)]); // the number after u64::MAX is 0
 }
 
@@ -193,20 +213,22 @@ fn slots_without_a_seed_differ_and_rejected_resets_change_nothing() {
     batch.seed(5);
     let all: Vec<_> = (0..3).map(|slot| (slot, None)).collect();
     assert!(
-        batch
-            .reset_many(&[(0, None), (3, None)], None, &InitialState::default())
-            .is_err()
+        reset_many(
+            &mut batch,
+            &[(0, None), (3, None)],
+            None,
+            &InitialState::default()
+        )
+        .is_err()
     );
     let too_short = InitialState {
         positions: Some(vec![0.0]),
         ..InitialState::default()
     };
-    assert!(batch.reset_many(&all, None, &too_short).is_err());
-    assert!(batch.metrics(&progress).is_err());
-    batch
-        .reset_many(&all, None, &InitialState::default())
-        .expect("slots");
-    let metrics = batch.metrics(&progress).expect("episodes");
+    assert!(reset_many(&mut batch, &all, None, &too_short).is_err());
+    assert!(metrics(&batch).is_err());
+    reset_many(&mut batch, &all, None, &InitialState::default()).expect("slots");
+    let metrics = metrics(&batch).expect("episodes");
     assert!(metrics[0] != metrics[1] && metrics[1] != metrics[2] && metrics[0] != metrics[2]);
     for (slot, expected) in metrics.iter().enumerate() {
         let seed = episode_seed(5, slot as u64 + 1);
@@ -219,24 +241,25 @@ fn slots_without_a_seed_differ_and_rejected_resets_change_nothing() {
         );
     }
     assert_eq!(
-        batch.num_components(&progress).expect("episodes"),
+        batch
+            .measure(&[0, 1, 2], &progress, Episode::num_components)
+            .expect("episodes"),
         [AGENTS; 3]
     );
 }
 
 #[test]
 fn rejected_steps_change_nothing() {
-    let progress = Progress::default();
     let mut batch = batch(2, 1);
     assert!(matches!(step(&mut batch, 1.0), Err(Error::Episode { .. })));
     for slot in 0..2 {
         batch.reset(slot, &InitialState::seeded(9)).expect("a slot");
     }
-    let before = batch.metrics(&progress);
+    let before = metrics(&batch);
     for range in [f64::NAN, f64::INFINITY, -3.0] {
         assert!(matches!(step(&mut batch, range), Err(Error::Input { .. })));
     }
-    assert_eq!(batch.metrics(&progress), before);
+    assert_eq!(metrics(&batch), before);
     for _ in 0..7 {
         step(&mut batch, 1.0).expect("steps left");
     }
@@ -245,7 +268,7 @@ fn rejected_steps_change_nothing() {
 }
 
 #[test]
-fn team_rewards_and_predator_rewards_are_opposite() {
+fn the_team_reward_is_that_of_the_last_step() {
     let mut batch = batch(2, 1);
     assert_eq!(batch.team_rewards(), [0.0; 2]);
     for slot in 0..2 {
@@ -254,7 +277,6 @@ fn team_rewards_and_predator_rewards_are_opposite() {
     let (rewards, _) = step(&mut batch, 4.0).expect("steps left");
     assert_eq!(batch.team_rewards(), [rewards[0], rewards[AGENTS]]);
     assert!(rewards[0] < 0.0);
-    assert_eq!(batch.predator_rewards(), [-rewards[0], -rewards[AGENTS]]);
     batch.reset(1, &InitialState::seeded(3)).expect("a slot");
     assert_eq!(batch.team_rewards(), [rewards[0], 0.0]);
 }

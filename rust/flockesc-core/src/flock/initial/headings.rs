@@ -35,9 +35,6 @@ pub enum InitialHeadings {
 }
 
 impl InitialHeadings {
-    /// Names of all distributions in a scenario.
-    pub const KINDS: &[&str] = <Self as VariantNames>::VARIANTS;
-
     /// Checks the parameters for a flock of `count` agents.
     pub(crate) fn check(&self, space: &Space, count: usize) -> Result<()> {
         let path = |field: &str| format!("initial_headings.{}.{field}", self.as_ref());

@@ -1,7 +1,6 @@
 //! First-order law: forces are velocities, as in Y. Chen and T. Kolokolnikov, J. R. Soc. Interface 11 (2014).
 
-use super::columns::ParameterColumns;
-use super::forces::{Force, Neighbors};
+use super::forces::{Force, Neighbors, ParameterColumns};
 use super::law::FirstOrder;
 use crate::agents::{GROUP, Group};
 use crate::base::vector::{SHORTEST, squared_norm};

@@ -1,7 +1,6 @@
-//! The paper's law of motion: forces change velocities (steps 3 and 4).
+//! The laws without forces between pairs: the paper's (steps 3 and 4) and Vicsek's.
 
-use super::columns::ParameterColumns;
-use super::forces::Force;
+use super::forces::{Force, ParameterColumns};
 use crate::agents::{GROUP, Group};
 use crate::base::vector::{SHORTEST, squared_norm};
 use crate::flock::scenario::FlockConfig;
@@ -45,4 +44,31 @@ pub(super) fn integrate<const D: usize>(
         };
     }
     group.speed = speeds;
+}
+
+/// Vicsek's law: adds dt v to r and sets v to v0 f / ||f||, as in T. Vicsek et al., PRL 75, 1226 (1995). If f has length 0, the old v stays.
+#[inline(always)]
+pub(super) fn integrate_vicsek<const D: usize>(
+    config: &FlockConfig,
+    columns: &ParameterColumns,
+    force: &Force<D>,
+    group: &mut Group<D>,
+) {
+    for lane in 0..GROUP {
+        let pull: [f64; D] = std::array::from_fn(|axis| force[axis][lane]);
+        let norm = squared_norm(&pull).sqrt();
+        let factor = columns.speed[lane] / norm;
+        for axis in 0..D {
+            let velocity = group.velocity[axis][lane];
+            group.position[axis][lane] += velocity * config.time_step;
+            group.velocity[axis][lane] = if norm > SHORTEST {
+                pull[axis] * factor
+            } else {
+                velocity
+            };
+        }
+        if norm > SHORTEST {
+            group.speed[lane] = columns.speed[lane];
+        }
+    }
 }

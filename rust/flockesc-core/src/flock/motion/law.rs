@@ -3,9 +3,8 @@
 use serde::{Deserialize, Serialize};
 use strum::{AsRefStr, VariantNames};
 
-use super::columns::ParameterColumns;
-use super::forces::{Force, Neighbors};
-use super::{inertial, vicsek};
+use super::forces::{Force, Neighbors, ParameterColumns};
+use super::inertial;
 use crate::agents::Group;
 use crate::base::check::{not_negative, positive_quantity, quantity};
 use crate::base::error::{Error, Result};
@@ -32,9 +31,6 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// Names of all laws in a scenario.
-    pub const KINDS: &[&str] = <Self as VariantNames>::VARIANTS;
-
     /// Checks the law's parameters, and fields of the scenario that it cannot use.
     pub(crate) fn check(&self, constant_speed: bool, sensing_noise: f64) -> Result<()> {
         if matches!(self, Self::Vicsek {} | Self::Zones(_)) && !constant_speed {
@@ -102,7 +98,7 @@ impl Motion {
             Self::Inertial {} | Self::Reynolds(_) | Self::PreferredDistance(_) => {
                 inertial::integrate(config, columns, force, group);
             }
-            Self::Vicsek {} => vicsek::integrate(config, columns, force, group),
+            Self::Vicsek {} => inertial::integrate_vicsek(config, columns, force, group),
             Self::Zones(law) => law.integrate(config, columns, force, group),
             Self::FirstOrder(_) => FirstOrder::integrate(config, columns, force, group),
         }

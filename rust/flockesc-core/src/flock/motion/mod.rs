@@ -1,16 +1,13 @@
 //! Motion of the agents (steps 2 to 4 of docs/model.md): forces, noise, and the laws of motion.
 
-mod columns;
 mod first_order;
 mod forces;
 mod inertial;
 mod law;
-mod noise;
 mod preferred_distance;
 mod response;
 mod reynolds;
 mod step;
-mod vicsek;
 mod zones;
 
 pub use law::*;

@@ -1,7 +1,6 @@
 //! The paper's law plus attraction and repulsion with a preferred distance.
 
-use super::columns::ParameterColumns;
-use super::forces::{Force, Neighbors};
+use super::forces::{Force, Neighbors, ParameterColumns};
 use super::law::PreferredDistance;
 use crate::agents::GROUP;
 use crate::base::vector::{SHORTEST, squared_norm};

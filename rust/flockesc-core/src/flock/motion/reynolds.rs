@@ -1,7 +1,6 @@
 //! Reynolds' law: the paper's law plus separation and cohesion, as in C. W. Reynolds' boids (1987).
 
-use super::columns::ParameterColumns;
-use super::forces::{Force, Neighbors};
+use super::forces::{Force, Neighbors, ParameterColumns};
 use super::law::Reynolds;
 use crate::agents::GROUP;
 use crate::base::vector::{SHORTEST, squared_norm};

@@ -2,8 +2,7 @@
 
 use multiversion::multiversion;
 
-use super::columns::ParameterColumns;
-use super::forces::{Force, add_escape_force, consensus_force};
+use super::forces::{Force, ParameterColumns, add_escape_force, consensus_force};
 use crate::agents::{GROUP, Group};
 use crate::flock::metrics::distances;
 use crate::flock::scenario::FlockConfig;

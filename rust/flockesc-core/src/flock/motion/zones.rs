@@ -2,8 +2,7 @@
 
 use nalgebra::SVector;
 
-use super::columns::ParameterColumns;
-use super::forces::{Force, Neighbors};
+use super::forces::{Force, Neighbors, ParameterColumns};
 use super::law::Zones;
 use crate::agents::{GROUP, Group};
 use crate::base::vector::{heading_toward, unit};

@@ -55,9 +55,6 @@ pub enum Distribution {
 }
 
 impl Distribution {
-    /// Names of all distributions in documents.
-    pub const KINDS: &[&str] = <Self as VariantNames>::VARIANTS;
-
     /// Returns the paths of the numbers in a scenario's document; none for a predator that is not there.
     pub(super) fn fields(&self, scenario: &Value) -> Vec<String> {
         match self {

@@ -11,13 +11,13 @@ use crate::base::rng::{self, Stream};
 use crate::flock::motion::{Response, ResponseState};
 use crate::flock::scenario::FlockConfig;
 use crate::neighbor::{Neighborhood, NeighborhoodState};
-use crate::predator::{Predator, PredatorState};
+use crate::predator::Predator;
 
 /// The serialized form of a [`World`].
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct WorldState<const D: usize> {
     agents: AgentsState<D>,
-    predators: Vec<PredatorState>,
+    predators: Vec<Predator<D>>,
     /// Position in the random stream of the predators.
     stream_position: u128,
     neighborhood: NeighborhoodState<D>,
@@ -26,10 +26,9 @@ pub(crate) struct WorldState<const D: usize> {
 
 impl<const D: usize> World<D> {
     pub(crate) fn save(&self) -> WorldState<D> {
-        let predators = self.predators.iter().zip(&self.config.predators);
         WorldState {
             agents: self.agents.save(),
-            predators: predators.map(|(own, config)| own.save(config)).collect(),
+            predators: self.predators.clone(),
             stream_position: self.rng.get_word_pos(),
             neighborhood: self.neighborhood.save(&self.agents),
             response: self.response.save(),
@@ -44,10 +43,6 @@ impl<const D: usize> World<D> {
     ) -> Result<Self> {
         let config = config.clone().drawn(seed);
         let mut agents = Agents::restore(state.agents);
-        let predators = state.predators.iter().zip(&config.predators);
-        let predators: Vec<Predator<D>> = predators
-            .map(|(state, config)| Predator::restore(state, config))
-            .collect::<Result<_>>()?;
         let mut rng = rng::stream(seed, Stream::Predators);
         rng.set_word_pos(state.stream_position);
         let options = config.neighbor_options();
@@ -56,7 +51,7 @@ impl<const D: usize> World<D> {
         Ok(Self::assemble(
             config,
             agents,
-            predators,
+            state.predators,
             rng,
             neighborhood,
             response,

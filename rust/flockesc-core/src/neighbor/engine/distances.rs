@@ -3,8 +3,8 @@
 use pulp::{Scalar, Simd};
 
 use crate::agents::{Agents, GROUP, TILE};
-use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
-use crate::neighbor::engine::reach::{bits, squared_norm};
+use crate::neighbor::engine::field_of_view::{FieldOfView, Torus, register_norm};
+use crate::neighbor::engine::reach::bits;
 
 /// The agents, their world and their field of view.
 #[derive(Debug, Clone, Copy)]
@@ -66,7 +66,7 @@ impl<const D: usize> Distances<'_, D> {
                 .torus
                 .offset(simd, position, S::as_simd_f64s(column).0[0]);
         }
-        let squared = squared_norm(simd, offset);
+        let squared = register_norm(simd, offset);
         if self.field_of_view == FieldOfView::ALL_ROUND {
             return squared;
         }
@@ -74,7 +74,7 @@ impl<const D: usize> Distances<'_, D> {
         for axis in 0..D {
             velocity[axis] = simd.splat_f64s(own.velocity[axis][lane]);
         }
-        let speed = simd.sqrt_f64s(squared_norm(simd, velocity));
+        let speed = simd.sqrt_f64s(register_norm(simd, velocity));
         let is_seen = self
             .field_of_view
             .sees(simd, velocity, speed, offset, squared);

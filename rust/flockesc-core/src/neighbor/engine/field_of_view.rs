@@ -1,9 +1,13 @@
-//! `Torus` and `FieldOfView`: offsets in a periodic world, and the blind sector behind an agent.
+//! `Torus`, `FieldOfView` and `Own`: offsets in a periodic world, the blind sector behind an agent, and whom a register of
+//! agents senses.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
+use bytemuck::{NoUninit, cast_slice};
 use pulp::{Scalar, Simd};
 
+use crate::agents::{Column, Group};
 use crate::base::vector::{larger, squared_norm};
 use crate::neighbor::engine::nodes::Bounds;
 
@@ -113,4 +117,103 @@ impl FieldOfView {
         let least = simd.mul_f64s(simd.splat_f64s(self.edge), distance);
         simd.less_than_or_equal_f64s(least, along)
     }
+}
+
+/// One register of agents.
+#[derive(Clone, Copy)]
+pub(super) struct Own<S: Simd, const D: usize> {
+    /// Lane of the first agent.
+    start: usize,
+    /// -r in m. A sum with the broadcast position of another agent is one operation, a difference would be two.
+    negated: [S::f64s; D],
+    /// In m/s; only for agents with a blind sector, as the speed.
+    velocity: [S::f64s; D],
+    speed: S::f64s,
+    field_of_view: FieldOfView,
+    /// Squared reaches in m^2.
+    squared: S::f64s,
+}
+
+impl<S: Simd, const D: usize> Own<S, D> {
+    /// Loads the agents of a group from lane `start` on. `IS_BLIND`: whether agents have a blind sector.
+    #[inline(always)]
+    pub(super) fn load<const IS_BLIND: bool>(
+        simd: S,
+        group: &Group<D>,
+        squared: &Column<f64>,
+        field_of_view: FieldOfView,
+        start: usize,
+    ) -> Self {
+        let load =
+            |column: &Column<f64>| S::as_simd_f64s(&column[start..start + S::F64_LANES]).0[0];
+        let mut own = Self {
+            start,
+            negated: [simd.splat_f64s(0.0); D],
+            velocity: [simd.splat_f64s(0.0); D],
+            speed: simd.splat_f64s(0.0),
+            field_of_view,
+            squared: load(squared),
+        };
+        for axis in 0..D {
+            own.negated[axis] = simd.sub_f64s(simd.splat_f64s(0.0), load(&group.position[axis]));
+            if IS_BLIND {
+                own.velocity[axis] = load(&group.velocity[axis]);
+            }
+        }
+        if IS_BLIND {
+            own.speed = simd.sqrt_f64s(register_norm(simd, own.velocity));
+        }
+        own
+    }
+
+    /// Returns the lanes of the agents in their group.
+    pub(super) fn lanes(&self) -> Range<usize> {
+        self.start..self.start + S::F64_LANES
+    }
+
+    /// Returns the offsets in m to an agent at `position`, and a mask of the agents to which it is within reach
+    /// and, with `IS_BLIND`, in view.
+    #[inline(always)]
+    pub(super) fn senses<const IS_BLIND: bool>(
+        &self,
+        simd: S,
+        torus: Torus,
+        position: &[f64; D],
+    ) -> ([S::f64s; D], S::m64s) {
+        let mut offset = self.negated;
+        for axis in 0..D {
+            let position = simd.splat_f64s(position[axis]);
+            offset[axis] = torus.shortest(simd, simd.add_f64s(position, offset[axis]));
+        }
+        let squared = register_norm(simd, offset);
+        let mut is_near = simd.less_than_or_equal_f64s(squared, self.squared);
+        if IS_BLIND {
+            let (velocity, speed) = (self.velocity, self.speed);
+            let is_seen = self
+                .field_of_view
+                .sees(simd, velocity, speed, offset, squared);
+            is_near = simd.and_m64s(is_near, is_seen);
+        }
+        (offset, is_near)
+    }
+}
+
+/// Returns the integers in a register.
+#[inline(always)]
+pub(super) fn lanes<T: NoUninit>(register: &T) -> &[i64] {
+    cast_slice(std::slice::from_ref(register))
+}
+
+/// Returns the squared Euclidean norm, lane by lane. It uses loops, because iterators over registers are not
+/// always inlined.
+#[inline(always)]
+pub(in crate::neighbor) fn register_norm<S: Simd, const D: usize>(
+    simd: S,
+    vector: [S::f64s; D],
+) -> S::f64s {
+    let mut sum = simd.mul_f64s(vector[0], vector[0]);
+    for axis in 1..D {
+        sum = simd.add_f64s(sum, simd.mul_f64s(vector[axis], vector[axis]));
+    }
+    sum
 }

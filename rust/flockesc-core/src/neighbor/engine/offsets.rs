@@ -8,10 +8,10 @@ use crate::agents::{Column, GROUP, TILE};
 use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, larger, squared_norm};
 use crate::neighbor::engine::candidates::{Candidates, Search};
-use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
-use crate::neighbor::engine::own::{Own, lanes};
+use crate::neighbor::engine::field_of_view::{FieldOfView, Torus, register_norm};
+use crate::neighbor::engine::field_of_view::{Own, lanes};
 use crate::neighbor::engine::pairs::Pairs;
-use crate::neighbor::engine::reach::{bits, squared_norm as register_norm};
+use crate::neighbor::engine::reach::bits;
 use crate::neighbor::ranges::Reaches;
 
 /// The sums of the agents of one group.

@@ -10,7 +10,7 @@ use pulp::Simd;
 
 use crate::agents::FANOUT;
 use crate::base::vector::{larger, smaller};
-use crate::neighbor::engine::field_of_view::Torus;
+use crate::neighbor::engine::field_of_view::{Torus, register_norm};
 use crate::neighbor::engine::nodes::{Bounds, Siblings};
 use crate::neighbor::ranges::Reaches;
 
@@ -86,7 +86,7 @@ impl<const D: usize> Reach<D> {
             gap[axis] = simd.max_f64s(self.torus.bound(simd, above, below), zero);
         }
         let longest = simd.splat_f64s(self.longest);
-        simd.less_than_or_equal_f64s(squared_norm(simd, gap), longest)
+        simd.less_than_or_equal_f64s(register_norm(simd, gap), longest)
     }
 
     /// Returns a mask of the boxes of one register that are entirely within reach of all agents. Only for
@@ -105,7 +105,7 @@ impl<const D: usize> Reach<D> {
             extent[axis] = self.torus.bound(simd, up, down);
         }
         let shortest = simd.splat_f64s(self.shortest);
-        simd.less_than_or_equal_f64s(squared_norm(simd, extent), shortest)
+        simd.less_than_or_equal_f64s(register_norm(simd, extent), shortest)
     }
 
     /// Returns one bit per node for those entirely within reach, and one for those partly within reach.
@@ -126,20 +126,6 @@ impl<const D: usize> Reach<D> {
         }
         (inside, near & !inside)
     }
-}
-
-/// Returns the squared Euclidean norm, lane by lane. It uses loops, because iterators over registers are not
-/// always inlined.
-#[inline(always)]
-pub(in crate::neighbor) fn squared_norm<S: Simd, const D: usize>(
-    simd: S,
-    vector: [S::f64s; D],
-) -> S::f64s {
-    let mut sum = simd.mul_f64s(vector[0], vector[0]);
-    for axis in 1..D {
-        sum = simd.add_f64s(sum, simd.mul_f64s(vector[axis], vector[axis]));
-    }
-    sum
 }
 
 /// Converts a mask to one bit per lane.

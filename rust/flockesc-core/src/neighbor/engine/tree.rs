@@ -9,7 +9,7 @@ use crate::agents::{Agents, FANOUT, GROUP, Group, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::larger;
 use crate::neighbor::engine::nodes::{Bounds, Siblings};
-use crate::neighbor::engine::tiles::{add_up_tiles, box_tiles};
+use crate::neighbor::engine::nodes::{add_up_tiles, box_tiles};
 use crate::neighbor::ranges::SAMPLE;
 use crate::parallel;
 

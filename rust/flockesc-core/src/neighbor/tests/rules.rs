@@ -7,10 +7,7 @@ use proptest::prelude::*;
 
 use super::{Case, cases, range_of};
 use crate::agents::{Agents, GROUP};
-use crate::neighbor::{
-    FieldOfView, Metric, NeighborOptions, NeighborRule, Neighborhood, Ranges, Topological, Torus,
-    Voronoi,
-};
+use crate::neighbor::{FieldOfView, NeighborOptions, NeighborRule, Neighborhood, Ranges, Torus};
 
 /// Options of the neighbor graph in the form of a scenario.
 #[derive(Debug, Clone, Copy)]
@@ -36,8 +33,8 @@ impl Options {
 
 fn options() -> impl Strategy<Value = Options> {
     let rule = prop_oneof![
-        Just(NeighborRule::Metric(Metric {})),
-        Just(NeighborRule::Topological(Topological {}))
+        Just(NeighborRule::Metric {}),
+        Just(NeighborRule::Topological {})
     ];
     let blind_angle = prop_oneof![Just(0.0), 0.0..2.0 * PI];
     (rule, blind_angle, any::<bool>()).prop_map(|(rule, blind_angle, is_mutual)| Options {
@@ -71,8 +68,8 @@ fn reference<const D: usize>(
     let reach = |i: usize| {
         let range = range_of(ranges, i);
         match options.rule {
-            NeighborRule::Metric(_) | NeighborRule::Voronoi(_) => (range * range).min(f64::MAX),
-            NeighborRule::Topological(_) => {
+            NeighborRule::Metric {} | NeighborRule::Voronoi {} => (range * range).min(f64::MAX),
+            NeighborRule::Topological {} => {
                 let others = (0..n).filter(|&j| j != i && sees(case, options, i, j));
                 let mut distances: Vec<f64> = others.map(|j| distance(i, j)).collect();
                 distances.sort_by(f64::total_cmp);
@@ -241,7 +238,7 @@ proptest! {
             ranges: vec![range],
         };
         let whole: Vec<[i128; 2]> = points.iter().map(|&(x, y)| [x.into(), y.into()]).collect();
-        let options = Options { rule: NeighborRule::Voronoi(Voronoi {}), blind_angle, is_mutual };
+        let options = Options { rule: NeighborRule::Voronoi {}, blind_angle, is_mutual };
         let ranges = Ranges::Shared(range);
         let mut expected = reference(&case, ranges, options);
         expected.retain(|&(i, j)| share_an_edge(&whole, i as usize, j as usize));
@@ -280,7 +277,7 @@ fn agents_beyond_the_bounds_of_a_triangulation_have_neighbors_at_the_same_point(
         ),
     ];
     let options = Options {
-        rule: NeighborRule::Voronoi(Voronoi {}),
+        rule: NeighborRule::Voronoi {},
         blind_angle: 0.0,
         is_mutual: false,
     };

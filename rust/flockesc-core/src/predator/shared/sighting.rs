@@ -2,9 +2,9 @@
 
 use nalgebra::SVector;
 
-use super::predator::Predator;
+use super::Predator;
 use super::prey::Prey;
-use crate::base::frame::Frame;
+use crate::base::vector::Frame;
 use crate::base::vector::unit;
 
 /// Positions and velocities relative to one predator. They are 0 if all agents were caught.

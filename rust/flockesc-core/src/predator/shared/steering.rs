@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use super::predator::Predator;
+use super::Predator;
 use crate::base::check::{MAX_MAGNITUDE, quantity};
 use crate::base::error::{Error, Result};
 use crate::base::vector::{heading_toward, unit};
