@@ -1,7 +1,6 @@
 //! `FlockBatch`: Python class of a batch of flocks in two or three dimensions.
 
 mod inner;
-mod reset;
 mod step;
 
 use std::sync::Arc;
@@ -20,8 +19,7 @@ use crate::errors::{CoreError, try_borrow, try_borrow_mut};
 use crate::info::{self, columns, metric_columns, numbers};
 use crate::long_call::{long_call, read};
 use crate::rollout::{NetworkArguments, names, outcome_columns};
-use inner::{Inner, on_batch};
-use reset::{Start, resets};
+use inner::{Inner, Start, on_batch, resets};
 use step::Out;
 
 #[pyclass(module = "flockesc_env._core")]

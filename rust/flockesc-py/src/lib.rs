@@ -6,7 +6,6 @@ mod batch;
 mod errors;
 mod graph;
 mod info;
-mod layouts;
 mod line;
 mod long_call;
 mod models;
@@ -27,15 +26,12 @@ mod _core {
     #[pymodule_export]
     use crate::graph::{component_labels, laplacian, neighbor_pairs, perron_matrix};
     #[pymodule_export]
-    use crate::layouts::{
-        episode_seed, line_observation_entries, observation_entries, predator_observation_entries,
-    };
-    #[pymodule_export]
     use crate::line::LineEpisode;
     #[pymodule_export]
     use crate::models::{
         check_flock_scenario, check_line_scenario, check_memory, default_flock_scenario,
-        default_line_scenario, drawn_flock_scenario, kinds, objectives, scan_flock, simulate_flock,
+        default_line_scenario, drawn_flock_scenario, episode_seed, kinds, line_observation_entries,
+        objectives, observation_entries, predator_observation_entries, scan_flock, simulate_flock,
         simulate_line, sweep_flock, sweep_line,
     };
     #[pymodule_export]

@@ -3,10 +3,8 @@
 
 mod flock;
 mod graph;
-mod network;
-mod observer;
+mod policy;
 
 pub use flock::Flock;
 pub use graph::{component_labels, neighbor_pairs};
-pub use network::Network;
-pub use observer::Observer;
+pub use policy::{Network, Observer};

@@ -1,10 +1,14 @@
 //! `Inner`: a batch in two or three dimensions, and its long-running calls.
 
+use std::sync::Arc;
+
 use flockesc_core::bindings::{AtEnd, SlotReset};
-use flockesc_core::{Batch, Episode, Progress};
+use flockesc_core::{Batch, Episode, InitialState, Progress};
+use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use crate::arrays::flat;
 use crate::errors::CoreError;
 use crate::info::Measured;
 use crate::long_call::{LONG, change, long_call, maybe_detach};
@@ -128,4 +132,49 @@ impl Inner {
             Ok(measured.map_err(CoreError::from)?)
         })
     }
+}
+
+/// The options of a reset, as `flockesc_env.episodes.starts` returns them.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(super) struct Start<'py> {
+    initial_positions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    initial_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
+    predator_positions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    predator_velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
+    episode: Option<u64>,
+}
+
+impl Start<'_> {
+    /// Returns the number of the episode and copies of the arrays.
+    fn plain(self) -> PyResult<(Option<u64>, Arc<InitialState>)> {
+        let state = InitialState {
+            seed: 0,
+            positions: flat(self.initial_positions)?,
+            velocities: flat(self.initial_velocities)?,
+            predator_positions: flat(self.predator_positions)?,
+            predator_velocities: flat(self.predator_velocities)?,
+        };
+        Ok((self.episode, Arc::new(state)))
+    }
+}
+
+/// Returns the resets of `slots`. `starts` has one entry per slot, or one for all.
+pub(super) fn resets(
+    slots: &[usize],
+    seeds: Vec<Option<u64>>,
+    starts: Vec<Start<'_>>,
+) -> PyResult<Vec<SlotReset>> {
+    let starts = starts
+        .into_iter()
+        .map(Start::plain)
+        .collect::<PyResult<Vec<_>>>()?;
+    let resets = slots.iter().zip(seeds).zip(starts.iter().cycle());
+    let reset = |((&slot, seed), (episode, start)): ((&usize, _), &(_, Arc<_>))| SlotReset {
+        slot,
+        seed,
+        episode: *episode,
+        start: Arc::clone(start),
+    };
+    Ok(resets.map(reset).collect())
 }
