@@ -5,9 +5,8 @@ mod step;
 
 use std::sync::Arc;
 
-use flockesc_core::{
-    Batch, Episode, EpisodeConfig, Error, FlockConfig, Progress, flock_entries, predator_entries,
-};
+use flockesc_core::bindings::Observed;
+use flockesc_core::{Batch, Episode, EpisodeConfig, Error, FlockConfig};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -35,10 +34,6 @@ pub(crate) struct FlockBatch {
     /// Buffers for observations and rewards, before they are copied into `out`.
     scratch: (Vec<f32>, Vec<f64>),
 }
-
-/// Writes observations of `slots`, which have this shape.
-type Write<const D: usize> =
-    fn(&Batch<D>, &[usize], &mut [f32], &Progress) -> flockesc_core::Result<()>;
 
 /// Returns `measure(episode)` of all slots.
 fn measured<const D: usize, T: Send + 'static>(
@@ -199,24 +194,18 @@ impl FlockBatch {
     fn observe<'py>(slf: &Bound<'py, Self>, slots: Vec<usize>, view: &str) -> Object<'py> {
         let py = slf.py();
         let this = &*try_borrow(slf)?;
+        let observed = match view {
+            "flock" => Observed::Flock,
+            "predators" => Observed::Predators,
+            _ => Observed::OwnView,
+        };
         on_batch!(&this.inner, batch => {
-            let d = batch.dimension();
-            let (rows, entries, write): (_, _, Write<_>) = match view {
-                "flock" => (1, flock_entries(d).len(), Batch::observe_flock),
-                "predators" => {
-                    let entries = predator_entries(d).len();
-                    (batch.num_learned(), entries, Batch::observe_predators)
-                }
-                _ => (this.rows, this.row_length, Batch::observe),
-            };
-            let shape = [slots.len() * rows, entries];
-            let visits = batch.work_of_observations(slots.len());
+            let [rows, entries] = batch.shape_of(observed);
+            let (visits, rows) = (batch.work_of_observations(slots.len()), slots.len() * rows);
             let observations = read(py, batch, visits, move |batch, progress| {
-                let mut observations = vec![0.0; shape[0] * shape[1]];
-                write(batch, &slots, &mut observations, progress)?;
-                Ok(observations)
+                batch.observe(&slots, observed, progress)
             })?;
-            shaped(py, observations, shape)
+            shaped(py, observations, [rows, entries])
         })
     }
 

@@ -62,13 +62,12 @@ impl Network {
         if self.memory.is_empty() {
             self.memory = vec![0.0; count * self.memory_per_row];
         }
-        let outputs =
-            self.networks
-                .outputs(observations, &mut self.memory, &Progress::default())?;
-        Ok(outputs
-            .into_iter()
-            .map(|output| self.ranges.of(output))
-            .collect())
+        let progress = Progress::default();
+        let outputs = self
+            .networks
+            .outputs(observations, &mut self.memory, &progress)?;
+        let ranges = outputs.into_iter().map(|output| self.ranges.of(output));
+        Ok(ranges.collect())
     }
 }
 

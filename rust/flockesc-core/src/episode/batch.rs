@@ -56,6 +56,17 @@ pub struct Batch<const D: usize> {
     observation_work: usize,
 }
 
+/// Whose observations to return.
+#[derive(Debug, Clone, Copy)]
+pub enum Observed {
+    /// The rows of the batch's view.
+    OwnView,
+    /// One row of the flock, without optional entries.
+    Flock,
+    /// One row per learned predator.
+    Predators,
+}
+
 impl<const D: usize> Batch<D> {
     /// Returns the number of slots.
     #[must_use]
@@ -163,77 +174,44 @@ impl<const D: usize> Batch<D> {
         slots.saturating_mul(self.observation_work)
     }
 
-    /// Writes the observations of `slots`, slot after slot.
+    /// Returns the number of rows of a slot and the number of entries of a row.
+    #[must_use]
+    pub fn shape_of(&self, observed: Observed) -> [usize; 2] {
+        match observed {
+            Observed::OwnView => [self.rows(), self.row_length],
+            Observed::Flock => [1, observation::flock_entries(D).len()],
+            Observed::Predators => [self.num_learned(), observation::predator_entries(D).len()],
+        }
+    }
+
+    /// Returns the observations of `slots`, slot after slot.
     ///
     /// # Errors
-    /// [`Error::Episode`] if a slot was never reset; [`Error::Input`] if `observations` has the
-    /// wrong length; [`Error::Interrupted`] if `progress` was cancelled.
+    /// As [`Self::measure`].
     pub fn observe(
         &self,
         slots: &[usize],
-        observations: &mut [f32],
+        observed: Observed,
         progress: &Progress,
-    ) -> Result<()> {
-        let size = self.rows() * self.row_length;
-        self.write(slots, size, observations, |episode, out| {
-            episode.observe(out, progress)
-        })
-    }
-
-    /// Writes one row per slot: the flock's observation without optional entries. It does not depend on the
-    /// view of the batch.
-    ///
-    /// # Errors
-    /// As [`Self::observe`].
-    pub fn observe_flock(
-        &self,
-        slots: &[usize],
-        observations: &mut [f32],
-        progress: &Progress,
-    ) -> Result<()> {
-        let size = observation::flock_entries(D).len();
-        self.write(slots, size, observations, |episode, out| {
-            episode.observe_flock(out, progress)
-        })
-    }
-
-    /// Writes the observations of the learned predators of `slots`, slot after slot and one row per
-    /// predator.
-    ///
-    /// # Errors
-    /// As [`Self::observe`].
-    pub fn observe_predators(
-        &self,
-        slots: &[usize],
-        observations: &mut [f32],
-        progress: &Progress,
-    ) -> Result<()> {
-        let size = self.num_learned() * observation::predator_entries(D).len();
-        self.write(slots, size, observations, |episode, out| {
-            progress.check()?;
-            episode.observe_predators(out);
-            Ok(())
-        })
-    }
-
-    /// Calls `write` with the episode of each slot and its `size` entries of `observations`.
-    fn write(
-        &self,
-        slots: &[usize],
-        size: usize,
-        observations: &mut [f32],
-        write: impl Fn(&Episode<D>, &mut [f32]) -> Result<()> + Sync + Send,
-    ) -> Result<()> {
-        check_length("observations", observations.len(), slots.len() * size)?;
+    ) -> Result<Vec<f32>> {
         let episodes = self.episodes(slots)?;
-        if size == 0 {
-            return Ok(());
-        }
-        let work = episodes.iter().zip(observations.chunks_exact_mut(size));
-        let written = dispatch(self.pool(slots.len())?, work, |(episode, out)| {
-            write(episode, out)
-        });
-        written.into_iter().collect()
+        let size: usize = self.shape_of(observed).iter().product();
+        let mut observations = vec![0.0; slots.len() * size];
+        let rows = observations.chunks_exact_mut(size.max(1));
+        let written = dispatch(
+            self.pool(slots.len())?,
+            episodes.iter().zip(rows),
+            |(episode, out)| match observed {
+                Observed::OwnView => episode.observe(out, progress),
+                Observed::Flock => episode.observe_flock(out, progress),
+                Observed::Predators => {
+                    episode.observe_predators(out);
+                    progress.check()
+                }
+            },
+        );
+        written.into_iter().collect::<Result<()>>()?;
+        Ok(observations)
     }
 
     /// Returns `measure(episode)` of each of `slots`.

@@ -8,7 +8,7 @@ mod slot;
 
 use std::sync::{Arc, OnceLock};
 
-pub use batch::{AtEnd, Batch, SlotReset};
+pub use batch::{AtEnd, Batch, Observed, SlotReset};
 pub use options::EpisodeConfig;
 pub use outcomes::{Metrics, Running};
 pub use rollout::EpisodeOutcome;

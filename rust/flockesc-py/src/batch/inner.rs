@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use flockesc_core::bindings::{AtEnd, SlotReset};
+use flockesc_core::bindings::{AtEnd, Observed, SlotReset};
 use flockesc_core::{Batch, Episode, InitialState, Progress};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
@@ -90,8 +90,7 @@ impl Inner {
             change(py, batch, visits, move |batch, progress| {
                 let slots: Vec<usize> = resets.iter().map(|reset| reset.slot).collect();
                 batch.reset_many(resets, progress)?;
-                let mut rows = vec![0.0; slots.len() * batch.rows() * batch.row_length()];
-                batch.observe(&slots, &mut rows, progress)?;
+                let rows = batch.observe(&slots, Observed::OwnView, progress)?;
                 let measure = |episode: &Episode<_>| Measured::of(episode, count_components);
                 Ok((rows, batch.measure(&slots, progress, measure)?))
             })

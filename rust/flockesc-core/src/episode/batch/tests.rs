@@ -165,9 +165,8 @@ fn slots_restart_at_their_own_horizon() {
                     numbers[slot] += 1;
                     let start = InitialState::seeded(episode_seed(slot as u64, numbers[slot]));
                     single.reset(0, &start).expect("a slot");
-                    single
-                        .observe(&[0], &mut observation, &progress)
-                        .expect("a slot");
+                    let observed = single.observe(&[0], Observed::OwnView, &progress);
+                    observation = observed.expect("a slot");
                     reward.fill(0.0);
                 } else {
                     let ranges = vec![4.0; AGENTS];
