@@ -37,18 +37,6 @@ pub struct LineOutcome {
 /// seeds of the first range, then all seeds of the second, and so on. `config` must be
 /// [checked](FlockConfig::check).
 ///
-/// ```
-/// use std::sync::Arc;
-/// use flockesc_core::{FlockConfig, Progress, sweep_flock};
-///
-/// let flock = Arc::new(FlockConfig { num_agents: 20, num_steps: 10, ..FlockConfig::default() });
-/// let (ranges, seeds) = ([0.0, 10.0, 100.0], [0, 1]);
-/// let outcomes = sweep_flock(&flock, &ranges, &seeds, None, &Progress::default())?;
-/// let range_zero = &outcomes[..seeds.len()];
-/// assert_eq!(range_zero[0].num_components, 20);
-/// # Ok::<(), flockesc_core::Error>(())
-/// ```
-///
 /// # Errors
 /// [`crate::Error::Input`] if a range or the number of threads is out of bounds; [`crate::Error::Memory`];
 /// [`crate::Error::Interrupted`] if `progress` was cancelled. `progress` counts finished runs.

@@ -26,23 +26,6 @@ use crate::observation;
 use crate::parallel::{self, Pool, Progress, dispatch};
 
 /// A batch of episodes. Each flock has a slot; all have one scenario, or each its own.
-///
-/// ```
-/// use flockesc_core::{Batch, EpisodeConfig, FlockConfig, InitialState};
-///
-/// let scenario = FlockConfig { num_agents: 20, num_steps: 30, ..FlockConfig::default() };
-/// let mut batch = Batch::<2>::new(scenario, EpisodeConfig::default(), 1, None)?;
-/// batch.reset(0, &InitialState::seeded(7))?;
-/// let (mut reward, mut observation) = ([0.0], vec![0.0; batch.row_length()]);
-/// let mut total = 0.0;
-/// while !batch.episode(0)?.has_ended() {
-///     batch.step(&[10.0], &mut reward, &mut observation)?;
-///     total += reward[0];
-/// }
-/// let objective = batch.episode(0)?.objective();
-/// assert!((total - (objective.minimum - objective.start)).abs() < 1e-9);
-/// # Ok::<(), flockesc_core::Error>(())
-/// ```
 #[derive(Debug, Clone)]
 pub struct Batch<const D: usize> {
     pub(super) config: Arc<EpisodeConfig>,

@@ -16,20 +16,6 @@ use crate::line::scenario::LineConfig;
 const AGENT_BYTES: usize = 64;
 
 /// A line of agents at one time.
-///
-/// ```
-/// use std::sync::Arc;
-/// use flockesc_core::{Line, LineConfig};
-///
-/// let mut line = Line::new(Arc::new(LineConfig::default()), 7, None)?;
-/// let start = line.escape_distance();
-/// let mut moved = f64::INFINITY;
-/// while !line.is_steady(moved) {
-///     moved = line.step(0.1)?;
-/// }
-/// assert!(line.escape_distance() > start);
-/// # Ok::<(), flockesc_core::Error>(())
-/// ```
 #[derive(Debug, Clone)]
 pub struct Line {
     config: Arc<LineConfig>,

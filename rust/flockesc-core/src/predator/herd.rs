@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::shared::steering::Limits;
+use super::shared::Limits;
 use super::shared::{Predator, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::{Error, Result};

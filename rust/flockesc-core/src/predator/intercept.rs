@@ -3,8 +3,8 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
+use super::shared::Limits;
 use super::shared::prey::Prey;
-use super::shared::steering::Limits;
 use super::shared::{Predator, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::Result;

@@ -4,8 +4,8 @@ use nalgebra::SVector;
 use pathfinding::prelude::{Matrix, kuhn_munkres};
 use serde::{Deserialize, Serialize};
 
+use super::shared::Limits;
 use super::shared::prey::{Prey, PreyAgent};
-use super::shared::steering::Limits;
 use super::shared::{Predator, Surroundings};
 use crate::base::check::{not_negative, quantity};
 use crate::base::error::{Error, Result};
