@@ -12,7 +12,7 @@ from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file, run_process, sweep_fl
 
 import flockesc_env as fe
 from flockesc_env.cli.exits import Exit
-from flockesc_env.models.records import load_run, save_run
+from flockesc_env.models.records import load_run, run_differences, save_run
 from flockesc_env.scenario import AlignedHeadings, Herd, Intercept, PurePursuit, Ring, Vicsek
 from flockesc_env.tasks import tasks
 
@@ -48,15 +48,14 @@ def test_a_policy_is_simulated(
     spec: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    policy = fe.load_policy(policy_file(Path(spec))) if spec.endswith("NPZ") else fe.load_policy(spec)
-    path = tmp_path / "run.npz"
-    document = Ran(capsys, "simulate", spec, "--seed", 7, *SMALL_FLAGS, "--json", "--output", path).json()
-    run, saved = fe.simulate(SMALL, policy=policy, seed=7), load_run(path)
+    policy = fe.load_policy(policy_file(Path(spec)) if spec.endswith("NPZ") else spec)
+    document = Ran(
+        capsys, "simulate", spec, "--seed", 7, *SMALL_FLAGS, "--json", "--output", "run.npz"
+    ).json()
+    run, saved = fe.simulate(SMALL, policy=policy, seed=7), load_run("run.npz")
     assert (document["policy"], saved.name) == (spec, spec)
-    assert document["min_mean_distance"] == run.mean_distance.min()
-    np.testing.assert_array_equal(saved.trajectory.positions, run.positions)
-    np.testing.assert_array_equal(saved.trajectory.interaction_ranges, run.interaction_ranges)
-    assert Ran(capsys, "replay", path).code == Exit.DONE
+    assert run_differences(saved.trajectory, run) == []
+    assert Ran(capsys, "replay", "run.npz").code == Exit.DONE
 
 
 CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
@@ -99,8 +98,7 @@ def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture
     assert type(scenario).from_json(json.dumps(ran.json()["scenario"])) == scenario
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
-@pytest.mark.parametrize("suffix", [".TOML", ".json"])
+@pytest.mark.parametrize(("suffix", "encoding"), [(".TOML", "utf-8-sig"), (".json", "utf-8")])
 def test_a_scenario_comes_from_a_file_and_is_changed(
     suffix: str, encoding: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -176,12 +174,10 @@ def test_replay_prints_whether_runs_match(capsys: pytest.CaptureFixture[str], tm
     save_run(dataclasses.replace(run, velocities=velocities), other)
     broken.write_bytes(same.read_bytes()[:100])
 
-    matches = Ran(capsys, "replay", same)
-    assert (matches.code, matches.out, matches.err) == (Exit.DONE, f"{same}: matches\n", "")
     differs = Ran(capsys, "replay", other, same)
-    assert differs.code == Exit.FAILED
+    assert (differs.code, differs.err) == (Exit.FAILED, "")
     assert f"{other}: differs\n  velocities[2, 3, 1]: recorded" in differs.out
-    assert f"{same}: matches" in differs.out
+    assert differs.out.endswith(f"{same}: matches\n")
     refused = Ran(capsys, "replay", other, broken, tmp_path / "none.npz", same, "--json")
     assert refused.code == Exit.REFUSED
     reports = refused.json()["files"]
