@@ -33,7 +33,7 @@ SMALL = {
 ACTIONS, FLOCKS = 5, 4
 
 
-def experiment(algorithm: Any, critic: Any, folder: Path, **changes: Any) -> Experiment:
+def experiment(algorithm: Any, critic: Any, folder: Path) -> Experiment:
     config = ExperimentConfig.get_from_yaml()
     settings = {
         "max_n_iters": 3,
@@ -52,7 +52,6 @@ def experiment(algorithm: Any, critic: Any, folder: Path, **changes: Any) -> Exp
         "render": False,
         "loggers": ["csv"],
         "save_folder": str(folder),
-        **changes,
     }
     for name, value in settings.items():
         setattr(config, name, value)
@@ -104,12 +103,6 @@ def test_training(algorithm: Any, critic: Any, tmp_path: Path) -> None:
     assert math.isfinite(trained.mean_return)
     (logged,) = tmp_path.rglob("collection_info_min_mean_distance.csv")
     assert len(logged.read_text().splitlines()) == 3
-
-
-def test_training_with_discrete_actions(tmp_path: Path) -> None:
-    trained = experiment(MappoConfig, MlpConfig, tmp_path, prefer_continuous_actions=False)
-    trained.run()
-    assert trained.action_spec["agents", "action"].space.n == 21
 
 
 @pytest.mark.parametrize(

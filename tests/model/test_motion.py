@@ -35,14 +35,6 @@ def assert_distributed(sample: np.ndarray, low: float, high: float) -> None:
 
 
 @dimensions
-def test_vicseks_agents_have_no_mass(dimension: int) -> None:
-    light = small_flock(dimension, num_agents=70, mass=1e-12, alignment_strength=0.7)
-    run, limit = (simulate(each, 8.0, seed=1) for each in (light, light.replace(motion=Vicsek(), mass=5.0)))
-    np.testing.assert_allclose(limit.velocities, run.velocities, atol=1e-6)
-    np.testing.assert_allclose(limit.positions, run.positions, atol=1e-6)
-
-
-@dimensions
 @pytest.mark.parametrize("eta", [0.0, 0.5, 2.0, 5.0, 2 * np.pi])
 def test_polarization_of_vicseks_agents_in_range_of_all(dimension: int, eta: float) -> None:
     """One step leaves headings independent around a common one: <phi^2> = 1/n + (1 - 1/n) sinc^2(eta / 2)."""

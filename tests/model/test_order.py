@@ -65,13 +65,6 @@ def test_correlation_length_of_a_sheared_row() -> None:
     assert np.isnan(models.correlation_length(run_of(row, np.ones_like(row)))).all()
 
 
-def test_correlation_length_of_two_tight_clusters() -> None:
-    """Bins are 1e-9 m wide. C falls from C(0) = 1.01 to -0.99 at 90 m, with C = 1 - 0.01 at 1e-9 m."""
-    clusters = [[0.0, 0.0], [0.0, 1e-9], [90.0, 0.0], [90.0, 1e-9]]
-    apart = [[1.0, 0.1], [1.0, -0.1], [-1.0, 0.1], [-1.0, -0.1]]
-    assert models.correlation_length(run_of(clusters, apart))[0] == pytest.approx(90 * 0.99 / (0.99 + 1.0))
-
-
 def test_correlation_length_of_a_wave_in_a_periodic_world() -> None:
     """The correlation of a sine wave is a cosine, which is zero at a quarter of the wavelength."""
     row = np.stack([np.arange(16.0), np.full(16, 8.0)], axis=1)

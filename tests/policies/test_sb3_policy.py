@@ -11,7 +11,6 @@ import torch
 from gymnasium.wrappers import NormalizeObservation, TimeAwareObservation, TimeLimit
 from option_table import EVERY_STEP, small_flock
 from rounding import actor_layers, float32_error
-from same import outcome
 from sb3_contrib import ARS, TQC, RecurrentPPO
 from stable_baselines3 import A2C, DDPG, PPO, SAC, TD3
 from stable_baselines3.common.vec_env import DummyVecEnv, VecFrameStack, VecMonitor, VecNormalize
@@ -19,7 +18,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecFrameStack, VecMoni
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.policies import SB3Policy, ScheduledRange, bind
+from flockesc_env.policies import SB3Policy, bind
 from flockesc_env.sb3 import vec_env
 
 SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
@@ -41,19 +40,6 @@ class Mood:
 def mood(steps: int) -> np.ndarray:
     """Return the ranges in m that ``Mood`` sets in the first steps of an episode, at most 16."""
     return 100 * np.arange(1, steps + 1) / 16
-
-
-def test_the_state_of_a_recurrent_model_is_kept_and_starts_with_every_episode() -> None:
-    policy = SB3Policy(Mood())
-    for seeds in ([1, 2, 3], [4]):  # different rows than before
-        assert outcome(fe.rollout(SCENARIO, policy, seeds, **EVERY_STEP)).tolist() == (
-            outcome(fe.rollout(SCENARIO, ScheduledRange(mood(T)), seeds)).tolist()
-        )
-    run = fe.simulate(SCENARIO, policy=policy, seed=1, **EVERY_STEP)
-    assert run.interaction_ranges[:, 0].tolist() == mood(T).tolist()
-    line = fe.LineScenario(num_agents=8, max_steps=5)
-    runs = [fe.rollout(line, each, [1, 2]) for each in (policy, ScheduledRange(mood(5) / 100))]
-    assert runs[0].escape_distance.tolist() == runs[1].escape_distance.tolist()
 
 
 def test_the_state_of_a_row_starts_with_its_episode() -> None:

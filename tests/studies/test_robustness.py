@@ -10,11 +10,10 @@ from cli_runs import Ran
 from flockesc_env import PRESETS, FlockScenario, sweep
 from flockesc_env.cli.exits import Exit
 from flockesc_env.common.errors import InputError
-from flockesc_env.common.stats import Estimate
 from flockesc_env.scenario.presets import LITERATURE, OF_TASKS
 from studies.__main__ import STUDIES
 from studies.robustness.plan import attacked_presets
-from studies.robustness.survey import Choice, Finding, RobustnessResults, answers, markdown_page, outcome
+from studies.robustness.survey import Finding, RobustnessResults, answers, markdown_page, outcome
 from studies.study import RESULTS_FILE
 
 ROOT = Path(__file__).parents[2]
@@ -46,20 +45,6 @@ def test_the_range_is_chosen_and_measured_on_different_flocks() -> None:
     assert found.gain_over_longest.mean == pytest.approx(means[2] - means[3])
     assert [point.mean for point in found.curve] == pytest.approx(means)
     assert found.finding is Finding.LIKE_LONGEST
-
-
-@pytest.mark.parametrize(
-    ("over_zero", "over_longest", "expected"),
-    [
-        (0.1, 0.1, Finding.INTERIOR),
-        (0.0, 0.1, Finding.LIKE_ZERO),
-        (0.1, 0.0, Finding.LIKE_LONGEST),
-        (-0.1, 0.0, Finding.LIKE_BOTH),
-    ],
-)
-def test_findings_follow_one_rule(over_zero: float, over_longest: float, expected: Finding) -> None:
-    some, gains = Estimate(1.0, 0.0, 2.0), (Estimate(1.0, low, 2.0) for low in (over_zero, over_longest))
-    assert Choice(some, 0, some, *gains).finding is expected
 
 
 def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,7 +2,6 @@
 
 import dataclasses
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,11 +9,9 @@ from cli_runs import Ran
 
 from flockesc_env import simulate, sweep
 from flockesc_env.cli.exits import Exit
-from flockesc_env.jobs import Arrays
 from studies.__main__ import STUDIES
 from studies.study import RESULTS_FILE
-from studies.validation import criticality, stable_range, vicsek, warning
-from studies.validation.parts import Verdict
+from studies.validation import stable_range, vicsek, warning
 from studies.validation.survey import ValidationResults, markdown_page
 
 ROOT = Path(__file__).parents[2]
@@ -70,43 +67,6 @@ def test_order_is_a_mean_over_late_steps() -> None:
     assert found["mean"][1, 1] == pytest.approx(late.mean())
 
 
-def measured_order(sharper: bool = True, scale: float = 1.0) -> dict[str, Arrays]:
-    """Return made-up order that falls with noise, in large flocks faster if ``sharper``."""
-    rng = np.random.default_rng(0)
-    found = {}
-    for size in vicsek.SIZES:
-        fall = 0.5 if sharper and size > 1_000 else 1.0
-        mean = np.array([1.0, 0.9, 0.8, 0.7, 0.6 * fall, 0.5 * fall, 0.4 * fall, 0.3 * fall, 0.0])
-        mean[-1] = vicsek.exact(size) * scale
-        found[str(size)] = {"mean": mean[:, None] * (1 + 1e-3 * rng.normal(size=(9, 6)))}
-    return found | {"random": found[str(vicsek.CONTROL)]}
-
-
-@pytest.mark.parametrize(
-    ("fields", "verdict"),
-    [({}, Verdict.AGREES), ({"sharper": False}, Verdict.DIFFERS), ({"scale": 1.2}, Verdict.DIFFERS)],
-)
-def test_verdict_on_order(fields: dict[str, Any], verdict: Verdict) -> None:
-    assert vicsek.verdict(vicsek.results(measured_order(**fields))) == verdict
-
-
-@pytest.mark.parametrize(
-    ("least", "rise", "obstacle"),
-    [(10.0, 2.0, ""), (20.0, 2.0, "flight avoids"), (10.0, 0.0, "the interval")],
-)
-def test_verdict_on_captures(least: float, rise: float, obstacle: str) -> None:
-    """Captures of agents that flee rise from the transition; those of agents that do not, from 20 by 2."""
-    rng, measured = np.random.default_rng(0), {}
-    for index, alignment in enumerate(criticality.ALIGNMENTS):
-        away, order, noise = abs(index - 4), np.ones(6), rng.normal(size=(2, 6))
-        caught = np.array([[least + rise * away], [20 + 2 * away]]) + noise
-        measured[alignment] = {"numbers": np.array([order, order * (away == 0), *caught, order])}
-    results = criticality.results(measured)
-    found = criticality.obstacles(results)
-    assert [each.startswith(obstacle) for each in found] == [True] * bool(obstacle)
-    assert criticality.verdict(results) == (Verdict.CANNOT_BE_JUDGED if obstacle else Verdict.AGREES)
-
-
 def test_a_warning_is_what_agents_in_range_of_the_predator_say() -> None:
     """Without agents in range, or without ranges, nothing is blocked."""
     for sensing, is_blocked in ((0.0, False), (60.0, True)):
@@ -117,22 +77,6 @@ def test_a_warning_is_what_agents_in_range_of_the_predator_say() -> None:
             np.testing.assert_array_equal(hearing[0], blocked[0])
 
 
-@pytest.mark.parametrize(("removed", "verdict"), [(0.2, Verdict.DIFFERS), (1.0, Verdict.AGREES)])
-def test_verdict_on_warnings(removed: float, verdict: Verdict) -> None:
-    """The best range gains 4 over both ends, and blocking takes a part of it away."""
-    rng, gain, measured = np.random.default_rng(0), np.zeros((len(warning.RANGES), 1)), {}
-    gain[3] = 4.0
-    for key in warning.jobs(1.0):
-        noise = rng.normal(scale=0.1, size=6)
-        shares = {"hearing": 1.0, "blocked": 1.0 - removed}
-        names = [(name, one) for name in shares for one in key[0].objectives]
-        measured[key] = {f"{name} {one}": shares[name] * gain + noise for name, one in names}
-    found = warning.results(measured)
-    assert warning.verdict(found) == verdict
-    assert {each.best for each in found.worlds} == {warning.RANGES[3]}
-    assert len(found.decided) == (len(found.worlds) if removed == 1.0 else 0)
-
-
 def test_payoffs_of_agents_add_up_to_the_objectives_of_the_flock() -> None:
     seeds = range(3, 5)
     now, nearest, alive = stable_range.payoffs(10.0, seeds)[:, :, stable_range.RANGES.index(10.0)]
@@ -140,19 +84,3 @@ def test_payoffs_of_agents_add_up_to_the_objectives_of_the_flock() -> None:
     np.testing.assert_allclose(now.mean(axis=-1), free.min_mean_distance[0], rtol=1e-12)
     np.testing.assert_allclose(nearest.min(axis=-1), free.min_min_distance[0], rtol=1e-12)
     np.testing.assert_allclose(alive.mean(axis=-1), hunted.fraction_surviving[0], rtol=1e-12)
-
-
-@pytest.mark.parametrize(("lead", "verdict"), [(0.0, Verdict.AGREES), (1.0, Verdict.DIFFERS)])
-def test_verdict_on_mutants_that_win_with_the_next_larger_range(lead: float, verdict: Verdict) -> None:
-    rng, size = np.random.default_rng(0), len(stable_range.RANGES)
-    measured = {}
-    for key in stable_range.jobs(1.0):
-        at = stable_range.RANGES.index(key[1])
-        wins = np.where(np.arange(size) == (at + 1) % size, lead, -lead) * np.ones((3, 6, 1))
-        group = 9.0 - abs(at - 2) + 0.1 * rng.normal(size=(3, 6))
-        measured[key] = {"group": group, "gain": wins, "advantage": wins, "shuffled": 0 * wins}
-    found = stable_range.results(measured)
-    assert stable_range.verdict(found) == verdict
-    game = found.games["distance"]
-    assert game.best.mean == stable_range.RANGES[2]
-    assert sorted(game.cycle) == list(stable_range.RANGES if lead else stable_range.RANGES[2:3])

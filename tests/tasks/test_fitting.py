@@ -84,51 +84,6 @@ def test_untrained_rules_and_random_ranges_play_with_the_ranges_and_the_rate_of_
         fitted(trained, LOCAL)
 
 
-BLIND = {"fixed:RHO", "random"}
-LOCAL_RULES = BLIND | {"stubborn-leaders-local", "stubborn-witnesses"}
-NO_APPROACH = LOCAL_RULES | {
-    "stubborn-leaders",
-    "win-stay-lose-shift-estimate",
-    "win-stay-lose-shift-clockless",
-}
-VISIBLE_RULES = NO_APPROACH | {"listen-while-threatened", "win-stay-lose-shift"}
-EIGHT_RULES = VISIBLE_RULES | {"win-stay-lose-shift-escape", "turn-away", "keep-distance", "head-away"}
-FLOCK_RULES = BLIND | {"listen-while-fleeing"}
-FITTING = {
-    "one-range": FLOCK_RULES,
-    "one-range-minimum": FLOCK_RULES,
-    "per-agent-visible": VISIBLE_RULES,
-    "per-agent-visible-derived": VISIBLE_RULES | {"win-stay-lose-shift-escape"},
-    "per-agent-visible-minimum": VISIBLE_RULES,
-    "per-agent-local": LOCAL_RULES | {"listen-while-threatened"},
-    "per-agent-visible-profile": EIGHT_RULES,
-    "one-range-varied": FLOCK_RULES,
-    "per-agent-visible-varied": VISIBLE_RULES,
-    "per-agent-local-varied": LOCAL_RULES | {"listen-while-threatened"},
-    "pursuit": VISIBLE_RULES,
-    "line": BLIND,
-    "held-out-predators": NO_APPROACH,
-    "held-out-sizes": VISIBLE_RULES,
-    "warned-flock": FLOCK_RULES,
-    "warned-agents": LOCAL_RULES | {"listen-while-threatened"},
-}
-"""Built-in policies by task, written down from their descriptions in docs/policies.md."""
-
-
-def fits(entry: BasePolicy, task: Task) -> bool:
-    try:
-        fitted(entry, task)
-    except InputError:
-        return False
-    return True
-
-
-@pytest.mark.parametrize("name", tasks)
-def test_built_in_rules_fit_the_tasks_that_show_what_they_need(name: str) -> None:
-    found = {rule for rule in NAMES if fits(load_policy(rule.replace("RHO", "1")), tasks[name])}
-    assert found == FITTING[name]
-
-
 class Own(StubbornLeaders):
     """Code of a user."""
 

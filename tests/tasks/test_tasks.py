@@ -1,4 +1,4 @@
-"""Every task can be played, its scores are normalized, and its checksum covers what defines it."""
+"""Tasks can be played, are normalized and frozen; results of the scoreboard verify on a drawn flock."""
 
 import hashlib
 from importlib.resources import files
@@ -10,13 +10,14 @@ import pytest
 import flockesc_env
 from flockesc_env import InputError, load_policy, sweep
 from flockesc_env.episodes.splits import HELD_OUT, TRAINING, TUNING, refuse_held_out
-from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.tasks.comparison import grid_of
 from flockesc_env.tasks.definition import VERSION
 from flockesc_env.tasks.fitting import fitted
 from flockesc_env.tasks.results import read_result
-from flockesc_env.tasks.scoring import play
+from flockesc_env.tasks.scoring import draw_flocks, play, verify
 from flockesc_env.tasks.task import read_tasks, tasks
+from studies.scoreboard.board import BOARD, load_board
+from studies.scoreboard.page import entries_of, readme_table
 
 TASKS = tasks
 ROOT = Path(flockesc_env.__file__).parents[1]
@@ -51,13 +52,6 @@ def test_the_scores_of_the_best_fixed_range_and_of_the_reference_are_0_and_1(nam
 
 
 @pytest.mark.parametrize("name", TASKS)
-def test_every_scenario_is_a_preset(name: str) -> None:
-    task = TASKS[name]
-    assert all(PRESETS[scenario].scenario == model for scenario, model in task.scenarios.items())
-    assert task.scenario in [preset.scenario for preset in PRESETS.values()]
-
-
-@pytest.mark.parametrize("name", TASKS)
 def test_a_simple_policy_shows_what_is_no_progress(name: str) -> None:
     """Its score is that of the scoreboard; that of random ranges depends on how many flocks play together."""
     task = TASKS[name]
@@ -68,16 +62,6 @@ def test_a_simple_policy_shows_what_is_no_progress(name: str) -> None:
     assert result.policies[0].policy == rule
     error = 0.02 if rule == "random" else 1e-12
     assert task.shortcut.score == pytest.approx(result.scores()[0], abs=error)
-
-
-def test_in_tasks_about_warnings_the_gain_over_both_constants_needs_warnings() -> None:
-    warned = {name for name in TASKS if "warned" in name}
-    assert {name for name in TASKS if TASKS[name].controls} == warned
-    for task in map(TASKS.__getitem__, warned):
-        assert [control.baseline for control in task.controls] == ["fixed:0", "fixed:150"]
-        for control in task.controls:  # blocked warnings take at least three quarters of the gain away
-            assert control.gain[1] > 0, (task.name, control)
-            assert control.gain_blocked[2] < 0.25 * control.gain[1], (task.name, control)
 
 
 @pytest.mark.parametrize("name", TASKS)
@@ -150,3 +134,36 @@ def test_the_tasks_are_frozen() -> None:
     assert hashlib.sha256(content).hexdigest() == (
         "94456e3a5751e0ca6ebd6bc9da17b299273dedf69de00316ff0db95a8f1b314d"
     )
+
+
+ROOT = Path(flockesc_env.__file__).parents[1]
+FILES = [path.relative_to(ROOT).as_posix() for path in sorted((ROOT / BOARD).rglob("*.json"))]
+NUM_FLOCKS = 1
+"""`flockesc verify FILE` plays all 1,000 flocks."""
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_a_result_verifies_and_its_folder_has_no_other_policies(file: str) -> None:
+    result = read_result(ROOT / file)
+    assert not result.is_code
+    assert file == f"{BOARD}/{result.learner}/{result.task}.json"
+    if result.learner != "random":  # its numbers depend on all flocks before
+        verify(ROOT / file, flocks=draw_flocks(NUM_FLOCKS, 0))
+
+
+def test_every_policy_file_has_a_result() -> None:
+    for entrant in load_board(ROOT / BOARD):
+        named = {policy.policy for result in entrant.results.values() for policy in result.policies}
+        files = (ROOT / BOARD / entrant.name).rglob("*.npz")
+        assert {f"policies/{file.name}" for file in files} <= named, entrant.name
+
+
+def test_the_page_and_the_readme_are_those_of_the_results() -> None:
+    entries = entries_of(load_board(ROOT / BOARD))
+    assert set(entries) == set(tasks)
+    page = (ROOT / "docs/scoreboard.md").read_text()
+    for shown in entries.values():
+        for entry in shown:
+            assert f"[{entry.result.learner}]" in page
+            assert f"| {entry.row.score:z.3f} |" in page
+    assert readme_table(entries) in (ROOT / "README.md").read_text()
