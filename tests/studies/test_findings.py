@@ -163,13 +163,10 @@ def test_all_is_measured_and_an_interrupted_study_continues(
     assert finished > 10
     assert not {job.key for job in jobs} & {job.key for job in again}
     chosen = headlines.load(tmp_path)[0]
-    column, scenario = chosen.task.spec.name, chosen.task.scenario
-    means = {
-        file: play((headlines.BOARD / file).read_bytes(), scenario, column, TUNING[:2])
-        for file in files["per-agent-visible"]
-    }
-    best = max(means, key=lambda file: means[file]["objective"].mean())
-    assert chosen.file == headlines.BOARD / best
+    contents = [(headlines.BOARD / file).read_bytes() for file in files["per-agent-visible"]]
+    spec, scenario = chosen.task.spec, chosen.task.scenario
+    means = [play(content, scenario, spec.name, TUNING[:2])["objective"].mean() for content in contents]
+    assert chosen.content == contents[int(np.argmax(means))]
     page = (tmp_path / "it.md").read_text("utf-8")
     assert page == markdown_page(Findings.load(tmp_path), tmp_path, tmp_path / "it.md")
     assert (tmp_path / "figures" / "policies.gif").stat().st_size > 10_000
