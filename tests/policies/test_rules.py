@@ -145,21 +145,6 @@ def test_win_stay_lose_shift() -> None:
     assert ranges([0.1, 0.1, 0.1, 0.1], [0.2, 0.2, 0.1, 0.2]) == [10.0, 10.0, 40.0, 40.0]
 
 
-def test_win_stay_lose_shift_pauses_after_a_range_that_did_not_help() -> None:
-    policy = WinStayLoseShift(10.0, 40.0, threshold=0.8, pause=2.0, criterion="escape_direction")
-    show = shower(policy, 3, "escape_direction")
-
-    def ranges(own: list[float], gain: list[float]) -> list[float]:
-        return show(escape_direction_ahead=own, heard_escape_gain=gain)
-
-    assert ranges([0.5, -0.5, 0.9], [0.0, 0.0, 0.1]) == [10.0, 10.0, 0.0]
-    # The first wins although its heading is good by now; the second loses; the third turns back.
-    assert ranges([0.9, -0.5, 0.7], [0.1, -0.1, 0.0]) == [10.0, 0.0, 10.0]
-    assert ranges([0.95, -0.5, 0.75], [0.0, 0.2, 0.1]) == [0.0, 0.0, 10.0]  # 0 is no gain
-    assert ranges([0.7, -0.5, 0.9], [0.0, 0.0, 0.0]) == [0.0, 40.0, 0.0]  # two actions have passed
-    assert ranges([0.7, -0.4, 0.7], [0.0, 0.1, 0.0]) == [40.0, 40.0, 0.0]
-
-
 @pytest.mark.parametrize("dimension", DIMENSIONS)
 @pytest.mark.parametrize("criterion", ["estimated_escape_direction", "estimated_encounter"])
 def test_win_stay_lose_shift_with_an_estimated_escape_direction(dimension: int, criterion: Any) -> None:

@@ -69,8 +69,3 @@ def test_second_peak_of_the_line() -> None:
     first, left, second, right = result.escape_distance.mean(axis=1)
     assert first > second > max(left, right)
     assert_close_to_mean_of(result.escape_distance[2], 0.289, LINES, 0.0005)
-
-
-def test_stubborn_leaders() -> None:
-    episodes = fe.rollout("paper-flock", "stubborn-leaders", range(200))
-    assert_close(episodes.min_mean_distance, 88.1, 0.5)

@@ -103,15 +103,14 @@ def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
         tab.evaluate(f"page.seek({step} * page.player.timeStep)")
         shown = tab.evaluate("""Object.fromEntries([...document.querySelectorAll("#agent-entries div")].map(
             (row) => [...row.children].map((part) => part.textContent)))""")
-        pairs = neighbor_pairs(
-            run.scenario, run.positions[step - 1], 9.0, velocities=run.velocities[step - 1]
-        )
+        before = run.positions[step - 1], run.velocities[step - 1]
+        pairs = neighbor_pairs(run.scenario, before[0], 9.0, velocities=before[1])
         way = run.predator_positions[step, 0] - run.positions[step, agent]
         ahead = run.velocities[step, agent]
         relative = run.predator_positions[step + 1, 0] - run.predator_positions[step, 0]
         relative = relative / run.scenario.time_step - ahead
         others = pairs[pairs[:, 0] == agent, 1]
-        heard = run.velocities[step - 1, [agent, *others]].mean(axis=0)
+        heard = before[1][[agent, *others]].mean(axis=0)
         assert shown == {
             "time": f"{run.times[step]:.2f} s",
             "lowest mean distance so far": f"{run.mean_distance[: step + 1].min():.1f} m",
