@@ -201,12 +201,3 @@ def test_boundaries_of_the_line() -> None:
     heard = fe.simulate_line(scenario.replace(repulsion_strength=0), 0.25, initial_state=[0.0, 0.25, 0.5])
     assert heard.states[1].tolist() == [0.125, 0.25, 0.375]
     assert heard.num_components.tolist() == [1, 1]
-
-
-def test_a_cycle_is_never_called_steady() -> None:
-    """Eq. 9 as printed: two agents swing around the predator forever."""
-    scenario = fe.LineScenario(num_agents=2, escape_force="linear_as_printed", max_steps=501)
-    run = fe.simulate_line(scenario, 10.0, initial_state=[0.36, 0.68])
-    assert (run.converged, run.steps) == (False, 501)
-    np.testing.assert_allclose(run.states[::2], np.tile([0.36, 0.68], (251, 1)))
-    np.testing.assert_allclose(run.states[1::2], np.tile([0.52, 0.84], (251, 1)))

@@ -21,7 +21,6 @@ from studies.scoreboard.page import entries_of, readme_table
 
 TASKS = tasks
 ROOT = Path(flockesc_env.__file__).parents[1]
-HELD_OUT_TASKS = {"held-out-predators", "held-out-sizes"}
 
 
 @pytest.mark.parametrize("name", TASKS)
