@@ -15,7 +15,6 @@ import ray
 import torch
 from ray.rllib.algorithms.ppo import PPOConfig
 from ray.rllib.env.single_agent_env_runner import SingleAgentEnvRunner
-from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
 
 from flockesc_env import FlockScenario, parallel_env
 
@@ -75,25 +74,6 @@ def test_the_policy_of_the_example_acts_with_the_mean() -> None:
     actions = example["mean_action"](module).act(rows, spec)
     np.testing.assert_allclose(actions, outputs[:, :1].detach().numpy().clip(-1, 1), rtol=0, atol=1e-6)
     algorithm.stop()
-
-
-def wrapped(_: Any = None) -> ParallelPettingZooEnv:
-    return ParallelPettingZooEnv(parallel_env(SCENARIO, **OPTIONS))
-
-
-def test_the_wrapper_returns_the_environments_results() -> None:
-    env, plain = wrapped(), parallel_env(SCENARIO, **OPTIONS)
-    for each in (env, plain):
-        each.reset(seed=3)
-    done = {"__all__": False}
-    steps = 0
-    while not done["__all__"]:
-        actions = {agent: plain.action_space(agent).sample() for agent in plain.agents}
-        rewards, expected = env.step(actions)[1], plain.step(actions)[1]
-        assert rewards == expected
-        steps += 1
-        done = {"__all__": not plain.agents}
-    assert steps == SCENARIO.num_steps
 
 
 # RLlib registers its own environment once per algorithm.

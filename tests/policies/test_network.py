@@ -1,15 +1,12 @@
 """Networks as policies against loops over rows, agents and layers, and against networks of torch."""
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from option_table import small_flock
-from rounding import choose_alike
 from torch import nn
 
 import flockesc_env as fe
@@ -156,23 +153,6 @@ def test_networks_that_cannot_act_are_refused(fields: dict[str, Any], parameters
         NetworkPolicy(Architecture(**{"inputs": ("time",), "hidden": (), **fields}), parameters).act(
             np.zeros((2, len(shared.layout.names)), np.float32), shared
         )
-
-
-def network(*widths: int) -> nn.Sequential:
-    torch.manual_seed(0)
-    layers = [part for pair in pairwise(widths) for part in (nn.Linear(*pair), nn.Tanh())]
-    return nn.Sequential(*layers[:-1])
-
-
-def test_the_range_with_the_highest_output_is_set() -> None:
-    ranges = (0.0, 5.0, 20.0)
-    spec = fe.parallel_env(SCENARIO, action_mode="discrete", range_grid=ranges).policy_spec
-    rows = np.random.default_rng(0).uniform(-1, 1, (50, len(spec.layout.names))).astype(np.float32)
-    layers = network(rows.shape[1], 8, 3)
-    expected = layers(torch.from_numpy(rows)).argmax(1).tolist()
-    assert set(expected) == {0, 1, 2}
-    chosen = torch_network(layers, spec.layout.names, ranges=ranges).act(rows, spec)
-    assert choose_alike(layers, rows, chosen, expected)
 
 
 @pytest.mark.parametrize(

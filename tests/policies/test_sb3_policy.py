@@ -1,7 +1,6 @@
 """``SB3Policy``: states of recurrent models start with every episode, and models must fit the environment."""
 
 import re
-from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +58,9 @@ def test_the_state_of_a_row_starts_with_its_episode() -> None:
 
 def test_a_recurrent_model_of_sb3_plays_like_its_own_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     env = vec_env(SCENARIO, per_agent=True, **EVERY_STEP)
-    model = RecurrentPPO("MlpLstmPolicy", env, n_steps=8, batch_size=14, device="cpu", seed=0)
+    small = {"lstm_hidden_size": 8, "net_arch": [8]}
+    sizes: Any = {"n_steps": 8, "batch_size": 14, "policy_kwargs": small}
+    model = RecurrentPPO("MlpLstmPolicy", env, **sizes, device="cpu", seed=0)
     calls: list[Any] = []
 
     def predict(*seen: Any, real: Any = model.predict, **named: Any) -> tuple[Any, Any]:
@@ -178,9 +179,8 @@ def test_networks_of_all_algorithms_act_as_their_models(algorithm: Any, settings
     np.testing.assert_allclose(network.act(rows, spec), actions, rtol=0, atol=error)
 
 
-def model_of(algorithm: Any, env: Any = None, **settings: Any) -> Any:
-    """Return a model of an algorithm; with tanh layers and one slot per flock unless told otherwise."""
-    return algorithm("MlpPolicy", env or vec_env(SCENARIO), device="cpu", **deepcopy(settings))
+def model_of(algorithm: Any, env: Any = None) -> Any:
+    return algorithm("MlpPolicy", env or vec_env(SCENARIO), device="cpu")
 
 
 def alone() -> Any:

@@ -212,8 +212,9 @@ def verdicts(
     return words
 
 
-def test_the_explanation_is_judged_by_what_the_force_does() -> None:
+def test_the_explanation_is_judged_by_what_the_force_does(monkeypatch: pytest.MonkeyPatch) -> None:
     """It makes the optimum; the optimum needs no force; warning and masking are judged apart."""
+    monkeypatch.setattr(stats, "bootstrap", no_bootstrap)
     best = {10.0: 2.0, 100.0: 1.0}
     holds, fails = {Verdict.HOLDS}, {Verdict.FAILS}
     assert verdicts({}, best) == {"Some": holds, "Too": holds, "The": holds}
