@@ -112,7 +112,7 @@ VIEWS: list[tuple[View, dict[str, Any]]] = [
 
 
 def test_flocks_of_both_views_have_the_same_bits() -> None:
-    """Presets in the agents' view alone."""
+    """Presets and large flocks in the agents' view alone."""
     played = [
         play(FlockBatch(scenario, EnvOptions(action_mode="range", max_range=100.0, **extra), view=view))
         for name, scenario in flocks().items()

@@ -9,7 +9,7 @@ from typing import Any
 import chromium
 import numpy as np
 import pytest
-from chromium import BEST, BOARD, COLORED, ROOT, SEED, fly, lowest, open_page, scenario, text, wait
+from chromium import BEST, COLORED, ROOT, SEED, fly, lowest, open_page, scenario, text, wait
 from cli_runs import SMALL
 from playwright.sync_api import Page
 
@@ -18,7 +18,7 @@ from flockesc_env import tasks
 from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.watch.live import RULES
 from flockesc_env.watch.page import render, replay
-from playground.__main__ import HEADLINE, tour
+from playground.__main__ import HEADLINE, RANGES, means, tour
 
 pytest_plugins = ("watch_browser",)
 pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MISSING)
@@ -68,17 +68,14 @@ def test_the_means_are_those_of_the_held_out_flocks_of_the_task(
     tab: Page, open_at: Callable[..., None]
 ) -> None:
     open_at()
-    task, flocks = tasks["per-agent-visible"], 20
+    task, measured = tasks["per-agent-visible"], means(20)
+    best = measured["fixed"][RANGES.index(12.0)]
     assert task.scales["paper-flock"].best_fixed_range == 12
-    fixed = fe.sweep("paper-flock", [12.0], seeds=task.seeds[:flocks]).min_mean_distance[0]
-    learned = [
-        fe.rollout("paper-flock", str(path), task.seeds[:flocks]).min_mean_distance
-        for path in sorted((BOARD / "search/policies").glob("per-agent-visible-[0-9].npz"))
-    ]
-    for values in (fixed, np.mean(learned, axis=0)):
-        half = 1.96 * values.std(ddof=1) / flocks**0.5
-        ends = f"[{values.mean() - half:.1f}, {values.mean() + half:.1f}]"
-        assert f"{values.mean():.1f} m {ends}" in text(tab, "#means")
+    fixed = fe.sweep("paper-flock", [12.0], seeds=task.seeds[:20]).min_mean_distance
+    assert best["mean"] == fixed.mean()
+    for each in (best, measured["learned"]):
+        estimate = f"{each['mean']:.1f} m [{each['low']:.1f}, {each['high']:.1f}]"
+        assert estimate in text(tab, "#means")
 
 
 def test_the_first_flock_is_one_of_those_nearest_to_the_means() -> None:
