@@ -95,30 +95,25 @@ def test_agents_at_tiny_distances_count_as_coincident() -> None:
         assert run.mean_distance[0] == 0
 
 
-@settings(max_examples=150)
-@given(
-    st.lists(coordinate, min_size=1, max_size=12),
-    coordinate,
-    computed,
-    computed,
-    st.sampled_from(["constant", "linear", "linear_as_printed"]),
-    compared,
+line_scenarios = st.builds(
+    partial(fe.LineScenario, max_steps=20),
+    predator_position=coordinate,
+    predator_range=computed,
+    repulsion_strength=computed,
+    escape_force=st.sampled_from(["constant", "linear", "linear_as_printed"]),
 )
+
+
+@settings(max_examples=150)
+@given(st.lists(coordinate, min_size=1, max_size=12), line_scenarios, compared)
 def test_the_line_is_finite_and_equals_its_mirror_image(
-    states: list[float], predator: float, reach: float, strength: float, force: Any, rho: float
+    states: list[float], scenario: fe.LineScenario, rho: float
 ) -> None:
-    scenario = fe.LineScenario(
-        num_agents=len(states),
-        predator_position=predator,
-        predator_range=reach,
-        repulsion_strength=strength,
-        escape_force=force,
-        max_steps=20,
-    )
+    scenario = scenario.replace(num_agents=len(states))
     run = fe.simulate_line(scenario, rho, initial_state=states)
     assert np.isfinite(run.states).all()
     assert np.isfinite(run.escape_distance).all()
-    mirrored = scenario.replace(predator_position=-predator)
+    mirrored = scenario.replace(predator_position=-(scenario.predator_position or 0.0))
     image = fe.simulate_line(mirrored, rho, initial_state=[-x for x in states])
     np.testing.assert_array_equal(image.states, -run.states)
     np.testing.assert_array_equal(image.escape_distance, run.escape_distance)
