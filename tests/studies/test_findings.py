@@ -1,7 +1,6 @@
 """The study of learned ranges: its page, its measurements against loops and replays, a tiny run of all."""
 
 import math
-import re
 from pathlib import Path
 from typing import Any
 
@@ -34,9 +33,7 @@ SCENARIO = small_flock(num_agents=8, num_steps=18, predator_range=45.0)
 
 def test_the_committed_page_follows_from_the_committed_results() -> None:
     results, page = Findings.load(COMMITTED), ROOT / "docs" / "findings.md"
-    text = page.read_text("utf-8")
-    assert text == markdown_page(results, COMMITTED, page)
-    assert all((page.parent / picture).is_file() for picture in re.findall(r"\]\((.*?\.png)\)", text))
+    assert page.read_text("utf-8") == markdown_page(results, COMMITTED, page)
     rows = rows_of(results.entries)
     lost = sum(row.outcome == "loss" for row in rows)
     readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
