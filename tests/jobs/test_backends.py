@@ -102,18 +102,10 @@ def test_a_result_that_cannot_be_written_fails_alone(backend: str, tmp_path: Pat
     assert all(job in kept for job in jobs[2:])
 
 
-class Doubled:
-    def __call__(self, number: int) -> dict[str, int]:
-        return {"double": 2 * number}
-
-    def bound(self, number: int) -> dict[str, int]:
-        return {"double": 2 * number}
-
-
 @pytest.mark.parametrize(
     "function",
-    [partial(square, 1), Doubled(), Doubled().bound, itemgetter(0), lambda _: {}, None, "backends:square"],
-    ids=["partial", "object", "method", "itemgetter", "lambda", "None", "str"],
+    [partial(square, 1), "".join, itemgetter(0), lambda _: {}, None, "backends:square"],
+    ids=["partial", "method", "object", "lambda", "None", "str"],
 )
 def test_a_function_that_others_cannot_import_is_refused(function: Any, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="function: expected a function of a module"):

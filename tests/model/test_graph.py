@@ -20,17 +20,6 @@ ranges = st.sampled_from([0.0, 0.021, 0.117, 0.43, 2.0])
 
 
 @given(lines, ranges)
-def test_perron_matrix_is_made_of_the_laplacian(states: np.ndarray, rho: float) -> None:
-    adjacency = np.abs(states[:, None] - states) <= rho
-    degrees = adjacency.sum(axis=1)
-    matrix = laplacian(states, rho)
-    np.testing.assert_array_equal(matrix, np.diag(degrees) - adjacency)
-    np.testing.assert_allclose(
-        perron_matrix(states, rho), np.eye(len(states)) - matrix / degrees[:, None], atol=1e-15
-    )
-
-
-@given(lines, ranges)
 def test_perron_matrix_is_row_stochastic_and_moves_the_line(states: np.ndarray, rho: float) -> None:
     matrix = perron_matrix(states, rho)
     assert matrix.shape == (len(states), len(states))
@@ -43,13 +32,15 @@ def test_perron_matrix_is_row_stochastic_and_moves_the_line(states: np.ndarray, 
 
 
 @given(lines, ranges)
-def test_laplacian_counts_components(states: np.ndarray, rho: float) -> None:
+def test_the_laplacian_makes_the_perron_matrix_and_counts_components(states: np.ndarray, rho: float) -> None:
+    adjacency = np.abs(states[:, None] - states) <= rho
+    degrees = adjacency.sum(axis=1)
     matrix = laplacian(states, rho)
-    np.testing.assert_array_equal(matrix, matrix.T)
-    np.testing.assert_array_equal(matrix.sum(axis=1), 0)
+    np.testing.assert_array_equal(matrix, np.diag(degrees) - adjacency)
+    perron = np.eye(len(states)) - matrix / degrees[:, None]
+    np.testing.assert_allclose(perron_matrix(states, rho), perron, atol=1e-15)
     zeros = int((np.linalg.eigvalsh(matrix) < 1e-9).sum())
-    assert zeros == reference.line_components(states, rho)
-    assert zeros == reference.num_components(matrix < 0)
+    assert zeros == reference.line_components(states, rho) == reference.num_components(matrix < 0)
 
 
 Floats = NDArray[np.float64]

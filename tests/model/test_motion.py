@@ -34,29 +34,6 @@ def assert_distributed(sample: np.ndarray, low: float, high: float) -> None:
     assert stats.kstest(sample, stats.uniform(low, high - low).cdf).pvalue > 0.01
 
 
-@dimensions
-def test_vicseks_agents_have_no_mass(dimension: int) -> None:
-    light = small_flock(dimension, num_agents=70, mass=1e-12, alignment_strength=0.7)
-    run, limit = (simulate(each, 8.0, seed=1) for each in (light, light.replace(motion=Vicsek(), mass=5.0)))
-    np.testing.assert_allclose(limit.velocities, run.velocities, atol=1e-6)
-    np.testing.assert_allclose(limit.positions, run.positions, atol=1e-6)
-
-
-@dimensions
-@pytest.mark.parametrize("eta", [0.0, 0.5, 2.0, 5.0, 2 * np.pi])
-def test_polarization_of_vicseks_agents_in_range_of_all(dimension: int, eta: float) -> None:
-    """One step leaves headings independent around a common one: <phi^2> = 1/n + (1 - 1/n) sinc^2(eta / 2)."""
-    n, flocks = 20, 400
-    scenario = FlockScenario(
-        num_agents=n, dimension=dimension, num_steps=2, predators=(), motion=Vicsek(), angular_noise=eta
-    )
-    squares = [simulate(scenario, EVERYWHERE, seed=seed).polarization[1:] ** 2 for seed in range(flocks)]
-    mean_cosine = np.sinc(eta / 2 / np.pi)
-    expected = 1 / n + (1 - 1 / n) * mean_cosine**2
-    error = np.std(squares, axis=0) / np.sqrt(flocks)
-    assert (np.abs(np.mean(squares, axis=0) - expected) <= 3 * error + 1e-12).all()
-
-
 @pytest.mark.parametrize("eta", [1e-3, 1.0, 4.0, 2 * np.pi])
 @pytest.mark.parametrize("motion", [{}, {"motion": Vicsek()}, {"constant_speed": False}])
 def test_angular_noise_in_the_plane(eta: float, motion: dict[str, Any]) -> None:

@@ -1,15 +1,12 @@
 """Networks as policies against loops over rows, agents and layers, and against networks of torch."""
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from option_table import small_flock
-from rounding import choose_alike, float32_error
 from torch import nn
 
 import flockesc_env as fe
@@ -117,31 +114,23 @@ def test_the_highest_score_sets_the_range() -> None:
     np.testing.assert_array_equal(ranges, np.array([0.0, 5.0, 20.0])[scores.argmax(axis=1)])
 
 
-# Its action is its memory, and its memory is the time: each action is the tanh of the previous time.
-REMEMBERING = NetworkPolicy(Architecture(("time",), (), memory=1), [0, 1, 1, 0, 0, 0])
-
-
-def remembered(policy: NetworkPolicy, times: list[float]) -> np.ndarray:
-    rows = some_rows(len(times), 0.0, np.random.default_rng(0))
-    rows[:, policy_spec().layout.index("time")] = times
-    return policy.act(rows, policy_spec())[:, 0]
-
-
-def begun(rows: int = 2) -> NetworkPolicy:
-    policy = NetworkPolicy(REMEMBERING.architecture, REMEMBERING.parameters)
-    policy.reset(np.ones(rows, bool))
-    return policy
-
-
 def test_memory_starts_at_zero_and_is_kept() -> None:
-    policy = begun()
-    np.testing.assert_array_equal(remembered(policy, [0.0, 0.0]), [0, 0])
-    np.testing.assert_array_equal(remembered(policy, [0.25, 0.5]), [0, 0])
+    """The action is the memory, and the memory is the time: each action is the tanh of the previous time."""
+    spec = policy_spec()
+    policy = NetworkPolicy(Architecture(("time",), (), memory=1), [0, 1, 1, 0, 0, 0])
+
+    def actions(*times: float) -> list[float]:
+        rows = np.zeros((len(times), len(spec.layout.names)), np.float32)
+        rows[:, spec.layout.index("time")] = times
+        return policy.act(rows, spec)[:, 0].tolist()
+
+    policy.reset(np.ones(2, bool))
+    assert actions(0.0, 0.0) == actions(0.25, 0.5) == [0, 0]
     policy.reset(np.array([False, True]))
-    np.testing.assert_allclose(remembered(policy, [0.5, 0.0]), [np.tanh(0.25), 0], atol=EPS)
-    np.testing.assert_allclose(remembered(policy, [0.75, 0.1]), [np.tanh(0.5), 0], atol=EPS)
+    assert actions(0.5, 0.0) == pytest.approx([np.tanh(0.25), 0], abs=EPS)
+    assert actions(0.75, 0.1) == pytest.approx([np.tanh(0.5), 0], abs=EPS)
     policy.reset(np.ones(3, bool))
-    np.testing.assert_array_equal(remembered(policy, [0.0, 0.0, 0.0]), [0, 0, 0])  # other rows
+    assert actions(0.0, 0.0, 0.0) == [0, 0, 0]  # other rows
     with pytest.raises(InputError, match="rows: expected 3 rows as before, got 2"):
         policy.reset(np.array([False, True]))
 
@@ -164,37 +153,6 @@ def test_networks_that_cannot_act_are_refused(fields: dict[str, Any], parameters
         NetworkPolicy(Architecture(**{"inputs": ("time",), "hidden": (), **fields}), parameters).act(
             np.zeros((2, len(shared.layout.names)), np.float32), shared
         )
-
-
-def network(*widths: int) -> nn.Sequential:
-    torch.manual_seed(0)
-    layers = [part for pair in pairwise(widths) for part in (nn.Linear(*pair), nn.Tanh())]
-    return nn.Sequential(*layers[:-1])
-
-
-@pytest.mark.parametrize(("squash", "function"), [("clip", lambda x: np.clip(x, -1, 1)), ("tanh", np.tanh)])
-def test_the_first_output_is_the_action(squash: Any, function: Any) -> None:
-    spec = fe.parallel_env(SCENARIO).policy_spec
-    rows = np.random.default_rng(0).uniform(-1, 1, (50, len(spec.layout.names))).astype(np.float32)
-    layers = network(rows.shape[1], 8, 4, 2)
-    with torch.no_grad():
-        layers[-1].weight *= 5  # clips some actions
-    expected = function(layers(torch.from_numpy(rows)).detach().numpy()[:, :1])
-    error = float32_error(layers, rows)[:, :1]
-    policy = torch_network(layers, spec.layout.names, squash=squash)
-    assert policy.architecture.hidden == (8, 4)
-    assert (np.abs(policy.act(rows, spec) - expected) <= error).all()
-
-
-def test_the_range_with_the_highest_output_is_set() -> None:
-    ranges = (0.0, 5.0, 20.0)
-    spec = fe.parallel_env(SCENARIO, action_mode="discrete", range_grid=ranges).policy_spec
-    rows = np.random.default_rng(0).uniform(-1, 1, (50, len(spec.layout.names))).astype(np.float32)
-    layers = network(rows.shape[1], 8, 3)
-    expected = layers(torch.from_numpy(rows)).argmax(1).tolist()
-    assert set(expected) == {0, 1, 2}
-    chosen = torch_network(layers, spec.layout.names, ranges=ranges).act(rows, spec)
-    assert choose_alike(layers, rows, chosen, expected)
 
 
 @pytest.mark.parametrize(

@@ -12,10 +12,8 @@ from masked_cpu import each_level, run_masked
 from network_outcomes import SEEDS, cases, hashes, policy_of
 
 import flockesc_env as fe
-from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.policies import FixedRange, Policy, bind
 from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.playing import rollout_networks
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "network_outcomes.json").read_text())
 
@@ -86,34 +84,6 @@ print(json.dumps([features["AVX2"], features["AVX512F"], hashes(2)]))
 @each_level
 def test_outcomes_are_the_same_on_lower_x86_levels(level: int, has_avx2: bool, tmp_path: Path) -> None:
     assert run_masked(PRINT_HASHES, level, tmp_path) == [has_avx2, False, GOLDEN]
-
-
-def test_an_outcome_depends_only_on_the_seed_and_the_network() -> None:
-    scenario, architecture, options = cases()["agents, mirror and memory"]
-    assert isinstance(scenario, fe.FlockScenario)
-    options = {name: value for name, value in options.items() if name != "per_agent"}
-    numbers = np.random.default_rng(1).normal(size=(4, architecture.size)).astype(np.float32)
-    order = [2, 0, 3, 1]
-
-    def outcomes(parameters: np.ndarray, seeds: list[int], num_threads: int) -> dict[str, np.ndarray]:
-        return rollout_networks(
-            architecture,
-            parameters,
-            seeds,
-            scenario,
-            EnvOptions(**options),
-            per_agent=True,
-            num_threads=num_threads,
-        )
-
-    together = outcomes(numbers, [7, 8, 9, 10], 2)
-    permuted = outcomes(numbers[order], [7 + k for k in order], 3)
-    for name, column in together.items():
-        np.testing.assert_array_equal(permuted[name], column[order])
-        for k in range(4):
-            assert outcomes(numbers[k : k + 1], [7 + k], 1)[name] == column[k]
-    assert len(set(together["min_mean_distance"])) == 4
-    assert (together["num_actions"] == -(-scenario.num_steps // options["steps_per_action"])).all()
 
 
 SCENARIO = fe.LineScenario(num_agents=12, max_steps=40)

@@ -9,7 +9,7 @@ import pytest
 from gymnasium.vector import SyncVectorEnv
 from gymnasium.wrappers import NormalizeObservation
 from masked_cpu import run_with_baseline_numpy
-from option_table import ACTION_MODES, DIMENSIONS, STEPS_PER_ACTION, every_pair, small_flock
+from option_table import ACTION_MODES, STEPS_PER_ACTION, every_pair, small_flock
 from rule_ranges import ranges
 from same import outcome
 from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNormalize
@@ -19,7 +19,6 @@ from flockesc_env import policies
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.sb3 import vec_env
-from flockesc_env.scenario import ConstantVelocity
 
 SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
 SEEDS = [3, 4]
@@ -120,30 +119,6 @@ def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_act
             assert play_single(env, make(), seed) == expected[:, column].tolist()
     for env in slots:
         np.testing.assert_array_equal(play_slots(env, make(), -(-T // steps_per_action)), expected)
-
-
-@pytest.mark.parametrize("dimension", DIMENSIONS)
-@pytest.mark.parametrize("sensing", [math.inf, 50.0])
-def test_stubborn_leaders(dimension: int, sensing: float) -> None:
-    """The rule computed from positions and velocities gives the same ranges in each step."""
-    predators = (ConstantVelocity((-5.0, -5.0)),)
-    scenario = small_flock(dimension, num_agents=20, num_steps=8, initial_side=60.0, predators=predators)
-    env = fe.parallel_env(scenario, action_mode="range", predator_sensing_range=sensing, steps_per_action=1)
-    act = policies.bind(policies.StubbornLeaders(min_cosine=0.6, interaction_range=14.0), env)
-    observations, _ = env.reset(seed=0)
-    schedule = np.zeros((scenario.num_steps, 20))
-    seen = set()
-    for t in range(scenario.num_steps):
-        run = fe.simulate(scenario, policy=policies.ScheduledRange(schedule), seed=0)  # up to time t
-        away = run.positions[t] - run.predator_positions[t]
-        distance = np.linalg.norm(away, axis=1)
-        cosine = (run.velocities[t] * away).sum(axis=1) / distance / scenario.speed
-        senses = distance <= sensing
-        schedule[t] = np.where(senses & (cosine > 0.6), 0.0, 14.0)
-        observations, _, _, _, infos = env.step(act(observations))
-        assert [info["interaction_range"] for info in infos.values()] == schedule[t].tolist()
-        seen |= set(schedule[t])
-    assert seen == {0.0, 14.0}
 
 
 @pytest.mark.parametrize("mode", ACTION_MODES)

@@ -1,5 +1,6 @@
-"""Rules that remember or choose among candidates follow their definitions."""
+"""Rules follow their definitions, computed from positions and velocities."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -11,9 +12,11 @@ import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View
+from flockesc_env.models import Trajectory
 from flockesc_env.policies import (
     BestNextHeading,
     ListenWhileThreatened,
+    StubbornLeaders,
     StubbornWitnesses,
     WinStayLoseShift,
     bind,
@@ -21,56 +24,69 @@ from flockesc_env.policies import (
 from flockesc_env.scenario import ConstantVelocity
 
 
+def flown(rule: Any, flock: fe.FlockScenario, seed: int, **options: Any) -> Trajectory:
+    """Return a run in which every agent sets its range in every step, in m."""
+    options = {"per_agent": True, "action_mode": "range", "steps_per_action": 1, **options}
+    return fe.simulate(flock, policy=rule, seed=seed, **options)
+
+
+def heard(run: Trajectory, t: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return how many agents each agent heard in a step, with itself, and their mean velocities."""
+    offsets = run.positions[t][:, None] - run.positions[t]
+    hears = np.linalg.norm(offsets, axis=2) <= run.interaction_ranges[t][:, None]
+    counts = hears.sum(axis=1)
+    return counts, hears @ run.velocities[t] / counts[:, None]
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize("sensing", [math.inf, 50.0])
+def test_stubborn_leaders(dimension: int, sensing: float) -> None:
+    predators = (ConstantVelocity((-5.0, -5.0)),)
+    scenario = small_flock(dimension, num_agents=20, num_steps=8, initial_side=60.0, predators=predators)
+    rule = StubbornLeaders(min_cosine=0.6, interaction_range=14.0)
+    run = flown(rule, scenario, 0, predator_sensing_range=sensing)
+    away = (run.positions - run.predator_positions)[:-1]
+    distances = np.linalg.norm(away, axis=2)
+    cosines = (run.velocities[:-1] * away).sum(axis=2) / distances / scenario.speed
+    expected = np.where((distances <= sensing) & (cosines > 0.6), 0.0, 14.0)
+    np.testing.assert_array_equal(run.interaction_ranges, expected)
+    assert set(expected.flat) == {0.0, 14.0}
+
+
 def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
     predators = (ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
-    options: Any = {"action_mode": "range", "steps_per_action": 1, "predator_sensing_range": 20.0}
-    env = fe.parallel_env(scenario, **options)
-    act = bind(StubbornWitnesses(patience=0.25, first_range=30.0, interaction_range=14.0), env)
+    rule, t = (
+        StubbornWitnesses(patience=0.25, first_range=30.0, interaction_range=14.0),
+        np.arange(16)[:, None],
+    )
     for seed in (0, 1):  # the second episode starts with empty memory
-        observations, _ = env.reset(seed=seed)
-        schedule = np.zeros((scenario.num_steps, 20))
-        has_seen = np.zeros(20, bool)
-        forgot = False
-        for t in range(scenario.num_steps):
-            run = fe.simulate(scenario, policy=fe.ScheduledRange(schedule), seed=seed)  # up to time t
-            distance = np.linalg.norm(run.positions[t] - run.predator_positions[t], axis=1)
-            forgot |= bool((has_seen & (distance > 20.0)).any())
-            has_seen |= distance <= 20.0
-            schedule[t] = np.where(has_seen | (t < 4), 0.0, 30.0 if t == 4 else 14.0)
-            observations, _, _, _, infos = env.step(act(observations))
-            ranges = [info["interaction_range"] for info in infos.values()]
-            np.testing.assert_allclose(ranges, schedule[t], atol=1e-6)
-        assert forgot  # some agent lost sight of the predator and used its memory
-        assert 0 < has_seen.sum() < 20
+        run = flown(rule, scenario, seed, predator_sensing_range=20.0)
+        sees = np.linalg.norm(run.positions - run.predator_positions, axis=2)[:-1] <= 20.0
+        has_seen = np.logical_or.accumulate(sees)
+        expected = np.where(has_seen | (t < 4), 0.0, np.where(t == 4, 30.0, 14.0))
+        np.testing.assert_allclose(run.interaction_ranges, expected, atol=1e-6)
+        assert (has_seen & ~sees).any()  # some agent lost sight of the predator and used its memory
+        assert 0 < has_seen[-1].sum() < 20
 
 
 def test_stubborn_witnesses_listen_farther_and_farther_unless_they_are_alone() -> None:
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0)
-    options: Any = {"action_mode": "range", "steps_per_action": 1, "predator_sensing_range": 0.0}
-    env = fe.parallel_env(scenario, max_range=20.0, **options)
-    policy = StubbornWitnesses(
+    rule = StubbornWitnesses(
         0.25, 30.0 / 2, 12.0, growth=16.0, min_neighbors=3.0, crowding=2.0, agreement=4.0
     )
-    act = bind(policy, env)
-    observations, _ = env.reset(seed=0)
-    schedule = np.zeros((scenario.num_steps, 20))
+    run = flown(rule, scenario, 0, max_range=20.0, predator_sensing_range=0.0)
     has_stopped = np.zeros(20, bool)
-    for t in range(scenario.num_steps):
-        later = np.full(20, 15.0)
+    for t, ranges in enumerate(run.interaction_ranges):
+        expected = np.full(20, 15.0 if t == 4 else 0.0)
         if t > 4:
-            run = fe.simulate(scenario, policy=fe.ScheduledRange(schedule), seed=0)
-            offsets = run.positions[t - 1][:, None] - run.positions[t - 1]
-            hears = np.linalg.norm(offsets, axis=2) <= schedule[t - 1][:, None]
-            heard = (hears @ run.velocities[t - 1]) / hears.sum(axis=1)[:, None]
-            cosines = (heard * run.velocities[t]).sum(axis=1) / np.linalg.norm(heard, axis=1) / scenario.speed
+            counts, means = heard(run, t - 1)
+            cosines = (means * run.velocities[t]).sum(axis=1) / np.linalg.norm(means, axis=1) / scenario.speed
             # The agent itself is the 1 in ln(1 + number).
-            later = np.clip(12.0 + t - 4 + 2 * np.log(hears.sum(axis=1)) - 4 * cosines, 0, 20)
-            has_stopped |= (hears.sum(axis=1) - 1 < 3) & (t > 5)
-        schedule[t] = np.where(has_stopped | (t < 4), 0.0, later)
-        observations, _, _, _, infos = env.step(act(observations))
-        ranges = [info["interaction_range"] for info in infos.values()]
-        np.testing.assert_allclose(ranges, schedule[t], atol=1e-5)
+            later = np.clip(12.0 + t - 4 + 2 * np.log(counts) - 4 * cosines, 0, 20)
+            has_stopped |= (counts - 1 < 3) & (t > 5)
+            expected = np.where(has_stopped, 0.0, later)
+        np.testing.assert_allclose(ranges, expected, atol=1e-5)
     assert 0 < has_stopped.sum() < 20
 
 
@@ -129,21 +145,6 @@ def test_win_stay_lose_shift() -> None:
     assert ranges([0.1, 0.1, 0.1, 0.1], [0.2, 0.2, 0.1, 0.2]) == [10.0, 10.0, 40.0, 40.0]
 
 
-def test_win_stay_lose_shift_pauses_after_a_range_that_did_not_help() -> None:
-    policy = WinStayLoseShift(10.0, 40.0, threshold=0.8, pause=2.0, criterion="escape_direction")
-    show = shower(policy, 3, "escape_direction")
-
-    def ranges(own: list[float], gain: list[float]) -> list[float]:
-        return show(escape_direction_ahead=own, heard_escape_gain=gain)
-
-    assert ranges([0.5, -0.5, 0.9], [0.0, 0.0, 0.1]) == [10.0, 10.0, 0.0]
-    # The first wins although its heading is good by now; the second loses; the third turns back.
-    assert ranges([0.9, -0.5, 0.7], [0.1, -0.1, 0.0]) == [10.0, 0.0, 10.0]
-    assert ranges([0.95, -0.5, 0.75], [0.0, 0.2, 0.1]) == [0.0, 0.0, 10.0]  # 0 is no gain
-    assert ranges([0.7, -0.5, 0.9], [0.0, 0.0, 0.0]) == [0.0, 40.0, 0.0]  # two actions have passed
-    assert ranges([0.7, -0.4, 0.7], [0.0, 0.1, 0.0]) == [40.0, 40.0, 0.0]
-
-
 @pytest.mark.parametrize("dimension", DIMENSIONS)
 @pytest.mark.parametrize("criterion", ["estimated_escape_direction", "estimated_encounter"])
 def test_win_stay_lose_shift_with_an_estimated_escape_direction(dimension: int, criterion: Any) -> None:
@@ -151,78 +152,55 @@ def test_win_stay_lose_shift_with_an_estimated_escape_direction(dimension: int, 
     predators = (ConstantVelocity((-20.0, -10.0), (12.0, 14.0)),)
     options: Any = {"num_agents": 20, "num_steps": 30, "initial_side": 60.0, "speed": 8.0, "time_step": 0.1}
     flock = small_flock(dimension, predators=predators, **options)
-    env = fe.parallel_env(flock, action_mode="range", steps_per_action=1, predator_sensing_range=45.0)
     rule = WinStayLoseShift(9.0, 30.0, 0.8, 1.0, 1.45, criterion=criterion)
-    act = bind(rule, env)
-    observations, _ = env.reset(seed=2)
-    schedule = np.zeros((flock.num_steps, 20))
-    ranges, is_long, paused = np.zeros(20), np.zeros(20, bool), np.zeros(20)
+    run = flown(rule, flock, 2, predator_sensing_range=45.0)
+    is_long, paused = np.zeros(20, bool), np.zeros(20)
     seen: set[tuple[float, bool, bool]] = set()
-    for t in range(flock.num_steps):
-        run = fe.simulate(flock, policy=fe.ScheduledRange(schedule), seed=2)  # up to time t
+    for t, ranges in enumerate(run.interaction_ranges):
         velocity = (run.predator_positions[t + 1] - run.predator_positions[t]) / 0.1
         offsets = run.predator_positions[t] - run.positions[t]
         remaining = np.full((20, 1), max(0.0, 1.45 - 0.1 * t))
         if criterion == "estimated_encounter":
             remaining[:, 0] = np.maximum(0.0, -offsets @ velocity[0] / (velocity[0] @ velocity[0] + 32.0))
         escape = -(offsets + remaining * velocity)
-        escape /= np.linalg.norm(escape, axis=1, keepdims=True)
-        is_sensed = np.linalg.norm(run.positions[t] - run.predator_positions[t], axis=1) <= 45.0
-        before = max(t - 1, 0)
-        for i, direction in enumerate(escape * is_sensed[:, None]):
-            offsets = run.positions[before] - run.positions[before][i]
-            heard = run.velocities[before][np.linalg.norm(offsets, axis=1) <= ranges[i]].mean(axis=0)
-            own = run.velocities[t][i] @ direction / 8.0
-            wins = ranges[i] > 0 and heard @ direction / np.linalg.norm(heard) > own + 1e-6
-            loses = ranges[i] > 0 and not wins
-            is_long[i] ^= loses
-            paused[i] = 1 if loses else paused[i] - 1
-            listens = wins or (own < 0.8 and paused[i] <= 0)
-            schedule[t, i] = (30.0 if is_long[i] else 9.0) if listens else 0.0
-            seen.add((schedule[t, i], bool(is_sensed[i]), t * 0.1 < 1.45))
-        ranges = schedule[t]
-        observations, _, _, _, infos = env.step(act(observations))
-        found = [info["interaction_range"] for info in infos.values()]
-        np.testing.assert_allclose(found, ranges, atol=1e-5)
+        is_sensed = np.linalg.norm(offsets, axis=1) <= 45.0
+        escape *= is_sensed[:, None] / np.linalg.norm(escape, axis=1, keepdims=True)
+        before = run.interaction_ranges[t - 1] if t else np.zeros(20)
+        means = heard(run, t - 1)[1] if t else run.velocities[0]
+        gains = (means * escape).sum(axis=1) / np.linalg.norm(means, axis=1)
+        own = (run.velocities[t] * escape).sum(axis=1) / 8.0
+        wins = (before > 0) & (gains > own + 1e-6)
+        loses = (before > 0) & ~wins
+        is_long ^= loses
+        paused = np.where(loses, 1, paused - 1)
+        listens = wins | ((own < 0.8) & (paused <= 0))
+        expected = np.where(listens, np.where(is_long, 30.0, 9.0), 0.0)
+        np.testing.assert_allclose(ranges, expected, atol=1e-5)
+        seen |= {(rho, sensed, t * 0.1 < 1.45) for rho, sensed in zip(expected, is_sensed, strict=True)}
     assert seen == {
         (rho, sensed, early) for rho in (0, 9, 30) for sensed in (False, True) for early in (False, True)
     }
 
 
-CANDIDATES = np.array([0.0, 8.0, 16.0, 32.0])
-PREDATOR = np.array([10.0, 12.0])  # v0 is 10 m/s
-OPTIONS: Any = {
-    "profile_ranges": tuple(CANDIDATES),
-    "steps_per_action": 1,
-    "extra_entries": ("escape_direction", "closest_approach"),
-}
-
-
 def test_the_best_next_heading_is_the_best_of_all_simulated_ones() -> None:
-    predators = (ConstantVelocity((-20.0, -10.0), tuple(PREDATOR)),)
+    candidates, predator = np.array([0.0, 8.0, 16.0, 32.0]), np.array([10.0, 12.0])  # v0 is 10 m/s
     flock = small_flock(
-        num_agents=20, num_steps=8, initial_side=60.0, predator_range=0.0, predators=predators
+        num_agents=20,
+        num_steps=8,
+        initial_side=60.0,
+        predator_range=0.0,
+        predators=(ConstantVelocity((-20.0, -10.0), (10.0, 12.0)),),
     )
-    env = fe.parallel_env(flock, action_mode="range", **OPTIONS)
-    act = bind(BestNextHeading(turn=0.5), env)
-    observations, _ = env.reset(seed=3)
-    schedule = np.zeros((flock.num_steps, 20))
-    chosen: set[float] = set()
-    for t in range(flock.num_steps):
-        run = fe.simulate(flock, policy=fe.ScheduledRange(schedule), seed=3)
-        observations, _, _, _, infos = env.step(act(observations))
-        ranges = np.array([info["interaction_range"] for info in infos.values()])
-        positions = run.positions[t] - run.predator_positions[t]
-        velocities = run.velocities[t] - PREDATOR
+    entries: Any = ("escape_direction", "closest_approach")
+    options: Any = {"profile_ranges": tuple(candidates), "extra_entries": entries}
+    run = flown(BestNextHeading(turn=0.5), flock, 3, **options)
+    for t, ranges in enumerate(run.interaction_ranges):
+        positions, velocities = run.positions[t] - run.predator_positions[t], run.velocities[t] - predator
         time = max(0.0, -(positions * velocities).sum() / (velocities**2).sum())
-        escape = positions - PREDATOR * time
+        escape = positions - predator * time
         escape /= np.linalg.norm(escape, axis=1, keepdims=True)
-        cosines = []
-        for candidate in CANDIDATES:
-            schedule[t] = candidate
-            following = fe.simulate(flock, policy=fe.ScheduledRange(schedule), seed=3).velocities[t + 1]
-            cosines.append((following * escape).sum(axis=1))
-        np.testing.assert_allclose(ranges, CANDIDATES[np.argmax(cosines, axis=0)], atol=1e-5)
-        chosen.update(ranges.round())
-        schedule[t] = ranges
-    assert chosen == set(CANDIDATES)
+        start = {"initial_positions": run.positions[t], "initial_velocities": run.velocities[t]}
+        following = [fe.simulate(flock, candidate, **start).velocities[1] for candidate in candidates]
+        cosines = [(velocities * escape).sum(axis=1) for velocities in following]
+        np.testing.assert_allclose(ranges, candidates[np.argmax(cosines, axis=0)], atol=1e-5)
+    assert set(run.interaction_ranges.round().flat) == set(candidates)

@@ -1,7 +1,6 @@
 """``SB3Policy``: states of recurrent models start with every episode, and models must fit the environment."""
 
 import re
-from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,6 @@ import torch
 from gymnasium.wrappers import NormalizeObservation, TimeAwareObservation, TimeLimit
 from option_table import EVERY_STEP, small_flock
 from rounding import actor_layers, float32_error
-from same import outcome
 from sb3_contrib import ARS, TQC, RecurrentPPO
 from stable_baselines3 import A2C, DDPG, PPO, SAC, TD3
 from stable_baselines3.common.vec_env import DummyVecEnv, VecFrameStack, VecMonitor, VecNormalize
@@ -19,7 +17,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecFrameStack, VecMoni
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.policies import SB3Policy, ScheduledRange, bind
+from flockesc_env.policies import SB3Policy, bind
 from flockesc_env.sb3 import vec_env
 
 SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
@@ -43,19 +41,6 @@ def mood(steps: int) -> np.ndarray:
     return 100 * np.arange(1, steps + 1) / 16
 
 
-def test_the_state_of_a_recurrent_model_is_kept_and_starts_with_every_episode() -> None:
-    policy = SB3Policy(Mood())
-    for seeds in ([1, 2, 3], [4]):  # different rows than before
-        assert outcome(fe.rollout(SCENARIO, policy, seeds, **EVERY_STEP)).tolist() == (
-            outcome(fe.rollout(SCENARIO, ScheduledRange(mood(T)), seeds)).tolist()
-        )
-    run = fe.simulate(SCENARIO, policy=policy, seed=1, **EVERY_STEP)
-    assert run.interaction_ranges[:, 0].tolist() == mood(T).tolist()
-    line = fe.LineScenario(num_agents=8, max_steps=5)
-    runs = [fe.rollout(line, each, [1, 2]) for each in (policy, ScheduledRange(mood(5) / 100))]
-    assert runs[0].escape_distance.tolist() == runs[1].escape_distance.tolist()
-
-
 def test_the_state_of_a_row_starts_with_its_episode() -> None:
     """One flock of a vector environment is reset during the episode of the other."""
     env = BatchVectorEnv(2, SCENARIO, **EVERY_STEP)
@@ -73,7 +58,9 @@ def test_the_state_of_a_row_starts_with_its_episode() -> None:
 
 def test_a_recurrent_model_of_sb3_plays_like_its_own_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     env = vec_env(SCENARIO, per_agent=True, **EVERY_STEP)
-    model = RecurrentPPO("MlpLstmPolicy", env, n_steps=8, batch_size=14, device="cpu", seed=0)
+    small = {"lstm_hidden_size": 8, "net_arch": [8]}
+    sizes: Any = {"n_steps": 8, "batch_size": 14, "policy_kwargs": small}
+    model = RecurrentPPO("MlpLstmPolicy", env, **sizes, device="cpu", seed=0)
     calls: list[Any] = []
 
     def predict(*seen: Any, real: Any = model.predict, **named: Any) -> tuple[Any, Any]:
@@ -192,9 +179,8 @@ def test_networks_of_all_algorithms_act_as_their_models(algorithm: Any, settings
     np.testing.assert_allclose(network.act(rows, spec), actions, rtol=0, atol=error)
 
 
-def model_of(algorithm: Any, env: Any = None, **settings: Any) -> Any:
-    """Return a model of an algorithm; with tanh layers and one slot per flock unless told otherwise."""
-    return algorithm("MlpPolicy", env or vec_env(SCENARIO), device="cpu", **deepcopy(settings))
+def model_of(algorithm: Any, env: Any = None) -> Any:
+    return algorithm("MlpPolicy", env or vec_env(SCENARIO), device="cpu")
 
 
 def alone() -> Any:

@@ -92,37 +92,28 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         "policies[0]: expected objectives in two-predators with the bits that policies/mine-0.npz reaches, "
         "got 1 of 6 others (flock 2000003: ",
     ),
-    "another rule": ({"policies.1.policy": "stubborn-leaders-local"}, "got 6 of 6 others (flock 2000000: "),
     "checksum": ({"policies.0.sha256": "0" * 64}, f"mine-0.npz with the sha256 {'0' * 64}, got "),
     "no file": ({"policies.0.policy": "none.npz"}, "an existing policy file, got 'none.npz'"),
     **{
         f"path {path}": ({"policies.0.policy": path}, f"expected a relative path of a file in or {BELOW}")
-        for path in ("/mine-0.npz", "policies/../mine-0.npz", "./mine-0.npz", "policies//mine-0.npz")
+        for path in ("/mine-0.npz", "policies/../mine-0.npz", "policies//mine-0.npz")
     },
     "folder": ({"policies.0.policy": f"{FILE}/"}, f"a relative path of a file in or {BELOW}, such as"),
-    "short checksum": ({"policies.0.sha256": "0"}, "[0].sha256: expected 64 hexadecimal digits, got '0'"),
     "checksum of a rule": ({"policies.1.sha256": "0" * 64}, "checksum for a policy without a file, got '0"),
     "code": ({"policies.1.policy": "my:rule"}, "which can be played again, got 'my:rule', played by its"),
     "sees more": ({"policies.1.policy": "turn-away"}, "[1]: profile_ranges: expected none, as in the task"),
     "flock's view": ({"policies.1.policy": "listen-while-fleeing"}, "expected True, as in the task"),
     "first flock": ({"flocks": [2_000_001, 6]}, "number (2000000, 6), got (2000001, 6)"),
-    "fewer flocks": ({"flocks": [2_000_000, 5]}, "number (2000000, 6), got (2000000, 5)"),
     "version": ({"version": "v2"}, "version: expected v1, got 'v2'"),
     "task": ({"task": "held-out-sizes"}, "of the task held-out-sizes, got '"),
     "unknown task": ({"task": "held-out-predator"}, "(did you mean held-out-predators"),
-    "checksum of the task": ({"task_sha256": "0" * 64}, f"of the task held-out-predators, got '{'0' * 64}'"),
     "unknown field": ({"note": "mine"}, "unknown field `note`"),
     "no policies": ({"policies": []}, "policies: expected at least one, got none"),
     "rule twice": ({"policies": two(RULE, RULE)}, f"got one of them twice ({RULE} and {RULE})"),
-    "range twice": ({"policies": two("fixed:12", "fixed:12.0")}, "twice (fixed:12 and fixed:12.0)"),
     "file twice": ({"policies": same_file}, f"got one of them twice ({FILE} and copy.npz)"),
     "negative seed": ({"training.seeds.0": -1}, "Expected `int` >= 0 - at `$.training.seeds[0]`"),
-    "negative samples": ({"training.samples": -10}, "Expected `int` >= 1 - at `$.training.samples`"),
-    "NaN minutes": ({"training.cpu_minutes.0": np.nan}, "`float` >= 0.0 - at `$.training.cpu_minutes"),
     "minutes of one": ({"training.cpu_minutes": [1.0]}, "expected 2 numbers, one per policy, got [1.0]"),
-    "missing seed": ({"training.seeds": [0]}, "seeds: expected 2 different seeds, one per policy, got [0]"),
     "seed twice": ({"training.seeds": [0, 0]}, "expected 2 different seeds, one per policy, got [0, 0]"),
-    "no seeds": ({"training": {"samples": 10}}, "missing required field `seeds` - at `$.training`"),
     "NaN": ({"policies.1.objectives.intercept.2": np.nan}, "6 finite numbers, got 5 finite of 6"),
     "5 numbers": (
         {"policies.1.objectives.intercept": [80.0] * 5},
@@ -207,20 +198,14 @@ def test_files_lie_below_the_folder_of_the_result(path: Path) -> None:
 
 
 def test_some_flocks_are_drawn_by_whoever_verifies(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn: list[tuple[int, ...]] = []
-
-    def spy(*arguments: Any) -> Any:
-        drawn.append(tuple(arguments[-1]))
-        return play(*arguments)
-
-    play = scoring.play
-    monkeypatch.setattr(scoring, "play", spy)
+    """The same ones for all policies and scenarios."""
+    drawn, play = set(), scoring.play
+    monkeypatch.setattr(scoring, "play", lambda *given: drawn.add(tuple(given[-1])) or play(*given))
+    verify(path, flocks=draw_flocks(3, 7))
+    assert drawn == {tuple(draw_flocks(3, 7))}
     choices = {tuple(draw_flocks(3, seed)) for seed in range(20)}
     assert len(choices) > 10
     assert all(len(set(chosen)) == 3 for chosen in choices)
-    assert draw_flocks(3, 7) == draw_flocks(3, 7)
-    verify(path, flocks=draw_flocks(3, 7))
-    assert set(drawn) == {tuple(draw_flocks(3, 7))}, "the same flocks for all policies and scenarios"
 
 
 @pytest.mark.parametrize("flocks", [[], [2_000_006]])

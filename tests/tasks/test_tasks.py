@@ -1,31 +1,37 @@
-"""Every task can be played, its scores are normalized, and its checksum covers what defines it."""
+"""Tasks can be played, are normalized and frozen; policies that fit them; the scoreboard verifies."""
 
+import dataclasses
 import hashlib
+import math
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import flockesc_env
-from flockesc_env import InputError, load_policy, sweep
+from flockesc_env import FlockScenario, InputError, LineScenario, load_policy, simulate, sweep
+from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.episodes.splits import HELD_OUT, TRAINING, TUNING, refuse_held_out
-from flockesc_env.scenario.presets import PRESETS
+from flockesc_env.policies import NAMES, BasePolicy, FixedRange, RandomRange, ScheduledRange, StubbornLeaders
+from flockesc_env.policies.registry import as_policy
+from flockesc_env.tasks import fitting
 from flockesc_env.tasks.comparison import grid_of
 from flockesc_env.tasks.definition import VERSION
-from flockesc_env.tasks.fitting import fitted
+from flockesc_env.tasks.fitting import FREE, fitted, is_checkable
 from flockesc_env.tasks.results import read_result
-from flockesc_env.tasks.scoring import play
-from flockesc_env.tasks.task import read_tasks, tasks
+from flockesc_env.tasks.scoring import draw_flocks, play, verify
+from flockesc_env.tasks.task import Task, read_tasks, tasks
+from studies.scoreboard.board import BOARD, load_board
+from studies.scoreboard.page import entries_of, readme_table
 
-TASKS = tasks
 ROOT = Path(flockesc_env.__file__).parents[1]
-HELD_OUT_TASKS = {"held-out-predators", "held-out-sizes"}
 
 
-@pytest.mark.parametrize("name", TASKS)
+@pytest.mark.parametrize("name", tasks)
 def test_the_best_fixed_range_reaches_in_a_task_what_it_reaches_in_a_sweep(name: str) -> None:
-    task, flocks = TASKS[name], TUNING[:2]
+    task, flocks = tasks[name], TUNING[:2]
     for at, scale in task.scales.items():
         best = scale.best_fixed_range
         assert best in grid_of(task)
@@ -34,33 +40,19 @@ def test_the_best_fixed_range_reaches_in_a_task_what_it_reaches_in_a_sweep(name:
         np.testing.assert_array_equal(play(entry, task, at, flocks), expected)
 
 
-@pytest.mark.parametrize("name", TASKS)
-def test_policies_are_trained_in_the_scenario_that_scores_them_except_in_held_out_tasks(name: str) -> None:
-    task = TASKS[name]
-    assert (task.scenario not in task.scenarios.values()) == (name in HELD_OUT_TASKS)
-    assert len(task.scenarios) == 1 + (name in HELD_OUT_TASKS)
-
-
-@pytest.mark.parametrize("name", TASKS)
+@pytest.mark.parametrize("name", tasks)
 def test_the_scores_of_the_best_fixed_range_and_of_the_reference_are_0_and_1(name: str) -> None:
-    task = TASKS[name]
+    task = tasks[name]
     for score in (0, 1, -0.25):
         objectives = {at: one.zero + score * (one.one - one.zero) for at, one in task.scales.items()}
         assert task.normalize(objectives) == pytest.approx(score, abs=1e-12)
     assert all(scale.zero < scale.one for scale in task.scales.values())
 
 
-@pytest.mark.parametrize("name", TASKS)
-def test_every_scenario_is_a_preset(name: str) -> None:
-    task = TASKS[name]
-    assert all(PRESETS[scenario].scenario == model for scenario, model in task.scenarios.items())
-    assert task.scenario in [preset.scenario for preset in PRESETS.values()]
-
-
-@pytest.mark.parametrize("name", TASKS)
+@pytest.mark.parametrize("name", tasks)
 def test_a_simple_policy_shows_what_is_no_progress(name: str) -> None:
     """Its score is that of the scoreboard; that of random ranges depends on how many flocks play together."""
-    task = TASKS[name]
+    task = tasks[name]
     fitted(load_policy(task.shortcut.policy), task)
     rule = task.shortcut.policy
     folder = "fixed-range" if rule.startswith("fixed:") else rule
@@ -70,19 +62,9 @@ def test_a_simple_policy_shows_what_is_no_progress(name: str) -> None:
     assert task.shortcut.score == pytest.approx(result.scores()[0], abs=error)
 
 
-def test_in_tasks_about_warnings_the_gain_over_both_constants_needs_warnings() -> None:
-    warned = {name for name in TASKS if "warned" in name}
-    assert {name for name in TASKS if TASKS[name].controls} == warned
-    for task in map(TASKS.__getitem__, warned):
-        assert [control.baseline for control in task.controls] == ["fixed:0", "fixed:150"]
-        for control in task.controls:  # blocked warnings take at least three quarters of the gain away
-            assert control.gain[1] > 0, (task.name, control)
-            assert control.gain_blocked[2] < 0.25 * control.gain[1], (task.name, control)
-
-
-@pytest.mark.parametrize("name", TASKS)
+@pytest.mark.parametrize("name", tasks)
 def test_an_environment_of_each_kind_has_the_tasks_options_or_says_what_to_call(name: str) -> None:
-    task = TASKS[name]
+    task = tasks[name]
     spec = task.policy_spec()
     assert task.vec_env(2).observation_space == spec.layout.space()
     if task.per_agent:
@@ -108,7 +90,7 @@ CHANGES = {
     "scenario": ('scenario = "pursuit"', 'scenario = "intercept"', {"pursuit"}),
     "option": ("max_range = 100.0", "max_range = 50.0", {"per-agent-visible-profile"}),
     "sentence": ('asks = "One range for the flock: ', 'asks = "One range: ', {"one-range"}),
-    "version": (f'version = "{VERSION}"', 'version = "v2"', set(TASKS)),
+    "version": (f'version = "{VERSION}"', 'version = "v2"', set(tasks)),
 }
 
 
@@ -118,7 +100,7 @@ def test_a_change_of_the_file_changes_the_checksums_of_the_tasks_that_it_is_abou
     text = files("flockesc_env.tasks").joinpath(f"{VERSION}.toml").read_text("utf-8")
     assert old in text
     changed = read_tasks(text.replace(old, new, 1))
-    assert {task for task in TASKS if changed[task].sha256 != TASKS[task].sha256} == expected
+    assert {task for task in tasks if changed[task].sha256 != tasks[task].sha256} == expected
 
 
 @pytest.mark.parametrize(
@@ -150,3 +132,110 @@ def test_the_tasks_are_frozen() -> None:
     assert hashlib.sha256(content).hexdigest() == (
         "94456e3a5751e0ca6ebd6bc9da17b299273dedf69de00316ff0db95a8f1b314d"
     )
+
+
+ROOT = Path(flockesc_env.__file__).parents[1]
+FILES = [path.relative_to(ROOT).as_posix() for path in sorted((ROOT / BOARD).rglob("*.json"))]
+NUM_FLOCKS = 1
+"""`flockesc verify FILE` plays all 1,000 flocks."""
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_a_result_verifies_and_its_folder_has_no_other_policies(file: str) -> None:
+    result = read_result(ROOT / file)
+    assert not result.is_code
+    assert file == f"{BOARD}/{result.learner}/{result.task}.json"
+    if result.learner != "random":  # its numbers depend on all flocks before
+        verify(ROOT / file, flocks=draw_flocks(NUM_FLOCKS, 0))
+
+
+def test_every_policy_file_has_a_result() -> None:
+    for entrant in load_board(ROOT / BOARD):
+        named = {policy.policy for result in entrant.results.values() for policy in result.policies}
+        files = (ROOT / BOARD / entrant.name).rglob("*.npz")
+        assert {f"policies/{file.name}" for file in files} <= named, entrant.name
+
+
+def test_the_page_and_the_readme_are_those_of_the_results() -> None:
+    entries = entries_of(load_board(ROOT / BOARD))
+    assert set(entries) == set(tasks)
+    page = (ROOT / "docs/scoreboard.md").read_text()
+    for shown in entries.values():
+        for entry in shown:
+            assert f"[{entry.result.learner}]" in page
+            assert f"| {entry.row.score:z.3f} |" in page
+    assert readme_table(entries) in (ROOT / "README.md").read_text()
+
+
+def changed(task: Task, **options: Any) -> Task:
+    return dataclasses.replace(task, options={**task.options, **options})
+
+
+LOCAL, VISIBLE, ONE_RANGE = (tasks[name] for name in ("per-agent-local", "per-agent-visible", "one-range"))
+PROFILE = changed(VISIBLE, profile_ranges=[0.0, 5.0, 10.0])
+LINE = tasks["line"]
+RHO = FixedRange(0.1)
+
+
+def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> BasePolicy:
+    policy = RHO.with_options(per_agent=per_agent, scenario=scenario)
+    policy.options = {"max_range": 20.0, "steps_per_action": 4, **options}  # unchecked
+    return policy
+
+
+@pytest.mark.parametrize(
+    ("entry", "task", "field", "message"),
+    [
+        (named(predator_sensing_range=math.inf), LOCAL, "predator_sensing_range", "in the task, got inf"),
+        (named(per_agent=False), LOCAL, "per_agent", "True, as in the task, got False"),
+        (named(per_agent=True), ONE_RANGE, "per_agent", "False, as in the task, got True"),
+        (named(profile_ranges=(0, 5)), VISIBLE, "profile_ranges", "none, as in the task, got 0.0, 5.0"),
+        (named(profile_ranges=(0, 5, 10, 15)), PROFILE, "profile_ranges", "got 0.0, 5.0, 10.0, 15.0"),
+        (named(extra_entries=("escape_direction",)), VISIBLE, "extra_entries", "closest_approach, as in"),
+        (named(False, extra_entries=("closest_approach",)), ONE_RANGE, "extra_entries", "none, as in"),
+        (named(objective="min_min_distance"), VISIBLE, "objective", "'min_mean_distance', as in the task"),
+        (named(scenario=LineScenario()), VISIBLE, "scenario", "a FlockScenario, got LineScenario"),
+        (named(False, FlockScenario()), LINE, "scenario", "a LineScenario, got FlockScenario"),
+        (named(False, predator_sensing_range=math.inf), LINE, "options", "got predator_sensing_range"),
+        (named(max_rage=1.0), LOCAL, "options", "got max_rage"),
+        (named(max_range=40.5), LOCAL, "max_range", "at most 40, as in the task, got 40.5"),
+        (named(steps_per_action=3), LOCAL, "steps_per_action", "at least 4, as in the task, got 3"),
+    ],
+)
+def test_policies_that_see_more_do_not(entry: BasePolicy, task: Task, field: str, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        fitting.check_fits(entry, task)
+    assert caught.value.field == field
+    assert message in str(caught.value)
+
+
+def test_every_option_is_checked_or_free() -> None:
+    """A new option must be listed here, in ``FREE`` or in a refusal above."""
+    seen = {"objective", "predator_sensing_range", "profile_ranges", "extra_entries"}
+    known = {field.name for options in (EnvOptions, LineOptions) for field in dataclasses.fields(options)}
+    assert known == seen | {"max_range", "steps_per_action", *FREE}
+
+
+def test_untrained_rules_and_random_ranges_play_with_the_ranges_and_the_rate_of_the_task() -> None:
+    bounds = {"max_range": 40.0, "steps_per_action": 4}
+    for policy in ("listen-while-threatened", "random", StubbornLeaders(interaction_range=99.0)):
+        entry = fitted(as_policy(policy), LOCAL)
+        assert {name: (entry.options or {})[name] for name in bounds} == bounds
+        ranges = simulate(FlockScenario(num_steps=8), policy=entry, seed=0).interaction_ranges
+        assert ranges.max() <= 40.0
+        assert (ranges[0] == ranges[3]).all()
+    assert (fitted(FixedRange(150.0), LOCAL).options or {})["max_range"] == 150.0
+    trained = load_policy("stubborn-witnesses").with_options(scenario=FlockScenario())
+    with pytest.raises(InputError, match="max_range: expected at most 40, as in the task, got 100"):
+        fitted(trained, LOCAL)
+
+
+class Own(StubbornLeaders):
+    """Code of a user."""
+
+
+def test_only_classes_of_the_package_are_checkable() -> None:
+    assert all(is_checkable(load_policy(name.replace("RHO", "1"))) for name in NAMES)
+    assert is_checkable(ScheduledRange([1.0]))
+    assert is_checkable(RandomRange(0))
+    assert not is_checkable(Own())

@@ -9,7 +9,7 @@ from typing import Any
 import chromium
 import numpy as np
 import pytest
-from chromium import BEST, BOARD, COLORED, ROOT, SEED, drop, fly, lowest, open_page, scenario, text, wait
+from chromium import BEST, COLORED, ROOT, SEED, fly, lowest, open_page, scenario, text, wait
 from cli_runs import SMALL
 from playwright.sync_api import Page
 
@@ -18,7 +18,7 @@ from flockesc_env import tasks
 from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.watch.live import RULES
 from flockesc_env.watch.page import render, replay
-from playground.__main__ import HEADLINE, tour
+from playground.__main__ import HEADLINE, RANGES, means, tour
 
 pytest_plugins = ("watch_browser",)
 pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MISSING)
@@ -42,14 +42,6 @@ def test_ranges_rules_and_files_keep_the_distance_that_they_keep_in_python(
     tab.evaluate(f"page.fly({scenario('topological')})")
     assert "listen to a number of neighbors" in text(tab, "#message")
     assert tab.evaluate("page.panels.map(({ run }) => run.kind)") == ["fixed"]
-    open_at(f"seed={SEED}&policies=fixed:0")
-    tab.evaluate("page.seek(0)")
-    drop(tab, "learned.npz", BEST.read_bytes())
-    wait(tab, "page.panels[0].run.spec === 'learned'")
-    tab.evaluate("page.seek(12)")
-    assert tab.evaluate("page.panels[0].run.objective") == lowest(
-        fe.simulate("paper-flock", policy=str(BEST), seed=SEED)
-    )
 
 
 @pytest.mark.parametrize(
@@ -76,25 +68,19 @@ def test_the_means_are_those_of_the_held_out_flocks_of_the_task(
     tab: Page, open_at: Callable[..., None]
 ) -> None:
     open_at()
-    task, flocks = tasks["per-agent-visible"], 20
+    task, measured = tasks["per-agent-visible"], means(20)
+    best = measured["fixed"][RANGES.index(12.0)]
     assert task.scales["paper-flock"].best_fixed_range == 12
-    fixed = fe.sweep("paper-flock", [12.0], seeds=task.seeds[:flocks]).min_mean_distance[0]
-    learned = [
-        fe.rollout("paper-flock", str(path), task.seeds[:flocks]).min_mean_distance
-        for path in sorted((BOARD / "search/policies").glob("per-agent-visible-[0-9].npz"))
-    ]
-    for values in (fixed, np.mean(learned, axis=0)):
-        half = 1.96 * values.std(ddof=1) / flocks**0.5
-        ends = f"[{values.mean() - half:.1f}, {values.mean() + half:.1f}]"
-        assert f"{values.mean():.1f} m {ends}" in text(tab, "#means")
+    fixed = fe.sweep("paper-flock", [12.0], seeds=task.seeds[:20]).min_mean_distance
+    assert best["mean"] == fixed.mean()
+    for each in (best, measured["learned"]):
+        estimate = f"{each['mean']:.1f} m [{each['low']:.1f}, {each['high']:.1f}]"
+        assert estimate in text(tab, "#means")
 
 
-def test_the_flocks_of_the_tour_are_near_the_means() -> None:
-    seeds = [int(seed) for seed in tour(12.0)]
-    gains = fe.rollout("paper-flock", str(BEST), range(300)).min_mean_distance
-    gains -= fe.sweep("paper-flock", [12.0], seeds=range(300)).min_mean_distance[0]
-    assert (seeds[0], len(set(seeds))) == (242, 20)
-    assert abs(gains[seeds] - gains.mean()).max() < gains.std() / 2
+def test_the_first_flock_is_one_of_those_nearest_to_the_means() -> None:
+    seeds = tour(12.0)
+    assert (seeds[0], len(set(seeds))) == ("242", 20)
 
 
 def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
@@ -110,19 +96,18 @@ def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
     assert text(tab, "#agent") == f"Agent {agent} listens within 9 m"
     pairs = neighbor_pairs(run.scenario, run.positions[80], 9.0, velocities=run.velocities[80])
     assert sorted(heard) == pairs[pairs[:, 0] == agent, 1].tolist()
-    for step in (80, 95, 60, 100):
+    for step in (60, 100):
         tab.evaluate(f"page.seek({step} * page.player.timeStep)")
         shown = tab.evaluate("""Object.fromEntries([...document.querySelectorAll("#agent-entries div")].map(
             (row) => [...row.children].map((part) => part.textContent)))""")
-        pairs = neighbor_pairs(
-            run.scenario, run.positions[step - 1], 9.0, velocities=run.velocities[step - 1]
-        )
+        before = run.positions[step - 1], run.velocities[step - 1]
+        pairs = neighbor_pairs(run.scenario, before[0], 9.0, velocities=before[1])
         way = run.predator_positions[step, 0] - run.positions[step, agent]
         ahead = run.velocities[step, agent]
         relative = run.predator_positions[step + 1, 0] - run.predator_positions[step, 0]
         relative = relative / run.scenario.time_step - ahead
         others = pairs[pairs[:, 0] == agent, 1]
-        heard = run.velocities[step - 1, [agent, *others]].mean(axis=0)
+        heard = before[1][[agent, *others]].mean(axis=0)
         assert shown == {
             "time": f"{run.times[step]:.2f} s",
             "lowest mean distance so far": f"{run.mean_distance[: step + 1].min():.1f} m",
@@ -148,62 +133,39 @@ SPECS = ("fixed:15", "stubborn-leaders")
 TITLES = ["fixed range 15 m", "rule: stubborn leaders"]
 
 
-@pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> str:
-    path = tmp_path_factory.mktemp("pages") / "page.html"
-    runs = [(spec, fe.simulate(FLOCK, policy=spec, seed=3)) for spec in SPECS]
-    path.write_text(render(runs, replay(runs), with_engine=False))
-    return path.as_uri()
-
-
-def test_without_the_engine_a_page_replays(tab: Page, recorded: str) -> None:
-    open_page(tab, recorded)
-    titles = "[...document.querySelectorAll('.panel h2')].map((title) => title.textContent)"
-    assert tab.evaluate(titles) == TITLES
-    assert tab.evaluate("document.title") == " / ".join(TITLES)
-    assert min(tab.evaluate(COLORED)) > 50
-    assert tab.evaluate("document.querySelectorAll('.chart canvas').length") == 3
-    live = "[...document.querySelectorAll('.live')].some((part) => part.checkVisibility())"
-    assert tab.evaluate(live) is False
-    assert text(tab, "#facts").endswith(f"seed 3 \u00b7 flockesc-env {version('flockesc-env')}")
-    tab.evaluate("page.seek(3.8); page.player.play()")
-    wait(tab, "!page.player.isPlaying")
-    assert text(tab, "#time") == "4.0 of 4 s"
-
-
 CURSORS = """[...document.querySelectorAll(".chart .u-over")].map((plot) => {
     const [box, now] = [plot, plot.querySelector(".now")].map((part) => part.getBoundingClientRect());
     return (now.left - box.left) / box.width;
 })"""
 
 
-def test_scrubbing_moves_the_cursor_the_flock_and_the_numbers(tab: Page, recorded: str) -> None:
-    open_page(tab, recorded)
+def test_without_the_engine_a_page_replays(tab: Page, tmp_path: Path) -> None:
+    """Scrubbing moves the flock, the cursors of three charts, and the numbers."""
+    runs = [(spec, fe.simulate(FLOCK, policy=spec, seed=3)) for spec in SPECS]
+    (tmp_path / "page.html").write_text(render(runs, replay(runs), with_engine=False))
+    open_page(tab, (tmp_path / "page.html").as_uri())
+    titles = "[...document.querySelectorAll('.panel h2')].map((title) => title.textContent)"
+    assert tab.evaluate(titles) == TITLES
+    assert tab.evaluate("document.title") == " / ".join(TITLES)
+    assert min(tab.evaluate(COLORED)) > 50
+    live = "[...document.querySelectorAll('.live')].some((part) => part.checkVisibility())"
+    assert tab.evaluate(live) is False
+    assert text(tab, "#facts").endswith(f"seed 3 \u00b7 flockesc-env {version('flockesc-env')}")
     before = tab.evaluate("page.panels[0].canvas.toDataURL()")
     tab.fill("#scrub", "3")
     assert tab.evaluate(CURSORS) == pytest.approx([0.75] * 3, abs=0.01)
     assert tab.evaluate("page.panels[0].canvas.toDataURL()") != before
-    run = fe.simulate(FLOCK, policy="fixed:15", seed=3)
-    expected = [
-        f"{run.mean_distance[60]:.1f} m",
-        f"{run.mean_distance[:61].min():.1f} m",
-    ]
+    distances = runs[0][1].mean_distance
     shown = "[...page.panels[0].root.querySelectorAll('div:not([hidden]) > dd')].map((dd) => dd.textContent)"
-    assert tab.evaluate(shown) == expected
-
-
-def test_a_page_of_3000_agents_opens_and_seeks(tab: Page, tmp_path: Path) -> None:
-    run = fe.simulate(fe.FlockScenario(num_agents=3000), 10.0, seed=1)
-    runs = [("fixed:10", run)]
-    (tmp_path / "page.html").write_text(render(runs, replay(runs), with_engine=False))
-    open_page(tab, (tmp_path / "page.html").as_uri())
-    tab.evaluate("page.seek(6)")
-    assert text(tab, ".readout dd") == f"{run.mean_distance[120]:.1f} m"
-    assert min(tab.evaluate(COLORED)) > 1000
+    assert tab.evaluate(shown) == [f"{distances[60]:.1f} m", f"{distances[:61].min():.1f} m"]
+    tab.evaluate("page.seek(3.8); page.player.play()")
+    wait(tab, "!page.player.isPlaying")
+    assert text(tab, "#time") == "4.0 of 4 s"
 
 
 def test_names_are_text(tab: Page, tmp_path: Path) -> None:
-    name = "<!--<script></script><img src=x onerror='window.hacked = 1'><script>window.hacked = 1</script>"
+    hack = "<img src=x onerror='window.hacked = 1'><script>window.hacked = 1</script>"
+    name = f"</script><!--<script></script>{hack}&amp;$title ${{data}}"
     fe.watch.write_page([(name, fe.simulate(SMALL, 5.0, seed=3))], tmp_path / "page.html")
     open_page(tab, (tmp_path / "page.html").as_uri())
     assert text(tab, ".panel h2") == name

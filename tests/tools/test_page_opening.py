@@ -95,15 +95,10 @@ def test_a_browser_that_cannot_fly_shows_the_film(lacks: str, browser: Browser, 
         assert lacks == "JavaScript" or tab.evaluate(width) > 0
 
 
-class Quiet(SimpleHTTPRequestHandler):
-    def log_message(self, *args: object) -> None:
-        pass
-
-
 def test_a_page_on_a_server_reads_the_files_beside_it(tab: Page, playground: str) -> None:
     folder = Path(playground.removeprefix("file://")).parent
     spec = "one-range/imitation-0"
-    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=folder)) as server:
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=folder)) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         try:
             open_page(tab, f"http://127.0.0.1:{server.server_port}/#seed={SEED}&policies={spec}&t=12")

@@ -4,18 +4,13 @@ Peers whose packages are in the ``speed`` extra alone are checked by every bench
 """
 
 import json
-from dataclasses import replace
-from itertools import combinations
 from pathlib import Path
-from unittest import mock
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
-from matplotlib.text import Text
 
 from speed import flocks, frameworks, instructions, line, page, peers, plots
-from speed.measure import PROJECT, Measurements, Record
+from speed.measure import Measurements
 from speed.peers import Flocks, Outcome, Peer, numpy_flocks
 
 ROOT = Path(__file__).parents[2]
@@ -37,33 +32,6 @@ def test_a_peer_that_computes_something_else_is_refused() -> None:
         peers.check([Peer("wider", run)])
 
 
-def test_a_peer_in_float32_agrees_up_to_its_rounding_errors() -> None:
-    def run(flocks: Flocks, interaction_range: float, steps: int) -> Outcome:
-        single = replace(
-            flocks, positions=np.float32(flocks.positions), velocities=np.float32(flocks.velocities)
-        )
-        return numpy_flocks.PEERS[0].run(single, interaction_range, steps)
-
-    rounded = Peer("rounded", run, is_single=True)
-    peers.check([rounded])
-    late = replace(
-        rounded, run=lambda flocks, interaction_range, steps: run(flocks, interaction_range, steps - 1)
-    )
-    for wrong in (replace(rounded, is_single=False), late):
-        with pytest.raises(peers.DisagreementError):
-            peers.check([wrong])
-
-
-def test_the_limits_of_equal_numbers_are_one_number() -> None:
-    def changed(record: Record) -> Record:
-        return replace(record, seconds=[2.7e-5 if record.implementation == PROJECT else 2.66e-5])
-
-    records = [changed(record) if record.section == "line" else record for record in RUN.records]
-    assert "takes 27 us; all pairs in NumPy take 27 us." in page.rendered(
-        "<!-- grid and line --><!-- end -->", replace(RUN, records=records)
-    ).replace("\n", " ")
-
-
 @pytest.mark.parametrize("rho", line.RANGES)
 def test_the_line_in_numpy_agrees_and_a_wrong_one_is_refused(rho: float) -> None:
     right = line.PEERS["NumPy, all pairs"]
@@ -76,21 +44,6 @@ def test_figures_are_drawn_from_the_file_alone(tmp_path: Path) -> None:
     paths = plots.draw(RUN.records, tmp_path)
     assert [path.name for path in paths] == ["cost_against_range.png", "cost_against_size.png"]
     assert all(path.stat().st_size > 10_000 for path in paths)
-
-
-def test_labels_of_figures_hide_nothing(tmp_path: Path) -> None:
-    drawn: list[Figure] = []
-    with mock.patch.object(plots, "save_figure", side_effect=lambda figure, *_: drawn.append(figure)):
-        plots.draw(RUN.records, tmp_path)
-    assert len(drawn) == 2
-    for figure in drawn:
-        figure.draw_without_rendering()
-        (axes,) = figure.axes
-        boxes = [Text.get_window_extent(text) for text in [*axes.texts, axes._left_title]]  # without leaders
-        assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
-        for curve in axes.lines:
-            path = curve.get_transform().transform_path(curve.get_path())
-            assert not any(path.intersects_bbox(box, filled=False) for box in boxes)
 
 
 @pytest.mark.parametrize("path", page.PAGES, ids=str)

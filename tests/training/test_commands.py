@@ -2,8 +2,6 @@
 
 import json
 import shlex
-import subprocess
-import sys
 from itertools import combinations
 from pathlib import Path
 
@@ -147,12 +145,3 @@ def test_a_run_leaves_its_record(run: Path) -> None:
         "versions"
     ].keys()
     assert record["table"]["hyperparameters"]["n_steps"] == 6
-
-
-def test_the_command_line_starts_without_the_learners() -> None:
-    script = "import training.__main__, sys; print(*sys.modules)"
-    command = [sys.executable, "-c", script]
-    ran = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
-    loaded = set(ran.stdout.split())
-    assert "flockesc_env.tasks.task" in loaded
-    assert not loaded & {"torch", "stable_baselines3", "matplotlib", "polars", "cmaes", "scipy"}

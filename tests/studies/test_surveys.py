@@ -1,0 +1,154 @@
+"""The studies of robustness and of published results: measurements, commands, committed pages."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli_runs import Ran
+
+from flockesc_env import PRESETS, FlockScenario, simulate, sweep
+from flockesc_env.cli.exits import Exit
+from flockesc_env.common.errors import InputError
+from flockesc_env.scenario.presets import LITERATURE, OF_TASKS
+from studies.__main__ import STUDIES
+from studies.robustness.plan import attacked_presets
+from studies.robustness.survey import Finding, RobustnessResults, answers, outcome
+from studies.robustness.survey import markdown_page as robustness_page
+from studies.study import RESULTS_FILE
+from studies.validation import stable_range, vicsek, warning
+from studies.validation.survey import ValidationResults
+from studies.validation.survey import markdown_page as validation_page
+
+ROOT = Path(__file__).parents[2]
+ROBUSTNESS, VALIDATION = ROOT / "results" / "robustness", ROOT / "results" / "validation"
+
+
+def test_every_flock_preset_without_learned_predators_is_surveyed() -> None:
+    flocks = [name for name, (_, scenario) in PRESETS.items() if isinstance(scenario, FlockScenario)]
+    excluded = {"learned-predator", *LITERATURE, *OF_TASKS}
+    assert list(attacked_presets()) == [name for name in flocks if name not in excluded]
+    assert list(attacked_presets(["pursuit"])) == ["pursuit"]
+    for names in (["paper-line"], ["learned-predator"], ["wings"], []):
+        with pytest.raises(InputError, match="presets"):
+            attacked_presets(names)
+
+
+def test_the_range_is_chosen_and_measured_on_different_flocks() -> None:
+    rng = np.random.default_rng(0)
+    values = rng.normal(size=(4, 80)) * 0.1 + np.array([[0.0], [0.0], [5.0], [0.0]])
+    values[3, 40:] += 50.0  # the best range on the second half does not count
+    results = {"min_mean_distance": values, "min_min_distance": values / 10}
+    found = outcome("J_mean", (0.0, 1.0, 2.0, 3.0), results)
+    assert (found.best.mean, found.best.low, found.best.high) == (2.0, 2.0, 2.0)
+    means = values[:, 40:].mean(axis=1)
+    assert found.min_mean_distance.mean == pytest.approx(means[2])
+    assert found.min_min_distance.mean == pytest.approx(means[2] / 10)
+    assert (found.at_zero.mean, found.at_longest.mean) == pytest.approx((means[0], means[3]))
+    assert found.gain_over_zero.mean == pytest.approx(means[2] - means[0])
+    assert found.gain_over_longest.mean == pytest.approx(means[2] - means[3])
+    assert [point.mean for point in found.curve] == pytest.approx(means)
+    assert found.finding is Finding.LIKE_LONGEST
+
+
+def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = tmp_path / "robustness"
+    flags = ["--num-flocks", 2, "--presets", "paper-flock", "pursuit", "--output", output]
+    ran = Ran(capsys, "robustness", *flags, "--backend", "serial", "--json", run=STUDIES.main)
+    assert ran.code == Exit.DONE, ran.err
+    text = (output / RESULTS_FILE).read_text("utf-8")
+    results = RobustnessResults.from_json(text)
+    assert results.to_json() == text
+    assert ran.json()["results"] == json.loads(text)
+    assert results.command == "python -m studies robustness --num-flocks 2 --presets paper-flock pursuit"
+    page = (output / "robustness.md").read_text("utf-8")
+    assert page == robustness_page(results, output, output / "robustness.md")
+    assert (output / "robustness.png").is_file()
+    for row in results.presets:
+        measured = sweep(attacked_presets()[row.name], row.grid.actions, range(2, 4))
+        for symbol, objective in (("J_mean", "min_mean_distance"), ("J_min", "min_min_distance")):
+            means = [point.mean for point in row.outcomes[symbol].curve]
+            assert means == pytest.approx(measured.values(objective).mean(axis=1), abs=1e-9)
+            assert all(f"| {question} | {a} |" in page for question, a in answers(results, symbol).items())
+
+    stamps = {path: path.stat().st_mtime_ns for path in (output / "cache").iterdir()}
+    again = Ran(capsys, "robustness", *flags, run=STUDIES.main)
+    assert "paper-flock" in again.out
+    assert {path: path.stat().st_mtime_ns for path in (output / "cache").iterdir()} == stamps
+    assert (output / RESULTS_FILE).read_text("utf-8") == text
+
+
+def test_the_committed_page_of_robustness_follows_from_its_results() -> None:
+    results = RobustnessResults.load(ROBUSTNESS)
+    page = ROOT / "docs" / "robustness.md"
+    assert page.read_text("utf-8") == robustness_page(results, ROBUSTNESS, page)
+    assert {row.name for row in results.presets} == set(attacked_presets())
+
+
+def test_the_committed_page_of_validation_follows_from_its_results() -> None:
+    results = ValidationResults.load(VALIDATION)
+    page = ROOT / "docs" / "validation.md"
+    assert page.read_text("utf-8") == validation_page(results, VALIDATION, page)
+    assert results.to_json() == (VALIDATION / RESULTS_FILE).read_text("utf-8")
+    gained = results.parts["warning"].results.paper[0]
+    readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
+    assert f"still gains {gained.blocked[0].mean:.2f} of its {gained.hearing[0].mean:.2f} m over" in readme
+
+
+def test_one_part_is_measured_and_the_others_keep_their_results(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small = {"SIZES": {10: 4, 60: 4}, "CONTROL": 10, "NUM_STEPS": 400, "SKIP": 50}
+    for name, value in small.items():
+        monkeypatch.setattr(vicsek, name, value)
+    stored = ValidationResults.load(VALIDATION)
+    (tmp_path / RESULTS_FILE).write_text(stored.to_json())
+    page = tmp_path / "validation.md"
+    flags = ["--output", tmp_path, "--page", page, "--backend", "serial"]
+    ran = Ran(capsys, "validation", "--only", "vicsek", *flags, run=STUDIES.main)
+    assert ran.code == Exit.DONE, ran.err
+    found = ValidationResults.load(tmp_path)
+    assert list(found.parts) == list(stored.parts)
+    assert found.parts["milling"] == stored.parts["milling"]
+    assert found.parts["vicsek"].command == "python -m studies validation --only vicsek"
+    assert (tmp_path / "vicsek.png").is_file()
+    assert page.read_text("utf-8") == validation_page(found, tmp_path, page)
+    measured = found.parts["vicsek"].results
+    assert measured.num_flocks == (4, 4)
+    assert all(row[0].mean == pytest.approx(1) for row in measured.order)  # without noise
+    assert [e.mean for e in measured.independent] == pytest.approx([1, 1], abs=0.08)
+    assert measured.falls[1].high < measured.falls[0].low
+
+
+@pytest.mark.parametrize("flags", [["--only", "wings"], ["--scale", "0"]], ids=lambda flags: flags[0])
+def test_unknown_parts_and_shares_are_refused(flags: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    ran = Ran(capsys, "validation", *flags, run=STUDIES.main)
+    assert ran.code == Exit.REFUSED
+    assert flags[0].strip("-") in ran.err
+
+
+def test_order_is_a_mean_over_late_steps() -> None:
+    flock = vicsek.periodic_flock(20, speed=0.03, num_steps=12)
+    found = vicsek.mean_order(flock, [1.0, 5.0], 4, range(3, 5))
+    late = simulate(flock.replace(angular_noise=5.0), 1.0, seed=4).polarization[4:]
+    assert found["mean"][1, 1] == pytest.approx(late.mean())
+
+
+def test_a_warning_is_what_agents_in_range_of_the_predator_say() -> None:
+    """Without agents in range, or without ranges, nothing is blocked."""
+    for sensing, is_blocked in ((0.0, False), (60.0, True)):
+        found = warning.play(dataclasses.replace(warning.PAPER, sensing=sensing), range(2))
+        for name in warning.PAPER.objectives:
+            hearing, blocked = found[f"hearing {name}"], found[f"blocked {name}"]
+            assert (hearing[1:] != blocked[1:]).any() == is_blocked
+            np.testing.assert_array_equal(hearing[0], blocked[0])
+
+
+def test_payoffs_of_agents_add_up_to_the_objectives_of_the_flock() -> None:
+    seeds = range(3, 5)
+    now, nearest, alive = stable_range.payoffs(10.0, seeds)[:, :, stable_range.RANGES.index(10.0)]
+    free, hunted = (sweep(scenario, [10.0], seeds) for scenario in (stable_range.PREY, stable_range.CAUGHT))
+    np.testing.assert_allclose(now.mean(axis=-1), free.min_mean_distance[0], rtol=1e-12)
+    np.testing.assert_allclose(nearest.min(axis=-1), free.min_min_distance[0], rtol=1e-12)
+    np.testing.assert_allclose(alive.mean(axis=-1), hunted.fraction_surviving[0], rtol=1e-12)
