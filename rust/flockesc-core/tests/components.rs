@@ -9,7 +9,7 @@ use flockesc_core::{InitialState, Ranges, World};
 
 /// Eight agents in a column are neighbors of eight agents beside its middle. The agents at the two ends of
 /// the column are not neighbors; they are connected only through the eight others. Two clusters far to the
-/// left and right put the eight agents of the column into one tile.
+/// left and right put the eight agents of the column into one leaf.
 #[test]
 fn agents_connected_through_others_alone() {
     let cluster = |x: f64| (0..8).map(move |_| [x, 0.0]);

@@ -6,12 +6,12 @@ use crate::base::exact::Scale;
 use crate::base::vector::{larger, smaller};
 use crate::parallel;
 
-/// Number of agents in a tile: one AVX-512 register of f64.
-pub(crate) const TILE: usize = 8;
-/// Number of tiles in a group, and of children of a node of the tree.
+/// Number of agents in a leaf: one AVX-512 register of f64.
+pub(crate) const LEAF: usize = 8;
+/// Number of leaves in a group, and of children of a node of the tree.
 pub(crate) const FANOUT: usize = 8;
 /// Number of agents in a group.
-pub(crate) const GROUP: usize = TILE * FANOUT;
+pub(crate) const GROUP: usize = LEAF * FANOUT;
 
 /// Returns whether a flock of `num_agents` is large enough to be stepped on several threads.
 pub(crate) fn is_large(num_agents: usize) -> bool {

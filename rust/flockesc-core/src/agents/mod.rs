@@ -8,7 +8,7 @@ mod state;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-pub(crate) use layout::{Column, FANOUT, GROUP, Group, TILE, centroid, corners, is_large, reduce};
+pub(crate) use layout::{Column, FANOUT, GROUP, Group, LEAF, centroid, corners, is_large, reduce};
 use layout::{Key, order, place_of};
 pub use per_agent::PerAgent;
 pub(crate) use state::AgentsState;
@@ -231,7 +231,7 @@ impl<const D: usize> Agents<D> {
             .is_some_and(|reached| *reached)
     }
 
-    /// Sorts the agents by position, so that the agents of every tile, group and node are close together.
+    /// Sorts the agents by position, so that the agents of every leaf, group and node are close together.
     pub(crate) fn arrange(&mut self) {
         order(&self.groups, self.len(), &mut self.keys);
         let (groups, ids) = &mut self.spare;

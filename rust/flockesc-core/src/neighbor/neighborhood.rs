@@ -9,20 +9,20 @@ use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::memory;
 use crate::neighbor::engine::components::Components;
-use crate::neighbor::engine::kept::{Kept, Listing};
 use crate::neighbor::engine::kernel::SumNeighbors;
 use crate::neighbor::engine::links::Links;
 use crate::neighbor::engine::lists::{Lists, RANGE};
 use crate::neighbor::engine::pairs::Pairs;
 use crate::neighbor::engine::sums::{NeighborSums, Scratch, remove_warnings, sum_pairs};
 use crate::neighbor::engine::tree::Tree;
+use crate::neighbor::engine::verlet::{Reuse, VerletLists};
 use crate::neighbor::options::NeighborOptions;
 use crate::neighbor::ranges::Ranges;
 use crate::neighbor::rules::rule::Criterion;
 use crate::parallel;
 pub(crate) use state::NeighborhoodState;
 
-/// Growth of the area around a tile, as a side, after which the agents are re-sorted.
+/// Growth of the area around a leaf, as a side, after which the agents are re-sorted.
 const MOST_GROWTH: f64 = 1.1;
 
 /// The neighbor graph of a flock, with the sums over the neighbors of every agent.
@@ -35,10 +35,10 @@ pub(crate) struct Neighborhood<const D: usize> {
     /// Fixed-point scale of the sums in m/s.
     scale: Scale,
     scratch: Vec<Scratch>,
-    kept: Kept<D>,
+    verlet: VerletLists<D>,
     /// Whether the numbers of neighbors are needed.
     is_counting: bool,
-    /// Mean extent of a tile in m after the last re-sort.
+    /// Mean extent of a leaf in m after the last re-sort.
     sorted_extent: f64,
 }
 
@@ -54,7 +54,7 @@ impl<const D: usize> Neighborhood<D> {
             sums: agents.groups.iter().map(NeighborSums::isolated).collect(),
             scale: tree.scale,
             scratch: vec![Scratch::default(); parallel::num_chunks(agents.groups.len())],
-            kept: Kept::new(options.torus),
+            verlet: VerletLists::new(options.torus),
             is_counting: true,
             sorted_extent: tree.mean_extent(),
             tree,
@@ -74,18 +74,18 @@ impl<const D: usize> Neighborhood<D> {
             ..self.options
         };
         let is_by_range = audible.is_by_view() && audible.rule.criterion() == Criterion::Range;
-        let listing = if is_by_range {
-            self.kept.plan(agents, ranges)
+        let reuse = if is_by_range {
+            self.verlet.plan(agents, ranges)
         } else {
-            Listing::Discarded
+            Reuse::Discarded
         };
-        if listing != Listing::Kept || self.options.needs_pairs {
+        if reuse != Reuse::Kept || self.options.needs_pairs {
             self.tree.build_boxes(agents);
         }
-        if listing != Listing::Kept {
+        if reuse != Reuse::Kept {
             self.sort_if_due(agents, ranges);
             if is_by_range {
-                self.kept.store(agents, ranges, listing);
+                self.verlet.store(agents, ranges, reuse);
             }
         }
         let (options, tree, is_counting) = (&self.options, &self.tree, self.is_counting);
@@ -101,7 +101,7 @@ impl<const D: usize> Neighborhood<D> {
                         torus: options.torus,
                         field_of_view: options.field_of_view,
                         is_counting,
-                        listing,
+                        reuse,
                         first,
                         sums,
                         scratch,
@@ -116,15 +116,15 @@ impl<const D: usize> Neighborhood<D> {
             let places = first * GROUP..agents.len().min((first + sums.len()) * GROUP);
             scratch.trim(places.len(), agents.len());
         });
-        if matches!(listing, Listing::New(_)) && self.scratch.iter().any(|s| s.is_trimmed) {
-            self.kept.pause();
+        if matches!(reuse, Reuse::New(_)) && self.scratch.iter().any(|s| s.is_trimmed) {
+            self.verlet.pause();
         }
         self.scale = tree.scale;
     }
 
-    /// Re-sorts the agents if their tiles have grown since the last sort. Results do not depend on when this happens.
+    /// Re-sorts the agents if their leaves have grown since the last sort. Results do not depend on when this happens.
     fn sort_if_due(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
-        // Twice the reach plus the extent of a tile: the side of a square around its candidates.
+        // Twice the reach plus the extent of a leaf: the side of a square around its candidates.
         let reach = 2.0 * self.links.typical_reach(&self.options, ranges);
         if self.tree.mean_extent() + reach > MOST_GROWTH * (self.sorted_extent + reach) {
             agents.arrange();

@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use crate::agents::Agents;
 use crate::base::error::Result;
 use crate::base::exact::Scale;
-use crate::neighbor::engine::kept::Listing;
 use crate::neighbor::engine::kernel::SumNeighbors;
 use crate::neighbor::engine::links::Links;
 use crate::neighbor::engine::sums::{NeighborSums, Scratch, sum_pairs};
 use crate::neighbor::engine::tree::Tree;
+use crate::neighbor::engine::verlet::Reuse;
 use crate::neighbor::neighborhood::Neighborhood;
 use crate::neighbor::options::NeighborOptions;
 use crate::neighbor::ranges::Ranges;
@@ -75,7 +75,7 @@ impl<'a, const D: usize> Profile<'a, D> {
                         torus: options.torus,
                         field_of_view: options.field_of_view,
                         is_counting: true,
-                        listing: Listing::Discarded,
+                        reuse: Reuse::Discarded,
                         first: group,
                         sums,
                         scratch,

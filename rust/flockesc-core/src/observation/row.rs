@@ -4,28 +4,28 @@ use std::fmt::Display;
 
 use multiversion::multiversion;
 
-use crate::agents::{Column, FANOUT, TILE};
+use crate::agents::{Column, FANOUT, LEAF};
 use crate::base::entry::{Row, clamped};
 
 /// Number of entries of a row that are written together.
 const BLOCK: usize = 8;
 
-/// The rows of the agents of one group, for each tile column by column.
+/// The rows of the agents of one group, for each leaf column by column.
 pub(super) struct GroupRows {
     /// Number of entries of a row.
     length: usize,
     /// Number of entries that were added.
     added: usize,
-    /// Entry e of tile t is `tiles[t * length + e]`, with one lane per agent.
-    tiles: Vec<[f32; TILE]>,
+    /// Entry e of leaf t is `leaves[t * length + e]`, with one lane per agent.
+    leaves: Vec<[f32; LEAF]>,
 }
 
 impl Row<&Column<f64>> for GroupRows {
     #[inline(always)]
     fn push(&mut self, _name: impl Display, _axis: &str, _low: f32, values: &Column<f64>) {
-        for tile in 0..FANOUT {
-            self.tiles[tile * self.length + self.added] =
-                std::array::from_fn(|lane| clamped(values[tile * TILE + lane]));
+        for leaf in 0..FANOUT {
+            self.leaves[leaf * self.length + self.added] =
+                std::array::from_fn(|lane| clamped(values[leaf * LEAF + lane]));
         }
         self.added += 1;
     }
@@ -37,7 +37,7 @@ impl GroupRows {
         Self {
             length,
             added: 0,
-            tiles: vec![[0.0; TILE]; FANOUT * length],
+            leaves: vec![[0.0; LEAF]; FANOUT * length],
         }
     }
 
@@ -45,21 +45,21 @@ impl GroupRows {
     pub(super) fn flush(&mut self, ids: &[u32], out: &mut [f32]) {
         debug_assert_eq!(self.added, self.length);
         self.added = 0;
-        transpose(&self.tiles, self.length, ids, out);
+        transpose(&self.leaves, self.length, ids, out);
     }
 }
 
-/// Transposes tiles, as in [`GroupRows`], and writes them to the rows of the agents with these `ids`.
+/// Transposes leaves, as in [`GroupRows`], and writes them to the rows of the agents with these `ids`.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn transpose(tiles: &[[f32; TILE]], length: usize, ids: &[u32], out: &mut [f32]) {
-    for (tile, ids) in tiles.chunks_exact(length).zip(ids.chunks(TILE)) {
+fn transpose(leaves: &[[f32; LEAF]], length: usize, ids: &[u32], out: &mut [f32]) {
+    for (leaf, ids) in leaves.chunks_exact(length).zip(ids.chunks(LEAF)) {
         for first in (0..length).step_by(BLOCK) {
             // The last block overlaps the one before if it would not be full.
             let first = first.min(length - BLOCK);
-            let Some(block) = tile[first..].first_chunk::<BLOCK>() else {
+            let Some(block) = leaf[first..].first_chunk::<BLOCK>() else {
                 continue;
             };
-            let rows: [[f32; BLOCK]; TILE] =
+            let rows: [[f32; BLOCK]; LEAF] =
                 std::array::from_fn(|lane| std::array::from_fn(|entry| block[entry][lane]));
             for (row, id) in rows.iter().zip(ids) {
                 out[*id as usize * length + first..][..BLOCK].copy_from_slice(row);

@@ -59,13 +59,13 @@ impl<const D: usize> StepContext<'_, D> {
             .iter()
             .map(|change| scale.quantize(*change))
             .collect();
-        let (ranges, mut tiles) = (Ranges::Shared(self.max_range), Vec::new());
+        let (ranges, mut leaves) = (Ranges::Shared(self.max_range), Vec::new());
         self.world
             .neighborhood()
             .with_pairs(agents, ranges, |pairs| {
                 for group in 0..agents.groups.len() {
                     let (mut sums, mut counts) = ([0; GROUP], [0; GROUP]);
-                    pairs.visit(group, &mut tiles, |lane, place| {
+                    pairs.visit(group, &mut leaves, |lane, place| {
                         sums[lane] += units[place];
                         counts[lane] += 1;
                     });

@@ -1,11 +1,11 @@
-//! `Candidates`: for every tile the agents that may be neighbors of its agents, and the agents that are
+//! `Candidates`: for every leaf the agents that may be neighbors of its agents, and the agents that are
 //! neighbors of all of them.
 
 use std::ops::Range;
 
 use pulp::Simd;
 
-use crate::agents::{Agents, Column, FANOUT, TILE};
+use crate::agents::{Agents, Column, FANOUT, LEAF};
 use crate::neighbor::engine::field_of_view::Torus;
 use crate::neighbor::engine::nodes::Bounds;
 use crate::neighbor::engine::places::Places;
@@ -38,54 +38,54 @@ pub(super) struct Children {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Candidates {
     groups: Vec<Nodes>,
-    tiles: Vec<Tile>,
+    leaves: Vec<Leaf>,
     /// Nodes entirely within reach.
     nodes: Vec<Children>,
-    /// Agents within reach of a whole tile.
+    /// Agents within reach of a whole leaf.
     enclosed: Places,
-    /// Agents partly within reach of a tile.
+    /// Agents partly within reach of a leaf.
     across: Places,
     /// Stack of the nodes to visit, as pairs (level, block).
     stack: Vec<(usize, usize)>,
     /// Groups partly within reach of a group.
     near_groups: Vec<usize>,
-    /// Tiles partly within reach of a tile.
-    near_tiles: Places,
+    /// Leaves partly within reach of a leaf.
+    near_leaves: Places,
 }
 
-/// The nodes entirely within reach of a group or a tile, and their number of agents.
+/// The nodes entirely within reach of a group or a leaf, and their number of agents.
 #[derive(Debug, Clone)]
 struct Nodes {
     listed: Range<usize>,
     count: i64,
 }
 
-/// The candidates of one tile, as parts of the lists of all.
+/// The candidates of one leaf, as parts of the lists of all.
 #[derive(Debug, Clone)]
-struct Tile {
+struct Leaf {
     nodes: Nodes,
     enclosed: Range<usize>,
     across: Range<usize>,
 }
 
-/// The candidates of one tile.
-pub(super) struct TileCandidates<'a> {
-    /// Nodes entirely within reach of the tile's group.
+/// The candidates of one leaf.
+pub(super) struct LeafCandidates<'a> {
+    /// Nodes entirely within reach of the leaf's group.
     pub(super) shared_nodes: &'a [Children],
-    /// Tiles entirely within reach.
+    /// Leaves entirely within reach.
     pub(super) nodes: &'a [Children],
-    /// Places of agents within reach of the whole tile.
+    /// Places of agents within reach of the whole leaf.
     pub(super) enclosed: &'a [u32],
     /// Places of agents partly within reach.
     pub(super) across: &'a [u32],
-    /// Number of agents that are neighbors of all agents of the tile.
+    /// Number of agents that are neighbors of all agents of the leaf.
     pub(super) count: i64,
 }
 
 impl Candidates {
     pub(super) fn clear(&mut self) {
         self.groups.clear();
-        self.tiles.clear();
+        self.leaves.clear();
         self.nodes.clear();
         self.enclosed.len = 0;
         self.across.len = 0;
@@ -94,21 +94,21 @@ impl Candidates {
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         self.groups.capacity() * size_of::<Nodes>()
-            + self.tiles.capacity() * size_of::<Tile>()
+            + self.leaves.capacity() * size_of::<Leaf>()
             + self.nodes.capacity() * size_of::<Children>()
             + self.stack.capacity() * size_of::<(usize, usize)>()
             + self.near_groups.capacity() * size_of::<usize>()
             + self.enclosed.bytes()
             + self.across.bytes()
-            + self.near_tiles.bytes()
+            + self.near_leaves.bytes()
     }
 
-    /// Returns the candidates of one tile of the group that was added as number `group`.
+    /// Returns the candidates of one leaf of the group that was added as number `group`.
     #[inline(always)]
-    pub(super) fn of(&self, group: usize, tile: usize) -> TileCandidates<'_> {
+    pub(super) fn of(&self, group: usize, leaf: usize) -> LeafCandidates<'_> {
         let shared = &self.groups[group];
-        let own = &self.tiles[group * FANOUT + tile];
-        TileCandidates {
+        let own = &self.leaves[group * FANOUT + leaf];
+        LeafCandidates {
             shared_nodes: &self.nodes[shared.listed.clone()],
             nodes: &self.nodes[own.nodes.listed.clone()],
             enclosed: &self.enclosed.places[own.enclosed.clone()],
@@ -117,7 +117,7 @@ impl Candidates {
         }
     }
 
-    /// Adds the candidates of all tiles of `group`, whose agents have the squared reaches `squared` in m^2.
+    /// Adds the candidates of all leaves of `group`, whose agents have the squared reaches `squared` in m^2.
     #[inline(always)]
     pub(super) fn find<S: Simd, const D: usize>(
         &mut self,
@@ -128,17 +128,17 @@ impl Candidates {
     ) {
         let Search { agents, tree, .. } = search;
         let ids = agents.ids_of(group);
-        let tiles = &tree.levels[0][group];
-        let reach = search.reach(tiles.bounds(), &squared[..ids.len()]);
+        let leaves = &tree.levels[0][group];
+        let reach = search.reach(leaves.bounds(), &squared[..ids.len()]);
         let nodes = self.find_groups(simd, tree, &reach);
         self.groups.push(nodes);
-        for tile in 0..ids.len().div_ceil(TILE) {
-            let lanes = tile * TILE..ids.len().min((tile + 1) * TILE);
-            let reach = search.reach(tiles.bounds_of(tile), &squared[lanes]);
-            let nodes = self.find_tiles(simd, tree, &reach);
+        for leaf in 0..ids.len().div_ceil(LEAF) {
+            let lanes = leaf * LEAF..ids.len().min((leaf + 1) * LEAF);
+            let reach = search.reach(leaves.bounds_of(leaf), &squared[lanes]);
+            let nodes = self.find_leaves(simd, tree, &reach);
             let (enclosed, across) = (self.enclosed.len, self.across.len);
             self.find_agents(simd, agents, &reach);
-            self.tiles.push(Tile {
+            self.leaves.push(Leaf {
                 nodes,
                 enclosed: enclosed..self.enclosed.len,
                 across: across..self.across.len,
@@ -176,31 +176,31 @@ impl Candidates {
         }
     }
 
-    /// Finds the tiles partly within reach of a tile, and returns the tiles entirely within reach.
+    /// Finds the leaves partly within reach of a leaf, and returns the leaves entirely within reach.
     #[inline(always)]
-    fn find_tiles<S: Simd, const D: usize>(
+    fn find_leaves<S: Simd, const D: usize>(
         &mut self,
         simd: S,
         tree: &Tree<D>,
         reach: &Reach<D>,
     ) -> Nodes {
         let (first, mut count) = (self.nodes.len(), 0);
-        self.near_tiles.len = 0;
-        let mut near_tiles = self.near_tiles.writer(self.near_groups.len());
+        self.near_leaves.len = 0;
+        let mut near_leaves = self.near_leaves.writer(self.near_groups.len());
         for &block in &self.near_groups {
             let nodes = &mut self.nodes;
             let across = add_enclosed(simd, tree, reach, (0, block), nodes, &mut count);
-            near_tiles.add(block * FANOUT, across);
+            near_leaves.add(block * FANOUT, across);
         }
-        self.near_tiles.len = near_tiles.len;
+        self.near_leaves.len = near_leaves.len;
         Nodes {
             listed: first..self.nodes.len(),
             count,
         }
     }
 
-    /// Adds the agents partly within reach of a tile, and the agents within reach of the whole tile, among the
-    /// tiles partly within reach.
+    /// Adds the agents partly within reach of a leaf, and the agents within reach of the whole leaf, among the
+    /// leaves partly within reach.
     #[inline(always)]
     fn find_agents<S: Simd, const D: usize>(
         &mut self,
@@ -208,15 +208,15 @@ impl Candidates {
         agents: &Agents<D>,
         reach: &Reach<D>,
     ) {
-        let num_tiles = self.near_tiles.len;
-        let mut enclosed = self.enclosed.writer(num_tiles);
-        let mut across = self.across.writer(num_tiles);
-        for &tile in &self.near_tiles.places[..num_tiles] {
-            let tile = tile as usize;
-            let columns = &agents.groups[tile / FANOUT].position;
+        let num_leaves = self.near_leaves.len;
+        let mut enclosed = self.enclosed.writer(num_leaves);
+        let mut across = self.across.writer(num_leaves);
+        for &leaf in &self.near_leaves.places[..num_leaves] {
+            let leaf = leaf as usize;
+            let columns = &agents.groups[leaf / FANOUT].position;
             let (mut near, mut inside) = (0, 0);
-            for register in 0..TILE / S::F64_LANES {
-                let first = tile % FANOUT * TILE + register * S::F64_LANES;
+            for register in 0..LEAF / S::F64_LANES {
+                let first = leaf % FANOUT * LEAF + register * S::F64_LANES;
                 let mut position = [simd.splat_f64s(0.0); D];
                 for axis in 0..D {
                     let column = &columns[axis][first..first + S::F64_LANES];
@@ -228,9 +228,9 @@ impl Candidates {
                     inside |= bits(simd, reach.encloses(simd, position, position)) << shift;
                 }
             }
-            across.add(tile * TILE, near & !inside);
+            across.add(leaf * LEAF, near & !inside);
             if reach.may_enclose {
-                enclosed.add(tile * TILE, inside);
+                enclosed.add(leaf * LEAF, inside);
             }
         }
         self.enclosed.len = enclosed.len;

@@ -2,14 +2,14 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::agents::{Agents, GROUP, TILE};
+use crate::agents::{Agents, GROUP, LEAF};
 use crate::neighbor::engine::pairs::{Choice, Pairs};
 
 /// Weakly connected components: a disjoint-set forest of places.
 pub(in crate::neighbor) struct Components {
     parents: Vec<u32>,
     count: usize,
-    /// Whether all agents of a tile are known to be in one component.
+    /// Whether all agents of a leaf are known to be in one component.
     are_joined: Vec<bool>,
 }
 
@@ -20,7 +20,7 @@ impl Components {
         let mut components = Self {
             parents: (0..num_agents as u32).collect(),
             count: num_agents,
-            are_joined: vec![false; num_agents.div_ceil(TILE)],
+            are_joined: vec![false; num_agents.div_ceil(LEAF)],
         };
         match pairs.choice {
             Choice::All => Arch::new().dispatch(Connect {
@@ -57,23 +57,23 @@ impl Components {
         labels
     }
 
-    /// Returns whether all agents of two tiles are in one component.
+    /// Returns whether all agents of two leaves are in one component.
     #[inline(always)]
     fn are_connected(&mut self, one: usize, other: usize) -> bool {
         self.is_joined(one)
             && self.is_joined(other)
-            && self.find(one * TILE) == self.find(other * TILE)
+            && self.find(one * LEAF) == self.find(other * LEAF)
     }
 
-    /// Returns whether all agents of a tile are in one component.
+    /// Returns whether all agents of a leaf are in one component.
     #[inline(always)]
-    fn is_joined(&mut self, tile: usize) -> bool {
-        if !self.are_joined[tile] {
-            let (first, end) = (tile * TILE, self.parents.len().min((tile + 1) * TILE));
+    fn is_joined(&mut self, leaf: usize) -> bool {
+        if !self.are_joined[leaf] {
+            let (first, end) = (leaf * LEAF, self.parents.len().min((leaf + 1) * LEAF));
             let root = self.find(first);
-            self.are_joined[tile] = (first..end).all(|place| self.find(place) == root);
+            self.are_joined[leaf] = (first..end).all(|place| self.find(place) == root);
         }
-        self.are_joined[tile]
+        self.are_joined[leaf]
     }
 
     #[inline(always)]
@@ -100,13 +100,13 @@ impl Components {
     }
 }
 
-/// Joins all pairs of neighbors. Pairs of tiles are skipped as soon as all their agents are connected.
+/// Joins all pairs of neighbors. Pairs of leaves are skipped as soon as all their agents are connected.
 struct Connect<'a, 'b, const D: usize> {
     pairs: &'a Pairs<'b, D>,
     components: &'a mut Components,
 }
 
-/// The tiles with which a pass over all tiles joins a tile.
+/// The leaves with which a pass over all leaves joins a leaf.
 enum Pass {
     Own,
     Next,
@@ -120,26 +120,26 @@ impl<const D: usize> WithSimd for Connect<'_, '_, D> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { pairs, components } = self;
         let num_agents = pairs.agents.len();
-        let num_tiles = num_agents.div_ceil(TILE);
-        let mut tiles = Vec::new();
-        // Tiles with themselves and with the next one first, because most agents are connected then.
+        let num_leaves = num_agents.div_ceil(LEAF);
+        let mut leaves = Vec::new();
+        // Leaves with themselves and with the next one first, because most agents are connected then.
         for pass in [Pass::Own, Pass::Next, Pass::Near] {
-            for tile in 0..num_tiles {
+            for leaf in 0..num_leaves {
                 if components.count == 1 {
                     return;
                 }
-                tiles.clear();
+                leaves.clear();
                 match pass {
-                    Pass::Own => tiles.push(tile as u32),
-                    Pass::Next => tiles.extend((tile + 1 < num_tiles).then_some(tile as u32 + 1)),
-                    Pass::Near => pairs.list_near(tile, &mut tiles),
+                    Pass::Own => leaves.push(leaf as u32),
+                    Pass::Next => leaves.extend((leaf + 1 < num_leaves).then_some(leaf as u32 + 1)),
+                    Pass::Near => pairs.list_near(leaf, &mut leaves),
                 }
-                for other in tiles.iter().map(|&other| other as usize) {
-                    for own in tile * TILE..num_agents.min((tile + 1) * TILE) {
-                        if components.are_connected(tile, other) {
+                for other in leaves.iter().map(|&other| other as usize) {
+                    for own in leaf * LEAF..num_agents.min((leaf + 1) * LEAF) {
+                        if components.are_connected(leaf, other) {
                             break;
                         }
-                        pairs.visit_tile(simd, own, other, &mut |own, other| {
+                        pairs.visit_leaf(simd, own, other, &mut |own, other| {
                             components.union(own, other);
                         });
                     }

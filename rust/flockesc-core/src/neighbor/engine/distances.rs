@@ -2,7 +2,7 @@
 
 use pulp::{Scalar, Simd};
 
-use crate::agents::{Agents, GROUP, TILE};
+use crate::agents::{Agents, GROUP, LEAF};
 use crate::neighbor::engine::field_of_view::{FieldOfView, Torus, register_norm};
 use crate::neighbor::engine::reach::bits;
 
@@ -28,19 +28,19 @@ impl<const D: usize> Distances<'_, D> {
         self.squared_to_register(Scalar::new(), from, to)
     }
 
-    /// Returns one bit per agent of a tile: whether it is in view of the agent at place `from`, within the squared
+    /// Returns one bit per agent of a leaf: whether it is in view of the agent at place `from`, within the squared
     /// distance `limit` in m^2.
     #[inline(always)]
     pub(in crate::neighbor) fn near<S: Simd>(
         &self,
         simd: S,
         from: usize,
-        tile: usize,
+        leaf: usize,
         limit: f64,
     ) -> u8 {
         let mut near = 0;
-        for first in (0..TILE).step_by(S::F64_LANES) {
-            let squared = self.squared_to_register(simd, from, tile * TILE + first);
+        for first in (0..LEAF).step_by(S::F64_LANES) {
+            let squared = self.squared_to_register(simd, from, leaf * LEAF + first);
             let is_near = simd.less_than_or_equal_f64s(squared, simd.splat_f64s(limit));
             near |= bits(simd, is_near) << first;
         }

@@ -1,21 +1,21 @@
 //! The SIMD kernel of the neighbor sums, if neighbors are determined by distances and fields of view.
 //!
-//! Nodes and agents within reach of a whole tile are added at once, unless agents have a blind sector. Only
-//! agents partly within reach of a tile are tested.
+//! Nodes and agents within reach of a whole leaf are added at once, unless agents have a blind sector. Only
+//! agents partly within reach of a leaf are tested.
 
 use std::hint::black_box;
 
 use bytemuck::cast_ref;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::agents::{Agents, Column, FANOUT, GROUP, Group, TILE};
-use crate::neighbor::engine::candidates::{Search, TileCandidates};
+use crate::agents::{Agents, Column, FANOUT, GROUP, Group, LEAF};
+use crate::neighbor::engine::candidates::{LeafCandidates, Search};
 use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
 use crate::neighbor::engine::field_of_view::{Own, lanes};
-use crate::neighbor::engine::kept::Listing;
 use crate::neighbor::engine::reach::BITS;
 use crate::neighbor::engine::sums::{NeighborSums, Scratch};
 use crate::neighbor::engine::tree::Tree;
+use crate::neighbor::engine::verlet::Reuse;
 use crate::neighbor::ranges::Reaches;
 
 /// The sums over neighbors of the groups from `first` on.
@@ -27,7 +27,7 @@ pub(in crate::neighbor) struct SumNeighbors<'a, const D: usize> {
     pub(in crate::neighbor) field_of_view: FieldOfView,
     /// Whether neighbors are counted. Otherwise their numbers are unspecified.
     pub(in crate::neighbor) is_counting: bool,
-    pub(in crate::neighbor) listing: Listing,
+    pub(in crate::neighbor) reuse: Reuse,
     pub(in crate::neighbor) first: usize,
     pub(in crate::neighbor) sums: &'a mut [NeighborSums<D>],
     pub(in crate::neighbor) scratch: &'a mut Scratch,
@@ -66,15 +66,15 @@ impl<const D: usize> SumNeighbors<'_, D> {
             tree,
             reaches,
             field_of_view,
-            listing,
+            reuse,
             first,
             sums,
             scratch,
             ..
         } = self;
-        let margin = match listing {
-            Listing::New(margin) => margin,
-            Listing::Discarded | Listing::Kept => 0.0,
+        let margin = match reuse {
+            Reuse::New(margin) => margin,
+            Reuse::Discarded | Reuse::Kept => 0.0,
         };
         let search = Search {
             agents,
@@ -92,25 +92,21 @@ impl<const D: usize> SumNeighbors<'_, D> {
             if index == 0 || !reaches.are_equal() {
                 reaches.square(group, ids, &mut squared);
             }
-            if listing != Listing::Kept {
-                if index == 0 || listing == Listing::Discarded {
+            if reuse != Reuse::Kept {
+                if index == 0 || reuse == Reuse::Discarded {
                     candidates.clear();
                 }
                 candidates.find(simd, search, group, &squared);
             }
-            let index = if listing == Listing::Discarded {
-                0
-            } else {
-                index
-            };
-            for tile in 0..ids.len().div_ceil(TILE) {
-                let candidates = candidates.of(index, tile);
+            let index = if reuse == Reuse::Discarded { 0 } else { index };
+            for leaf in 0..ids.len().div_ceil(LEAF) {
+                let candidates = candidates.of(index, leaf);
                 let whole = sum_whole(simd, agents, tree, &candidates);
                 // Two registers share the loads of a candidate.
                 let lanes = 2 * S::F64_LANES;
-                for start in (tile * TILE..(tile + 1) * TILE).step_by(lanes) {
+                for start in (leaf * LEAF..(leaf + 1) * LEAF).step_by(lanes) {
                     let own = (&agents.groups[group], &squared, field_of_view, start);
-                    if lanes > TILE {
+                    if lanes > LEAF {
                         sum_agents::<S, D, 1, IS_BLIND, IS_COUNTING>(
                             simd,
                             torus,
@@ -137,13 +133,13 @@ impl<const D: usize> SumNeighbors<'_, D> {
     }
 }
 
-/// Returns the sums of the velocities of the nodes and agents within reach of a whole tile.
+/// Returns the sums of the velocities of the nodes and agents within reach of a whole leaf.
 #[inline(always)]
 fn sum_whole<S: Simd, const D: usize>(
     simd: S,
     agents: &Agents<D>,
     tree: &Tree<D>,
-    candidates: &TileCandidates<'_>,
+    candidates: &LeafCandidates<'_>,
 ) -> [i64; D] {
     let mut whole = [0; D];
     if !candidates.shared_nodes.is_empty() || !candidates.nodes.is_empty() {
@@ -191,7 +187,7 @@ fn sum_agents<
     torus: Torus,
     (group, squared, view, start): (&Group<D>, &Column<f64>, FieldOfView, usize),
     agents: &Agents<D>,
-    candidates: &TileCandidates<'_>,
+    candidates: &LeafCandidates<'_>,
     whole: [i64; D],
     sums: &mut NeighborSums<D>,
 ) {

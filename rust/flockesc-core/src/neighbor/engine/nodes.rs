@@ -2,7 +2,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::agents::{FANOUT, GROUP, Group, TILE};
+use crate::agents::{FANOUT, GROUP, Group, LEAF};
 use crate::base::exact::Scale;
 use crate::base::vector::{larger, smaller};
 
@@ -84,73 +84,73 @@ impl<const D: usize> Siblings<D> {
     }
 }
 
-/// Computes the velocities in fixed point and the sums of tiles of some groups. `num_agents` agents are in them and
+/// Computes the velocities in fixed point and the sums of leaves of some groups. `num_agents` agents are in them and
 /// the following groups.
-pub(super) fn add_up_tiles<const D: usize>(
+pub(super) fn add_up_leaves<const D: usize>(
     groups: &mut [Group<D>],
     scale: Scale,
     num_agents: usize,
-    tiles: &mut [Siblings<D>],
+    leaves: &mut [Siblings<D>],
 ) {
-    Arch::new().dispatch(AddUpTiles {
+    Arch::new().dispatch(AddUpLeaves {
         groups,
         scale,
         num_agents,
-        tiles,
+        leaves,
     });
 }
 
-/// Computes the boxes of the tiles of some groups.
-pub(super) fn box_tiles<const D: usize>(groups: &[Group<D>], tiles: &mut [Siblings<D>]) {
-    Arch::new().dispatch(BoxTiles { groups, tiles });
+/// Computes the boxes of the leaves of some groups.
+pub(super) fn box_leaves<const D: usize>(groups: &[Group<D>], leaves: &mut [Siblings<D>]) {
+    Arch::new().dispatch(BoxLeaves { groups, leaves });
 }
 
-struct AddUpTiles<'a, const D: usize> {
+struct AddUpLeaves<'a, const D: usize> {
     groups: &'a mut [Group<D>],
     scale: Scale,
     num_agents: usize,
-    tiles: &'a mut [Siblings<D>],
+    leaves: &'a mut [Siblings<D>],
 }
 
-impl<const D: usize> WithSimd for AddUpTiles<'_, D> {
+impl<const D: usize> WithSimd for AddUpLeaves<'_, D> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let mut remaining = self.num_agents as i64;
-        for (group, tiles) in self.groups.iter_mut().zip(self.tiles) {
+        for (group, leaves) in self.groups.iter_mut().zip(self.leaves) {
             for axis in 0..D {
                 let (velocity, units) = (&group.velocity[axis], &mut group.fixed_velocity[axis]);
                 for lane in 0..GROUP {
                     units[lane] = self.scale.quantize(velocity[lane]);
                 }
-                for tile in 0..FANOUT {
-                    tiles.sum[axis][tile] = units.as_chunks::<TILE>().0[tile].iter().sum();
+                for leaf in 0..FANOUT {
+                    leaves.sum[axis][leaf] = units.as_chunks::<LEAF>().0[leaf].iter().sum();
                 }
             }
-            for count in &mut tiles.count {
-                *count = remaining.clamp(0, TILE as i64);
-                remaining -= TILE as i64;
+            for count in &mut leaves.count {
+                *count = remaining.clamp(0, LEAF as i64);
+                remaining -= LEAF as i64;
             }
         }
     }
 }
 
-struct BoxTiles<'a, const D: usize> {
+struct BoxLeaves<'a, const D: usize> {
     groups: &'a [Group<D>],
-    tiles: &'a mut [Siblings<D>],
+    leaves: &'a mut [Siblings<D>],
 }
 
-impl<const D: usize> WithSimd for BoxTiles<'_, D> {
+impl<const D: usize> WithSimd for BoxLeaves<'_, D> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for (group, tiles) in self.groups.iter().zip(self.tiles) {
+        for (group, leaves) in self.groups.iter().zip(self.leaves) {
             for axis in 0..D {
-                for tile in 0..FANOUT {
-                    let column = &group.position[axis].as_chunks::<TILE>().0[tile];
-                    (tiles.low[axis][tile], tiles.high[axis][tile]) = extent(simd, column);
+                for leaf in 0..FANOUT {
+                    let column = &group.position[axis].as_chunks::<LEAF>().0[leaf];
+                    (leaves.low[axis][leaf], leaves.high[axis][leaf]) = extent(simd, column);
                 }
             }
         }
@@ -159,7 +159,7 @@ impl<const D: usize> WithSimd for BoxTiles<'_, D> {
 
 /// Returns the smallest and the largest coordinate. Empty lanes are NaN, and do not count.
 #[inline(always)]
-fn extent<S: Simd>(simd: S, column: &[f64; TILE]) -> (f64, f64) {
+fn extent<S: Simd>(simd: S, column: &[f64; LEAF]) -> (f64, f64) {
     let mut lowest = simd.splat_f64s(f64::INFINITY);
     let mut highest = simd.splat_f64s(f64::NEG_INFINITY);
     for register in S::as_simd_f64s(column).0 {

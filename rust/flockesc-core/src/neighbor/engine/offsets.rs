@@ -4,7 +4,7 @@
 use bytemuck::cast_slice;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::agents::{Column, GROUP, TILE};
+use crate::agents::{Column, GROUP, LEAF};
 use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, larger, squared_norm};
 use crate::neighbor::engine::candidates::{Candidates, Search};
@@ -25,7 +25,7 @@ pub(crate) struct OffsetSums<const D: usize> {
 /// Buffers of [`Pairs::sum_offsets`].
 #[derive(Debug, Clone, Default)]
 pub(crate) struct OffsetBuffers<const D: usize> {
-    tiles: Vec<u32>,
+    leaves: Vec<u32>,
     candidates: Candidates,
     /// The terms of sums: the index of the sum times [`GROUP`] plus the lane, and the term.
     terms: Vec<(u32, [f64; D])>,
@@ -38,8 +38,8 @@ impl<const D: usize> OffsetBuffers<D> {
     /// Frees the buffers if they are too large to keep.
     pub(crate) fn trim(&mut self) {
         let terms = self.terms.capacity() * size_of::<(u32, [f64; D])>();
-        let tiles = self.tiles.capacity() * size_of::<u32>();
-        if terms + tiles + self.candidates.bytes() > Self::MOST_BYTES {
+        let leaves = self.leaves.capacity() * size_of::<u32>();
+        if terms + leaves + self.candidates.bytes() > Self::MOST_BYTES {
             *self = Self::default();
         }
     }
@@ -67,8 +67,8 @@ impl<const D: usize> Pairs<'_, D> {
                 buffers,
             });
         } else {
-            let OffsetBuffers { tiles, terms, .. } = buffers;
-            self.visit(group, tiles, |lane, place| {
+            let OffsetBuffers { leaves, terms, .. } = buffers;
+            self.visit(group, leaves, |lane, place| {
                 let offset = self.distances().offset(group * GROUP + lane, place);
                 for axis in 0..D {
                     sums[axis][lane] += scale.quantize(offset[axis]);
@@ -91,9 +91,9 @@ impl<const D: usize> Pairs<'_, D> {
         buffers: &mut OffsetBuffers<D>,
         term: impl Fn(usize, [f64; D]) -> Option<(usize, [f64; D])>,
     ) -> [[Column<f64>; D]; K] {
-        let OffsetBuffers { tiles, terms, .. } = buffers;
+        let OffsetBuffers { leaves, terms, .. } = buffers;
         terms.clear();
-        self.visit(group, tiles, |lane, place| {
+        self.visit(group, leaves, |lane, place| {
             let own = group * GROUP + lane;
             if place != own {
                 let found = term(place, self.distances().offset(own, place));
@@ -194,7 +194,7 @@ impl<const D: usize> SumOffsets<'_, '_, D> {
             let own =
                 Own::<S, D>::load::<IS_BLIND>(simd, &agents.groups[group], squares, view, start);
             let mut sum = [simd.splat_u64s(0); D];
-            for &place in candidates.of(0, start / TILE).across {
+            for &place in candidates.of(0, start / LEAF).across {
                 let (offset, is_neighbor) =
                     own.senses::<IS_BLIND>(simd, torus, &agents.position(place as usize));
                 for axis in 0..D {

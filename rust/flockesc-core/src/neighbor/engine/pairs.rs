@@ -2,7 +2,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::agents::{Agents, Column, FANOUT, GROUP, TILE};
+use crate::agents::{Agents, Column, FANOUT, GROUP, LEAF};
 use crate::base::error::Result;
 use crate::base::memory;
 use crate::base::vector::larger;
@@ -36,22 +36,22 @@ pub(in crate::neighbor) enum Choice<'a> {
 
 impl<'a, const D: usize> Pairs<'a, D> {
     /// Calls `visit(lane, place)` for every agent of a group and each of its neighbors, where `place` is the
-    /// neighbor's. An agent is its own neighbor. `tiles` is a buffer.
+    /// neighbor's. An agent is its own neighbor. `leaves` is a buffer.
     pub(crate) fn visit(
         &self,
         group: usize,
-        tiles: &mut Vec<u32>,
+        leaves: &mut Vec<u32>,
         mut visit: impl FnMut(usize, usize),
     ) {
         let num_agents = self.agents.ids_of(group).len();
         match self.choice {
             Choice::All => {
-                for tile in group * FANOUT..group * FANOUT + num_agents.div_ceil(TILE) {
-                    self.list_near(tile, tiles);
+                for leaf in group * FANOUT..group * FANOUT + num_agents.div_ceil(LEAF) {
+                    self.list_near(leaf, leaves);
                     Arch::new().dispatch(VisitNear {
                         pairs: self,
-                        tile,
-                        tiles,
+                        leaf,
+                        leaves,
                         visit: |place, other| visit(place % GROUP, other),
                     });
                 }
@@ -82,9 +82,9 @@ impl<'a, const D: usize> Pairs<'a, D> {
     /// As [`Self::count`].
     pub(crate) fn by_id(&self) -> Result<Vec<Pair>> {
         let mut pairs = memory::vector(RANGE, self.count()?)?;
-        let mut tiles = Vec::new();
+        let mut leaves = Vec::new();
         for group in 0..self.agents.groups.len() {
-            self.visit(group, &mut tiles, |lane, place| {
+            self.visit(group, &mut leaves, |lane, place| {
                 if place != group * GROUP + lane {
                     let id = self.agents.ids_of(group)[lane];
                     pairs.push((id, self.agents.id(place) as u32));
@@ -99,9 +99,9 @@ impl<'a, const D: usize> Pairs<'a, D> {
     /// # Errors
     /// [`crate::Error::Memory`] as soon as the system does not grant a list of the pairs.
     pub(crate) fn count(&self) -> Result<usize> {
-        let (mut count, mut checked, mut tiles) = (0, 0, Vec::new());
+        let (mut count, mut checked, mut leaves) = (0, 0, Vec::new());
         for group in 0..self.agents.groups.len() {
-            self.visit(group, &mut tiles, |_, _| count += 1);
+            self.visit(group, &mut leaves, |_, _| count += 1);
             count -= self.agents.ids_of(group).len();
             if count > 2 * checked {
                 memory::probe::<Pair>(RANGE, count)?;
@@ -111,30 +111,30 @@ impl<'a, const D: usize> Pairs<'a, D> {
         Ok(count)
     }
 
-    /// Lists the tiles that may contain neighbors of a tile's agents.
-    pub(super) fn list_near(&self, tile: usize, tiles: &mut Vec<u32>) {
-        let (group, first) = (tile / FANOUT, tile % FANOUT * TILE);
-        let lanes = first..self.agents.ids_of(group).len().min(first + TILE);
+    /// Lists the leaves that may contain neighbors of a leaf's agents.
+    pub(super) fn list_near(&self, leaf: usize, leaves: &mut Vec<u32>) {
+        let (group, first) = (leaf / FANOUT, leaf % FANOUT * LEAF);
+        let lanes = first..self.agents.ids_of(group).len().min(first + LEAF);
         let longest = self.squares[group][lanes].iter().copied().fold(0.0, larger);
-        let bounds = self.tree.levels[0][group].bounds_of(tile % FANOUT);
+        let bounds = self.tree.levels[0][group].bounds_of(leaf % FANOUT);
         let torus = self.options.torus;
         self.tree
-            .list_tiles(tiles, |node| torus.squared_gap(&bounds, node) <= longest);
+            .list_leaves(leaves, |node| torus.squared_gap(&bounds, node) <= longest);
     }
 
-    /// Calls `visit(own, neighbor's place)` for the neighbors of the agent at place `own` among the agents of `tile`.
+    /// Calls `visit(own, neighbor's place)` for the neighbors of the agent at place `own` among the agents of `leaf`.
     #[inline(always)]
-    pub(super) fn visit_tile<S: Simd>(
+    pub(super) fn visit_leaf<S: Simd>(
         &self,
         simd: S,
         own: usize,
-        tile: usize,
+        leaf: usize,
         visit: &mut impl FnMut(usize, usize),
     ) {
         let reach = self.squares[own / GROUP][own % GROUP];
-        let mut near = self.distances().near(simd, own, tile, reach);
+        let mut near = self.distances().near(simd, own, leaf, reach);
         while near != 0 {
-            let other = tile * TILE + near.trailing_zeros() as usize;
+            let other = leaf * LEAF + near.trailing_zeros() as usize;
             near &= near - 1;
             if (!self.options.is_mutual || self.senses(other, own)) && !self.is_blocked(own, other)
             {
@@ -165,11 +165,11 @@ impl<'a, const D: usize> Pairs<'a, D> {
     }
 }
 
-/// Calls `visit(place, neighbor's place)` for the agents of `tile` and their neighbors among the agents of `tiles`.
+/// Calls `visit(place, neighbor's place)` for the agents of `leaf` and their neighbors among the agents of `leaves`.
 struct VisitNear<'a, 'b, const D: usize, F> {
     pairs: &'a Pairs<'b, D>,
-    tile: usize,
-    tiles: &'a [u32],
+    leaf: usize,
+    leaves: &'a [u32],
     visit: F,
 }
 
@@ -180,13 +180,13 @@ impl<const D: usize, F: FnMut(usize, usize)> WithSimd for VisitNear<'_, '_, D, F
     fn with_simd<S: Simd>(self, simd: S) {
         let Self {
             pairs,
-            tile,
-            tiles,
+            leaf,
+            leaves,
             mut visit,
         } = self;
-        for own in tile * TILE..pairs.agents.len().min((tile + 1) * TILE) {
-            for tile in tiles.iter().map(|&tile| tile as usize) {
-                pairs.visit_tile(simd, own, tile, &mut visit);
+        for own in leaf * LEAF..pairs.agents.len().min((leaf + 1) * LEAF) {
+            for leaf in leaves.iter().map(|&leaf| leaf as usize) {
+                pairs.visit_leaf(simd, own, leaf, &mut visit);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::agents::FANOUT;
 
-/// A list of places or tiles. Entries from `len` on are unspecified.
+/// A list of places or leaves. Entries from `len` on are unspecified.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Places {
     pub(super) places: Vec<u32>,

@@ -72,8 +72,8 @@ pub(in crate::neighbor) struct AgentSums<const D: usize> {
 #[derive(Debug, Clone, Default)]
 pub(in crate::neighbor) struct Scratch {
     pub(super) candidates: Candidates,
-    /// Tiles near a tile, for [`sum_pairs`].
-    tiles: Vec<u32>,
+    /// Leaves near a leaf, for [`sum_pairs`].
+    leaves: Vec<u32>,
     /// Whether the buffers of the last step were freed.
     pub(in crate::neighbor) is_trimmed: bool,
 }
@@ -96,10 +96,10 @@ impl Scratch {
 
     /// Frees the buffers if they are larger than [`Self::most_bytes`].
     pub(in crate::neighbor) fn trim(&mut self, num_agents: usize, flock: usize) {
-        let bytes = self.candidates.bytes() + self.tiles.capacity() * size_of::<u32>();
+        let bytes = self.candidates.bytes() + self.leaves.capacity() * size_of::<u32>();
         self.is_trimmed = bytes > Self::most_bytes(num_agents, flock);
         if self.is_trimmed {
-            (self.candidates, self.tiles) = Default::default();
+            (self.candidates, self.leaves) = Default::default();
         }
     }
 }
@@ -116,7 +116,7 @@ pub(in crate::neighbor) fn sum_pairs<const D: usize>(
         for sum in &mut sums.sum {
             sum.fill(0);
         }
-        pairs.visit(group, &mut scratch.tiles, |lane, place| {
+        pairs.visit(group, &mut scratch.leaves, |lane, place| {
             let velocity = pairs.agents.fixed_velocity(place);
             for axis in 0..D {
                 sums.sum[axis][lane] += velocity[axis];

@@ -9,14 +9,14 @@ use crate::agents::{Agents, FANOUT, GROUP, Group, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::larger;
 use crate::neighbor::engine::nodes::{Bounds, Siblings};
-use crate::neighbor::engine::nodes::{add_up_tiles, box_tiles};
+use crate::neighbor::engine::nodes::{add_up_leaves, box_leaves};
 use crate::neighbor::ranges::SAMPLE;
 use crate::parallel;
 
 /// The tree of all agents.
 #[derive(Debug, Clone)]
 pub(in crate::neighbor) struct Tree<const D: usize> {
-    /// `levels[0][g]` has the tiles of group g, `levels[1][k]` has the groups 8 k to 8 k + 7, and so on. The
+    /// `levels[0][g]` has the leaves of group g, `levels[1][k]` has the groups 8 k to 8 k + 7, and so on. The
     /// last level has one block.
     pub(in crate::neighbor) levels: Vec<Vec<Siblings<D>>>,
     /// Fixed-point scale of the velocities, in m/s.
@@ -50,11 +50,15 @@ impl<const D: usize> Tree<D> {
         self.largest_speed = largest.unwrap_or(0.0);
         self.scale = Scale::for_registers(self.largest_speed, agents.len());
         let (scale, num_agents) = (self.scale, agents.len());
-        let (tiles, nodes) = self.levels.split_at_mut(1);
-        parallel::for_each_pair(&mut agents.groups, &mut tiles[0], |first, groups, tiles| {
-            add_up_tiles(groups, scale, num_agents - first * GROUP, tiles);
-        });
-        let mut below = &tiles[0];
+        let (leaves, nodes) = self.levels.split_at_mut(1);
+        parallel::for_each_pair(
+            &mut agents.groups,
+            &mut leaves[0],
+            |first, groups, leaves| {
+                add_up_leaves(groups, scale, num_agents - first * GROUP, leaves);
+            },
+        );
+        let mut below = &leaves[0];
         for blocks in nodes {
             add_up_parents(below, blocks);
             below = blocks;
@@ -67,11 +71,11 @@ impl<const D: usize> Tree<D> {
         if self.has_boxes {
             return;
         }
-        let (tiles, nodes) = self.levels.split_at_mut(1);
-        parallel::for_each_chunk(&mut tiles[0], |first, tiles| {
-            box_tiles(&agents.groups[first..], tiles);
+        let (leaves, nodes) = self.levels.split_at_mut(1);
+        parallel::for_each_chunk(&mut leaves[0], |first, leaves| {
+            box_leaves(&agents.groups[first..], leaves);
         });
-        let mut below = &tiles[0];
+        let mut below = &leaves[0];
         for blocks in nodes {
             box_parents(below, blocks);
             below = blocks;
@@ -93,21 +97,21 @@ impl<const D: usize> Tree<D> {
         &self.levels[self.levels.len() - 1][0]
     }
 
-    /// Lists the tiles for which `is_near` is true of their box and of the boxes of all nodes above.
-    pub(in crate::neighbor) fn list_tiles(
+    /// Lists the leaves for which `is_near` is true of their box and of the boxes of all nodes above.
+    pub(in crate::neighbor) fn list_leaves(
         &self,
-        tiles: &mut Vec<u32>,
+        leaves: &mut Vec<u32>,
         is_near: impl Fn(&Bounds<D>) -> bool,
     ) {
-        tiles.clear();
-        self.descend(self.levels.len() - 1, 0, tiles, &is_near);
+        leaves.clear();
+        self.descend(self.levels.len() - 1, 0, leaves, &is_near);
     }
 
     fn descend(
         &self,
         level: usize,
         block: usize,
-        tiles: &mut Vec<u32>,
+        leaves: &mut Vec<u32>,
         is_near: &impl Fn(&Bounds<D>) -> bool,
     ) {
         let nodes = &self.levels[level][block];
@@ -115,22 +119,22 @@ impl<const D: usize> Tree<D> {
             if is_near(&nodes.bounds_of(child)) {
                 let node = block * FANOUT + child;
                 match level.checked_sub(1) {
-                    Some(below) => self.descend(below, node, tiles, is_near),
-                    None => tiles.push(node as u32),
+                    Some(below) => self.descend(below, node, leaves, is_near),
+                    None => leaves.push(node as u32),
                 }
             }
         }
     }
 
-    /// Returns the mean extent of a tile along an axis in m, over a sample of the groups.
+    /// Returns the mean extent of a leaf along an axis in m, over a sample of the groups.
     pub(in crate::neighbor) fn mean_extent(&self) -> f64 {
         let (mut total, mut count) = (0.0, 0.0);
-        for tiles in self.levels[0]
+        for leaves in self.levels[0]
             .iter()
             .step_by(self.levels[0].len().div_ceil(SAMPLE))
         {
-            for tile in (0..FANOUT).filter(|&tile| tiles.count[tile] > 0) {
-                let Bounds { low, high } = tiles.bounds_of(tile);
+            for leaf in (0..FANOUT).filter(|&leaf| leaves.count[leaf] > 0) {
+                let Bounds { low, high } = leaves.bounds_of(leaf);
                 total += (0..D).map(|axis| high[axis] - low[axis]).sum::<f64>();
                 count += D as f64;
             }

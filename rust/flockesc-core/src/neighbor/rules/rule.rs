@@ -38,7 +38,7 @@ pub(in crate::neighbor) struct RuleOutput {
 /// Buffers of a search for the nearest agents.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SearchBuffers {
-    pub(super) tiles: Vec<u32>,
+    pub(super) leaves: Vec<u32>,
     /// Squared distances in m^2 of the agents in the search radius.
     pub(super) near: Vec<f64>,
 }
@@ -50,7 +50,7 @@ impl SearchBuffers {
     /// Frees the buffers if they are too large to keep.
     pub(super) fn trim(&mut self) {
         let near = self.near.capacity() * size_of::<f64>();
-        if near + self.tiles.capacity() * size_of::<u32>() > Self::MOST_BYTES {
+        if near + self.leaves.capacity() * size_of::<u32>() > Self::MOST_BYTES {
             *self = Self::default();
         }
     }

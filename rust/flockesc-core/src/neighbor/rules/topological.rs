@@ -4,7 +4,7 @@ use bytemuck::cast_slice;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::rule::{RuleInput, RuleOutput, SearchBuffers};
-use crate::agents::{Column, FANOUT, GROUP, TILE};
+use crate::agents::{Column, FANOUT, GROUP, LEAF};
 use crate::base::vector::{larger, squared_norm};
 use crate::neighbor::ranges::SAMPLE;
 use crate::parallel;
@@ -56,20 +56,20 @@ impl<const D: usize> WithSimd for ReachNearest<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let tiles = self.squares.as_flattened_mut().as_chunks_mut::<TILE>().0;
-        for (tile, squares) in (self.first * FANOUT..).zip(tiles) {
-            reach_nearest(simd, self.input, tile, squares, self.buffers);
+        let leaves = self.squares.as_flattened_mut().as_chunks_mut::<LEAF>().0;
+        for (leaf, squares) in (self.first * FANOUT..).zip(leaves) {
+            reach_nearest(simd, self.input, leaf, squares, self.buffers);
         }
     }
 }
 
-/// Replaces the squared reaches in m^2 of the agents of one tile.
+/// Replaces the squared reaches in m^2 of the agents of one leaf.
 #[inline(always)]
 fn reach_nearest<S: Simd, const D: usize>(
     simd: S,
     input: &RuleInput<'_, D>,
-    tile: usize,
-    squares: &mut [f64; TILE],
+    leaf: usize,
+    squares: &mut [f64; LEAF],
     buffers: &mut SearchBuffers,
 ) {
     let RuleInput {
@@ -78,24 +78,24 @@ fn reach_nearest<S: Simd, const D: usize>(
         ranges,
     } = *input;
     let agents = distances.agents;
-    let SearchBuffers { tiles, near } = buffers;
-    let bounds = tree.levels[0][tile / FANOUT].bounds_of(tile % FANOUT);
+    let SearchBuffers { leaves, near } = buffers;
+    let bounds = tree.levels[0][leaf / FANOUT].bounds_of(leaf % FANOUT);
     let known = squares.iter().copied().filter(|square| *square < f64::MAX);
     let mut limit = MARGIN * known.fold(0.0, larger);
     if limit <= 0.0 {
         let size: [f64; D] = std::array::from_fn(|axis| bounds.high[axis] - bounds.low[axis]);
         limit = squared_norm(&size);
     }
-    let own = tile * TILE..agents.len().min((tile + 1) * TILE);
-    let mut is_missing = [false; TILE];
-    let mut numbers = [0; TILE];
+    let own = leaf * LEAF..agents.len().min((leaf + 1) * LEAF);
+    let mut is_missing = [false; LEAF];
+    let mut numbers = [0; LEAF];
     for (lane, place) in own.clone().enumerate() {
         numbers[lane] = (ranges.of(agents.id(place) as u32) + 0.5) as usize;
         squares[lane] = if numbers[lane] == 0 { 0.0 } else { f64::MAX };
         is_missing[lane] = (1..agents.len()).contains(&numbers[lane]);
     }
-    while is_missing != [false; TILE] {
-        tree.list_tiles(tiles, |node| {
+    while is_missing != [false; LEAF] {
+        tree.list_leaves(leaves, |node| {
             distances.torus.squared_gap(&bounds, node) <= limit
         });
         for (lane, place) in own.clone().enumerate() {
@@ -103,9 +103,9 @@ fn reach_nearest<S: Simd, const D: usize>(
                 continue;
             }
             near.clear();
-            for &tile in &*tiles {
-                for first in (0..TILE).step_by(S::F64_LANES) {
-                    let other = tile as usize * TILE + first;
+            for &leaf in &*leaves {
+                for first in (0..LEAF).step_by(S::F64_LANES) {
+                    let other = leaf as usize * LEAF + first;
                     let squared = distances.squared_to_register(simd, place, other);
                     let squared: &[f64] = cast_slice(std::slice::from_ref(&squared));
                     near.extend(squared.iter().filter(|squared| **squared <= limit));
@@ -119,7 +119,7 @@ fn reach_nearest<S: Simd, const D: usize>(
             is_missing[lane] = near.len() <= numbers[lane] && limit < f64::MAX;
         }
         let wider = (GROWTH * limit).min(f64::MAX);
-        let is_all = tiles.len() == agents.len().div_ceil(TILE);
+        let is_all = leaves.len() == agents.len().div_ceil(LEAF);
         limit = if is_all || wider <= 0.0 {
             f64::MAX
         } else {

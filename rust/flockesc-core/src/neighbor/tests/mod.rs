@@ -12,10 +12,10 @@ use proptest::prelude::*;
 use pulp::{Scalar, Simd};
 
 use super::engine::field_of_view::{FieldOfView, Torus};
-use super::engine::kept::Listing;
 use super::engine::kernel::SumNeighbors;
 use super::engine::sums::{NeighborSums, Scratch};
 use super::engine::tree::Tree;
+use super::engine::verlet::Reuse;
 use super::ranges::Reaches;
 use super::{NeighborOptions, Neighborhood, Ranges};
 use crate::agents::{Agents, GROUP};
@@ -109,7 +109,7 @@ fn reference_labels<const D: usize>(case: &Case<D>, ranges: Ranges<'_>) -> Vec<u
 }
 
 /// Candidates with a margin. The module `steps` takes them again.
-const WIDE: Listing = Listing::New(1.5);
+const WIDE: Reuse = Reuse::New(1.5);
 
 /// Returns the sums by the kernel with the registers of `simd`, in the order of ids.
 fn kernel<S: Simd, const D: usize>(
@@ -118,7 +118,7 @@ fn kernel<S: Simd, const D: usize>(
     tree: &Tree<D>,
     ranges: Ranges<'_>,
     (torus, field_of_view): (Torus, FieldOfView),
-    listing: Listing,
+    reuse: Reuse,
 ) -> Vec<([i64; D], i64)> {
     let mut groups: Vec<NeighborSums<D>> =
         agents.groups.iter().map(NeighborSums::isolated).collect();
@@ -129,7 +129,7 @@ fn kernel<S: Simd, const D: usize>(
         torus,
         field_of_view,
         is_counting: true,
-        listing,
+        reuse,
         first: 0,
         sums: &mut groups,
         scratch: &mut Scratch::default(),
@@ -173,7 +173,7 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
         #[cfg(target_arch = "x86_64")]
         {
             if let Some(simd) = pulp::x86::V3::try_new() {
-                let once = Listing::Discarded;
+                let once = Reuse::Discarded;
                 prop_assert_eq!(&kernel(simd, &agents, &tree, ranges, view, once), &expected);
             }
             if let Some(simd) = pulp::x86::V4::try_new() {
@@ -198,7 +198,7 @@ fn check<const D: usize>(case: &Case<D>) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Generates flocks of various shapes, with sizes close to multiples of tiles, groups and nodes.
+/// Generates flocks of various shapes, with sizes close to multiples of leaves, groups and nodes.
 fn cases<const D: usize>() -> impl Strategy<Value = Case<D>> {
     let sizes = prop_oneof![4 => 1..80_usize, 1 => 120..140_usize, 1 => 505..530_usize];
     let coordinates = (sizes, 0..7_u8).prop_flat_map(|(n, shape)| {

@@ -5,7 +5,7 @@ use proptest::test_runner::TestCaseError;
 
 use super::{Case, by_id, cases};
 use crate::agents::Agents;
-use crate::neighbor::engine::kept::{Kept, Listing};
+use crate::neighbor::engine::verlet::{Reuse, VerletLists};
 use crate::neighbor::{FieldOfView, NeighborOptions, Neighborhood, Ranges, Torus};
 
 fn fly<const D: usize>(agents: &mut Agents<D>, time_step: f64, side: Option<f64>) {
@@ -68,30 +68,30 @@ proptest! {
 fn candidates_are_found_anew_after_a_change() {
     let vectors = |x: f64| [[-x, 0.0].into(), [x, 0.0].into()];
     let mut agents = Agents::<2>::new(&vectors(1.0), &vectors(1.0));
-    let mut kept = Kept::new(Torus::NONE);
-    let plans: Vec<Listing> = [5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 6.0]
+    let mut kept = VerletLists::new(Torus::NONE);
+    let plans: Vec<Reuse> = [5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 6.0]
         .into_iter()
         .map(|range| {
             let plan = kept.plan(&agents, Ranges::Shared(range));
-            if plan != Listing::Kept {
+            if plan != Reuse::Kept {
                 kept.store(&agents, Ranges::Shared(range), plan);
             }
             fly(&mut agents, 0.5, None);
             plan
         })
         .collect();
-    let first = [Listing::Discarded, Listing::New(5.0)];
+    let first = [Reuse::Discarded, Reuse::New(5.0)];
     assert_eq!(plans[..2], first);
     // The margin is the drift of five steps, less what covers rounding.
     assert_eq!(
         plans[2..7],
         [
-            Listing::Kept,
-            Listing::Kept,
-            Listing::Kept,
-            Listing::Kept,
-            Listing::New(5.0)
+            Reuse::Kept,
+            Reuse::Kept,
+            Reuse::Kept,
+            Reuse::Kept,
+            Reuse::New(5.0)
         ]
     );
-    assert_eq!(plans[7..], [Listing::Kept, Listing::Discarded]);
+    assert_eq!(plans[7..], [Reuse::Kept, Reuse::Discarded]);
 }

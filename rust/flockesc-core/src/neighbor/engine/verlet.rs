@@ -1,4 +1,4 @@
-//! `Kept`: decides whether the candidates of an earlier step are still complete.
+//! `VerletLists`: decides whether the candidates of an earlier step are still complete.
 
 use multiversion::multiversion;
 use pulp::Scalar;
@@ -18,7 +18,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// What a step does with the candidates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::neighbor) enum Listing {
+pub(in crate::neighbor) enum Reuse {
     /// Finds candidates and discards them.
     Discarded,
     /// Finds candidates with this margin in m for the following steps too.
@@ -32,7 +32,7 @@ pub(in crate::neighbor) enum Listing {
 /// Since then, the distance of two agents has changed by at most the diameter of a circle around all displacements.
 /// Candidates are complete while it is at most their margin.
 #[derive(Debug, Clone)]
-pub(in crate::neighbor) struct Kept<const D: usize> {
+pub(in crate::neighbor) struct VerletLists<const D: usize> {
     torus: Torus,
     positions: Vec<[Column<f64>; D]>,
     /// In m: one range, or one per agent.
@@ -47,7 +47,7 @@ pub(in crate::neighbor) struct Kept<const D: usize> {
     pause: usize,
 }
 
-impl<const D: usize> Kept<D> {
+impl<const D: usize> VerletLists<D> {
     pub(in crate::neighbor) fn new(torus: Torus) -> Self {
         Self {
             torus,
@@ -67,14 +67,14 @@ impl<const D: usize> Kept<D> {
     }
 
     /// Decides what the next step does with the candidates.
-    pub(in crate::neighbor) fn plan(&mut self, agents: &Agents<D>, ranges: Ranges<'_>) -> Listing {
+    pub(in crate::neighbor) fn plan(&mut self, agents: &Agents<D>, ranges: Ranges<'_>) -> Reuse {
         let ranges = slice(&ranges);
         if self.num_agents != agents.len() || self.ranges != ranges {
-            return Listing::Discarded;
+            return Reuse::Discarded;
         }
         if self.pause > 0 {
             self.pause -= 1;
-            return Listing::Discarded;
+            return Reuse::Discarded;
         }
         let drift = if self.torus == Torus::NONE {
             drift::<D, false>(&agents.groups, &self.positions, Torus::NONE)
@@ -89,9 +89,9 @@ impl<const D: usize> Kept<D> {
         let is_complete = |margin| drift <= margin - ROUNDING * (longest + margin);
         if self.margin.is_some_and(is_complete) {
             self.steps += 1;
-            return Listing::Kept;
+            return Reuse::Kept;
         }
-        Listing::New(STEPS * drift / self.steps as f64)
+        Reuse::New(STEPS * drift / self.steps as f64)
     }
 
     /// Stores the time of a search for candidates. Places of agents must not change after it.
@@ -99,11 +99,11 @@ impl<const D: usize> Kept<D> {
         &mut self,
         agents: &Agents<D>,
         ranges: Ranges<'_>,
-        listing: Listing,
+        reuse: Reuse,
     ) {
-        self.margin = match listing {
-            Listing::New(margin) => Some(margin),
-            Listing::Discarded | Listing::Kept => None,
+        self.margin = match reuse {
+            Reuse::New(margin) => Some(margin),
+            Reuse::Discarded | Reuse::Kept => None,
         };
         self.positions.clear();
         self.positions.reserve_exact(agents.groups.len());
