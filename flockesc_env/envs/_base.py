@@ -10,9 +10,10 @@ from abc import abstractmethod
 from collections.abc import Callable
 from copy import copy, deepcopy
 from functools import wraps
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, cast
+from typing import Any, ClassVar, Generic, Literal, TypeVar, cast
 
 import numpy as np
+from gymnasium import logger
 from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
@@ -22,12 +23,11 @@ from flockesc_env.episodes.current_state import FlockView
 from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptionsDict, View, env_options
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.scenarios import Scenarios, as_scenarios
-from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
+from flockesc_env.render import RenderOptions
+from flockesc_env.render.frames import live_frames
+from flockesc_env.render.viewer import RENDER_MODES, Image, Viewer, as_viewer
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
-
-if TYPE_CHECKING:
-    from flockesc_env.render.viewer import FlockViewer, Viewer
 
 Method = TypeVar("Method", bound=Callable[..., Any])
 
@@ -125,6 +125,14 @@ class Viewed:
         if self._viewer is not None:
             self._viewer.close()
 
+    def _images(self) -> list[Image] | None:
+        """Return a picture of every flock or, in mode ``"human"``, show them; without a mode, warn."""
+        if self._viewer is not None:
+            return self._viewer.render()
+        advice = 'pass render_mode="rgb_array" or "human" to the constructor'
+        logger.warn(f"render: no render mode was chosen; {advice}")
+        return None
+
     @abstractmethod
     def _drop_episodes(self) -> None:
         """Require a reset, after an interrupt."""
@@ -177,15 +185,14 @@ class Rendered(Viewed):
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return an image, shape (size, size, 3); in mode ``"human"`` show it and return ``None``."""
-        pictures = render(self._viewer)
-        return pictures[0] if pictures else None
+        images = self._images()
+        return images[0] if images else None
 
 
 class FlockEnvironment(Viewed):
     """Base class of the flock environments; holds one ``FlockBatch``."""
 
     _arguments: ClassVar[type] = FlockArguments
-    _viewer: FlockViewer | None = None
 
     def __init__(
         self,
@@ -207,9 +214,11 @@ class FlockEnvironment(Viewed):
         )
         self.scenario: FlockScenario = batch.scenario  # of the first flock
         self.options: EnvOptions = batch.options
-        fps = frames_per_second(first.time_step * self.options.steps_per_action)
-        self.render_mode = arguments.get("render_mode")
-        self._viewer = flock_viewer(batch, self.render_mode, arguments.get("render_options"), fps)
+        seconds = first.time_step * self.options.steps_per_action
+        fps = max(1, round(min(1.0 / seconds, 1000.0)))  # real time, at most 1000 pictures per second
+        self.render_mode, options = arguments.get("render_mode"), arguments.get("render_options")
+        count, agents = batch.num_flocks, first.num_agents
+        self._viewer = as_viewer(self.render_mode, options, fps, count=count, num_agents=agents)
         self._set_frames_per_second(fps)
 
     def _as_scenarios(self, given: Any) -> FlockScenario | list[FlockScenario]:
@@ -225,14 +234,16 @@ class FlockEnvironment(Viewed):
     def _show(self) -> None:
         """Pass the current state to the viewer, after a reset or a step."""
         if self._viewer is not None:
-            self._viewer.update()
+            last, trail = self._viewer.frames, self._viewer.options.trail
+            self._viewer.update(live_frames(self._batch, last, trail))
 
     def _restore(self, state: Any, flocks: Any = None) -> Observations:
         """Restore flocks from a snapshot and return the observations of all flocks."""
         slots = self._batch.set_state(state, flocks)
         if self._viewer is not None:
-            self._viewer.forget(slots)
-            self._viewer.update()
+            for slot in slots:
+                self._viewer.frames[slot] = None  # the history is another one
+        self._show()
         return self._batch.observe(range(self._batch.num_flocks))
 
 
@@ -289,8 +300,8 @@ class ManyFlocks(FlockEnvironment):
 
     def render(self) -> tuple[Any, ...] | None:
         """Return one image per flock, shape (size, size, 3); in mode ``"human"`` show them side by side."""
-        pictures = render(self._viewer)
-        return None if pictures is None else tuple(pictures)
+        images = self._images()
+        return None if images is None else tuple(images)
 
     def get_state(self, flocks: Any = None) -> bytes:
         """Return a snapshot of some flocks; see ``FlockEscapeEnv.get_state``.

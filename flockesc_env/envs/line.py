@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import gymnasium
 import numpy as np
@@ -17,12 +17,10 @@ from flockesc_env.episodes.current_state import LineView
 from flockesc_env.episodes.options import line_options
 from flockesc_env.episodes.seeds import episode_seed, fresh_seed
 from flockesc_env.episodes.spaces import line_policy_spec
-from flockesc_env.render import line_viewer
+from flockesc_env.render.frames import LineFrame
+from flockesc_env.render.viewer import as_viewer
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_scenario
-
-if TYPE_CHECKING:
-    from flockesc_env.render.viewer import LineViewer
 
 RESET_OPTIONS = ("initial_state", "episode")
 FRAMES_PER_SECOND = 5
@@ -45,7 +43,6 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
 
     _arguments = LineArguments
     metadata: dict[str, Any] = {**Rendered.metadata, "render_fps": FRAMES_PER_SECOND}
-    _viewer: LineViewer | None = None
 
     def __init__(
         self, scenario: LineScenario | str | None = None, **arguments: Unpack[LineArguments]
@@ -60,8 +57,7 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
         self.render_mode = arguments.get("render_mode")
-        shown = arguments.get("render_options")
-        self._viewer = line_viewer(self.scenario, self.render_mode, shown, FRAMES_PER_SECOND)
+        self._viewer = as_viewer(self.render_mode, arguments.get("render_options"), FRAMES_PER_SECOND)
         self._set_frames_per_second(FRAMES_PER_SECOND)
 
     @property
@@ -123,7 +119,7 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
         self._schedule = episode.set_state(as_bytes(state, "state"))
         self._episode = episode
         if self._viewer is not None:
-            self._viewer.forget()
+            self._viewer.frames = [None]
         self._show(episode)
         return episode.observe()
 
@@ -135,4 +131,7 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
 
     def _show(self, episode: _core.LineEpisode) -> None:
         if self._viewer is not None:
-            self._viewer.update(episode.steps, episode.states, episode.interaction_range)
+            (last,) = self._viewer.frames
+            before = last.history if last is not None and episode.steps else []
+            present = (episode.steps, episode.states, episode.interaction_range)
+            self._viewer.update([LineFrame(self.scenario, [*before, present])])

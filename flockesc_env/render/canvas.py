@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import os
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
-import pygame
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.render.palette import LIGHT, Color, Colors, rgb
+from flockesc_env.common.extras import require
+from flockesc_env.render.palette import LIGHT, Color, rgb
+
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # pygame prints a greeting on stdout
+os.environ.setdefault("SDL_NO_SIGNAL_HANDLERS", "1")  # SDL would catch SIGTERM, also in forked workers
+require("video", ["pygame"])
+import pygame  # noqa: E402, after the check
 
 Image = NDArray[np.uint8]
 Anchor = Literal["topleft", "midtop", "topright", "midleft", "midright", "midbottom", "center"]
@@ -26,7 +32,10 @@ _CLOCK = pygame.time.Clock()
 
 
 class Canvas:
-    """A square picture of ``size`` px. Points and lengths are in px and can be fractions; y points down."""
+    """A square picture of ``size`` px. Points and lengths are in px and can be fractions; y points down.
+
+    ``colors`` have a row (red, green, blue) per polygon, line or circle.
+    """
 
     def __init__(self, size: int) -> None:
         pygame.font.init()
@@ -35,21 +44,22 @@ class Canvas:
         self._surface = pygame.Surface((_FINE * size, _FINE * size))
         self._surface.fill(_PAPER)
 
-    def polygons(self, points: FloatArray, colors: Iterable[Any]) -> None:
-        """Fill polygons, shape (k, corners, 2), each in its color, with a rim in the color of the paper."""
-        for corners, color in zip(_fine(points), colors, strict=True):
+    def polygons(self, points: FloatArray, colors: ArrayLike) -> None:
+        """Fill polygons, shape (k, corners, 2), with a rim in the color of the paper."""
+        for corners, color in zip(_fine(points), np.asarray(colors).tolist(), strict=True):
             pygame.draw.polygon(self._surface, color, corners)
             pygame.draw.polygon(self._surface, _PAPER, corners, 1)
 
-    def segments(self, points: FloatArray, colors: Iterable[Any], width: float = 1.0) -> None:
-        """Draw straight lines, shape (k, 2, 2), each in its color."""
-        for (start, end), color in zip(_fine(points), colors, strict=True):
+    def segments(self, points: FloatArray, colors: ArrayLike, width: float = 1.0) -> None:
+        """Draw straight lines, shape (k, 2, 2)."""
+        for (start, end), color in zip(_fine(points), np.asarray(colors).tolist(), strict=True):
             pygame.draw.line(self._surface, color, start, end, max(1, round(_FINE * width)))
 
-    def discs(self, centers: FloatArray, radii: ArrayLike, colors: Colors, rim: float = 0.0) -> None:
-        """Fill circles, shapes (k, 2), (k,), (k, 3); a ``rim`` above 0 draws only a rim of this width."""
+    def discs(self, centers: FloatArray, radii: ArrayLike, colors: ArrayLike, rim: float = 0.0) -> None:
+        """Fill circles, shapes (k, 2) and (k,); a ``rim`` above 0 draws only a rim of this width."""
         reach = np.broadcast_to(np.minimum(radii, 3 * self.size), len(centers))  # covers the picture
-        for center, radius, color in zip(_fine(centers), _fine(reach), colors.tolist(), strict=True):
+        circles = zip(_fine(centers), _fine(reach), np.asarray(colors).tolist(), strict=True)
+        for center, radius, color in circles:
             pygame.draw.circle(self._surface, color, center, radius, round(_FINE * rim))
 
     def text(
@@ -84,7 +94,7 @@ def show(image: Image, fps: int) -> None:
 
 
 def close_window() -> None:
-    """Close the window, if there is one. The next picture opens it again."""
+    """Close the window, if there is one."""
     pygame.display.quit()
 
 

@@ -12,10 +12,8 @@ from flockesc_env.common.checks import FloatArray
 from flockesc_env.models.graph import component_labels, neighbor_pairs
 from flockesc_env.models.simulate import IntArray
 from flockesc_env.render.canvas import Canvas, Image
-from flockesc_env.render.frames import FlockFrame, LineHistory, initial_region
-from flockesc_env.render.options import RenderOptions
+from flockesc_env.render.frames import FlockFrame, LineFrame, RenderOptions, initial_region
 from flockesc_env.render.palette import LIGHT, component_colors, faded, range_colors, rgb
-from flockesc_env.scenario.line import LineScenario
 
 GRID, FRAME, TEXT, FAINT_TEXT = rgb(LIGHT.grid), rgb(LIGHT.frame), rgb(LIGHT.ink), rgb(LIGHT.muted)
 PREDATOR = rgb(LIGHT.predator)
@@ -23,8 +21,8 @@ PREDATOR = rgb(LIGHT.predator)
 _LEFT, _RIGHT, _TOP, _BOTTOM = 0.03, 0.97, 0.15, 0.91
 """Edges of the part that shows the flock or the line, over the size of the picture; text is around it."""
 
-_AZIMUTH, _ELEVATION = np.deg2rad([-62.0, 24.0])
-"""Direction from which a space is seen."""
+_SIDEWAYS, _AWAY = (0.883, 0.469, 0.0), (-0.191, 0.359, 0.914)
+"""Directions in a space, seen from the side, that point right and up in the picture; unit vectors."""
 
 _DART = np.array([(1.0, 0.0), (-0.8, 0.66), (-0.42, 0.0), (-0.8, -0.66)])
 """Corners of a mark (ahead, left) in units of its length ahead."""
@@ -48,11 +46,7 @@ class Camera(NamedTuple):
 
 def camera(view: FloatArray, size: int) -> Camera:
     """Return the camera that shows a box: the plane from above, y up; a space from the side, z up."""
-    axes = np.eye(2)
-    if view.shape[1] == 3:
-        right = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0])
-        flat, up = -np.sin(_ELEVATION), np.cos(_ELEVATION)
-        axes = np.stack([right, [flat * np.cos(_AZIMUTH), flat * np.sin(_AZIMUTH), up]], axis=1)
+    axes = np.eye(2) if view.shape[1] == 2 else np.stack([_SIDEWAYS, _AWAY], axis=1)
     corners = _corners(view) @ axes
     low, high = corners.min(axis=0), corners.max(axis=0)
     scale = size * float(((_RIGHT - _LEFT, _BOTTOM - _TOP) / (high - low)).min())
@@ -61,11 +55,19 @@ def camera(view: FloatArray, size: int) -> Camera:
     return Camera(matrix, middle - view.mean(axis=0) @ matrix, scale)
 
 
-def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Image:
-    """Return the picture of a flock, shape (size, size, 3). Equal frames give equal pictures."""
+def draw_frame(frame: FlockFrame | LineFrame, options: RenderOptions, title: str = "") -> Image:
+    """Return a picture, shape (size, size, 3). Equal frames give equal pictures."""
+    canvas = Canvas(options.size)
+    if isinstance(frame, LineFrame):
+        _draw_line(canvas, frame, title)
+    else:
+        _draw_flock(canvas, frame, options, title)
+    return canvas.image()
+
+
+def _draw_flock(canvas: Canvas, frame: FlockFrame, options: RenderOptions, title: str) -> None:
     size, unit = options.size, frame.scenario.neighbor_rule.unit
-    canvas, eye, alive = Canvas(size), camera(frame.view, size), ~frame.caught
-    known = frame.interaction_range
+    eye, alive, known = camera(frame.view, size), ~frame.caught, frame.interaction_range
     ranges = np.broadcast_to(known if len(known) else 0.0, len(alive))[alive]
     places, predators = eye.pixels(frame.positions[alive]), eye.pixels(frame.predator_positions)
     heard, headings = (each[alive] for each in frame.graph)
@@ -74,7 +76,7 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
         labels = component_labels(frame.scenario, heard, ranges, velocities=headings)
     largest = ranges.max(initial=0.0) if options.largest_range is None else options.largest_range
     colors = range_colors(ranges, largest) if options.color == "range" else component_colors(labels)
-    red = np.tile(np.array(PREDATOR, np.uint8), (len(predators), 1))
+    red = np.tile(PREDATOR, (len(predators), 1))
     chosen = np.isin(np.flatnonzero(alive), options.selected(len(alive)))
 
     reach = frame.scenario.predator_range * eye.scale
@@ -82,23 +84,18 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
     if options.show == "discs" and unit == "m":
         canvas.discs(places[chosen], eye.scale * ranges[chosen], faded(colors, 0.84)[chosen])
     canvas.discs(predators, reach, faded(red, 0.5), rim=1.0)
-    if len(predators) == 1 and len(places) and frame.scenario.periodic_side is None:
-        # A ring: the mean distance of the agents.
-        away = frame.positions[alive] - frame.predator_positions[0]
-        mean = eye.scale * float(np.linalg.norm(away, axis=1).mean())
-        canvas.discs(predators, mean, faded([TEXT], 0.4), rim=1.5)
     _ground(canvas, eye, frame)
     if (options.show == "edges" or (options.show == "discs" and unit != "m")) and len(places):
         pairs = neighbor_pairs(frame.scenario, heard, ranges, velocities=headings)
         pairs = np.unique(np.sort(pairs[chosen[pairs].any(axis=1)], axis=1), axis=0)  # every pair once
-        canvas.segments(places[pairs], faded(colors, 0.55)[pairs[:, 0]].tolist())
+        canvas.segments(places[pairs], faded(colors, 0.55)[pairs[:, 0]])
     for path in np.moveaxis(eye.pixels(frame.trail), 1, 0):
         pieces = np.stack([path[:-1], path[1:]], axis=1)
         age = np.linspace(1.0, 0.15, len(pieces))[:, np.newaxis]
-        canvas.segments(pieces, faded(np.tile(PREDATOR, (len(pieces), 1)), age).tolist(), 0.005 * size)
+        canvas.segments(pieces, faded(PREDATOR, age), 0.005 * size)
     length = 0.0125 * size * float(np.clip((300 / max(len(places), 1)) ** 0.25, 0.7, 1.5))
-    canvas.polygons(_darts(eye, places, frame.velocities[alive], length), colors.tolist())
-    canvas.polygons(_darts(eye, predators, frame.predator_velocities, 0.026 * size), red.tolist())
+    canvas.polygons(_darts(eye, places, frame.velocities[alive], length), colors)
+    canvas.polygons(_darts(eye, predators, frame.predator_velocities, 0.026 * size), red)
 
     time, words = frame.step * frame.scenario.time_step, range_text(ranges if len(known) else known, unit)
     _head(canvas, title, f"{time:.1f} s", words, frame.objective if len(predators) else "no predator")
@@ -109,13 +106,11 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
     else:
         _count(canvas, labels)
     _ruler(canvas, eye.scale)
-    return canvas.image()
 
 
-def draw_line(scenario: LineScenario, history: LineHistory, options: RenderOptions, title: str = "") -> Image:
-    """Return the picture of a line over time, shape (size, size, 3). Equal histories give equal pictures."""
-    steps, states, ranges = (np.array(column) for column in zip(*history, strict=True))
-    canvas, size, predator = Canvas(options.size), options.size, scenario.predator_position
+def _draw_line(canvas: Canvas, frame: LineFrame, title: str) -> None:
+    steps, states, ranges = (np.array(column) for column in zip(*frame.history, strict=True))
+    size, predator = canvas.size, frame.scenario.predator_position
     end = nice(max(_FIRST_STEPS, steps[-1]))
     low, high = min(0.0, float(states.min())), max(1.0, float(states.max()))
 
@@ -125,9 +120,9 @@ def draw_line(scenario: LineScenario, history: LineHistory, options: RenderOptio
         return size * np.stack(np.broadcast_arrays(x, y), axis=-1)
 
     if predator is not None:
-        band = predator + scenario.predator_range * np.array([-1, -1, 1, 1])
+        band = predator + frame.scenario.predator_range * np.array([-1, -1, 1, 1])
         corners = at([0, end, end, 0], np.clip(band, low, high))
-        canvas.polygons(corners[np.newaxis], [faded(PREDATOR, 0.86).tolist()])
+        canvas.polygons(corners[np.newaxis], [faded(PREDATOR, 0.86)])
     for level in _ticks(low, high):
         canvas.segments(at([0, end], level)[np.newaxis], [GRID])
         canvas.text(f"{level:.4g}", at(-0.012 * end, level).tolist(), FAINT_TEXT, "midright", 0.036)
@@ -142,12 +137,11 @@ def draw_line(scenario: LineScenario, history: LineHistory, options: RenderOptio
         ends = np.stack([at(steps[k], states[k]) for k in (t - 1, t)], axis=1)
         # Agents with equal states stay together, so one line stands for all of them.
         _, kept = np.unique(np.round(ends.reshape(-1, 4), 1), axis=0, return_index=True)
-        canvas.segments(ends[kept], component_colors(labels[t])[kept].tolist(), 0.0025 * size)
+        canvas.segments(ends[kept], component_colors(labels[t])[kept], 0.0025 * size)
     canvas.discs(at(steps[-1], states[-1]), 0.006 * size, component_colors(labels[-1]))
     goal = "" if predator is None else f"escape distance {np.abs(states[-1] - predator).min():.3f}"
     _head(canvas, title, f"t = {steps[-1]}", f"range {ranges[-1]:.3g}", goal or "no predator")
     _count(canvas, labels[-1])
-    return canvas.image()
 
 
 def range_text(ranges: FloatArray, unit: str) -> str:
@@ -215,7 +209,7 @@ def _color_scale(canvas: Canvas, largest: str) -> None:
     x += canvas.text("0", (x, y), FAINT_TEXT, "midleft") + width
     for share in np.linspace(0.0, 1.0, 24):
         piece = np.array([[(x, y), (x + width, y)]])
-        canvas.segments(piece, range_colors(np.array([share]), 1.0).tolist(), 0.03 * canvas.size)
+        canvas.segments(piece, range_colors(np.array([share]), 1.0), 0.03 * canvas.size)
         x += width
     canvas.text(largest, (x + width, y), FAINT_TEXT, "midleft")
 
