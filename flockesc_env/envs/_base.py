@@ -12,17 +12,15 @@ from copy import copy, deepcopy
 from functools import wraps
 from typing import Any, ClassVar, Generic, Literal, TypeVar, cast
 
-import numpy as np
 from gymnasium import logger
 from gymnasium.envs.registration import EnvSpec
-from numpy.typing import NDArray
 
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.batch import FlockBatch, Observations
 from flockesc_env.episodes.current_state import FlockView
 from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptionsDict, View, env_options
 from flockesc_env.episodes.predators import PredatorPolicy
-from flockesc_env.episodes.scenarios import Scenarios, as_scenarios
+from flockesc_env.episodes.starts import Scenarios, as_scenarios
 from flockesc_env.render import RenderOptions
 from flockesc_env.render.frames import live_frames
 from flockesc_env.render.viewer import RENDER_MODES, Image, Viewer, as_viewer
@@ -125,6 +123,11 @@ class Viewed:
         if self._viewer is not None:
             self._viewer.close()
 
+    def render(self) -> Any:
+        """Return an image, shape (size, size, 3); in mode ``"human"`` show it and return ``None``."""
+        images = self._images()
+        return images[0] if images else None
+
     def _images(self) -> list[Image] | None:
         """Return a picture of every flock or, in mode ``"human"``, show them; without a mode, warn."""
         if self._viewer is not None:
@@ -178,15 +181,6 @@ class Registered(Viewed):
             setattr(self, name, value)
             return True
         return False
-
-
-class Rendered(Viewed):
-    """Base class of environments that render one image."""
-
-    def render(self) -> NDArray[np.uint8] | None:
-        """Return an image, shape (size, size, 3); in mode ``"human"`` show it and return ``None``."""
-        images = self._images()
-        return images[0] if images else None
 
 
 class FlockEnvironment(Viewed):
@@ -247,7 +241,7 @@ class FlockEnvironment(Viewed):
         return self._batch.observe(range(self._batch.num_flocks))
 
 
-class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
+class OneFlock(FlockEnvironment, Generic[ObsType]):
     """Base class of environments with one flock."""
 
     @property

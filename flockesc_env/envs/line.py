@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import ResetNeededError
-from flockesc_env.envs._base import LineArguments, Registered, Rendered, needs_reset_if_interrupted
+from flockesc_env.envs._base import LineArguments, Registered, needs_reset_if_interrupted
 from flockesc_env.episodes.current_state import LineView
 from flockesc_env.episodes.options import line_options
 from flockesc_env.episodes.seeds import episode_seed, fresh_seed
@@ -26,7 +26,7 @@ RESET_OPTIONS = ("initial_state", "episode")
 FRAMES_PER_SECOND = 5
 
 
-class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any]):
+class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
     """A line under attack, ``flockesc/LineEscape-v1``; the action is its interaction range.
 
     An episode terminates when the line reaches its steady state and is truncated after
@@ -42,7 +42,7 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
     """
 
     _arguments = LineArguments
-    metadata: dict[str, Any] = {**Rendered.metadata, "render_fps": FRAMES_PER_SECOND}
+    metadata: dict[str, Any] = {**Registered.metadata, "render_fps": FRAMES_PER_SECOND}
 
     def __init__(
         self, scenario: LineScenario | str | None = None, **arguments: Unpack[LineArguments]

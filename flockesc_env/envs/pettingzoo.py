@@ -90,11 +90,9 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             self.action_spaces[predator] = self.predator_policy_spec.space()
         size = 2 * self.scenario.dimension * (count + len(self.scenario.predators)) + 3
         self.state_space: gymnasium.Space[Any] = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
-        infos = as_choice(arguments.get("infos", "all"), "infos", get_args(Infos))
-        self._are_all_infos = infos == "all"
-        kind = as_choice(arguments.get("state", "full"), "state", get_args(StateKind))
-        self._is_flock_view = kind == "flock_view"
-        if self._is_flock_view:
+        self._infos: Infos = as_choice(arguments.get("infos", "all"), "infos", get_args(Infos))
+        self._state: StateKind = as_choice(arguments.get("state", "full"), "state", get_args(StateKind))
+        if self._state == "flock_view":
             self.state_space = flock_layout(self.scenario.dimension).space()
 
     def observation_space(self, agent: str) -> gymnasium.Space[Any]:
@@ -115,7 +113,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         """
         rows, info = self._reset(seed, options)
         observations = self._by_name(self._flock, rows, self._predator_observations())
-        return observations, self._infos(self._flock, info, np.zeros(len(rows)))
+        return observations, self._named_infos(self._flock, info, np.zeros(len(rows)))
 
     @needs_reset_if_interrupted
     def reset_array(
@@ -161,7 +159,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             actions = {agent: action for agent, action in actions.items() if agent not in self._predators}
         stacked = self.policy_spec.actions.core.stack(actions, agents, self._flock)
         if some_are_caught:
-            stacked = _add_caught_rows(stacked, acting)
+            acted, stacked = stacked, np.zeros((len(acting), *stacked.shape[1:]), stacked.dtype)
+            stacked[acting] = acted
         rows, rewards, has_ended, ranges, info = self._step(stacked, self._label, predator_actions)
         if some_are_caught:
             rows, rewards, ranges = rows[acting], rewards[acting], ranges[acting]
@@ -174,8 +173,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             all_rewards |= dict.fromkeys(self._predators, self.predator_reward)
         terminations = false.copy()
         truncations = dict.fromkeys(false, True) if has_ended else false.copy()
-        if self._are_all_infos or has_ended:
-            infos = self._infos(agents, info, ranges)
+        if self._infos == "all" or has_ended:
+            infos = self._named_infos(agents, info, ranges)
         else:
             shared: dict[str, Any] = {}
             infos = dict.fromkeys(false, shared)
@@ -230,7 +229,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         positions and velocities of the agents, and those of the predators, in m and m/s. They are clipped to
         the finite numbers of float32.
         """
-        if self._is_flock_view:
+        if self._state == "flock_view":
             view: Observation = self._batch.observe([0], "flock")[0]
             return view
         state = self._batch.state(0)
@@ -291,7 +290,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             named.update(zip(self._predators, predators, strict=True))
         return named
 
-    def _infos(
+    def _named_infos(
         self, agents: list[str], info: dict[str, Any], ranges: NDArray[np.float64]
     ) -> dict[str, dict[str, Any]]:
         named = _core.named_infos(agents, info, ranges)
@@ -306,13 +305,6 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
 
     def _label(self, place: int) -> str:
         return f"action of {self._flock[place]!r}"
-
-
-def _add_caught_rows(stacked: NDArray[Any], acting: NDArray[np.bool]) -> NDArray[Any]:
-    """Return actions with a row for every agent; the rows of caught agents are 0."""
-    full = np.zeros((len(acting), *stacked.shape[1:]), stacked.dtype)
-    full[acting] = stacked
-    return full
 
 
 def parallel_env(

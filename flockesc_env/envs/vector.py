@@ -24,8 +24,8 @@ from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, Observations
 from flockesc_env.episodes.options import View
-from flockesc_env.episodes.scenarios import Scenarios, as_scenarios
 from flockesc_env.episodes.seeds import consecutive_seeds
+from flockesc_env.episodes.starts import Scenarios, as_scenarios
 from flockesc_env.scenario.flock import FlockScenario
 
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]
@@ -77,7 +77,9 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         max_episode_steps: int | None = None,
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        self.autoreset_mode = _mode(autoreset_mode)
+        mode = autoreset_mode.value if isinstance(autoreset_mode, AutoresetMode) else autoreset_mode
+        modes = [known.value for known in AutoresetMode]
+        self.autoreset_mode = AutoresetMode(as_choice(mode, "autoreset_mode", modes))
         given, view = as_scenarios(scenario), View.of(per_agent)
         scenarios = [given] if isinstance(given, FlockScenario) else given
         rows = scenarios[0].num_agents if view.is_per_agent else 1
@@ -95,8 +97,8 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         entries = len(self.policy_spec.layout.names)
-        reused = np.zeros((slots, entries), np.float32), np.zeros(slots)
-        self._out = None if as_flag(copy, "copy") else reused
+        out = np.zeros((slots, entries), np.float32), np.zeros(slots)
+        self._out = None if as_flag(copy, "copy") else out  # reused by every call
         self._is_started = False
         self.metadata["autoreset_mode"] = self.autoreset_mode
 
@@ -223,23 +225,25 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         """Return the ``infos`` of the slots in ``mask`` in Gymnasium's form: arrays over all slots, masks."""
         infos: dict[str, Any] = {}
         for name, column in columns.items():
-            infos[name] = column if len(column) == len(mask) else _scatter(column, mask)
+            infos[name] = column
+            if len(column) < len(mask):
+                infos[name] = np.zeros(len(mask), column.dtype)
+                infos[name][mask] = column
             infos[f"_{name}"] = mask.copy()
         return infos
 
     def _mask(self, mask: Any) -> NDArray[np.bool]:
         if mask is None:
             return np.ones(self.num_envs, np.bool)
-        expected = f"a bool array of shape ({self.num_envs},) with at least one True"
-        is_mask = isinstance(mask, np.ndarray) and mask.dtype == np.bool and mask.shape == (self.num_envs,)
+        field, shape = "options['reset_mask']", (self.num_envs,)
+        is_mask = isinstance(mask, np.ndarray) and mask.dtype == np.bool and mask.shape == shape
         if not (is_mask and mask.any()):
-            raise InputError("options['reset_mask']", expected, shown(mask))
-        flocks = mask.reshape(-1, self._batch.rows)
+            raise InputError(field, f"a bool array of shape {shape} with at least one True", shown(mask))
+        flocks: NDArray[np.bool] = mask.reshape(-1, self._batch.rows)
         if (flocks != flocks[:, :1]).any():
             expected = f"equal entries for all {self._batch.rows} slots of a flock"
-            raise InputError("options['reset_mask']", expected, "different ones")
-        slots: NDArray[np.bool] = mask
-        return slots
+            raise InputError(field, expected, "different ones")
+        return flocks.ravel()
 
     def _seeds(self, seed: Any) -> Sequence[int | None]:
         count = self._batch.num_flocks
@@ -250,16 +254,3 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
                 raise InputError("seed", f"{count} seeds, one per flock", len(seed))
             return [None if one is None else as_seed(one, f"seed[{i}]") for i, one in enumerate(seed)]
         return consecutive_seeds(seed, count)
-
-
-def _mode(mode: Any) -> AutoresetMode:
-    if isinstance(mode, AutoresetMode):
-        return mode
-    return AutoresetMode(as_choice(mode, "autoreset_mode", [known.value for known in AutoresetMode]))
-
-
-def _scatter(column: NDArray[Any], mask: NDArray[np.bool]) -> NDArray[Any]:
-    """Return an array with the entries of ``column`` where ``mask`` is true, and zeros elsewhere."""
-    full = np.zeros(len(mask), column.dtype)
-    full[mask] = column
-    return full

@@ -21,8 +21,8 @@ from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, Registere
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.batch import Columns
 from flockesc_env.episodes.options import View
-from flockesc_env.episodes.scenarios import Scenarios
 from flockesc_env.episodes.seeds import consecutive_seeds, fresh_seed
+from flockesc_env.episodes.starts import Scenarios
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import preset
 
