@@ -18,7 +18,7 @@ from gymnasium.envs.registration import EnvSpec
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.batch import FlockBatch, Observations
 from flockesc_env.episodes.current_state import FlockView
-from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptionsDict, View, env_options
+from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptionsDict, View, options_in
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.starts import Scenarios, as_scenarios
 from flockesc_env.render import RenderOptions
@@ -200,7 +200,7 @@ class FlockEnvironment(Viewed):
         first = given if isinstance(given, FlockScenario) else given[0]
         self._batch = batch = FlockBatch(
             given,
-            env_options(first, arguments, self._arguments),
+            options_in(first, arguments, self._arguments),
             num_flocks=num_flocks,
             view=view,
             num_threads=arguments.get("num_threads"),
