@@ -16,13 +16,11 @@ import numpy as np
 
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.extras import MissingExtraError, figure_style
-from flockesc_env.common.notebook import to_html
-from flockesc_env.models.simulate import LineTrajectory, Trajectory
+from flockesc_env.models.simulate import LineTrajectory, Trajectory, to_html
 from flockesc_env.models.sweep import SweepResult
 from flockesc_env.policies.playing import Episodes, LineEpisodes
 from flockesc_env.render.palette import LIGHT
-from flockesc_env.watch.document import check_runs
-from flockesc_env.watch.page import render, replay
+from flockesc_env.watch.page import check_runs, render, replay
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +15,6 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import data_frame
-from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
@@ -24,6 +25,30 @@ if TYPE_CHECKING:
     import polars as pl
 
 IntArray = NDArray[np.int64]
+
+
+@singledispatch
+def to_html(_result: object) -> str | None:
+    """Return a result as HTML; ``None``: notebooks show the ``repr``. See ``flockesc_env.notebook``."""
+    return None
+
+
+class Displayed(ABC):
+    """Base class of results: a short ``repr``, and HTML in notebooks."""
+
+    @abstractmethod
+    def _summary(self) -> dict[str, object]:
+        """Return what the ``repr`` shows, by name."""
+
+    def __repr__(self) -> str:
+        facts = (
+            f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}"
+            for name, value in self._summary().items()
+        )
+        return f"{type(self).__name__}({', '.join(facts)})"
+
+    def _repr_html_(self) -> str | None:
+        return to_html(self)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

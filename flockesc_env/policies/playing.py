@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_predator_policy, as_threads
 from flockesc_env.common.extras import data_frame
-from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress
 from flockesc_env.episodes.batch import Columns, FlockBatch, Step
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, FlockOutcomes
@@ -20,7 +19,7 @@ from flockesc_env.episodes.options import EnvOptions, LineOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.spaces import RangeActions, candidates, line_policy_spec
 from flockesc_env.episodes.starts import NO_START, Start
-from flockesc_env.models.simulate import IntArray, Trajectory, run_flock
+from flockesc_env.models.simulate import Displayed, IntArray, Trajectory, run_flock
 from flockesc_env.policies.base import Observations, Policy
 from flockesc_env.policies.network import Architecture, NetworkPolicy, Parameters, choices
 from flockesc_env.scenario.flock import FlockScenario
