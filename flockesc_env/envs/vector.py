@@ -99,7 +99,6 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         entries = len(self.policy_spec.layout.names)
         out = np.zeros((slots, entries), np.float32), np.zeros(slots)
         self._out = None if as_flag(copy, "copy") else out  # reused by every call
-        self._is_started = False
         self.metadata["autoreset_mode"] = self.autoreset_mode
 
     @needs_reset_if_interrupted
@@ -125,11 +124,14 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         seeds = self._seeds(seed)
         start = self._batch.start(given, flocks[0])
         is_partial = len(flocks) < self._batch.num_flocks
-        if is_partial and not self._is_started:
-            raise ResetNeededError("first reset() called with a reset_mask that leaves slots out")
+        if is_partial:
+            try:
+                self._batch.caught()
+            except ResetNeededError:
+                message = "first reset() called with a reset_mask that leaves slots out"
+                raise ResetNeededError(message) from None
         observations, columns = self._batch.reset(flocks, [seeds[flock] for flock in flocks], [start])
         super().reset(seed=seeds[0])
-        self._is_started = True
         self._show()
         if is_partial:
             observations = self._batch.observe(range(self._batch.num_flocks))
@@ -165,13 +167,6 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
             observations, rewards = observations.view(), rewards.view()
         return observations, rewards, step.terminations, step.truncations, infos
 
-    @needs_reset_if_interrupted
-    def set_state(self, state: bytes, flocks: Any = None) -> Observations:
-        """Restore flocks from a snapshot; see ``ManyFlocks.set_state``."""
-        observations = super().set_state(state, flocks)
-        self._is_started = True
-        return observations
-
     def close(self, **kwargs: Any) -> None:
         """Close the window if one is open."""
         VectorEnv.close(self, **kwargs)
@@ -191,10 +186,6 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
 
     def _num_actions(self) -> int:
         return super()._num_actions() if self._limit is None else self._limit
-
-    def _drop_episodes(self) -> None:
-        super()._drop_episodes()
-        self._is_started = False
 
     def _add_final(self, columns: Columns, ending: _autoreset.Ending, infos: dict[str, Any]) -> None:
         """Add ``final_obs`` and ``final_info`` of ended episodes; the other infos describe the new ones."""
