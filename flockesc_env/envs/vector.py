@@ -167,12 +167,10 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
             observations, rewards = observations.view(), rewards.view()
         return observations, rewards, step.terminations, step.truncations, infos
 
-    def close(self, **kwargs: Any) -> None:
-        """Close the window if one is open."""
-        VectorEnv.close(self, **kwargs)
+    close = VectorEnv.close  # calls `close_extras` once
 
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002
-        """Close the window; ``close`` calls this once."""
+        """Close the window if one is open."""
         ManyFlocks.close(self)
 
     def _as_limit(self, max_episode_steps: Any) -> int | None:

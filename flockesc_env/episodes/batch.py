@@ -47,9 +47,7 @@ class FlockBatch:
         options: options of actions, rewards and observations.
         num_flocks: number of slots.
         view: what a range and an observation row belong to, a flock or an agent.
-        num_threads: number of threads for many slots or one large flock; ``None``: one per core.
-        predator_policy: controls the ``Learned`` predators. ``None``: pass their actions to ``step``;
-            otherwise they fly straight on.
+        num_threads, predator_policy: see ``FlockArguments``.
     """
 
     def __init__(

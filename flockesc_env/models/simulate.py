@@ -212,15 +212,8 @@ def run_flock(
 ) -> Trajectory:
     """Run a flock with given ranges for ``scenario.num_steps`` steps; see ``flockesc_env.simulate``.
 
-    Args:
-        scenario: the flock model's parameters.
-        ranges: rho in m, a scalar, one per agent, shape (n,), or for every step, shape (T, 1) or (T, n).
-        seed: see ``flockesc_env.simulate``, as for the other arguments.
-        initial_positions: r(0), shape (n, D).
-        initial_velocities: v(0), shape (n, D).
-        num_threads: number of threads.
-        predator_actions: actions in [-1, 1] of the L ``Learned`` predators in every step, shape (T, L, D);
-            ``None``: 0, the predators fly straight on.
+    The ranges rho are in m, a scalar, one per agent, shape (n,), or for every step, shape (T, 1) or (T, n).
+    Actions in [-1, 1] of the L ``Learned`` predators have shape (T, L, D); ``None``: 0, they fly straight on.
     """
     agents, steps, axes = scenario.num_agents, scenario.num_steps, scenario.dimension
     positions = _given(initial_positions, "initial_positions", (agents, axes))
