@@ -157,7 +157,7 @@ class PredatorEnv(GymnasiumEnv):
             action: acceleration ahead, to the left and, if D = 3, up, in units of ``max_acceleration``, shape
                 (D,).
         """
-        predator_actions = self.policy_spec.plain_one(action)
+        predator_actions = self.policy_spec.plain(action, None, "action")
         if self._batch.has_ended(0):
             raise ResetNeededError("step() called after the end of the episode; call reset()")
         ranges = self.flock_policy.act(self._flock_observations, self._batch.policy_spec)

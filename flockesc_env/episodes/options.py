@@ -48,10 +48,8 @@ class View(StrEnum):
     @property
     def is_per_agent(self) -> bool:
         """Whether there is one row and one range per agent."""
-        return _PER_AGENT[self]
+        return self is View.AGENT
 
-
-_PER_AGENT = {View(row["name"]): bool(row["per_agent"]) for row in map(json.loads, _core.views())}
 
 _LARGEST_ACTION = float(np.finfo(np.float32).max)
 
