@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from copy import copy
 from pathlib import Path
 from typing import Any
 
@@ -63,14 +62,15 @@ class FlockEvalCallback(BaseCallback):
 
     def _on_training_start(self) -> None:
         env: Any = self.training_env.unwrapped
+        arguments: dict[str, Any] = {"per_agent": False, "batch_size": 64, "num_threads": None}
         if isinstance(env, DummyVecEnv) and all(isinstance(one.unwrapped, LineEscapeEnv) for one in env.envs):
             env = env.envs[0].unwrapped
-            self._played: Any = ([env.scenario], env.options, LINE_OBJECTIVES["escape_distance"], {})
+            self._played: Any = ([env.scenario], env.options, LINE_OBJECTIVES["escape_distance"], arguments)
         elif isinstance(env, BatchVecEnv):
-            named: dict[str, Any] = {"per_agent": env.policy_spec.per_agent}
-            named["predator_policy"] = env.predator_policy
+            arguments["per_agent"] = env.policy_spec.per_agent
+            arguments["predator_policy"] = env.predator_policy
             objective = FLOCK_OBJECTIVES[env.options.objective]
-            self._played = (dict.fromkeys(env.scenarios), env.options, objective, named)
+            self._played = (dict.fromkeys(env.scenarios), env.options, objective, arguments)
         else:
             raise InputError("model.env", "an environment of Task.vec_env", shown(self.training_env))
         self._evaluate()
@@ -84,17 +84,10 @@ class FlockEvalCallback(BaseCallback):
         self._evaluate()
 
     def _evaluate(self) -> None:
-        scenarios, options, spec, named = self._played
+        scenarios, options, spec, arguments = self._played
+        seeds = TUNING[: self.num_flocks]
         objectives = [
-            play(
-                SB3Policy(self.model),
-                TUNING[: self.num_flocks],
-                scenario,
-                options,
-                batch_size=64,
-                num_threads=None,
-                **{"per_agent": False, **copy(named)},
-            )[spec.name]
+            play(SB3Policy(self.model), seeds, scenario, options, **arguments)[spec.name]
             for scenario in scenarios
         ]
         objective = float(np.mean(objectives))

@@ -79,17 +79,15 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         infos: Infos = "all",
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        view = View.of(per_agent)
-        super().__init__(scenario, arguments, num_flocks=num_flocks, view=view)
+        super().__init__(scenario, arguments, num_flocks=num_flocks, view=View.of(per_agent))
         self.policy_spec = spec = self._batch.policy_spec
         self.predator_policy = arguments.get("predator_policy")
         self._infos: Infos = as_choice(infos, "infos", get_args(Infos))
         self._actions: NDArray[Any] | None = None
-        kept = self.metadata, self.render_mode
-        slots = self._batch.num_flocks * self._batch.rows
+        metadata, slots = self.metadata, self._batch.num_flocks * self._batch.rows
         VecEnv.__init__(self, slots, spec.layout.space(), spec.actions.space())
-        self.metadata, self.render_mode = kept
-        kind = "FlockAgents" if view.is_per_agent else "FlockEscape"
+        self.metadata = metadata
+        kind = "FlockAgents" if spec.per_agent else "FlockEscape"
         self.spec = gymnasium.spec(f"flockesc/{kind}-v1")
 
     @needs_reset_if_interrupted
@@ -127,19 +125,16 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         """
         step = _autoreset.step(self._batch, self._actions, AutoresetMode.SAME_STEP)
         dones = step.terminations | step.truncations
-        if self._infos == "all":
-            slot_infos = self._slot_infos(step.columns, step.ranges)
-        else:
-            slot_infos = [{}] * self.num_envs
+        has_all = self._infos == "all"
+        slot_infos = self._slot_infos(step.columns, step.ranges) if has_all else [{}] * self.num_envs
         if step.ending is not None:
             slots = np.flatnonzero(dones).tolist()
-            if self._infos == "end":
-                ended = {name: column[dones[:: self._batch.rows]] for name, column in step.columns.items()}
-                for slot, info in zip(slots, self._slot_infos(ended, step.ranges[dones]), strict=True):
-                    slot_infos[slot] = info
-            for slot, last in zip(slots, step.ending.observations, strict=True):
-                slot_infos[slot]["TimeLimit.truncated"] = bool(step.truncations[slot])
-                slot_infos[slot]["terminal_observation"] = last
+            ended = {name: column[dones[:: self._batch.rows]] for name, column in step.columns.items()}
+            infos = self._slot_infos(ended, step.ranges[dones])
+            for slot, info, last in zip(slots, infos, step.ending.observations, strict=True):
+                info["TimeLimit.truncated"] = bool(step.truncations[slot])
+                info["terminal_observation"] = last
+                slot_infos[slot] = info
         self._show()
         return step.observations, step.rewards.astype(np.float32), dones, slot_infos
 
