@@ -75,7 +75,6 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         **arguments: Unpack[FlockArguments],
     ) -> None:
         super().__init__(scenario, arguments, num_flocks=num_flocks, view=View.of(per_agent))
-        self.policy_spec = self._batch.policy_spec
         flocks, agents = self._batch.num_flocks, self._batch.rows
         EnvBase.__init__(self, device=torch.device(device), batch_size=torch.Size([flocks]))
         self._rows = (flocks, agents) if self.policy_spec.per_agent else (flocks,)

@@ -7,7 +7,7 @@ can be copied (``copy.deepcopy``) and pickled at any time.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import copy, deepcopy
 from functools import wraps
 from typing import Any, ClassVar, Generic, Literal, TypeVar, cast
@@ -144,7 +144,9 @@ class Viewed:
     def _num_actions(self) -> int:
         """Return the number of actions of an episode that does not end early."""
 
-    def _set_frames_per_second(self, fps: int) -> None:
+    def _prepare_rendering(self, arguments: Mapping[str, Any], fps: int, **flocks: int) -> None:
+        self.render_mode = arguments.get("render_mode")
+        self._viewer = as_viewer(self.render_mode, arguments.get("render_options"), fps, **flocks)
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
 
 
@@ -208,12 +210,10 @@ class FlockEnvironment(Viewed):
         )
         self.scenario: FlockScenario = batch.scenario  # of the first flock
         self.options: EnvOptions = batch.options
+        self.policy_spec = batch.policy_spec
         seconds = first.time_step * self.options.steps_per_action
         fps = max(1, round(min(1.0 / seconds, 1000.0)))  # real time, at most 1000 pictures per second
-        self.render_mode, options = arguments.get("render_mode"), arguments.get("render_options")
-        count, agents = batch.num_flocks, first.num_agents
-        self._viewer = as_viewer(self.render_mode, options, fps, count=count, num_agents=agents)
-        self._set_frames_per_second(fps)
+        self._prepare_rendering(arguments, fps, count=batch.num_flocks, num_agents=first.num_agents)
 
     def _as_scenarios(self, given: Any) -> FlockScenario | list[FlockScenario]:
         scenario: FlockScenario = as_scenario(given, FlockScenario)

@@ -77,7 +77,6 @@ class FlockEscapeEnv(GymnasiumEnv):
         self, scenario: FlockScenario | str | None = None, **arguments: Unpack[FlockArguments]
     ) -> None:
         super().__init__(scenario, arguments)
-        self.policy_spec = self._batch.policy_spec
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
 
@@ -140,14 +139,15 @@ class PredatorEnv(GymnasiumEnv):
         if not given.num_learned:
             given = given.with_learned_predators()
         super().__init__(given, arguments, view=View.of(per_agent))
-        self.policy_spec = self._batch.predator_policy_spec
-        if self.policy_spec.count != 1:
-            raise InputError("predators", "exactly one Learned predator", self.policy_spec.count)
+        spec = self._batch.predator_policy_spec
+        if spec.count != 1:
+            raise InputError("predators", "exactly one Learned predator", spec.count)
+        self.policy_spec = spec  # type: ignore[assignment]
         chosen = FixedRange(10.0) if flock_policy is None else flock_policy
         self.flock_policy = as_policy(chosen, "flock_policy")
         self.flock_policy.check(self.options, per_agent=View.of(per_agent).is_per_agent)
-        self.observation_space = self.policy_spec.layout.space()
-        self.action_space = self.policy_spec.space()
+        self.observation_space = spec.layout.space()
+        self.action_space = spec.space()
 
     @needs_reset_if_interrupted
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -157,7 +157,7 @@ class PredatorEnv(GymnasiumEnv):
             action: acceleration ahead, to the left and, if D = 3, up, in units of ``max_acceleration``, shape
                 (D,).
         """
-        predator_actions = self.policy_spec.plain(action, None, "action")
+        predator_actions = self._batch.predator_policy_spec.plain(action, None, "action")
         if self._batch.has_ended(0):
             raise ResetNeededError("step() called after the end of the episode; call reset()")
         ranges = self.flock_policy.act(self._flock_observations, self._batch.policy_spec)

@@ -18,7 +18,6 @@ from flockesc_env.episodes.options import options_in
 from flockesc_env.episodes.seeds import episode_seed, fresh_seed
 from flockesc_env.episodes.spaces import line_policy_spec
 from flockesc_env.render.frames import LineFrame
-from flockesc_env.render.viewer import as_viewer
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_scenario
 
@@ -56,9 +55,7 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
         self.policy_spec = line_policy_spec(self.scenario, self.options)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
-        self.render_mode = arguments.get("render_mode")
-        self._viewer = as_viewer(self.render_mode, arguments.get("render_options"), FRAMES_PER_SECOND)
-        self._set_frames_per_second(FRAMES_PER_SECOND)
+        self._prepare_rendering(arguments, FRAMES_PER_SECOND)
 
     @property
     def line(self) -> LineView:

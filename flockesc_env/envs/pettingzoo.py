@@ -70,7 +70,6 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self, scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
     ) -> None:
         super().__init__(scenario, arguments, view=View.AGENT)
-        self.policy_spec = self._batch.policy_spec
         self.predator_policy_spec = self._batch.predator_policy_spec
         count = self.scenario.num_agents
         self._flock = agent_names("agent", count)

@@ -91,7 +91,6 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         super().__init__(given, arguments, num_flocks=slots // rows, view=view)
         self._limit = self._as_limit(max_episode_steps)
         self.num_envs = slots
-        self.policy_spec = self._batch.policy_spec
         self.single_observation_space = self.policy_spec.layout.space()
         self.single_action_space = self.policy_spec.actions.space()
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)

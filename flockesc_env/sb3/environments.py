@@ -80,14 +80,13 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         **arguments: Unpack[FlockArguments],
     ) -> None:
         super().__init__(scenario, arguments, num_flocks=num_flocks, view=View.of(per_agent))
-        self.policy_spec = spec = self._batch.policy_spec
         self.predator_policy = arguments.get("predator_policy")
         self._infos: Infos = as_choice(infos, "infos", get_args(Infos))
         self._actions: NDArray[Any] | None = None
         metadata, slots = self.metadata, self._batch.num_flocks * self._batch.rows
-        VecEnv.__init__(self, slots, spec.layout.space(), spec.actions.space())
+        VecEnv.__init__(self, slots, self.policy_spec.layout.space(), self.policy_spec.actions.space())
         self.metadata = metadata
-        kind = "FlockAgents" if spec.per_agent else "FlockEscape"
+        kind = "FlockAgents" if self.policy_spec.per_agent else "FlockEscape"
         self.spec = gymnasium.spec(f"flockesc/{kind}-v1")
 
     @needs_reset_if_interrupted
