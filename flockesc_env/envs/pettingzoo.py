@@ -252,9 +252,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             warnings.warn(message, UserWarning, stacklevel=3)
         start = self._batch.start(known)
         rows, columns = self._batch.reset([0], [None if seed is None else as_seed(seed)], [start])
-        self.agents = self.possible_agents.copy()
-        self._caught = np.zeros(len(self._flock), np.bool)
-        self._false = dict.fromkeys(self.agents, False)
+        self._name_agents(has_ended=False)
         self._show()
         return rows, _core.infos(columns)[0]
 

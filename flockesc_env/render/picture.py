@@ -97,7 +97,11 @@ def _draw_flock(canvas: Canvas, frame: FlockFrame, options: RenderOptions, title
     canvas.polygons(_darts(eye, places, frame.velocities[alive], length), colors)
     canvas.polygons(_darts(eye, predators, frame.predator_velocities, 0.026 * size), red)
 
-    time, words = frame.step * frame.scenario.time_step, range_text(ranges if len(known) else known, unit)
+    words = "range -"  # before the first action, or all agents have been caught
+    if len(known) and len(ranges):  # the common range or, if ranges differ, their mean and standard deviation
+        spread = "" if np.ptp(ranges) == 0 else f" ± {ranges.std():.1f}"
+        words = f"range {ranges.mean():.1f}{spread} {unit}"
+    time = frame.step * frame.scenario.time_step
     _head(canvas, title, f"{time:.1f} s", words, frame.objective if len(predators) else "no predator")
     if frame.caught.any():
         canvas.text(f"{frame.caught.sum()} caught", (0.5 * size, 0.96 * size), PREDATOR, "center")
@@ -123,10 +127,10 @@ def _draw_line(canvas: Canvas, frame: LineFrame, title: str) -> None:
         band = predator + frame.scenario.predator_range * np.array([-1, -1, 1, 1])
         corners = at([0, end, end, 0], np.clip(band, low, high))
         canvas.polygons(corners[np.newaxis], [faded(PREDATOR, 0.86)])
-    for level in _ticks(low, high):
+    for level in np.linspace(low, high, 6):
         canvas.segments(at([0, end], level)[np.newaxis], [GRID])
         canvas.text(f"{level:.4g}", at(-0.012 * end, level).tolist(), FAINT_TEXT, "midright", 0.036)
-    for step in _ticks(0, end):
+    for step in np.linspace(0, end, 6):
         canvas.text(f"{step:g}", at(step, low - 0.02 * (high - low)).tolist(), FAINT_TEXT, "midtop", 0.036)
     canvas.text("steps", (0.535 * size, 0.96 * size), FAINT_TEXT, "center", 0.036)
     if predator is not None:
@@ -142,14 +146,6 @@ def _draw_line(canvas: Canvas, frame: LineFrame, title: str) -> None:
     goal = "" if predator is None else f"escape distance {np.abs(states[-1] - predator).min():.3f}"
     _head(canvas, title, f"t = {steps[-1]}", f"range {ranges[-1]:.3g}", goal or "no predator")
     _count(canvas, labels[-1])
-
-
-def range_text(ranges: FloatArray, unit: str) -> str:
-    """Return the common range or, if ranges differ, their mean and standard deviation."""
-    if not len(ranges):
-        return "range -"  # before the first action, or all agents have been caught
-    words = f"{ranges[0]:.1f}" if np.ptp(ranges) == 0 else f"{ranges.mean():.1f} ± {ranges.std():.1f}"
-    return f"range {words} {unit}"
 
 
 def nice(least: float) -> float:
@@ -220,9 +216,3 @@ def _ruler(canvas: Canvas, scale: float) -> None:
     middle = right - length * scale / 2
     canvas.segments(np.array([[(2 * middle - right, y), (right, y)]]), [FAINT_TEXT], 0.004 * canvas.size)
     canvas.text(f"{length:g} m", (middle, y - 0.008 * canvas.size), FAINT_TEXT, "midbottom")
-
-
-def _ticks(low: float, high: float) -> FloatArray:
-    """Return about eight round numbers from ``low`` to ``high``."""
-    spacing = nice((high - low) / 8)
-    return spacing * np.arange(np.ceil(low / spacing), np.floor(high / spacing) + 1)
