@@ -129,7 +129,7 @@ def _draw_line(canvas: Canvas, frame: LineFrame, title: str) -> None:
         canvas.polygons(corners[np.newaxis], [faded(PREDATOR, 0.86)])
     for level in np.linspace(low, high, 6):
         canvas.segments(at([0, end], level)[np.newaxis], [GRID])
-        canvas.text(f"{level:.4g}", at(-0.012 * end, level).tolist(), FAINT_TEXT, "midright", 0.036)
+        canvas.text(f"{round(level, 2):g}", at(-0.012 * end, level).tolist(), FAINT_TEXT, "midright", 0.036)
     for step in np.linspace(0, end, 6):
         canvas.text(f"{step:g}", at(step, low - 0.02 * (high - low)).tolist(), FAINT_TEXT, "midtop", 0.036)
     canvas.text("steps", (0.535 * size, 0.96 * size), FAINT_TEXT, "center", 0.036)
