@@ -72,7 +72,8 @@ class FlockBatch:
                 kinds = ", ".join(type(predator).__name__ for predator in first.predators)
                 raise InputError("predator_policy", expected, kinds or "no predator")
         self._predator_policy = predator_policy
-        self._begun: list[int] = []  # slots whose episode began after the predator policy's last action
+        # Whether a slot's episode began after the predator policy's last action.
+        self._has_begun = np.zeros(self.num_flocks, np.bool)
         self.options = options
         threads = as_threads(num_threads)
         self.policy_spec = replace(flock_policy_spec(first, options, view), num_steps=num_steps)
@@ -116,14 +117,13 @@ class FlockBatch:
             Observations, shape (len(slots) * rows, entries), and columns of ``info``, of ``slots`` only.
         """
         began = self._core.reset(slots, seeds or [None] * len(slots), starts)
-        self._note_begun(slots)
+        self._has_begun[slots] = True
         return began
 
     def step(
         self,
         actions: Any,
         *,
-        label: Label | None = None,
         at_end: AtEnd = "refuse",
         out: tuple[Observations, FloatArray] | None = None,
         predator_actions: FloatArray | None = None,
@@ -132,7 +132,6 @@ class FlockBatch:
 
         Args:
             actions: shape (num_flocks * rows, 1) or, for discrete actions, (num_flocks * rows,).
-            label: returns the name of the i-th action for error messages; ``None``: ``action[i]``.
             at_end: what happens in a slot whose episode has ended. ``"refuse"``: the call raises. Otherwise
                 the slot's action is ignored and its reward is 0, and the slot starts the next episode of its
                 schedule (``"restart"``) or stays unchanged (``"stay"``).
@@ -143,14 +142,15 @@ class FlockBatch:
         restarted: list[int] = []
         if self._predator_policy is not None and at_end == "restart":
             restarted = [slot for slot in range(self.num_flocks) if self._core.has_ended(slot)]
-        step = self._core.step(actions, label, at_end, out, self._hunt(predator_actions))
-        self._note_begun(restarted)
+        step = self._core.step(actions, None, at_end, out, self._hunt(predator_actions))
+        if restarted:
+            self._has_begun[restarted] = True
         return step
 
     def step_flock(
         self, actions: Any, *, label: Label | None = None, predator_actions: FloatArray | None = None
     ) -> FlockStep:
-        """Step a batch of one flock as ``step`` does, in less time."""
+        """Step a batch of one flock as ``step``, in less time; ``label(i)``: name of the i-th action."""
         return self._core.step_flock(actions, label, self._hunt(predator_actions))
 
     def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
@@ -225,7 +225,7 @@ class FlockBatch:
         for other in set(range(self.num_flocks)).difference(chosen):
             self._core.has_ended(other)  # raises if the slot was never reset
         self._core.set_state(chosen, as_bytes(state, "state"))
-        self._note_begun(chosen)  # a snapshot does not contain the memory of a predator policy
+        self._has_begun[chosen] = True  # a snapshot does not contain the memory of a predator policy
         return chosen
 
     def drop_episodes(self) -> None:
@@ -242,10 +242,6 @@ class FlockBatch:
         most = self.num_flocks - 1
         return [as_count(slot, f"flocks[{place}]", least=0, most=most) for place, slot in enumerate(given)]
 
-    def _note_begun(self, slots: Sequence[int]) -> None:
-        if self._predator_policy is not None:
-            self._begun += slots
-
     def _hunt(self, given: FloatArray | None) -> FloatArray | Callable[[], FloatArray] | None:
         """Return the predators' actions or, with a policy, a function that the core calls for them.
 
@@ -255,10 +251,9 @@ class FlockBatch:
 
     def _predator_actions(self) -> FloatArray:
         observations = self.observe(range(self.num_flocks), "predators")
-        if self._begun:
-            begins = np.isin(np.arange(self.num_flocks), self._begun)
-            reset_policy(self._predator_policy, np.repeat(begins, self.predator_policy_spec.count))
-            self._begun = []
+        if self._has_begun.any():
+            reset_policy(self._predator_policy, self._has_begun.repeat(self.predator_policy_spec.count))
+            self._has_begun[:] = False
         policy = cast("PredatorPolicy", self._predator_policy)
         actions = policy.act(observations, self.predator_policy_spec)
         return self.predator_policy_spec.plain(actions, len(observations), "actions of the predator policy")
