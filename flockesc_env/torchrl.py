@@ -123,8 +123,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         flocks = range(len(self._seeds))
         mask = None if tensordict is None else tensordict.get("_reset", None)
         slots = list(flocks) if mask is None else np.flatnonzero(mask.cpu().numpy()).tolist()
-        start = self._batch.start(options, min(slots, default=0))
-        observations, _ = self._batch.reset(slots, [self._seeds[slot] for slot in slots], [start])
+        observations, _ = self._batch.reset(slots, [self._seeds[slot] for slot in slots], [options])
         for slot in slots:
             self._seeds[slot] = None
         if len(slots) < len(flocks):

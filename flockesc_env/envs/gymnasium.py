@@ -45,10 +45,9 @@ class GymnasiumEnv(Registered, OneFlock[Observations], gymnasium.Env[Observation
         Raises:
             InputError: if the seed or an option is invalid; the running episode continues.
         """
-        start = self._batch.start(options)
         if seed is not None:
             seed = as_seed(seed)
-        rows, columns = self._batch.reset([0], [seed], [start])
+        rows, columns = self._batch.reset([0], [seed], [options])
         super().reset(seed=seed)
         observation = self._resume(rows)
         self._show()

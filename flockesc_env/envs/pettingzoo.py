@@ -19,8 +19,8 @@ from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_see
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs._base import FlockArguments, Infos, OneFlock, agent_names, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import FlockStep, is_over
-from flockesc_env.episodes.options import TeamReward, View
-from flockesc_env.episodes.spaces import Label, flock_layout
+from flockesc_env.episodes.options import EnvOptions, TeamReward, View
+from flockesc_env.episodes.spaces import Label, flock_policy_spec
 from flockesc_env.episodes.starts import RESET_OPTIONS
 from flockesc_env.scenario.flock import FlockScenario
 
@@ -92,7 +92,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self._infos: Infos = as_choice(arguments.get("infos", "all"), "infos", get_args(Infos))
         self._state: StateKind = as_choice(arguments.get("state", "full"), "state", get_args(StateKind))
         if self._state == "flock_view":
-            self.state_space = flock_layout(self.scenario.dimension).space()
+            self.state_space = flock_policy_spec(self.scenario, EnvOptions(), View.FLOCK).layout.space()
 
     def observation_space(self, agent: str) -> gymnasium.Space[Any]:
         """Return the agent's observation space, the same object at every call."""
@@ -250,8 +250,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             unknown = ", ".join(shown(name) for name in given if name not in known)
             message = f"reset() ignores unknown options {unknown}; known: {', '.join(RESET_OPTIONS)}"
             warnings.warn(message, UserWarning, stacklevel=3)
-        start = self._batch.start(known)
-        rows, columns = self._batch.reset([0], [None if seed is None else as_seed(seed)], [start])
+        rows, columns = self._batch.reset([0], [None if seed is None else as_seed(seed)], [known])
         self._name_agents(has_ended=False)
         self._show()
         return rows, _core.infos(columns)[0]

@@ -121,7 +121,6 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         mask = self._mask(given.pop("reset_mask", None))
         flocks = np.flatnonzero(mask[:: self._batch.rows]).tolist()
         seeds = self._seeds(seed)
-        start = self._batch.start(given, flocks[0])
         is_partial = len(flocks) < self._batch.num_flocks
         if is_partial:
             try:
@@ -129,7 +128,7 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
             except ResetNeededError:
                 message = "first reset() called with a reset_mask that leaves slots out"
                 raise ResetNeededError(message) from None
-        observations, columns = self._batch.reset(flocks, [seeds[flock] for flock in flocks], [start])
+        observations, columns = self._batch.reset(flocks, [seeds[flock] for flock in flocks], [given])
         super().reset(seed=seeds[0])
         self._show()
         if is_partial:

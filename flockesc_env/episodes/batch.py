@@ -16,7 +16,7 @@ from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.episodes.spaces import Label, flock_policy_spec
-from flockesc_env.episodes.starts import NO_START, Start, as_start, distinct_scenarios
+from flockesc_env.episodes.starts import as_start, distinct_scenarios
 from flockesc_env.scenario.flock import FlockScenario
 
 Observations = NDArray[np.float32]
@@ -95,27 +95,25 @@ class FlockBatch:
         """The scenario of every slot."""
         return [self._distinct[index] for index in self._scenario_of_slot]
 
-    def start(self, options: Mapping[str, Any] | None, slot: int = 0) -> Start:
-        """Return the ``options`` of a reset after validation; see ``as_start``."""
-        return as_start(options, self._distinct[self._scenario_of_slot[slot]])
-
     def reset(
         self,
         slots: Sequence[int],
         seeds: Sequence[int | None] | None = None,
-        starts: Sequence[Start] = (NO_START,),
+        options: Sequence[Mapping[str, Any] | None] = (None,),
     ) -> tuple[Observations, Columns]:
-        """Start episodes in some slots, with the initial states from ``starts`` or else from the seeds.
+        """Start episodes in some slots, with the initial states from ``options`` or else from the seeds.
 
         Args:
             slots: indices of the slots.
             seeds: one seed per slot, which begins a seed schedule (``episode_seed``) at episode 0, or at
-                ``start["episode"]``. ``None``: the slot continues its own schedule.
-            starts: results of the method ``start``: one per slot, or a single one for all.
+                the option ``episode``. ``None``: the slot continues its own schedule.
+            options: options of ``FlockEscapeEnv.reset``, one per slot, or a single one for all.
 
         Returns:
             Observations, shape (len(slots) * rows, entries), and columns of ``info``, of ``slots`` only.
         """
+        pairs = zip(options, slots, strict=False)
+        starts = [as_start(each, self._distinct[self._scenario_of_slot[slot]]) for each, slot in pairs]
         began = self._core.reset(slots, seeds or [None] * len(slots), starts)
         self._has_begun[slots] = True
         return began

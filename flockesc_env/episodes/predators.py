@@ -14,7 +14,7 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.action_checks import plain_array
-from flockesc_env.episodes.spaces import ObservationLayout, predator_layout
+from flockesc_env.episodes.spaces import ObservationLayout
 from flockesc_env.scenario.flock import FlockScenario
 
 Observations = NDArray[np.float32]
@@ -40,8 +40,8 @@ class PredatorPolicySpec:
     @classmethod
     def of(cls, scenario: FlockScenario) -> PredatorPolicySpec:
         """Return the spec for the ``Learned`` predators of a scenario; ``count`` may be 0."""
-        dimension = scenario.dimension
-        return cls(predator_layout(dimension), dimension, scenario.num_learned, scenario.num_steps)
+        layout = ObservationLayout.of(_core.predator_observation_entries(scenario.dimension))
+        return cls(layout, scenario.dimension, scenario.num_learned, scenario.num_steps)
 
     def space(self) -> spaces.Box:
         """Return the action space of one predator, a new Box [-1, 1] of shape (D,)."""

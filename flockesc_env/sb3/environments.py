@@ -108,8 +108,7 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
             InputError: if an option is invalid; the running episodes continue.
         """
         rows, flocks = self._batch.rows, range(self._batch.num_flocks)
-        starts = [self._batch.start(given, flock) for flock, given in enumerate(self._options[::rows])]
-        observations, columns = self._batch.reset(flocks, self._seeds[::rows], starts)
+        observations, columns = self._batch.reset(flocks, self._seeds[::rows], self._options[::rows])
         reset_infos = self._slot_infos(columns, np.zeros(self.num_envs))
         self._reset_seeds()
         self._reset_options()
