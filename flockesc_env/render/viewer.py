@@ -47,7 +47,7 @@ class Viewer:
         images = self.images()
         if self._mode == "rgb_array":
             return images
-        from flockesc_env.render.canvas import show  # loads pygame, an extra
+        from flockesc_env.render.picture import show  # loads pygame, an extra
 
         show(tiled(images), self._fps)
         return None
@@ -55,7 +55,7 @@ class Viewer:
     def close(self) -> None:
         """Close the window, if there is one; the next picture opens it again."""
         if self._mode == "human":
-            from flockesc_env.render.canvas import close_window  # loads pygame, an extra
+            from flockesc_env.render.picture import close_window  # loads pygame, an extra
 
             close_window()
 
