@@ -14,7 +14,7 @@ from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import ResetNeededError
 from flockesc_env.envs._base import LineArguments, Registered, needs_reset_if_interrupted
 from flockesc_env.episodes.current_state import LineView
-from flockesc_env.episodes.options import options_in
+from flockesc_env.episodes.options import LineOptions, options_in
 from flockesc_env.episodes.seeds import episode_seed, fresh_seed
 from flockesc_env.episodes.spaces import line_policy_spec
 from flockesc_env.render.frames import LineFrame
@@ -47,7 +47,7 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
         self, scenario: LineScenario | str | None = None, **arguments: Unpack[LineArguments]
     ) -> None:
         self.scenario = as_scenario(scenario, LineScenario)
-        self.options = options_in(self.scenario, arguments, LineArguments)
+        self.options: LineOptions = options_in(self.scenario, arguments, LineArguments)
         self._document = self.options.to_core()
         _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # raises if there is no predator
         self._episode: _core.LineEpisode | None = None

@@ -86,7 +86,6 @@ class ScanResult(Displayed):
 
         It shows the 95 % interval, except with one seed. ``figure.savefig("order.png")`` writes it.
         """
-        require("analysis", ["matplotlib", "scipy"])
         from matplotlib.figure import Figure  # optional and slow to import
 
         figure = Figure(figsize=(5.5, 3.5), layout="constrained")

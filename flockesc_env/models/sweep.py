@@ -113,7 +113,6 @@ class SweepResult(Displayed):
         Raises:
             InputError: if the scenario has no predator.
         """
-        require("analysis", ["matplotlib", "scipy"])
         from matplotlib.figure import Figure  # optional and slow to import
 
         best = self.best_range(objective)
