@@ -18,7 +18,7 @@ from flockesc_env.common.errors import FlockescError, InputError, ResetNeededErr
 from flockesc_env.envs.gymnasium import FlockEscapeEnv, PredatorEnv
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.options import EnvOptions, LineOptions
-from flockesc_env.episodes.seeds import episode_seed
+from flockesc_env.episodes.starts import episode_seed
 from flockesc_env.models.records import load_run, replay_run, save_run
 from flockesc_env.models.scan import scan
 from flockesc_env.models.simulate import simulate_line

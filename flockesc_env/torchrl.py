@@ -14,8 +14,7 @@ from flockesc_env.envs._base import FlockArguments, ManyFlocks, agent_names, nee
 from flockesc_env.episodes.batch import Columns, Observations, is_over
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.options import View
-from flockesc_env.episodes.seeds import consecutive_seeds, fresh_seed
-from flockesc_env.episodes.starts import Scenarios
+from flockesc_env.episodes.starts import Scenarios, consecutive_seeds, fresh_seed
 
 require("torchrl", ["torchrl"])
 import torch  # noqa: E402, after the check

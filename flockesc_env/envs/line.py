@@ -15,8 +15,8 @@ from flockesc_env.common.errors import ResetNeededError
 from flockesc_env.envs._base import LineArguments, Registered, needs_reset_if_interrupted
 from flockesc_env.episodes.current_state import LineView
 from flockesc_env.episodes.options import LineOptions, options_in
-from flockesc_env.episodes.seeds import episode_seed, fresh_seed
 from flockesc_env.episodes.spaces import line_policy_spec
+from flockesc_env.episodes.starts import episode_seed, fresh_seed
 from flockesc_env.render.frames import LineFrame
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_scenario

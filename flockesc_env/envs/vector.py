@@ -24,8 +24,7 @@ from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, Observations
 from flockesc_env.episodes.options import View
-from flockesc_env.episodes.seeds import consecutive_seeds
-from flockesc_env.episodes.starts import Scenarios, as_scenarios
+from flockesc_env.episodes.starts import Scenarios, as_scenarios, consecutive_seeds
 from flockesc_env.scenario.flock import FlockScenario
 
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]

@@ -14,9 +14,8 @@ from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_predat
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
-from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.episodes.spaces import Label, flock_policy_spec
-from flockesc_env.episodes.starts import as_start, distinct_scenarios
+from flockesc_env.episodes.starts import as_start, distinct_scenarios, fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
 
 Observations = NDArray[np.float32]

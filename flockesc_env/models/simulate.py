@@ -16,7 +16,7 @@ from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_thread
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import data_frame
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.episodes.seeds import fresh_seed
+from flockesc_env.episodes.starts import fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_scenario

@@ -25,9 +25,8 @@ from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.batch import Columns
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES
 from flockesc_env.episodes.options import View
-from flockesc_env.episodes.seeds import consecutive_seeds, fresh_seed
 from flockesc_env.episodes.splits import TUNING
-from flockesc_env.episodes.starts import Scenarios
+from flockesc_env.episodes.starts import Scenarios, consecutive_seeds, fresh_seed
 from flockesc_env.policies.playing import play
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.line import LineScenario
