@@ -164,9 +164,9 @@ def recorded_frame(
 
 
 def live_frames(batch: FlockBatch, frames: Sequence[FlockFrame | None], trail: float) -> list[FlockFrame]:
-    """Return the present frames of all flocks, from those before the last action, with trails of ``trail`` s.
+    """Return the frames of all flocks after an action, from those before it (``None``: no history).
 
-    A frame that is ``None`` has no history.
+    Trails are ``trail`` s long.
     """
     spec = FLOCK_OBJECTIVES[batch.options.objective]
     objectives, caught, present = batch.metrics()[spec.name], batch.caught(), list[FlockFrame]()
