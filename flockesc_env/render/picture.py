@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from itertools import combinations, product
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +26,6 @@ require("video", ["pygame"])
 import pygame  # noqa: E402, after the check
 
 Image = NDArray[np.uint8]
-Anchor = Literal["topleft", "midtop", "topright", "midleft", "midright", "midbottom", "center"]
 
 GRID, FRAME, TEXT, FAINT_TEXT = rgb(LIGHT.grid), rgb(LIGHT.frame), rgb(LIGHT.ink), rgb(LIGHT.muted)
 PREDATOR = rgb(LIGHT.predator)
@@ -42,9 +41,6 @@ _DART = np.array([(1.0, 0.0), (-0.8, 0.66), (-0.42, 0.0), (-0.8, -0.66)])
 
 _FIRST_STEPS = 10
 """Length of a line's time axis at the start; it grows with the episode."""
-
-TYPE = 0.055
-"""Height of text, over the width of a picture."""
 
 _PAPER = rgb(LIGHT.ground)
 _FINE = 2
@@ -85,9 +81,9 @@ class Canvas:
             pygame.draw.circle(self._surface, color, center, radius, round(_FINE * rim))
 
     def text(
-        self, text: str, at: Sequence[float], color: Color, anchor: Anchor = "topleft", height: float = TYPE
+        self, text: str, at: Sequence[float], color: Color, anchor: str = "topleft", height: float = 0.055
     ) -> float:
-        """Write text with its ``anchor`` at a point, and return its width."""
+        """Write text with its ``anchor`` at a point, and return its width; ``height``: over the picture's."""
         if height not in self._fonts:  # pygame's own font, not kept longer: `pygame.quit` invalidates it
             self._fonts[height] = pygame.font.Font(None, round(_FINE * height * self.size))
         written = self._fonts[height].render(text, True, color)
