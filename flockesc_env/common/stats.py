@@ -76,6 +76,7 @@ def argmax(positions: FloatArray, values: FloatArray) -> Estimate:
 
     Positions have shape (k,), for example interaction ranges; values have shape (k, flocks).
     """
+    positions, values = as_vector(positions, "positions"), as_floats(values, "values")
 
     def place(flocks: NDArray[np.int64], axis: int) -> Any:
         return positions[np.argmax(values[:, flocks].mean(axis=axis), axis=0)]
