@@ -15,11 +15,10 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 import flockesc_env.notebook as _notebook  # noqa: F401, results show themselves in notebooks
 from flockesc_env._core import __version__
 from flockesc_env.common.errors import FlockescError, InputError, ResetNeededError
-from flockesc_env.envs.gymnasium import FlockEscapeEnv
+from flockesc_env.envs.gymnasium import FlockEscapeEnv, PredatorEnv
 from flockesc_env.envs.line import LineEscapeEnv
-from flockesc_env.envs.predator import PredatorEnv
 from flockesc_env.episodes.options import EnvOptions, LineOptions
-from flockesc_env.episodes.seeds import episode_seed
+from flockesc_env.episodes.starts import episode_seed
 from flockesc_env.models.records import load_run, replay_run, save_run
 from flockesc_env.models.scan import scan
 from flockesc_env.models.simulate import simulate_line

@@ -16,13 +16,11 @@ import numpy as np
 
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.extras import MissingExtraError, figure_style
-from flockesc_env.common.notebook import to_html
-from flockesc_env.models.simulate import LineTrajectory, Trajectory
+from flockesc_env.models.simulate import LineTrajectory, Trajectory, to_html
 from flockesc_env.models.sweep import SweepResult
 from flockesc_env.policies.playing import Episodes, LineEpisodes
 from flockesc_env.render.palette import LIGHT
-from flockesc_env.watch.document import check_runs
-from flockesc_env.watch.page import render, replay
+from flockesc_env.watch.page import check_runs, render, replay
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,8 +65,21 @@ def _(run: Trajectory) -> str:
 
 @to_html.register
 def _(run: LineTrajectory) -> str | None:
-    with suppress(MissingExtraError):
-        return _picture(_paths(run))
+    """Return the positions of a line's agents over time, with the predator and its range."""
+    with suppress(MissingExtraError), figure_style():
+        from matplotlib.figure import Figure  # optional and slow to import
+
+        figure = Figure(figsize=(6.0, 3.2), layout="constrained")
+        axes = figure.add_subplot()
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.plot(np.arange(len(run.states)), run.states, color=LIGHT.fixed, linewidth=0.6)
+        predator, reach = run.scenario.predator_position, run.scenario.predator_range
+        if predator is not None:
+            axes.axhspan(predator - reach, predator + reach, color=LIGHT.predator, alpha=0.1, linewidth=0)
+            axes.axhline(predator, color=LIGHT.predator, linewidth=1.5)
+        axes.set_xlabel("step")
+        axes.set_ylabel("position")
+        return _picture(figure)
     return None
 
 
@@ -97,43 +108,20 @@ def _(episodes: Episodes | LineEpisodes) -> str:
 
 def _moment(runs: Sequence[tuple[str, Trajectory]]) -> str:
     """Return a picture of flocks in the plane at their smallest mean predator distance, or nothing."""
-    with suppress(MissingExtraError):
-        return _flocks(runs)
+    with suppress(MissingExtraError), figure_style():
+        from matplotlib.figure import Figure  # optional and slow to import
+
+        figure = Figure(figsize=(3.2 * len(runs), 3.4), layout="constrained")
+        for axes, (name, run) in zip(figure.subplots(1, len(runs), squeeze=False)[0], runs, strict=True):
+            step = int(run.mean_distance.argmin())
+            axes.quiver(*run.positions[step].T[:2], *run.velocities[step].T[:2], color=LIGHT.fixed)
+            axes.plot(*run.predator_positions[step].T[:2], "o", color=LIGHT.predator)
+            axes.set_title(f"{name}: {run.mean_distance[step]:.1f} m at {run.times[step]:.1f} s", fontsize=9)
+            axes.set_aspect("equal")
+        file = BytesIO()
+        figure.savefig(file, format="png", dpi=60)
+        return f'<img alt="flocks" src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
     return ""
-
-
-@figure_style()
-def _flocks(runs: Sequence[tuple[str, Trajectory]]) -> str:
-    from matplotlib.figure import Figure  # optional and slow to import
-
-    figure = Figure(figsize=(3.2 * len(runs), 3.4), layout="constrained")
-    for axes, (name, run) in zip(figure.subplots(1, len(runs), squeeze=False)[0], runs, strict=True):
-        step = int(run.mean_distance.argmin())
-        axes.quiver(*run.positions[step].T[:2], *run.velocities[step].T[:2], color=LIGHT.fixed)
-        axes.plot(*run.predator_positions[step].T[:2], "o", color=LIGHT.predator)
-        axes.set_title(f"{name}: {run.mean_distance[step]:.1f} m at {run.times[step]:.1f} s", fontsize=9)
-        axes.set_aspect("equal")
-    file = BytesIO()
-    figure.savefig(file, format="png", dpi=60)
-    return f'<img alt="flocks" src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
-
-
-@figure_style()
-def _paths(run: LineTrajectory) -> Figure:
-    """Return the positions of a line's agents over time, with the predator and its range."""
-    from matplotlib.figure import Figure  # optional and slow to import
-
-    figure = Figure(figsize=(6.0, 3.2), layout="constrained")
-    axes = figure.add_subplot()
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.plot(np.arange(len(run.states)), run.states, color=LIGHT.fixed, linewidth=0.6)
-    predator, reach = run.scenario.predator_position, run.scenario.predator_range
-    if predator is not None:
-        axes.axhspan(predator - reach, predator + reach, color=LIGHT.predator, alpha=0.1, linewidth=0)
-        axes.axhline(predator, color=LIGHT.predator, linewidth=1.5)
-    axes.set_xlabel("step")
-    axes.set_ylabel("position")
-    return figure
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

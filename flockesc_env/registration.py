@@ -27,11 +27,11 @@ FIXED = (
 
 def register() -> None:
     """Register all ids. This reads the tasks' file and makes no task."""
-    flock = "flockesc_env.envs.gymnasium:FlockEscapeEnv"
-    gymnasium.register("flockesc/FlockEscape-v1", flock, vector_entry_point=_VECTOR)
+    one = "flockesc_env.envs.gymnasium"
+    gymnasium.register("flockesc/FlockEscape-v1", f"{one}:FlockEscapeEnv", vector_entry_point=_VECTOR)
     refusal, agents = f"{__name__}:no_single_env", {"per_agent": True}
     gymnasium.register("flockesc/FlockAgents-v1", refusal, vector_entry_point=_VECTOR, kwargs=agents)
-    gymnasium.register("flockesc/Predator-v1", "flockesc_env.envs.predator:PredatorEnv")
+    gymnasium.register("flockesc/Predator-v1", f"{one}:PredatorEnv")
     gymnasium.register("flockesc/LineEscape-v1", "flockesc_env.envs.line:LineEscapeEnv")
     document = tomllib.loads(files("flockesc_env").joinpath("tasks/v1.toml").read_text("utf-8"))
     for name, entry in document["tasks"].items():

@@ -14,8 +14,7 @@ from flockesc_env.envs._base import FlockArguments, ManyFlocks, agent_names, nee
 from flockesc_env.episodes.batch import Columns, Observations, is_over
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.options import View
-from flockesc_env.episodes.scenarios import Scenarios
-from flockesc_env.episodes.seeds import consecutive_seeds, fresh_seed
+from flockesc_env.episodes.starts import Scenarios, consecutive_seeds, fresh_seed
 
 require("torchrl", ["torchrl"])
 import torch  # noqa: E402, after the check
@@ -75,7 +74,6 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         **arguments: Unpack[FlockArguments],
     ) -> None:
         super().__init__(scenario, arguments, num_flocks=num_flocks, view=View.of(per_agent))
-        self.policy_spec = self._batch.policy_spec
         flocks, agents = self._batch.num_flocks, self._batch.rows
         EnvBase.__init__(self, device=torch.device(device), batch_size=torch.Size([flocks]))
         self._rows = (flocks, agents) if self.policy_spec.per_agent else (flocks,)
@@ -124,8 +122,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         flocks = range(len(self._seeds))
         mask = None if tensordict is None else tensordict.get("_reset", None)
         slots = list(flocks) if mask is None else np.flatnonzero(mask.cpu().numpy()).tolist()
-        start = self._batch.start(options, min(slots, default=0))
-        observations, _ = self._batch.reset(slots, [self._seeds[slot] for slot in slots], [start])
+        observations, _ = self._batch.reset(slots, [self._seeds[slot] for slot in slots], [options])
         for slot in slots:
             self._seeds[slot] = None
         if len(slots) < len(flocks):

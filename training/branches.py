@@ -7,7 +7,7 @@ import numpy as np
 from flockesc_env import FlockScenario, InputError, Policy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import FlockBatch, Observations
-from flockesc_env.episodes.options import env_options
+from flockesc_env.episodes.options import options_in
 from flockesc_env.episodes.spaces import PolicySpec
 from training.run import Run
 
@@ -43,7 +43,7 @@ class Branches:
         if not ranges:
             raise InputError("ranges", "candidate ranges", "none")
         self._candidates, self._count, self._column = np.array(ranges), count, run.task.spec.name
-        self._model, self._options = model, env_options(model, options)
+        self._model, self._options = model, options_in(model, options)
         self.spec: PolicySpec = run.policy_spec
 
     def values(

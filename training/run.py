@@ -22,7 +22,7 @@ from flockesc_env import Policy, rollout, save_policy
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import check_writable, read_sealed, write_sealed, write_text
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.options import env_options, line_options
+from flockesc_env.episodes.options import options_in
 from flockesc_env.models.records import versions
 from flockesc_env.policies import Architecture, PolicySpec
 from flockesc_env.policies.files import POLICY_FILE, Stored
@@ -112,7 +112,7 @@ class Run:
             np.repeat(vectors.astype(np.float32), len(seeds), axis=0),
             list(seeds) * len(vectors),
             model,
-            line_options(options) if isinstance(model, LineScenario) else env_options(model, options),
+            options_in(model, options),
             per_agent=per_agent,
             num_threads=1,
         )

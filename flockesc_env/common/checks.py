@@ -1,9 +1,6 @@
 """Argument checks, one function per type; each returns the value as a plain Python value or array.
 
-Arguments of the functions:
-
-- ``value``: the value to check.
-- ``field``: the name of the argument, for the error message.
+``field`` is the name of the argument, for the error message.
 """
 
 from __future__ import annotations
@@ -31,7 +28,7 @@ MAX_SEED = 2**64 - 1
 _BYTES_PER_SEED = 200
 """The seed in two lists, its outcomes in the core and a number in each of ten columns."""
 
-_IN_JOB = ContextVar("in_job", default=False)
+IN_JOB = ContextVar("in_job", default=False)
 """Jobs use one thread and show no progress bars: many run side by side."""
 
 _T = TypeVar("_T")
@@ -119,25 +116,20 @@ def as_count(value: Any, field: str, *, least: int = 1, most: int | None = None)
     return count
 
 
-def is_in_job() -> bool:
-    """Return whether the caller runs inside a job."""
-    return _IN_JOB.get()
-
-
 @contextmanager
 def in_job() -> Iterator[None]:
     """Mark the code in the block as a job."""
-    token = _IN_JOB.set(True)
+    token = IN_JOB.set(True)
     try:
         yield
     finally:
-        _IN_JOB.reset(token)
+        IN_JOB.reset(token)
 
 
 def as_threads(value: Any) -> int | None:
     """Return ``num_threads``, an int of at least 1 or ``None``; inside a job, ``None`` becomes 1."""
     if value is None:
-        return 1 if is_in_job() else None
+        return 1 if IN_JOB.get() else None
     return as_count(value, "num_threads")
 
 

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from flockesc_env.common.checks import as_callback, is_in_job
+from flockesc_env.common.checks import IN_JOB, as_callback
 
 Progress = Callable[[int, int], None]
 
@@ -30,7 +30,7 @@ def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Ca
     from tqdm import tqdm  # slow to import
 
     # None: tqdm hides it without a terminal.
-    hidden = True if is_in_job() else False if always else None
+    hidden = True if IN_JOB.get() else False if always else None
     with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden) as bar:
 
         def report(done: int, _: int, note: str = "") -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binomtest, bootstrap
 
-from flockesc_env.common.checks import as_array, as_floats, as_vector
+from flockesc_env.common.checks import as_floats, as_vector
 from flockesc_env.common.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -66,10 +66,7 @@ def improvement(values: FloatArray, baseline: FloatArray) -> Estimate:
 
 def share(is_so: NDArray[np.bool]) -> Estimate:
     """Return the share of true values, shape (flocks,), with its Wilson interval."""
-    marks = as_array(is_so, "is_so")
-    if marks.dtype != np.bool or marks.ndim != 1 or not marks.size:
-        raise InputError("is_so", "bools of shape (flocks,)", f"{marks.dtype} of shape {marks.shape}")
-    test = binomtest(int(marks.sum()), len(marks))
+    test = binomtest(int(is_so.sum()), len(is_so))
     interval = test.proportion_ci(CONFIDENCE, method="wilson")
     return Estimate(float(test.statistic), float(interval.low), float(interval.high))
 
@@ -77,15 +74,9 @@ def share(is_so: NDArray[np.bool]) -> Estimate:
 def argmax(positions: FloatArray, values: FloatArray) -> Estimate:
     """Return the position of the largest mean over flocks, with its bootstrap interval.
 
-    Args:
-        positions: shape (k,), for example interaction ranges.
-        values: one value per position and flock, shape (k, flocks), with at least 2 flocks.
+    Positions have shape (k,), for example interaction ranges; values have shape (k, flocks).
     """
-    positions = as_vector(positions, "positions")
-    values = as_floats(values, "values")
-    if values.ndim != 2 or len(values) != len(positions) or values.shape[1] < 2:
-        expected = f"shape ({len(positions)}, flocks) with at least 2 flocks"
-        raise InputError("values", expected, f"shape {values.shape}")
+    positions, values = as_vector(positions, "positions"), as_floats(values, "values")
 
     def place(flocks: NDArray[np.int64], axis: int) -> Any:
         return positions[np.argmax(values[:, flocks].mean(axis=axis), axis=0)]

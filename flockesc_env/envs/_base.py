@@ -7,27 +7,25 @@ can be copied (``copy.deepcopy``) and pickled at any time.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import copy, deepcopy
 from functools import wraps
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, cast
+from typing import Any, ClassVar, Generic, Literal, TypeVar, cast
 
-import numpy as np
+from gymnasium import logger
 from gymnasium.envs.registration import EnvSpec
-from numpy.typing import NDArray
 
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.batch import FlockBatch, Observations
 from flockesc_env.episodes.current_state import FlockView
-from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptionsDict, View, env_options
+from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptionsDict, View, options_in
 from flockesc_env.episodes.predators import PredatorPolicy
-from flockesc_env.episodes.scenarios import Scenarios, as_scenarios
-from flockesc_env.render import RENDER_MODES, RenderOptions, flock_viewer, frames_per_second, render
+from flockesc_env.episodes.starts import Scenarios, as_scenarios
+from flockesc_env.render import RenderOptions
+from flockesc_env.render.frames import live_frames
+from flockesc_env.render.viewer import RENDER_MODES, Image, Viewer, as_viewer
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
-
-if TYPE_CHECKING:
-    from flockesc_env.render.viewer import FlockViewer, Viewer
 
 Method = TypeVar("Method", bound=Callable[..., Any])
 
@@ -125,6 +123,19 @@ class Viewed:
         if self._viewer is not None:
             self._viewer.close()
 
+    def render(self) -> Any:
+        """Return an image, shape (size, size, 3); in mode ``"human"`` show it and return ``None``."""
+        images = self._images()
+        return images[0] if images else None
+
+    def _images(self) -> list[Image] | None:
+        """Return a picture of every flock or, in mode ``"human"``, show them; without a mode, warn."""
+        if self._viewer is not None:
+            return self._viewer.render()
+        advice = 'pass render_mode="rgb_array" or "human" to the constructor'
+        logger.warn(f"render: no render mode was chosen; {advice}")
+        return None
+
     @abstractmethod
     def _drop_episodes(self) -> None:
         """Require a reset, after an interrupt."""
@@ -133,7 +144,9 @@ class Viewed:
     def _num_actions(self) -> int:
         """Return the number of actions of an episode that does not end early."""
 
-    def _set_frames_per_second(self, fps: int) -> None:
+    def _prepare_rendering(self, arguments: Mapping[str, Any], fps: int, **flocks: int) -> None:
+        self.render_mode = arguments.get("render_mode")
+        self._viewer = as_viewer(self.render_mode, arguments.get("render_options"), fps, **flocks)
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
 
 
@@ -172,20 +185,10 @@ class Registered(Viewed):
         return False
 
 
-class Rendered(Viewed):
-    """Base class of environments that render one image."""
-
-    def render(self) -> NDArray[np.uint8] | None:
-        """Return an image, shape (size, size, 3); in mode ``"human"`` show it and return ``None``."""
-        pictures = render(self._viewer)
-        return pictures[0] if pictures else None
-
-
 class FlockEnvironment(Viewed):
     """Base class of the flock environments; holds one ``FlockBatch``."""
 
     _arguments: ClassVar[type] = FlockArguments
-    _viewer: FlockViewer | None = None
 
     def __init__(
         self,
@@ -199,7 +202,7 @@ class FlockEnvironment(Viewed):
         first = given if isinstance(given, FlockScenario) else given[0]
         self._batch = batch = FlockBatch(
             given,
-            env_options(first, arguments, self._arguments),
+            options_in(first, arguments, self._arguments),
             num_flocks=num_flocks,
             view=view,
             num_threads=arguments.get("num_threads"),
@@ -207,10 +210,10 @@ class FlockEnvironment(Viewed):
         )
         self.scenario: FlockScenario = batch.scenario  # of the first flock
         self.options: EnvOptions = batch.options
-        fps = frames_per_second(first.time_step * self.options.steps_per_action)
-        self.render_mode = arguments.get("render_mode")
-        self._viewer = flock_viewer(batch, self.render_mode, arguments.get("render_options"), fps)
-        self._set_frames_per_second(fps)
+        self.policy_spec = batch.policy_spec
+        seconds = first.time_step * self.options.steps_per_action
+        fps = max(1, round(min(1.0 / seconds, 1000.0)))  # real time, at most 1000 pictures per second
+        self._prepare_rendering(arguments, fps, count=batch.num_flocks, num_agents=first.num_agents)
 
     def _as_scenarios(self, given: Any) -> FlockScenario | list[FlockScenario]:
         scenario: FlockScenario = as_scenario(given, FlockScenario)
@@ -225,18 +228,20 @@ class FlockEnvironment(Viewed):
     def _show(self) -> None:
         """Pass the current state to the viewer, after a reset or a step."""
         if self._viewer is not None:
-            self._viewer.update()
+            last, trail = self._viewer.frames, self._viewer.options.trail
+            self._viewer.update(live_frames(self._batch, last, trail))
 
     def _restore(self, state: Any, flocks: Any = None) -> Observations:
         """Restore flocks from a snapshot and return the observations of all flocks."""
         slots = self._batch.set_state(state, flocks)
         if self._viewer is not None:
-            self._viewer.forget(slots)
-            self._viewer.update()
+            for slot in slots:
+                self._viewer.frames[slot] = None  # the history is another one
+        self._show()
         return self._batch.observe(range(self._batch.num_flocks))
 
 
-class OneFlock(FlockEnvironment, Rendered, Generic[ObsType]):
+class OneFlock(FlockEnvironment, Generic[ObsType]):
     """Base class of environments with one flock."""
 
     @property
@@ -289,8 +294,8 @@ class ManyFlocks(FlockEnvironment):
 
     def render(self) -> tuple[Any, ...] | None:
         """Return one image per flock, shape (size, size, 3); in mode ``"human"`` show them side by side."""
-        pictures = render(self._viewer)
-        return None if pictures is None else tuple(pictures)
+        images = self._images()
+        return None if images is None else tuple(images)
 
     def get_state(self, flocks: Any = None) -> bytes:
         """Return a snapshot of some flocks; see ``FlockEscapeEnv.get_state``.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import gymnasium
 import numpy as np
@@ -12,23 +12,20 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import ResetNeededError
-from flockesc_env.envs._base import LineArguments, Registered, Rendered, needs_reset_if_interrupted
+from flockesc_env.envs._base import LineArguments, Registered, needs_reset_if_interrupted
 from flockesc_env.episodes.current_state import LineView
-from flockesc_env.episodes.options import line_options
-from flockesc_env.episodes.seeds import episode_seed, fresh_seed
+from flockesc_env.episodes.options import LineOptions, options_in
 from flockesc_env.episodes.spaces import line_policy_spec
-from flockesc_env.render import line_viewer
+from flockesc_env.episodes.starts import episode_seed, fresh_seed
+from flockesc_env.render.frames import LineFrame
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_scenario
-
-if TYPE_CHECKING:
-    from flockesc_env.render.viewer import LineViewer
 
 RESET_OPTIONS = ("initial_state", "episode")
 FRAMES_PER_SECOND = 5
 
 
-class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any]):
+class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
     """A line under attack, ``flockesc/LineEscape-v1``; the action is its interaction range.
 
     An episode terminates when the line reaches its steady state and is truncated after
@@ -44,14 +41,13 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
     """
 
     _arguments = LineArguments
-    metadata: dict[str, Any] = {**Rendered.metadata, "render_fps": FRAMES_PER_SECOND}
-    _viewer: LineViewer | None = None
+    metadata: dict[str, Any] = {**Registered.metadata, "render_fps": FRAMES_PER_SECOND}
 
     def __init__(
         self, scenario: LineScenario | str | None = None, **arguments: Unpack[LineArguments]
     ) -> None:
         self.scenario = as_scenario(scenario, LineScenario)
-        self.options = line_options(arguments, LineArguments)
+        self.options: LineOptions = options_in(self.scenario, arguments, LineArguments)
         self._document = self.options.to_core()
         _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # raises if there is no predator
         self._episode: _core.LineEpisode | None = None
@@ -59,10 +55,7 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
         self.policy_spec = line_policy_spec(self.scenario, self.options)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
-        self.render_mode = arguments.get("render_mode")
-        shown = arguments.get("render_options")
-        self._viewer = line_viewer(self.scenario, self.render_mode, shown, FRAMES_PER_SECOND)
-        self._set_frames_per_second(FRAMES_PER_SECOND)
+        self._prepare_rendering(arguments, FRAMES_PER_SECOND)
 
     @property
     def line(self) -> LineView:
@@ -123,7 +116,7 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
         self._schedule = episode.set_state(as_bytes(state, "state"))
         self._episode = episode
         if self._viewer is not None:
-            self._viewer.forget()
+            self._viewer.frames = [None]
         self._show(episode)
         return episode.observe()
 
@@ -135,4 +128,7 @@ class LineEscapeEnv(Registered, Rendered, gymnasium.Env[NDArray[np.float32], Any
 
     def _show(self, episode: _core.LineEpisode) -> None:
         if self._viewer is not None:
-            self._viewer.update(episode.steps, episode.states, episode.interaction_range)
+            (last,) = self._viewer.frames
+            before = last.history if last is not None and episode.steps else []
+            present = (episode.steps, episode.states, episode.interaction_range)
+            self._viewer.update([LineFrame(self.scenario, [*before, present])])

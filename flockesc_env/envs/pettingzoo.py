@@ -18,8 +18,8 @@ from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_see
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs._base import FlockArguments, Infos, OneFlock, agent_names, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import Step, info_dicts, is_over
-from flockesc_env.episodes.options import TeamReward, View
-from flockesc_env.episodes.spaces import flock_layout
+from flockesc_env.episodes.options import EnvOptions, TeamReward, View
+from flockesc_env.episodes.spaces import flock_policy_spec
 from flockesc_env.episodes.starts import RESET_OPTIONS
 from flockesc_env.scenario.flock import FlockScenario
 
@@ -69,7 +69,6 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self, scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
     ) -> None:
         super().__init__(scenario, arguments, view=View.AGENT)
-        self.policy_spec = self._batch.policy_spec
         self.predator_policy_spec = self._batch.predator_policy_spec
         count = self.scenario.num_agents
         self._flock = agent_names("agent", count)
@@ -89,12 +88,10 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             self.action_spaces[predator] = self.predator_policy_spec.space()
         size = 2 * self.scenario.dimension * (count + len(self.scenario.predators)) + 3
         self.state_space: gymnasium.Space[Any] = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
-        infos = as_choice(arguments.get("infos", "all"), "infos", get_args(Infos))
-        self._are_all_infos = infos == "all"
-        kind = as_choice(arguments.get("state", "full"), "state", get_args(StateKind))
-        self._is_flock_view = kind == "flock_view"
-        if self._is_flock_view:
-            self.state_space = flock_layout(self.scenario.dimension).space()
+        self._infos: Infos = as_choice(arguments.get("infos", "all"), "infos", get_args(Infos))
+        self._state: StateKind = as_choice(arguments.get("state", "full"), "state", get_args(StateKind))
+        if self._state == "flock_view":
+            self.state_space = flock_policy_spec(self.scenario, EnvOptions(), View.FLOCK).layout.space()
 
     def observation_space(self, agent: str) -> gymnasium.Space[Any]:
         """Return the agent's observation space, the same object at every call."""
@@ -114,7 +111,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         """
         rows, info = self._reset(seed, options)
         observations = self._by_name(self._flock, rows, self._predator_observations())
-        return observations, self._infos(self._flock, info, np.zeros(len(rows)))
+        return observations, self._named_infos(self._flock, info, np.zeros(len(rows)))
 
     @needs_reset_if_interrupted
     def reset_array(
@@ -174,8 +171,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             all_rewards |= dict.fromkeys(self._predators, self.predator_reward)
         terminations = false.copy()
         truncations = dict.fromkeys(false, True) if has_ended else false.copy()
-        if self._are_all_infos or has_ended:
-            infos = self._infos(agents, info, chosen)
+        if self._infos == "all" or has_ended:
+            infos = self._named_infos(agents, info, chosen)
         else:
             shared: dict[str, Any] = {}
             infos = dict.fromkeys(false, shared)
@@ -231,7 +228,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         positions and velocities of the agents, and those of the predators, in m and m/s. They are clipped to
         the finite numbers of float32.
         """
-        if self._is_flock_view:
+        if self._state == "flock_view":
             view: Observation = self._batch.observe([0], "flock")[0]
             return view
         state = self._batch.state(0)
@@ -253,11 +250,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             unknown = ", ".join(shown(name) for name in given if name not in known)
             message = f"reset() ignores unknown options {unknown}; known: {', '.join(RESET_OPTIONS)}"
             warnings.warn(message, UserWarning, stacklevel=3)
-        start = self._batch.start(known)
-        rows, columns = self._batch.reset([0], [None if seed is None else as_seed(seed)], [start])
-        self.agents = self.possible_agents.copy()
-        self._caught = np.zeros(len(self._flock), np.bool)
-        self._false = dict.fromkeys(self.agents, False)
+        rows, columns = self._batch.reset([0], [None if seed is None else as_seed(seed)], [known])
+        self._name_agents(has_ended=False)
         self._show()
         return rows, info_dicts(columns)[0]
 
@@ -294,7 +288,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             named.update(zip(self._predators, predators, strict=True))
         return named
 
-    def _infos(
+    def _named_infos(
         self, agents: list[str], info: dict[str, Any], ranges: NDArray[np.float64]
     ) -> dict[str, dict[str, Any]]:
         named = _infos_by_name(agents, info, ranges)

@@ -24,8 +24,7 @@ from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, Observations
 from flockesc_env.episodes.options import View
-from flockesc_env.episodes.scenarios import Scenarios, as_scenarios
-from flockesc_env.episodes.seeds import consecutive_seeds
+from flockesc_env.episodes.starts import Scenarios, as_scenarios, consecutive_seeds
 from flockesc_env.scenario.flock import FlockScenario
 
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]
@@ -77,7 +76,9 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         max_episode_steps: int | None = None,
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        self.autoreset_mode = _mode(autoreset_mode)
+        mode = autoreset_mode.value if isinstance(autoreset_mode, AutoresetMode) else autoreset_mode
+        modes = [known.value for known in AutoresetMode]
+        self.autoreset_mode = AutoresetMode(as_choice(mode, "autoreset_mode", modes))
         given, view = as_scenarios(scenario), View.of(per_agent)
         scenarios = [given] if isinstance(given, FlockScenario) else given
         rows = scenarios[0].num_agents if view.is_per_agent else 1
@@ -89,15 +90,13 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         super().__init__(given, arguments, num_flocks=slots // rows, view=view)
         self._limit = self._as_limit(max_episode_steps)
         self.num_envs = slots
-        self.policy_spec = self._batch.policy_spec
         self.single_observation_space = self.policy_spec.layout.space()
         self.single_action_space = self.policy_spec.actions.space()
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         entries = len(self.policy_spec.layout.names)
-        reused = np.zeros((slots, entries), np.float32), np.zeros(slots)
-        self._out = None if as_flag(copy, "copy") else reused
-        self._is_started = False
+        out = np.zeros((slots, entries), np.float32), np.zeros(slots)
+        self._out = None if as_flag(copy, "copy") else out  # reused by every call
         self.metadata["autoreset_mode"] = self.autoreset_mode
 
     @needs_reset_if_interrupted
@@ -121,13 +120,15 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         mask = self._mask(given.pop("reset_mask", None))
         flocks = np.flatnonzero(mask[:: self._batch.rows]).tolist()
         seeds = self._seeds(seed)
-        start = self._batch.start(given, flocks[0])
         is_partial = len(flocks) < self._batch.num_flocks
-        if is_partial and not self._is_started:
-            raise ResetNeededError("first reset() called with a reset_mask that leaves slots out")
-        observations, columns = self._batch.reset(flocks, [seeds[flock] for flock in flocks], [start])
+        if is_partial:
+            try:
+                self._batch.caught()
+            except ResetNeededError:
+                message = "first reset() called with a reset_mask that leaves slots out"
+                raise ResetNeededError(message) from None
+        observations, columns = self._batch.reset(flocks, [seeds[flock] for flock in flocks], [given])
         super().reset(seed=seeds[0])
-        self._is_started = True
         self._show()
         if is_partial:
             observations = self._batch.observe(range(self._batch.num_flocks))
@@ -163,19 +164,10 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
             observations, rewards = observations.view(), rewards.view()
         return observations, rewards, step.terminations, step.truncations, infos
 
-    @needs_reset_if_interrupted
-    def set_state(self, state: bytes, flocks: Any = None) -> Observations:
-        """Restore flocks from a snapshot; see ``ManyFlocks.set_state``."""
-        observations = super().set_state(state, flocks)
-        self._is_started = True
-        return observations
-
-    def close(self, **kwargs: Any) -> None:
-        """Close the window if one is open."""
-        VectorEnv.close(self, **kwargs)
+    close = VectorEnv.close  # calls `close_extras` once
 
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002
-        """Close the window; ``close`` calls this once."""
+        """Close the window if one is open."""
         ManyFlocks.close(self)
 
     def _as_limit(self, max_episode_steps: Any) -> int | None:
@@ -189,10 +181,6 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
 
     def _num_actions(self) -> int:
         return super()._num_actions() if self._limit is None else self._limit
-
-    def _drop_episodes(self) -> None:
-        super()._drop_episodes()
-        self._is_started = False
 
     def _add_final(self, columns: Columns, ending: _autoreset.Ending, infos: dict[str, Any]) -> None:
         """Add ``final_obs`` and ``final_info`` of ended episodes; the other infos describe the new ones."""
@@ -223,23 +211,25 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         """Return the ``infos`` of the slots in ``mask`` in Gymnasium's form: arrays over all slots, masks."""
         infos: dict[str, Any] = {}
         for name, column in columns.items():
-            infos[name] = column if len(column) == len(mask) else _scatter(column, mask)
+            infos[name] = column
+            if len(column) < len(mask):
+                infos[name] = np.zeros(len(mask), column.dtype)
+                infos[name][mask] = column
             infos[f"_{name}"] = mask.copy()
         return infos
 
     def _mask(self, mask: Any) -> NDArray[np.bool]:
         if mask is None:
             return np.ones(self.num_envs, np.bool)
-        expected = f"a bool array of shape ({self.num_envs},) with at least one True"
-        is_mask = isinstance(mask, np.ndarray) and mask.dtype == np.bool and mask.shape == (self.num_envs,)
+        field, shape = "options['reset_mask']", (self.num_envs,)
+        is_mask = isinstance(mask, np.ndarray) and mask.dtype == np.bool and mask.shape == shape
         if not (is_mask and mask.any()):
-            raise InputError("options['reset_mask']", expected, shown(mask))
-        flocks = mask.reshape(-1, self._batch.rows)
+            raise InputError(field, f"a bool array of shape {shape} with at least one True", shown(mask))
+        flocks: NDArray[np.bool] = mask.reshape(-1, self._batch.rows)
         if (flocks != flocks[:, :1]).any():
             expected = f"equal entries for all {self._batch.rows} slots of a flock"
-            raise InputError("options['reset_mask']", expected, "different ones")
-        slots: NDArray[np.bool] = mask
-        return slots
+            raise InputError(field, expected, "different ones")
+        return flocks.ravel()
 
     def _seeds(self, seed: Any) -> Sequence[int | None]:
         count = self._batch.num_flocks
@@ -250,16 +240,3 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
                 raise InputError("seed", f"{count} seeds, one per flock", len(seed))
             return [None if one is None else as_seed(one, f"seed[{i}]") for i, one in enumerate(seed)]
         return consecutive_seeds(seed, count)
-
-
-def _mode(mode: Any) -> AutoresetMode:
-    if isinstance(mode, AutoresetMode):
-        return mode
-    return AutoresetMode(as_choice(mode, "autoreset_mode", [known.value for known in AutoresetMode]))
-
-
-def _scatter(column: NDArray[Any], mask: NDArray[np.bool]) -> NDArray[Any]:
-    """Return an array with the entries of ``column`` where ``mask`` is true, and zeros elsewhere."""
-    full = np.zeros(len(mask), column.dtype)
-    full[mask] = column
-    return full

@@ -14,10 +14,8 @@ from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_predat
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
-from flockesc_env.episodes.scenarios import distinct_scenarios
-from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.episodes.spaces import flock_policy_spec
-from flockesc_env.episodes.starts import NO_START, Start, as_start
+from flockesc_env.episodes.starts import as_start, distinct_scenarios, fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
 
 Observations = NDArray[np.float32]
@@ -45,9 +43,7 @@ class FlockBatch:
         options: options of actions, rewards and observations.
         num_flocks: number of slots.
         view: what a range and an observation row belong to, a flock or an agent.
-        num_threads: number of threads for many slots or one large flock; ``None``: one per core.
-        predator_policy: controls the ``Learned`` predators. ``None``: pass their actions to ``step``;
-            otherwise they fly straight on.
+        num_threads, predator_policy: see ``FlockArguments``.
     """
 
     def __init__(
@@ -72,7 +68,8 @@ class FlockBatch:
                 kinds = ", ".join(type(predator).__name__ for predator in first.predators)
                 raise InputError("predator_policy", expected, kinds or "no predator")
         self._predator_policy = predator_policy
-        self._begun: list[int] = []  # slots whose episode began after the predator policy's last action
+        # Whether a slot's episode began after the predator policy's last action.
+        self._has_begun = np.zeros(self.num_flocks, np.bool)
         self.options = options
         threads = as_threads(num_threads)
         self.policy_spec = replace(flock_policy_spec(first, options, view), num_steps=num_steps)
@@ -94,29 +91,27 @@ class FlockBatch:
         """The scenario of every slot."""
         return [self._distinct[index] for index in self._scenario_of_slot]
 
-    def start(self, options: Mapping[str, Any] | None, slot: int = 0) -> Start:
-        """Return the ``options`` of a reset after validation; see ``as_start``."""
-        return as_start(options, self._distinct[self._scenario_of_slot[slot]])
-
     def reset(
         self,
         slots: Sequence[int],
         seeds: Sequence[int | None] | None = None,
-        starts: Sequence[Start] = (NO_START,),
+        options: Sequence[Mapping[str, Any] | None] = (None,),
     ) -> tuple[Observations, Columns]:
-        """Start episodes in some slots, with the initial states from ``starts`` or else from the seeds.
+        """Start episodes in some slots, with the initial states from ``options`` or else from the seeds.
 
         Args:
             slots: indices of the slots.
             seeds: one seed per slot, which begins a seed schedule (``episode_seed``) at episode 0, or at
-                ``start["episode"]``. ``None``: the slot continues its own schedule.
-            starts: results of the method ``start``: one per slot, or a single one for all.
+                the option ``episode``. ``None``: the slot continues its own schedule.
+            options: options of ``FlockEscapeEnv.reset``, one per slot, or a single one for all.
 
         Returns:
             Observations, shape (len(slots) * rows, entries), and columns of ``info``, of ``slots`` only.
         """
+        pairs = zip(options, slots, strict=False)
+        starts = [as_start(each, self._distinct[self._scenario_of_slot[slot]]) for each, slot in pairs]
         began = self._core.reset(slots, seeds or [None] * len(slots), starts)
-        self._note_begun(slots)
+        self._has_begun[slots] = True
         return began
 
     def step(
@@ -158,7 +153,8 @@ class FlockBatch:
         if self._predator_policy is not None and at_end == "restart":
             restarted = np.flatnonzero(self._core.ended()).tolist()
         step = self._core.step(ranges, at_end, out, self._hunt(predator_actions))
-        self._note_begun(restarted)
+        if restarted:
+            self._has_begun[restarted] = True
         observations, rewards, ended, columns = step
         return observations, rewards, ended, ranges, columns
 
@@ -234,7 +230,7 @@ class FlockBatch:
         for other in set(range(self.num_flocks)).difference(chosen):
             self._core.has_ended(other)  # raises if the slot was never reset
         self._core.set_state(chosen, as_bytes(state, "state"))
-        self._note_begun(chosen)  # a snapshot does not contain the memory of a predator policy
+        self._has_begun[chosen] = True  # a snapshot does not contain the memory of a predator policy
         return chosen
 
     def drop_episodes(self) -> None:
@@ -251,10 +247,6 @@ class FlockBatch:
         most = self.num_flocks - 1
         return [as_count(slot, f"flocks[{place}]", least=0, most=most) for place, slot in enumerate(given)]
 
-    def _note_begun(self, slots: Sequence[int]) -> None:
-        if self._predator_policy is not None:
-            self._begun += slots
-
     def _hunt(self, given: FloatArray | None) -> FloatArray | Callable[[], FloatArray] | None:
         """Return the predators' actions or, with a policy, a function that the core calls for them.
 
@@ -264,10 +256,9 @@ class FlockBatch:
 
     def _predator_actions(self) -> FloatArray:
         observations = self.observe(range(self.num_flocks), "predators")
-        if self._begun:
-            begins = np.isin(np.arange(self.num_flocks), self._begun)
-            reset_policy(self._predator_policy, np.repeat(begins, self.predator_policy_spec.count))
-            self._begun = []
+        if self._has_begun.any():
+            reset_policy(self._predator_policy, self._has_begun.repeat(self.predator_policy_spec.count))
+            self._has_begun[:] = False
         policy = cast("PredatorPolicy", self._predator_policy)
         actions = policy.act(observations, self.predator_policy_spec)
         return self.predator_policy_spec.plain(actions, len(observations), "actions of the predator policy")

@@ -17,10 +17,6 @@ class FlockView:
     """The current state of one flock. Array properties return new, read-only arrays.
 
     Before ``reset`` the properties raise ``ResetNeededError``.
-
-    Args:
-        batch: the batch that contains the flock.
-        slot: index of the flock in the batch.
     """
 
     def __init__(self, batch: FlockBatch, slot: int = 0) -> None:
@@ -71,19 +67,11 @@ class FlockView:
         return self._array("predator_velocities")
 
     def _array(self, name: str) -> FloatArray:
-        array: FloatArray = self._batch.state(self._slot)[name]
-        return _frozen(array)
+        return _frozen(self._batch.state(self._slot)[name])
 
 
 class LineView:
-    """The current state of a line.
-
-    Args:
-        episode: the current episode; ``None`` before ``reset``.
-
-    Raises:
-        ResetNeededError: if called before ``reset``.
-    """
+    """The current state of a line. Before ``reset``, there is none: ``ResetNeededError`` is raised."""
 
     def __init__(self, episode: _core.LineEpisode | None) -> None:
         if episode is None:

@@ -12,7 +12,8 @@ from typing import Any, Literal, Self, TypedDict, get_args
 
 import numpy as np
 
-from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats
+from flockesc_env import _core
+from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats, as_vector
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.episodes.objectives import Objective
 from flockesc_env.scenario.flock import FlockScenario
@@ -60,9 +61,6 @@ UNOBSERVED = ("reward", "count_components")
 
 GRID_SIZE = 21
 """Number of ranges in the default grid of ``action_mode="discrete"``."""
-
-MAX_PROFILE_RANGES = 64
-"""Largest number of candidate ranges of a profile."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,12 +174,19 @@ class EnvOptions(ActionOptions):
             raise InputError("predator_sensing_range", expected, shown(sensing))
         if not (isinstance(sensing, float) and sensing == math.inf):
             sensing = float(as_floats(sensing, "predator_sensing_range", (), least=0.0))
+        ranges, entries = self.profile_ranges, self.extra_entries
+        if isinstance(entries, str) or not isinstance(entries, Sequence):
+            expected = f"a list of {', '.join(get_args(ExtraEntries))}"
+            raise InputError("extra_entries", expected, shown(entries))
+        for index, name in enumerate(entries):
+            as_choice(name, f"extra_entries[{index}]", get_args(ExtraEntries))
         self._convert(
             predator_sensing_range=sensing,
             count_components=as_flag(self.count_components, "count_components"),
-            profile_ranges=_as_profile_ranges(self.profile_ranges, self.max_range),
-            extra_entries=_as_extra_entries(self.extra_entries),
+            profile_ranges=None if ranges is None else tuple(as_vector(ranges, "profile_ranges").tolist()),
+            extra_entries=tuple(entries),
         )
+        _core.observation_entries(self.to_core(View.AGENT), 2)  # raises if one is out of bounds
 
     def to_core(self, view: View) -> str:
         """Return the options as JSON, for the compiled core."""
@@ -224,30 +229,6 @@ def to_plain(options: Mapping[str, Any]) -> dict[str, Any]:
     return {name: None if value == math.inf else value for name, value in options.items()}
 
 
-def _as_profile_ranges(ranges: Sequence[float] | None, max_range: float) -> tuple[float, ...] | None:
-    if ranges is None:
-        return None
-    values = as_floats(ranges, "profile_ranges")
-    if values.ndim != 1 or not 1 <= values.size <= MAX_PROFILE_RANGES:
-        raise InputError("profile_ranges", f"1 to {MAX_PROFILE_RANGES} ranges", shown(ranges))
-    if values.min() < 0 or values.max() > max_range:
-        raise InputError("profile_ranges", f"ranges from 0 to max_range = {max_range}", shown(ranges))
-    if (np.diff(values) <= 0).any():
-        raise InputError("profile_ranges", "increasing ranges", shown(ranges))
-    return tuple(values.tolist())
-
-
-def _as_extra_entries(given: Any) -> tuple[ExtraEntries, ...]:
-    names = get_args(ExtraEntries)
-    if isinstance(given, str) or not isinstance(given, Sequence):
-        raise InputError("extra_entries", f"a list of {', '.join(names)}", shown(given))
-    for index, name in enumerate(given):
-        as_choice(name, f"extra_entries[{index}]", names)
-        if name in given[:index]:
-            raise InputError(f"extra_entries[{index}]", "different entries", shown(given))
-    return tuple(given)
-
-
 class ActionOptionsDict(TypedDict, total=False):
     """``ActionOptions`` as keyword arguments."""
 
@@ -276,42 +257,27 @@ class LineOptionsDict(ActionOptionsDict, total=False):
     reward: LineReward
 
 
-def env_options(
-    scenario: FlockScenario, given: Mapping[str, Any], known: type = EnvOptionsDict
-) -> EnvOptions:
-    """Return the options of an environment with this scenario.
+def options_in(
+    scenario: FlockScenario | LineScenario, given: Mapping[str, Any], known: type | None = None
+) -> Any:
+    """Return the ``EnvOptions`` or ``LineOptions`` of an environment with this scenario.
 
     A topological rule requires ``max_range``. Keyword arguments that are not options are ignored if they are
-    in the ``TypedDict`` of all that the caller accepts, ``known``.
+    in the ``TypedDict`` of all that the caller accepts, ``known``. The error for an unknown name suggests the
+    most similar one.
     """
-    options = _known_options(given, known, EnvOptions, FlockScenario)
-    if isinstance(scenario.neighbor_rule, Topological) and "max_range" not in options:
-        expected = "the largest number of neighbors, required by a topological rule"
-        raise InputError("max_range", expected, "none")
-    return EnvOptions(**options)
-
-
-def line_options(given: Mapping[str, Any], known: type = LineOptionsDict) -> LineOptions:
-    """Return the options of a line environment; see ``env_options``."""
-    return LineOptions(**_known_options(given, known, LineOptions, LineScenario))
-
-
-def options_in(scenario: FlockScenario | LineScenario, given: Mapping[str, Any]) -> EnvOptions | LineOptions:
-    """Return the options of an environment with this scenario, of either model; see ``env_options``."""
-    return line_options(given) if isinstance(scenario, LineScenario) else env_options(scenario, given)
-
-
-def _known_options(
-    given: Mapping[str, Any],
-    known: type,
-    options: type[ActionOptions],
-    model: type[FlockScenario | LineScenario],
-) -> dict[str, Any]:
-    """Return the given options. The error for an unknown name suggests the most similar one."""
-    names, parameters = known.__annotations__, {field.name for field in dataclasses.fields(model)}
+    is_line = isinstance(scenario, LineScenario)
+    options: type[ActionOptions] = LineOptions if is_line else EnvOptions
+    names = (known or (LineOptionsDict if is_line else EnvOptionsDict)).__annotations__
     for name in (name for name in given if name not in names):
-        if name in parameters:
-            hint = f"a field of the scenario; pass scenario={model.__name__}({name}=...)"
+        if name in {field.name for field in dataclasses.fields(scenario)}:
+            hint = f"a field of the scenario; pass scenario={type(scenario).__name__}({name}=...)"
             raise InputError(name, "an option of the environment", hint)
         raise InputError(name, f"one of {', '.join(names)}", shown_name(name, names))
-    return {field.name: given[field.name] for field in dataclasses.fields(options) if field.name in given}
+    is_topological = isinstance(scenario, FlockScenario) and isinstance(scenario.neighbor_rule, Topological)
+    if is_topological and "max_range" not in given:
+        expected = "the largest number of neighbors, required by a topological rule"
+        raise InputError("max_range", expected, "none")
+    return options(
+        **{each.name: given[each.name] for each in dataclasses.fields(options) if each.name in given}
+    )

@@ -14,12 +14,10 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.action_checks import plain_array
-from flockesc_env.episodes.spaces import ObservationLayout, predator_layout
+from flockesc_env.episodes.spaces import ObservationLayout
 from flockesc_env.scenario.flock import FlockScenario
 
 Observations = NDArray[np.float32]
-
-_BOUNDS = "numbers from -1.0 to 1.0"
 
 
 @dataclass(frozen=True)
@@ -42,42 +40,39 @@ class PredatorPolicySpec:
     @classmethod
     def of(cls, scenario: FlockScenario) -> PredatorPolicySpec:
         """Return the spec for the ``Learned`` predators of a scenario; ``count`` may be 0."""
-        dimension = scenario.dimension
-        return cls(predator_layout(dimension), dimension, scenario.num_learned, scenario.num_steps)
+        layout = ObservationLayout.of(_core.predator_observation_entries(scenario.dimension))
+        return cls(layout, scenario.dimension, scenario.num_learned, scenario.num_steps)
 
     def space(self) -> spaces.Box:
         """Return the action space of one predator, a new Box [-1, 1] of shape (D,)."""
         return spaces.Box(-1.0, 1.0, (self.dimension,), np.float32)
 
-    def plain(self, actions: Any, count: int, name: str = "predator_actions") -> FloatArray:
+    def plain(self, actions: Any, count: int | None, name: str = "predator_actions") -> FloatArray:
         """Return stacked actions, shape (count, D), as a new float64 array; ``name``: of the argument.
+
+        ``count=None`` stands for a single action, shape (D,), of which the result is the only row.
 
         Raises:
             InputError: if the dtype or shape is wrong, or an action is outside the action space.
         """
-        plain = plain_array(actions, (count, self.dimension), name)
+        shape = (self.dimension,) if count is None else (count, self.dimension)
+        plain = plain_array(actions, shape, name).reshape(-1, self.dimension)
         clipped = _core.clipped(plain)
         is_invalid = np.isnan(clipped).any(axis=1)
         if is_invalid.any():
             first = int(np.argmax(is_invalid))
-            raise InputError(f"{name}[{first}]", _BOUNDS, plain[first].tolist())
-        return clipped
-
-    def plain_one(self, action: Any, name: str = "action") -> FloatArray:
-        """Return a single action, shape (D,), as a new float64 array of shape (1, D)."""
-        plain = plain_array(action, (self.dimension,), name)
-        clipped = _core.clipped(plain[np.newaxis])
-        if np.isnan(clipped).any():
-            raise InputError(name, _BOUNDS, plain.tolist())
+            field = name if count is None else f"{name}[{first}]"
+            raise InputError(field, "numbers from -1.0 to 1.0", plain[first].tolist())
         return clipped
 
     def plain_of(self, names: list[str], actions: Mapping[str, Any]) -> FloatArray:
         """Return the actions of the agents in ``names`` as a new float64 array of shape (len(names), D)."""
-        labels = {name: f"action of {name!r}" for name in names}
-        for name, label in labels.items():
+        rows = []
+        for name in names:
             if name not in actions:
-                raise InputError(label, "an action", "none")
-        return np.concatenate([self.plain_one(actions[name], label) for name, label in labels.items()])
+                raise InputError(f"action of {name!r}", "an action", "none")
+            rows.append(self.plain(actions[name], None, f"action of {name!r}"))
+        return np.concatenate(rows)
 
 
 class PredatorPolicy(Protocol):

@@ -189,16 +189,6 @@ class ObservationLayout:
         return self.names.index(name)
 
 
-def flock_layout(dimension: int) -> ObservationLayout:
-    """Return the layout of the flock view without optional entries."""
-    return ObservationLayout.of(_core.observation_entries(EnvOptions().to_core(View.FLOCK), dimension))
-
-
-def predator_layout(dimension: int) -> ObservationLayout:
-    """Return the layout of the observation row of a ``Learned`` predator."""
-    return ObservationLayout.of(_core.predator_observation_entries(dimension))
-
-
 @dataclass(frozen=True)
 class PolicySpec:
     """Shapes and meaning of the observations and actions of a policy.

@@ -16,9 +16,7 @@ from flockesc_env.common.checks import as_flag, as_floats, as_instance, as_path,
 from flockesc_env.common.errors import InputError, JobError, shown
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import check_writable
-from flockesc_env.jobs.cache import Cache
-from flockesc_env.jobs.job import Arrays, Job, Outcome, Outcomes
-from flockesc_env.jobs.keys import import_name
+from flockesc_env.jobs.job import Arrays, Cache, Job, Outcome, Outcomes, import_name
 from flockesc_env.jobs.processes import processes
 
 Backend = Callable[[Sequence[Job], Cache], Outcomes]
@@ -85,10 +83,9 @@ def run(
     if queue:
         check_writable(cache.folder / ".part")
     failures = list[Outcome]()
-    finished = 0
+    finished, total = 0, sum(job.seconds for job in queue)
     hidden = not queue or (False if progress else None)  # None: tqdm hides it without a terminal
     form = "{desc}: {percentage:3.0f}% {bar}{postfix} [{elapsed}, {remaining} left]"
-    total = sum(job.seconds for job in queue)
     with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden, bar_format=form) as bar:
         bar.set_postfix_str(f"{len(queue)} jobs")
         try:
@@ -105,7 +102,13 @@ def run(
             kept = f"{finished} of {len(queue)} jobs are finished and kept in {cache.folder}"
             raise KeyboardInterrupt(f"{kept}; run the same again to continue") from None
     if failures:
-        raise JobError(_report(failures, len(queue), cache))
+        failed = f"{len(failures)} of {len(queue)} jobs failed"
+        lines = [f"{failed}; the results of all others are kept in {cache.folder}"]
+        for job, error, _ in failures[:_SHOWN_FAILURES]:
+            lines += [f"{job.function}{shown(job.arguments, _SHOWN_CHARACTERS)}:", str(error).rstrip()]
+        if len(failures) > _SHOWN_FAILURES:
+            lines.append(f".. and {len(failures) - _SHOWN_FAILURES} more")
+        raise JobError("\n".join(lines))
     return [results.pop(job.key, {}) or cache.get(job) for job in jobs]
 
 
@@ -146,13 +149,3 @@ def run_jobs(
         for index, call in enumerate(arguments)
     ]
     return run(jobs, Cache(as_path(cache, "cache")), find_backend(backend), progress=is_shown)
-
-
-def _report(failures: Sequence[Outcome], total: int, cache: Cache) -> str:
-    """Name failed jobs with their arguments and errors."""
-    lines = [f"{len(failures)} of {total} jobs failed; the results of all others are kept in {cache.folder}"]
-    for job, error, _ in failures[:_SHOWN_FAILURES]:
-        lines += [f"{job.function}{shown(job.arguments, _SHOWN_CHARACTERS)}:", str(error).rstrip()]
-    if len(failures) > _SHOWN_FAILURES:
-        lines.append(f".. and {len(failures) - _SHOWN_FAILURES} more")
-    return "\n".join(lines)

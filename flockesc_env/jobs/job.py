@@ -1,41 +1,52 @@
-"""``Job``: a call of a pure function with plain arguments, identified by a hash."""
+"""``Job``, a call of a pure function with plain arguments, and its key; ``Cache``: results of jobs."""
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import socket
+import sys
+import time
 import traceback
+import warnings
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
+from enum import Enum
 from functools import cache, cached_property
 from importlib import import_module
-from importlib.util import find_spec
+from io import BytesIO
 from operator import attrgetter
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flockesc_env import _core
 from flockesc_env.common.checks import in_job
 from flockesc_env.common.errors import InputError, JobError, shown
-from flockesc_env.jobs.keys import encoded
+from flockesc_env.common.files import read_sealed, write_sealed
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
 
 Arrays = dict[str, NDArray[Any]]
 """Results of a job: arrays by name."""
 
+GRACE_SECONDS = 60.0
+"""A network file system may show a file that another machine wrote only after this time."""
+
 _RESERVED = {"file", "allow_pickle"}
 """Names that ``numpy.savez`` does not take."""
+
+_PLAIN = (bool, int, float, str, bytes, range, tuple, list, dict, PurePath, np.generic)
+_PLAIN_MODULES = {"builtins", "pathlib", "numpy"}
 
 
 @cache
 def engine_hash() -> str:
     """Return a hash of the compiled core; results of different builds may differ in their last bits."""
-    core = find_spec("flockesc_env._core")
-    assert core is not None  # noqa: S101, the package does not import without it
-    assert core.origin is not None  # noqa: S101, it is a file
-    with Path(core.origin).open("rb") as file:
+    with Path(_core.__file__).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
@@ -110,3 +121,132 @@ class Outcome(NamedTuple):
 
 
 Outcomes = Generator[Outcome, None, None]
+
+
+class Cache:
+    """A folder with one npz file per job; the key of the job is the file name.
+
+    Several drivers and workers may share a folder: equal keys hold equal bytes, and files appear complete.
+    A file ends with a hash of its content and of the key. The folder is created with the first result.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = Path(folder).absolute()
+
+    def path(self, job: Job) -> Path:
+        """Return the file that holds the results of a job."""
+        return self.folder / f"{job.key}.npz"
+
+    def __contains__(self, job: Job) -> bool:
+        return self.find(job) is not None
+
+    def find(self, job: Job) -> Arrays | None:
+        """Return the results of a job, or None if they are missing or, with a warning, cannot be read."""
+        path = self.path(job)
+        try:
+            packed = read_sealed(path, job.key)
+        except FileNotFoundError:
+            return None
+        except (IsADirectoryError, PermissionError):
+            packed = None
+        if packed is None:
+            given = "a folder, a damaged file or another job's"
+            message = f"{path}: expected the results of a job, got {given}; the job runs again"
+            warnings.warn(message, stacklevel=2)
+            return None
+        with np.load(BytesIO(packed), allow_pickle=False) as stored:
+            return dict(stored.items())
+
+    def put(self, job: Job, results: Arrays) -> None:
+        """Keep the results of a job."""
+        packed = BytesIO()
+        np.savez_compressed(packed, allow_pickle=False, **results)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        # A file that a power failure damages is found and computed again.
+        write_sealed(self.path(job), job.key, packed.getvalue(), durable=False)
+
+    def keep(self, job: Job, found: Arrays | str) -> str | None:
+        """Keep what ``Job.attempt`` returned: put results into the cache. Return the error, if any."""
+        if isinstance(found, str):
+            return found
+        try:
+            self.put(job, found)
+        except OSError as error:
+            return f"its results cannot be written: {error}"
+        return None
+
+    def get(self, job: Job) -> Arrays:
+        """Return the results of a job.
+
+        Raises:
+            JobError: if its file has not appeared after ``GRACE_SECONDS``.
+        """
+        end = time.monotonic() + GRACE_SECONDS
+        while (results := self.find(job)) is None:
+            if time.monotonic() > end:
+                found = "no such file, or a damaged one"
+                raise JobError(f"result of a finished job: expected {self.path(job)}, got {found}")
+            time.sleep(0.1)
+            if self.folder.is_dir():
+                list(self.folder.iterdir())  # asks a network file system for new names
+        return results
+
+
+def import_name(named: object, field: str, expected: str) -> str:
+    """Return ``module:name`` of a function or class that other processes can import.
+
+    A script counts as the module of its name.
+    """
+    module, name = getattr(named, "__module__", None), getattr(named, "__qualname__", None)
+    try:
+        is_found = attrgetter(name)(sys.modules[module]) == named  # type: ignore[arg-type, index]
+    except (AttributeError, KeyError, TypeError):
+        is_found = False
+    if module == "__main__":
+        main = sys.modules[module]
+        module = main.__spec__.name if main.__spec__ else Path(getattr(main, "__file__", "<none>")).stem
+    if not is_found or not f"{module}{name}".replace(".", "").isidentifier():
+        raise InputError(field, expected, shown(named))
+    return f"{module}:{name}"
+
+
+def encoded(value: Any) -> Any:
+    """Return a value as a list of the name of its type and its content, recursively.
+
+    Entries of dicts keep their order, because a function can see it. ``Job.arguments`` names the types.
+    """
+    kind = type(value)
+    module = kind.__module__.partition(".")[0]
+    if value is None or (isinstance(value, _PLAIN) and module in _PLAIN_MODULES):
+        return [f"{module}:{kind.__name__}", _content(value)]
+    name = import_name(kind, "arguments", "objects of classes that other processes can import")
+    match value:
+        case Enum():
+            return [name, encoded(value.value)]
+        case FlockScenario() | LineScenario() if kind in {FlockScenario, LineScenario}:
+            return [name, value.to_json()]
+        case _ if dataclasses.is_dataclass(kind) and not isinstance(value, _PLAIN):
+            names = [part.name for part in dataclasses.fields(kind)]
+            return [name, [[part, encoded(getattr(value, part))] for part in names]]
+    raise InputError("arguments", "plain data", shown(value))
+
+
+def _content(value: Any) -> Any:
+    match value:
+        case np.bool_() | np.integer() | np.floating() if value.nbytes <= np.float64().nbytes:
+            return [value.dtype.str, value.tobytes().hex()]
+        case None | bool() | str():
+            return value
+        case int():
+            return hex(value)  # without the limit on decimal digits
+        case float() | bytes():
+            return value.hex()
+        case PurePath():
+            return str(value)
+        case range():
+            return [hex(value.start), hex(value.stop), hex(value.step)]
+        case tuple() | list():
+            return [encoded(entry) for entry in value]
+        case dict():
+            return [[encoded(key), encoded(entry)] for key, entry in value.items()]
+    raise InputError("arguments", "plain data", shown(value))

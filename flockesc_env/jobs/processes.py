@@ -11,8 +11,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from multiprocessing import get_context, parent_process
 
-from flockesc_env.jobs.cache import Cache
-from flockesc_env.jobs.job import Job, Outcome, Outcomes
+from flockesc_env.jobs.job import Cache, Job, Outcome, Outcomes
 
 ATTEMPTS = 4
 """A job whose worker process died so often has failed; so have all if so many pools finish none."""

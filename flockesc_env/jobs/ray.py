@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import ray
 
 from flockesc_env.common.errors import InputError
-from flockesc_env.jobs.cache import Cache
-from flockesc_env.jobs.job import Job, Outcome, Outcomes
+from flockesc_env.jobs.job import Cache, Job, Outcome, Outcomes
 
 WINDOW = 4_000
 """Tasks that are submitted and not finished: more than any cluster runs, few enough to wait for."""

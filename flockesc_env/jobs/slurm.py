@@ -15,8 +15,7 @@ from submitit.helpers import DelayedSubmission
 from tqdm import tqdm
 
 from flockesc_env.common.errors import InputError, JobError
-from flockesc_env.jobs.cache import Cache
-from flockesc_env.jobs.job import Job, Outcome, Outcomes
+from flockesc_env.jobs.job import Cache, Job, Outcome, Outcomes
 from flockesc_env.jobs.processes import one_thread_each
 
 CHUNK_SECONDS = 600.0

@@ -6,6 +6,7 @@ Caught agents do not count. ``Trajectory.polarization`` is recorded with every r
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,10 +27,10 @@ def rotation(trajectory: Trajectory) -> FloatArray:
         InputError: if the argument is not a run of a flock, or the world is periodic and so has no
             centroid.
     """
-    run = as_instance(trajectory, "trajectory", Trajectory)
+    run, counted = _checked(trajectory)
     if run.scenario.periodic_side is not None:
         raise InputError("trajectory", "a run in an open world", "one in a periodic world")
-    alive = _alive(run)[..., None]
+    alive = counted[..., np.newaxis]
     count = np.maximum(alive.sum(axis=1, keepdims=True), 1)
     center = (run.positions * alive).sum(axis=1, keepdims=True) / count
     to_space = ((0, 0), (0, 0), (0, 3 - run.scenario.dimension))
@@ -48,8 +49,7 @@ def nearest_neighbor_distances(trajectory: Trajectory) -> FloatArray:
         InputError: if the argument is not a run of a flock.
         MissingExtraError: if the ``analysis`` extra is not installed.
     """
-    run = as_instance(trajectory, "trajectory", Trajectory)
-    alive = _alive(run)
+    run, alive = _checked(trajectory)
     distances = np.full(alive.shape, np.nan)
     for time, points in enumerate(_points(run, alive)):
         distances[time, alive[time]] = _nearest(points, run.scenario.periodic_side)
@@ -64,8 +64,7 @@ def density(trajectory: Trajectory) -> FloatArray:
     and NaN if no agent is left.
     Errors are those of ``nearest_neighbor_distances``.
     """
-    run = as_instance(trajectory, "trajectory", Trajectory)
-    alive = _alive(run)
+    run, alive = _checked(trajectory)
     side = run.scenario.periodic_side
     volumes = (
         np.array([_hull_volume(points) for points in _points(run, alive)])
@@ -86,8 +85,7 @@ def correlation_length(trajectory: Trajectory) -> FloatArray:
     are in memory. The shape is (T + 1,). Lengths are NaN if all velocities or all positions are equal.
     Errors are those of ``nearest_neighbor_distances``.
     """
-    run = as_instance(trajectory, "trajectory", Trajectory)
-    alive = _alive(run)
+    run, alive = _checked(trajectory)
     pairs = zip(_points(run, alive), run.velocities, alive, strict=True)
     side = run.scenario.periodic_side
     return np.array([_first_zero(points, velocities[here], side) for points, velocities, here in pairs])
@@ -127,10 +125,10 @@ def binder_cumulant(
     return found
 
 
-def _alive(run: Trajectory) -> NDArray[np.bool]:
-    """Return which agents are not caught at each time, shape (T + 1, n)."""
-    alive: NDArray[np.bool] = (run.caught_at < 0) | (np.arange(len(run.times))[:, None] < run.caught_at)
-    return alive
+def _checked(trajectory: Any) -> tuple[Trajectory, NDArray[np.bool]]:
+    """Return a run after a check of its type, and which agents are not caught at each time, (T + 1, n)."""
+    run = as_instance(trajectory, "trajectory", Trajectory)
+    return run, (run.caught_at < 0) | (np.arange(len(run.times))[:, None] < run.caught_at)
 
 
 def _points(run: Trajectory, alive: NDArray[np.bool]) -> Iterator[FloatArray]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from platform import python_version
-from typing import Any, NamedTuple
+from typing import Any
 from zipfile import BadZipFile, ZipFile
 
 import numpy as np
@@ -177,41 +177,35 @@ def _trajectory(
     return kind(scenario=scenario, **origin, **scalars)  # type: ignore[arg-type]
 
 
-class _Column(NamedTuple):
-    """The form of a column, and the bounds of its numbers; numbers are finite by default."""
-
-    dtype: str
-    shape: tuple[int, ...]
-    low: float = -_LARGEST
-    high: float = _LARGEST
-
-
-def _layout(scenario: FlockScenario | LineScenario, columns: dict[str, NDArray[Any]]) -> dict[str, _Column]:
+def _layout(
+    scenario: FlockScenario | LineScenario, columns: dict[str, NDArray[Any]]
+) -> dict[str, tuple[str, tuple[int, ...], float, float]]:
+    """Return the dtype and shape of every column, and the bounds of its numbers."""
     if isinstance(scenario, LineScenario):
-        times = len(columns["states"]) if columns["states"].ndim else 0
+        times, agents = len(columns["states"]) if columns["states"].ndim else 0, scenario.num_agents
         farthest = np.inf if scenario.predator_position is None else _LARGEST
         return {
-            "interaction_range": _Column("float64", (), 0),
-            "states": _Column("float64", (times, scenario.num_agents)),
-            "num_components": _Column("int64", (times,), 0, scenario.num_agents),
-            "escape_distance": _Column("float64", (times,), 0, farthest),
-            "converged": _Column("bool", ()),
-            "steps": _Column("int64", (), 0),
+            "interaction_range": ("float64", (), 0, _LARGEST),
+            "states": ("float64", (times, agents), -_LARGEST, _LARGEST),
+            "num_components": ("int64", (times,), 0, agents),
+            "escape_distance": ("float64", (times,), 0, farthest),
+            "converged": ("bool", (), 0, 1),
+            "steps": ("int64", (), 0, _LARGEST),
         }
     steps, agents, axes = scenario.num_steps, scenario.num_agents, scenario.dimension
     is_shared = columns["interaction_ranges"].shape[1:] == (1,)
     farthest = _LARGEST if scenario.predators else np.inf
     return {
-        "interaction_ranges": _Column("float64", (steps, 1 if is_shared else agents), 0),
-        "predator_actions": _Column("float64", (steps, scenario.num_learned, axes)),
-        "positions": _Column("float64", (steps + 1, agents, axes)),
-        "velocities": _Column("float64", (steps + 1, agents, axes)),
-        "predator_positions": _Column("float64", (steps + 1, len(scenario.predators), axes)),
-        "num_components": _Column("int64", (steps + 1,), 0, agents),
-        "caught_at": _Column("int64", (agents,), -1, steps),
-        "times": _Column("float64", (steps + 1,), 0),
-        "mean_distance": _Column("float64", (steps + 1,), 0, farthest),
-        "min_distance": _Column("float64", (steps + 1,), 0, farthest),
-        "polarization": _Column("float64", (steps + 1,), 0),
-        "fraction_surviving": _Column("float64", (steps + 1,), 0, 1),
+        "interaction_ranges": ("float64", (steps, 1 if is_shared else agents), 0, _LARGEST),
+        "predator_actions": ("float64", (steps, scenario.num_learned, axes), -_LARGEST, _LARGEST),
+        "positions": ("float64", (steps + 1, agents, axes), -_LARGEST, _LARGEST),
+        "velocities": ("float64", (steps + 1, agents, axes), -_LARGEST, _LARGEST),
+        "predator_positions": ("float64", (steps + 1, len(scenario.predators), axes), -_LARGEST, _LARGEST),
+        "num_components": ("int64", (steps + 1,), 0, agents),
+        "caught_at": ("int64", (agents,), -1, steps),
+        "times": ("float64", (steps + 1,), 0, _LARGEST),
+        "mean_distance": ("float64", (steps + 1,), 0, farthest),
+        "min_distance": ("float64", (steps + 1,), 0, farthest),
+        "polarization": ("float64", (steps + 1,), 0, _LARGEST),
+        "fraction_surviving": ("float64", (steps + 1,), 0, 1),
     }

@@ -22,9 +22,9 @@ from flockesc_env.common.checks import (
 )
 from flockesc_env.common.errors import InputError, shown_name
 from flockesc_env.common.extras import figure_style, require
-from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.models.order import binder_cumulant
+from flockesc_env.models.simulate import Displayed
 from flockesc_env.scenario.document import check_not_drawn
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
@@ -86,7 +86,6 @@ class ScanResult(Displayed):
 
         It shows the 95 % interval, except with one seed. ``figure.savefig("order.png")`` writes it.
         """
-        require("analysis", ["matplotlib", "scipy"])
         from matplotlib.figure import Figure  # optional and slow to import
 
         figure = Figure(figsize=(5.5, 3.5), layout="constrained")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,9 +15,8 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import data_frame
-from flockesc_env.common.notebook import Displayed
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.episodes.seeds import fresh_seed
+from flockesc_env.episodes.starts import fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_scenario
@@ -24,6 +25,30 @@ if TYPE_CHECKING:
     import polars as pl
 
 IntArray = NDArray[np.int64]
+
+
+@singledispatch
+def to_html(_result: object) -> str | None:
+    """Return a result as HTML; ``None``: notebooks show the ``repr``. See ``flockesc_env.notebook``."""
+    return None
+
+
+class Displayed(ABC):
+    """Base class of results: a short ``repr``, and HTML in notebooks."""
+
+    @abstractmethod
+    def _summary(self) -> dict[str, object]:
+        """Return what the ``repr`` shows, by name."""
+
+    def __repr__(self) -> str:
+        facts = (
+            f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}"
+            for name, value in self._summary().items()
+        )
+        return f"{type(self).__name__}({', '.join(facts)})"
+
+    def _repr_html_(self) -> str | None:
+        return to_html(self)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -187,15 +212,8 @@ def run_flock(
 ) -> Trajectory:
     """Run a flock with given ranges for ``scenario.num_steps`` steps; see ``flockesc_env.simulate``.
 
-    Args:
-        scenario: the flock model's parameters.
-        ranges: rho in m, a scalar, one per agent, shape (n,), or for every step, shape (T, 1) or (T, n).
-        seed: see ``flockesc_env.simulate``, as for the other arguments.
-        initial_positions: r(0), shape (n, D).
-        initial_velocities: v(0), shape (n, D).
-        num_threads: number of threads.
-        predator_actions: actions in [-1, 1] of the L ``Learned`` predators in every step, shape (T, L, D);
-            ``None``: 0, the predators fly straight on.
+    The ranges rho are in m, a scalar, one per agent, shape (n,), or for every step, shape (T, 1) or (T, n).
+    Actions in [-1, 1] of the L ``Learned`` predators have shape (T, L, D); ``None``: 0, they fly straight on.
     """
     agents, steps, axes = scenario.num_agents, scenario.num_steps, scenario.dimension
     positions = _given(initial_positions, "initial_positions", (agents, axes))

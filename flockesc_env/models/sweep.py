@@ -15,10 +15,9 @@ from flockesc_env.common.array_files import write_table
 from flockesc_env.common.checks import FloatArray, as_choice, as_path, as_seeds, as_threads, as_vector
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import data_frame, figure_style, require
-from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, FlockOutcomes, ObjectiveSpec
-from flockesc_env.models.simulate import IntArray
+from flockesc_env.models.simulate import Displayed, IntArray
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import as_model
@@ -114,7 +113,6 @@ class SweepResult(Displayed):
         Raises:
             InputError: if the scenario has no predator.
         """
-        require("analysis", ["matplotlib", "scipy"])
         from matplotlib.figure import Figure  # optional and slow to import
 
         best = self.best_range(objective)

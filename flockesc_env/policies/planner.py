@@ -12,7 +12,7 @@ from flockesc_env.common.checks import FloatArray, as_count, as_seed, as_vector
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.episodes.options import EnvOptionsDict, env_options
+from flockesc_env.episodes.options import EnvOptionsDict, options_in
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.spaces import PolicySpec, RangeActions
 from flockesc_env.scenario.flock import FlockScenario
@@ -91,7 +91,7 @@ class Planner:
         **options: Unpack[EnvOptionsDict],
     ) -> None:
         self.scenario = as_scenario(scenario, FlockScenario)
-        self.options = env_options(self.scenario, options)
+        self.options = options_in(self.scenario, options)
         if predator_policy is None and self.scenario.num_learned:
             raise InputError("predator_policy", "a policy for the Learned predators", "None")
         if hasattr(predator_policy, "reset"):

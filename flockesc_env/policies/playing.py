@@ -12,15 +12,13 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_predator_policy, as_threads
 from flockesc_env.common.extras import data_frame
-from flockesc_env.common.notebook import Displayed
 from flockesc_env.common.progress import Progress
 from flockesc_env.episodes.batch import Columns, FlockBatch, Step
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, FlockOutcomes
 from flockesc_env.episodes.options import EnvOptions, LineOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.spaces import RangeActions, candidates, line_policy_spec
-from flockesc_env.episodes.starts import NO_START, Start
-from flockesc_env.models.simulate import IntArray, Trajectory, run_flock
+from flockesc_env.models.simulate import Displayed, IntArray, Trajectory, run_flock
 from flockesc_env.policies.base import Observations, Policy
 from flockesc_env.policies.network import Architecture, NetworkPolicy, Parameters, choices
 from flockesc_env.scenario.flock import FlockScenario
@@ -191,7 +189,7 @@ def record_flock(
     recorder = None if predator_policy is None else _Recorder(as_predator_policy(predator_policy))
     view = View.of(per_agent)
     batch = FlockBatch(scenario, options, view=view, num_threads=num_threads, predator_policy=recorder)
-    steps = episode_steps(batch, policy, [seed], [batch.start(start)])
+    steps = episode_steps(batch, policy, [seed], [start])
     ranges = np.array([ranges for ranges, _ in steps])
 
     def per_step(actions: FloatArray) -> FloatArray:
@@ -224,14 +222,14 @@ def episode_steps(
     batch: FlockBatch | _LineBatch,
     policy: Policy,
     seeds: Sequence[int],
-    starts: Sequence[Start] = (NO_START,),
+    options: Sequence[Mapping[str, Any] | None] = (None,),
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Run a policy in every slot of a batch, with a seed per slot, until all episodes have ended.
 
     Yields:
         Ranges in m and rewards after every action, both of shape (num_flocks * rows,).
     """
-    observations, _ = batch.reset(range(len(seeds)), seeds, starts)
+    observations, _ = batch.reset(range(len(seeds)), seeds, options)
     reset_policy(policy, np.ones(len(observations), bool))
     has_ended = False
     while not has_ended:

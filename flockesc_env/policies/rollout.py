@@ -12,7 +12,7 @@ from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptions, LineOptionsDict, options_in
 from flockesc_env.episodes.predators import PredatorPolicy
-from flockesc_env.episodes.seeds import fresh_seed
+from flockesc_env.episodes.starts import fresh_seed
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
 from flockesc_env.policies.base import BasePolicy, Policy
 from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record_flock, results

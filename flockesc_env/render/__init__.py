@@ -4,16 +4,7 @@ Importing this package does not load pygame. Environments with a render mode loa
 that draw.
 """
 
-from flockesc_env.render.options import RENDER_MODES, RenderOptions
+from flockesc_env.render.frames import RenderOptions
 from flockesc_env.render.video import draw
-from flockesc_env.render.viewer import flock_viewer, frames_per_second, line_viewer, render
 
-__all__ = [
-    "RENDER_MODES",
-    "RenderOptions",
-    "draw",
-    "flock_viewer",
-    "frames_per_second",
-    "line_viewer",
-    "render",
-]
+__all__ = ["RenderOptions", "draw"]

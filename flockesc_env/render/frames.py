@@ -1,19 +1,85 @@
-"""The data of a picture of a flock: its state at one time, live or from a recorded run, and its title."""
+"""Contents of pictures: options, a flock at one time (of an environment or a run), a line, and titles."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray
-from flockesc_env.common.errors import printable
+from flockesc_env.common.checks import FloatArray, as_array, as_choice, as_count, as_floats
+from flockesc_env.common.errors import InputError, printable, shown
+from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.models.simulate import Trajectory
+from flockesc_env.models.simulate import IntArray, Trajectory
 from flockesc_env.policies.registry import NAMES
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+
+Show = Literal["none", "discs", "edges"]
+ColorBy = Literal["component", "range"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RenderOptions:
+    """Options of pictures. Pictures of a line use ``size`` only.
+
+    Attributes:
+        size: width and height in pixels, an even number from 160 to 16384.
+        show: ``"edges"`` draws the edges of the neighbor graph, ``"discs"`` the interaction ranges as discs,
+            or edges if a range is a number of neighbors; ``"none"`` draws neither.
+        agents: indices of the agents whose discs or edges are drawn; ``None`` means all.
+        trail: length of a predator's trail in s.
+        color: what the color of an agent shows: its ``"component"`` or its interaction ``"range"``.
+        largest_range: end of the color scale of ranges; ``None``: the largest range of the picture or, in a
+            video, of all runs.
+
+    Raises:
+        InputError: if an option has a wrong type or is out of bounds; it names the option.
+    """
+
+    size: int = 512
+    show: Show = "none"
+    agents: tuple[int, ...] | None = None
+    trail: float = 3.0
+    color: ColorBy = "component"
+    largest_range: float | None = None
+
+    def __post_init__(self) -> None:
+        size = as_count(self.size, "size", least=160, most=16_384)
+        if size % 2:
+            raise InputError("size", "an even number", size)
+        as_choice(self.show, "show", get_args(Show))
+        if self.agents is not None:
+            agents = as_array(self.agents, "agents")
+            if agents.ndim != 1 or not agents.size or agents.dtype.kind not in "iu" or agents.min() < 0:
+                raise InputError("agents", "indices of agents", shown(self.agents))
+            object.__setattr__(self, "agents", tuple(agents.tolist()))
+        as_choice(self.color, "color", get_args(ColorBy))
+        if self.largest_range is not None:
+            largest = float(as_floats(self.largest_range, "largest_range", (), least=0.0))
+            object.__setattr__(self, "largest_range", largest)
+        object.__setattr__(self, "trail", float(as_floats(self.trail, "trail", (), least=0.0)))
+        object.__setattr__(self, "size", size)
+
+    def selected(self, num_agents: int) -> IntArray:
+        """Return the indices of the agents to draw; raise ``InputError`` if one is out of bounds."""
+        if self.agents is None:
+            return np.arange(num_agents)
+        if max(self.agents) >= num_agents:
+            raise InputError("agents", f"indices below {num_agents}", max(self.agents))
+        return np.array(self.agents)
+
+
+def as_render_options(value: Any) -> RenderOptions:
+    """Return render options, the defaults for ``None``; anything else raises ``InputError``."""
+    if value is None:
+        return RenderOptions()
+    if not isinstance(value, RenderOptions):
+        raise InputError("render_options", "RenderOptions or None", shown(value))
+    return value
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +104,12 @@ class FlockFrame:
     trail: FloatArray  # past predator positions, shape (k, P, D)
 
 
-LineHistory = Sequence[tuple[int, FloatArray, float]]
-"""Number of steps made, x of shape (n,) and rho of the step before, 0 at the start; one row per action."""
+@dataclass(frozen=True, eq=False)
+class LineFrame:
+    """A line at the start and after each action: steps made, x of shape (n,), and rho, 0 at the start."""
+
+    scenario: LineScenario
+    history: Sequence[tuple[int, FloatArray, float]]
 
 
 def policy_title(name: str, unit: str = "m") -> str:
@@ -91,3 +161,40 @@ def recorded_frame(
         view=recorded_view(run, step) if view is None else view,
         trail=run.predator_positions[step - int(min(trail / run.scenario.time_step, step)) : step + 1],
     )
+
+
+def live_frames(batch: FlockBatch, frames: Sequence[FlockFrame | None], trail: float) -> list[FlockFrame]:
+    """Return the frames of all flocks after an action, from those before it (``None``: no history).
+
+    Trails are ``trail`` s long.
+    """
+    spec = FLOCK_OBJECTIVES[batch.options.objective]
+    objectives, caught, present = batch.metrics()[spec.name], batch.caught(), list[FlockFrame]()
+    for slot, last in enumerate(frames):
+        state = batch.state(slot)
+        del state["distances"]
+        step, positions, predators = state["step"], state["positions"], state["predator_positions"]
+        graph, path = (positions, state["velocities"]), predators[np.newaxis]
+        if last is None or step == 0:
+            scenario = batch.drawn(slot)
+            view = initial_region(scenario)
+        elif last.step == step:
+            present.append(last)
+            continue
+        else:
+            scenario, view = last.scenario, last.view
+            graph = last.graph if scenario.frozen_graph else graph
+            seconds = scenario.time_step * batch.options.steps_per_action
+            kept = len(last.trail) - int(min(trail / seconds, len(last.trail)))
+            path = np.concatenate([last.trail[kept:], path])
+        frame = FlockFrame(
+            scenario=scenario,
+            caught=caught[slot],
+            objective=f"{spec.symbol} {spec.text(objectives[slot])}",
+            graph=graph,
+            view=enclose(view, positions, predators),
+            trail=path,
+            **state if step else {**state, "interaction_range": np.empty(0)},
+        )
+        present.append(frame)
+    return present

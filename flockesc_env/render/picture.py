@@ -1,21 +1,31 @@
-"""The picture of a flock or a line: agents in the color of component or range, predators, rho and J."""
+"""The picture of a flock or a line: agents in the color of component or range, predators, rho and J.
+
+Only this file imports pygame, which draws without a display and opens the window.
+"""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Sequence
 from itertools import combinations, product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray
+from flockesc_env.common.extras import require
 from flockesc_env.models.graph import component_labels, neighbor_pairs
 from flockesc_env.models.simulate import IntArray
-from flockesc_env.render.canvas import Canvas, Image
-from flockesc_env.render.frames import FlockFrame, LineHistory, initial_region
-from flockesc_env.render.options import RenderOptions
-from flockesc_env.render.palette import LIGHT, component_colors, faded, range_colors, rgb
-from flockesc_env.scenario.line import LineScenario
+from flockesc_env.render.frames import FlockFrame, LineFrame, RenderOptions, initial_region
+from flockesc_env.render.palette import LIGHT, Color, component_colors, faded, range_colors, rgb
+
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # pygame prints a greeting on stdout
+os.environ.setdefault("SDL_NO_SIGNAL_HANDLERS", "1")  # SDL would catch SIGTERM, also in forked workers
+require("video", ["pygame"])
+import pygame  # noqa: E402, after the check
+
+Image = NDArray[np.uint8]
 
 GRID, FRAME, TEXT, FAINT_TEXT = rgb(LIGHT.grid), rgb(LIGHT.frame), rgb(LIGHT.ink), rgb(LIGHT.muted)
 PREDATOR = rgb(LIGHT.predator)
@@ -23,14 +33,68 @@ PREDATOR = rgb(LIGHT.predator)
 _LEFT, _RIGHT, _TOP, _BOTTOM = 0.03, 0.97, 0.15, 0.91
 """Edges of the part that shows the flock or the line, over the size of the picture; text is around it."""
 
-_AZIMUTH, _ELEVATION = np.deg2rad([-62.0, 24.0])
-"""Direction from which a space is seen."""
+_RIGHTWARD, _UPWARD = (0.883, 0.469, 0.0), (-0.191, 0.359, 0.914)
+"""Directions in a space, seen from the side, that point right and up in the picture; unit vectors."""
 
 _DART = np.array([(1.0, 0.0), (-0.8, 0.66), (-0.42, 0.0), (-0.8, -0.66)])
 """Corners of a mark (ahead, left) in units of its length ahead."""
 
 _FIRST_STEPS = 10
 """Length of a line's time axis at the start; it grows with the episode."""
+
+_PAPER = rgb(LIGHT.ground)
+_FINE = 2
+"""Oversampling per axis: each pixel is the mean of this many drawn ones, squared, which smooths edges."""
+
+_CLOCK = pygame.time.Clock()
+
+
+class Canvas:
+    """A square picture of ``size`` px. Points and lengths are in px and can be fractions; y points down.
+
+    ``colors`` have a row (red, green, blue) per polygon, line or circle.
+    """
+
+    def __init__(self, size: int) -> None:
+        pygame.font.init()
+        self.size = size
+        self._fonts: dict[float, pygame.font.Font] = {}
+        self._surface = pygame.Surface((_FINE * size, _FINE * size))
+        self._surface.fill(_PAPER)
+
+    def polygons(self, points: FloatArray, colors: ArrayLike) -> None:
+        """Fill polygons, shape (k, corners, 2), with a rim in the color of the paper."""
+        for corners, color in zip(_fine(points), np.asarray(colors).tolist(), strict=True):
+            pygame.draw.polygon(self._surface, color, corners)
+            pygame.draw.polygon(self._surface, _PAPER, corners, 1)
+
+    def segments(self, points: FloatArray, colors: ArrayLike, width: float = 1.0) -> None:
+        """Draw straight lines, shape (k, 2, 2)."""
+        for (start, end), color in zip(_fine(points), np.asarray(colors).tolist(), strict=True):
+            pygame.draw.line(self._surface, color, start, end, max(1, round(_FINE * width)))
+
+    def discs(self, centers: FloatArray, radii: ArrayLike, colors: ArrayLike, rim: float = 0.0) -> None:
+        """Fill circles, shapes (k, 2) and (k,); a ``rim`` above 0 draws only a rim of this width."""
+        reach = np.broadcast_to(np.minimum(radii, 3 * self.size), len(centers))  # covers the picture
+        circles = zip(_fine(centers), _fine(reach), np.asarray(colors).tolist(), strict=True)
+        for center, radius, color in circles:
+            pygame.draw.circle(self._surface, color, center, radius, round(_FINE * rim))
+
+    def text(
+        self, text: str, at: Sequence[float], color: Color, anchor: str = "topleft", height: float = 0.055
+    ) -> float:
+        """Write text with its ``anchor`` at a point, and return its width; ``height``: over the picture's."""
+        if height not in self._fonts:  # pygame's own font, not kept longer: `pygame.quit` invalidates it
+            self._fonts[height] = pygame.font.Font(None, round(_FINE * height * self.size))
+        written = self._fonts[height].render(text, True, color)
+        self._surface.blit(written, written.get_rect(**{anchor: _fine(at)}))
+        return written.get_width() / _FINE
+
+    def image(self) -> Image:
+        """Return the picture, shape (size, size, 3)."""
+        surface = pygame.transform.smoothscale(self._surface, (self.size, self.size))
+        flat = np.frombuffer(pygame.image.tobytes(surface, "RGB"), np.uint8)
+        return flat.reshape(self.size, self.size, 3).copy()
 
 
 class Camera(NamedTuple):
@@ -48,11 +112,7 @@ class Camera(NamedTuple):
 
 def camera(view: FloatArray, size: int) -> Camera:
     """Return the camera that shows a box: the plane from above, y up; a space from the side, z up."""
-    axes = np.eye(2)
-    if view.shape[1] == 3:
-        right = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0])
-        flat, up = -np.sin(_ELEVATION), np.cos(_ELEVATION)
-        axes = np.stack([right, [flat * np.cos(_AZIMUTH), flat * np.sin(_AZIMUTH), up]], axis=1)
+    axes = np.eye(2) if view.shape[1] == 2 else np.stack([_RIGHTWARD, _UPWARD], axis=1)
     corners = _corners(view) @ axes
     low, high = corners.min(axis=0), corners.max(axis=0)
     scale = size * float(((_RIGHT - _LEFT, _BOTTOM - _TOP) / (high - low)).min())
@@ -61,11 +121,19 @@ def camera(view: FloatArray, size: int) -> Camera:
     return Camera(matrix, middle - view.mean(axis=0) @ matrix, scale)
 
 
-def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Image:
-    """Return the picture of a flock, shape (size, size, 3). Equal frames give equal pictures."""
+def draw_frame(frame: FlockFrame | LineFrame, options: RenderOptions, title: str = "") -> Image:
+    """Return a picture, shape (size, size, 3). Equal frames give equal pictures."""
+    canvas = Canvas(options.size)
+    if isinstance(frame, LineFrame):
+        _draw_line(canvas, frame, title)
+    else:
+        _draw_flock(canvas, frame, options, title)
+    return canvas.image()
+
+
+def _draw_flock(canvas: Canvas, frame: FlockFrame, options: RenderOptions, title: str) -> None:
     size, unit = options.size, frame.scenario.neighbor_rule.unit
-    canvas, eye, alive = Canvas(size), camera(frame.view, size), ~frame.caught
-    known = frame.interaction_range
+    eye, alive, known = camera(frame.view, size), ~frame.caught, frame.interaction_range
     ranges = np.broadcast_to(known if len(known) else 0.0, len(alive))[alive]
     places, predators = eye.pixels(frame.positions[alive]), eye.pixels(frame.predator_positions)
     heard, headings = (each[alive] for each in frame.graph)
@@ -74,7 +142,7 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
         labels = component_labels(frame.scenario, heard, ranges, velocities=headings)
     largest = ranges.max(initial=0.0) if options.largest_range is None else options.largest_range
     colors = range_colors(ranges, largest) if options.color == "range" else component_colors(labels)
-    red = np.tile(np.array(PREDATOR, np.uint8), (len(predators), 1))
+    red = np.tile(PREDATOR, (len(predators), 1))
     chosen = np.isin(np.flatnonzero(alive), options.selected(len(alive)))
 
     reach = frame.scenario.predator_range * eye.scale
@@ -82,40 +150,36 @@ def draw_flock(frame: FlockFrame, options: RenderOptions, title: str = "") -> Im
     if options.show == "discs" and unit == "m":
         canvas.discs(places[chosen], eye.scale * ranges[chosen], faded(colors, 0.84)[chosen])
     canvas.discs(predators, reach, faded(red, 0.5), rim=1.0)
-    if len(predators) == 1 and len(places) and frame.scenario.periodic_side is None:
-        # A ring: the mean distance of the agents.
-        away = frame.positions[alive] - frame.predator_positions[0]
-        mean = eye.scale * float(np.linalg.norm(away, axis=1).mean())
-        canvas.discs(predators, mean, faded([TEXT], 0.4), rim=1.5)
     _ground(canvas, eye, frame)
     if (options.show == "edges" or (options.show == "discs" and unit != "m")) and len(places):
         pairs = neighbor_pairs(frame.scenario, heard, ranges, velocities=headings)
         pairs = np.unique(np.sort(pairs[chosen[pairs].any(axis=1)], axis=1), axis=0)  # every pair once
-        canvas.segments(places[pairs], faded(colors, 0.55)[pairs[:, 0]].tolist())
+        canvas.segments(places[pairs], faded(colors, 0.55)[pairs[:, 0]])
     for path in np.moveaxis(eye.pixels(frame.trail), 1, 0):
         pieces = np.stack([path[:-1], path[1:]], axis=1)
         age = np.linspace(1.0, 0.15, len(pieces))[:, np.newaxis]
-        canvas.segments(pieces, faded(np.tile(PREDATOR, (len(pieces), 1)), age).tolist(), 0.005 * size)
+        canvas.segments(pieces, faded(PREDATOR, age), 0.005 * size)
     length = 0.0125 * size * float(np.clip((300 / max(len(places), 1)) ** 0.25, 0.7, 1.5))
-    canvas.polygons(_darts(eye, places, frame.velocities[alive], length), colors.tolist())
-    canvas.polygons(_darts(eye, predators, frame.predator_velocities, 0.026 * size), red.tolist())
+    canvas.polygons(_darts(eye, places, frame.velocities[alive], length), colors)
+    canvas.polygons(_darts(eye, predators, frame.predator_velocities, 0.026 * size), red)
 
-    time, words = frame.step * frame.scenario.time_step, range_text(ranges if len(known) else known, unit)
-    _head(canvas, title, f"{time:.1f} s", words, frame.objective if len(predators) else "no predator")
+    words = "range -"  # before the first action, or all agents have been caught
+    if len(known) and len(ranges):  # the common range or, if ranges differ, their mean and standard deviation
+        spread = "" if np.ptp(ranges) == 0 else f" ± {ranges.std():.1f}"
+        words = f"range {ranges.mean():.1f}{spread} {unit}"
+    time = frame.step * frame.scenario.time_step
+    goal = frame.objective if len(predators) else "no predator"
+    _write(canvas, title, f"{time:.1f} s", words, goal, labels if options.color == "component" else None)
     if frame.caught.any():
         canvas.text(f"{frame.caught.sum()} caught", (0.5 * size, 0.96 * size), PREDATOR, "center")
     if options.color == "range":
         _color_scale(canvas, f"{largest:g} {unit}")
-    else:
-        _count(canvas, labels)
     _ruler(canvas, eye.scale)
-    return canvas.image()
 
 
-def draw_line(scenario: LineScenario, history: LineHistory, options: RenderOptions, title: str = "") -> Image:
-    """Return the picture of a line over time, shape (size, size, 3). Equal histories give equal pictures."""
-    steps, states, ranges = (np.array(column) for column in zip(*history, strict=True))
-    canvas, size, predator = Canvas(options.size), options.size, scenario.predator_position
+def _draw_line(canvas: Canvas, frame: LineFrame, title: str) -> None:
+    steps, states, ranges = (np.array(column) for column in zip(*frame.history, strict=True))
+    size, predator = canvas.size, frame.scenario.predator_position
     end = nice(max(_FIRST_STEPS, steps[-1]))
     low, high = min(0.0, float(states.min())), max(1.0, float(states.max()))
 
@@ -125,13 +189,13 @@ def draw_line(scenario: LineScenario, history: LineHistory, options: RenderOptio
         return size * np.stack(np.broadcast_arrays(x, y), axis=-1)
 
     if predator is not None:
-        band = predator + scenario.predator_range * np.array([-1, -1, 1, 1])
+        band = predator + frame.scenario.predator_range * np.array([-1, -1, 1, 1])
         corners = at([0, end, end, 0], np.clip(band, low, high))
-        canvas.polygons(corners[np.newaxis], [faded(PREDATOR, 0.86).tolist()])
-    for level in _ticks(low, high):
+        canvas.polygons(corners[np.newaxis], [faded(PREDATOR, 0.86)])
+    for level in np.linspace(low, high, 6):
         canvas.segments(at([0, end], level)[np.newaxis], [GRID])
-        canvas.text(f"{level:.4g}", at(-0.012 * end, level).tolist(), FAINT_TEXT, "midright", 0.036)
-    for step in _ticks(0, end):
+        canvas.text(f"{round(level, 2):g}", at(-0.012 * end, level).tolist(), FAINT_TEXT, "midright", 0.036)
+    for step in np.linspace(0, end, 6):
         canvas.text(f"{step:g}", at(step, low - 0.02 * (high - low)).tolist(), FAINT_TEXT, "midtop", 0.036)
     canvas.text("steps", (0.535 * size, 0.96 * size), FAINT_TEXT, "center", 0.036)
     if predator is not None:
@@ -142,20 +206,10 @@ def draw_line(scenario: LineScenario, history: LineHistory, options: RenderOptio
         ends = np.stack([at(steps[k], states[k]) for k in (t - 1, t)], axis=1)
         # Agents with equal states stay together, so one line stands for all of them.
         _, kept = np.unique(np.round(ends.reshape(-1, 4), 1), axis=0, return_index=True)
-        canvas.segments(ends[kept], component_colors(labels[t])[kept].tolist(), 0.0025 * size)
+        canvas.segments(ends[kept], component_colors(labels[t])[kept], 0.0025 * size)
     canvas.discs(at(steps[-1], states[-1]), 0.006 * size, component_colors(labels[-1]))
     goal = "" if predator is None else f"escape distance {np.abs(states[-1] - predator).min():.3f}"
-    _head(canvas, title, f"t = {steps[-1]}", f"range {ranges[-1]:.3g}", goal or "no predator")
-    _count(canvas, labels[-1])
-    return canvas.image()
-
-
-def range_text(ranges: FloatArray, unit: str) -> str:
-    """Return the common range or, if ranges differ, their mean and standard deviation."""
-    if not len(ranges):
-        return "range -"  # before the first action, or all agents have been caught
-    words = f"{ranges[0]:.1f}" if np.ptp(ranges) == 0 else f"{ranges.mean():.1f} ± {ranges.std():.1f}"
-    return f"range {words} {unit}"
+    _write(canvas, title, f"t = {steps[-1]}", f"range {ranges[-1]:.3g}", goal or "no predator", labels[-1])
 
 
 def nice(least: float) -> float:
@@ -170,43 +224,39 @@ def _corners(view: FloatArray) -> FloatArray:
 
 
 def _ground(canvas: Canvas, eye: Camera, frame: FlockFrame) -> None:
-    """Draw the edges of the initial region, and crosses where agents were caught."""
+    """Draw the edges of the initial region, and dots where agents were caught."""
     corners = eye.pixels(_corners(initial_region(frame.scenario)))
     # Each axis is one bit of a corner's index, so the corners of an edge differ in one bit.
     edges = [pair for pair in combinations(range(len(corners)), 2) if (pair[0] ^ pair[1]).bit_count() == 1]
     canvas.segments(corners[edges], [FRAME] * len(edges))
-    arms = 0.005 * canvas.size * np.array([[(-1.0, -1.0), (1.0, 1.0)], [(-1.0, 1.0), (1.0, -1.0)]])
-    for center in eye.pixels(frame.positions[frame.caught]):
-        canvas.segments(center + arms, [FRAME] * 2, 0.0025 * canvas.size)
+    caught = eye.pixels(frame.positions[frame.caught])
+    canvas.discs(caught, 0.005 * canvas.size, [FRAME] * len(caught))
 
 
 def _darts(eye: Camera, centers: FloatArray, velocities: FloatArray, length: float) -> FloatArray:
-    """Return the corners of marks, shape (k, 4, 2) in px, shorter where they fly toward or away from us."""
+    """Return the corners of marks that point along velocities, shape (k, 4, 2) in px."""
     pixels = velocities @ eye.matrix
-    seen = np.linalg.norm(pixels, axis=1, keepdims=True)
-    full = eye.scale * np.linalg.norm(velocities, axis=1, keepdims=True)
-    ahead = np.where(seen > 1e-6 * full, pixels / np.maximum(seen, 1e-300), (1.0, 0.0))
+    lengths = np.linalg.norm(pixels, axis=1, keepdims=True)
+    ahead = np.where(lengths > 0, pixels / np.maximum(lengths, 1e-300), (1.0, 0.0))
     left = np.stack([ahead[:, 1], -ahead[:, 0]], axis=1)
-    ahead *= 0.4 + 0.6 * seen / np.maximum(full, 1e-300)
     offsets = _DART[:, :1] * ahead[:, np.newaxis] + _DART[:, 1:] * left[:, np.newaxis]
     corners: FloatArray = centers[:, np.newaxis] + length * offsets
     return corners
 
 
-def _head(canvas: Canvas, title: str, time: str, words: str, goal: str) -> None:
-    """Write the title and, below it, the time, the range and the objective."""
+def _write(
+    canvas: Canvas, title: str, time: str, words: str, goal: str, labels: IntArray | None = None
+) -> None:
+    """Write the title, time, range, objective and, if labels are given, the number of components."""
     left, right, row = _LEFT * canvas.size, _RIGHT * canvas.size, 0.08 * canvas.size
     canvas.text(title, (left, 0.02 * canvas.size), TEXT)
     canvas.text(time, (left, row), TEXT)
     canvas.text(words, (0.2 * canvas.size, row), TEXT)
     canvas.text(goal, (right, row), TEXT, "topright")
-
-
-def _count(canvas: Canvas, labels: IntArray) -> None:
-    """Write the number of components into the lower left corner."""
-    count = len(np.unique(labels))
-    words = f"{count} component{'' if count == 1 else 's'}"
-    canvas.text(words, (_LEFT * canvas.size, 0.96 * canvas.size), FAINT_TEXT, "midleft")
+    if labels is not None:
+        count = len(np.unique(labels))
+        parts = f"{count} component{'' if count == 1 else 's'}"
+        canvas.text(parts, (left, 0.96 * canvas.size), FAINT_TEXT, "midleft")
 
 
 def _color_scale(canvas: Canvas, largest: str) -> None:
@@ -215,7 +265,7 @@ def _color_scale(canvas: Canvas, largest: str) -> None:
     x += canvas.text("0", (x, y), FAINT_TEXT, "midleft") + width
     for share in np.linspace(0.0, 1.0, 24):
         piece = np.array([[(x, y), (x + width, y)]])
-        canvas.segments(piece, range_colors(np.array([share]), 1.0).tolist(), 0.03 * canvas.size)
+        canvas.segments(piece, range_colors(np.array([share]), 1.0), 0.03 * canvas.size)
         x += width
     canvas.text(largest, (x + width, y), FAINT_TEXT, "midleft")
 
@@ -228,7 +278,24 @@ def _ruler(canvas: Canvas, scale: float) -> None:
     canvas.text(f"{length:g} m", (middle, y - 0.008 * canvas.size), FAINT_TEXT, "midbottom")
 
 
-def _ticks(low: float, high: float) -> FloatArray:
-    """Return about eight round numbers from ``low`` to ``high``."""
-    spacing = nice((high - low) / 8)
-    return spacing * np.arange(np.ceil(low / spacing), np.floor(high / spacing) + 1)
+def show(image: Image, fps: int) -> None:
+    """Show a picture in the window of this process, at most ``fps`` per second; the first one opens it."""
+    height, width, _ = image.shape
+    screen = pygame.display.get_surface()
+    if screen is None or screen.get_size() != (width, height):
+        pygame.display.init()
+        screen = pygame.display.set_mode((width, height))
+        pygame.display.set_caption("flockesc_env")
+    screen.blit(pygame.image.frombuffer(image.tobytes(), (width, height), "RGB"), (0, 0))
+    pygame.event.pump()
+    _CLOCK.tick(fps)
+    pygame.display.flip()
+
+
+def close_window() -> None:
+    """Close the window, if there is one."""
+    pygame.display.quit()
+
+
+def _fine(points: ArrayLike) -> Any:
+    return (_FINE * np.asarray(points)).tolist()

@@ -16,12 +16,20 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_callback, as_choice, as_count, as_floats, as_path, as_text
 from flockesc_env.common.errors import InputError
+from flockesc_env.common.extras import require
 from flockesc_env.common.files import atomic_write, suffix_of
 from flockesc_env.common.progress import Progress
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, Objective
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, as_runs
-from flockesc_env.render.frames import enclose, policy_title, recorded_frame, recorded_view
-from flockesc_env.render.options import RenderOptions, as_render_options, require_video
+from flockesc_env.render.frames import (
+    LineFrame,
+    RenderOptions,
+    as_render_options,
+    enclose,
+    policy_title,
+    recorded_frame,
+    recorded_view,
+)
 from flockesc_env.render.palette import LIGHT, rgb
 from flockesc_env.render.viewer import grid_shape, tiled
 
@@ -70,13 +78,12 @@ def draw(
     as_choice(objective, "objective", FLOCK_OBJECTIVES)
     last = run.steps if isinstance(run, LineTrajectory) else run.scenario.num_steps
     step = as_count(step, "step", least=0, most=last)
-    require_video("pygame")
-    from flockesc_env.render.picture import draw_flock, draw_line  # loads pygame, an extra
+    from flockesc_env.render.picture import draw_frame  # loads pygame, an extra
 
     if isinstance(run, LineTrajectory):
         history = [(t, run.states[t], run.interaction_range if t else 0.0) for t in range(step + 1)]
-        return draw_line(run.scenario, history, options, title)
-    return draw_flock(recorded_frame(run, step, objective, options.trail), options, title)
+        return draw_frame(LineFrame(run.scenario, history), options, title)
+    return draw_frame(recorded_frame(run, step, objective, options.trail), options, title)
 
 
 def write_video(
@@ -132,10 +139,10 @@ def write_video(
     options = replace(chosen, largest_range=largest)
     for _, run in runs:
         options.selected(run.scenario.num_agents)
-    require_video("pygame", "imageio_ffmpeg")
+    require("video", ["imageio_ffmpeg"])
     import imageio_ffmpeg  # type: ignore[import-untyped]
 
-    from flockesc_env.render.picture import draw_flock  # loads pygame, an extra
+    from flockesc_env.render.picture import draw_frame  # loads pygame, an extra
 
     frames = max(float(run.times[-1]) for _, run in runs) / pace * fps
     if not frames < _MAX_FRAMES:
@@ -163,7 +170,7 @@ def write_video(
                     time = (done - 1) * pace / fps
                     step = min(round(time / run.scenario.time_step), run.scenario.num_steps)
                     frame = recorded_frame(run, step, objective, options.trail, view)
-                    pictures.append(draw_flock(frame, options, title))
+                    pictures.append(draw_frame(frame, options, title))
                 for picture in pictures[1:]:
                     picture[:2] = picture[:, :2] = rgb(LIGHT.frame)
                 try:
@@ -172,18 +179,11 @@ def write_video(
                     break  # ffmpeg has ended
                 if progress is not None:
                     progress(done, count)
-        _check_film(film, count)
+        try:  # imageio-ffmpeg does not say whether ffmpeg failed
+            written, _ = imageio_ffmpeg.count_frames_and_secs(film)
+        except RuntimeError:
+            written = 0
+        if written != count:
+            raise OSError(errno.EIO, f"ffmpeg wrote {written} of {count} frames", film)
         with Path(film).open("rb") as source, atomic_write(path) as file:
             shutil.copyfileobj(source, file)
-
-
-def _check_film(film: str, expected: int) -> None:
-    """Check that a film has all frames: imageio-ffmpeg does not say whether ffmpeg failed."""
-    import imageio_ffmpeg
-
-    try:
-        found, _ = imageio_ffmpeg.count_frames_and_secs(film)
-    except RuntimeError:
-        found = 0
-    if found != expected:
-        raise OSError(errno.EIO, f"ffmpeg wrote {found} of {expected} frames", film)

@@ -1,27 +1,33 @@
-"""Vectorized environments for stable-baselines3: one slot per flock, per agent, or per line."""
+"""Vectorized environments for stable-baselines3, and a callback that plays tuning flocks while it trains."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any, Unpack, get_args
 
 import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
+from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from flockesc_env.common.checks import as_array, as_choice, as_count, as_flag
-from flockesc_env.common.errors import InputError
+from flockesc_env.common.checks import as_array, as_choice, as_count, as_flag, as_path
+from flockesc_env.common.errors import InputError, shown
+from flockesc_env.common.files import atomic_write
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, Registered, needs_reset_if_interrupted
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.batch import Columns, info_dicts
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES
 from flockesc_env.episodes.options import View
-from flockesc_env.episodes.scenarios import Scenarios
-from flockesc_env.episodes.seeds import consecutive_seeds, fresh_seed
+from flockesc_env.episodes.splits import TUNING
+from flockesc_env.episodes.starts import Scenarios, consecutive_seeds, fresh_seed
+from flockesc_env.policies.playing import play
+from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import preset
 
@@ -78,17 +84,14 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         infos: Infos = "all",
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        view = View.of(per_agent)
-        super().__init__(scenario, arguments, num_flocks=num_flocks, view=view)
-        self.policy_spec = spec = self._batch.policy_spec
+        super().__init__(scenario, arguments, num_flocks=num_flocks, view=View.of(per_agent))
         self.predator_policy = arguments.get("predator_policy")
         self._infos: Infos = as_choice(infos, "infos", get_args(Infos))
         self._actions: NDArray[Any] | None = None
-        kept = self.metadata, self.render_mode
-        slots = self._batch.num_flocks * self._batch.rows
-        VecEnv.__init__(self, slots, spec.layout.space(), spec.actions.space())
-        self.metadata, self.render_mode = kept
-        kind = "FlockAgents" if view.is_per_agent else "FlockEscape"
+        metadata, slots = self.metadata, self._batch.num_flocks * self._batch.rows
+        VecEnv.__init__(self, slots, self.policy_spec.layout.space(), self.policy_spec.actions.space())
+        self.metadata = metadata
+        kind = "FlockAgents" if self.policy_spec.per_agent else "FlockEscape"
         self.spec = gymnasium.spec(f"flockesc/{kind}-v1")
 
     @needs_reset_if_interrupted
@@ -103,8 +106,7 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
             InputError: if an option is invalid; the running episodes continue.
         """
         rows, flocks = self._batch.rows, range(self._batch.num_flocks)
-        starts = [self._batch.start(given, flock) for flock, given in enumerate(self._options[::rows])]
-        observations, columns = self._batch.reset(flocks, self._seeds[::rows], starts)
+        observations, columns = self._batch.reset(flocks, self._seeds[::rows], self._options[::rows])
         reset_infos = self._slot_infos(columns, np.zeros(self.num_envs))
         self._reset_seeds()
         self._reset_options()
@@ -126,19 +128,16 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         """
         step = _autoreset.step(self._batch, self._actions, AutoresetMode.SAME_STEP)
         dones = step.terminations | step.truncations
-        if self._infos == "all":
-            slot_infos = self._slot_infos(step.columns, step.ranges)
-        else:
-            slot_infos = [{}] * self.num_envs
+        has_all = self._infos == "all"
+        slot_infos = self._slot_infos(step.columns, step.ranges) if has_all else [{}] * self.num_envs
         if step.ending is not None:
             slots = np.flatnonzero(dones).tolist()
-            if self._infos == "end":
-                ended = {name: column[dones[:: self._batch.rows]] for name, column in step.columns.items()}
-                for slot, info in zip(slots, self._slot_infos(ended, step.ranges[dones]), strict=True):
-                    slot_infos[slot] = info
-            for slot, last in zip(slots, step.ending.observations, strict=True):
-                slot_infos[slot]["TimeLimit.truncated"] = bool(step.truncations[slot])
-                slot_infos[slot]["terminal_observation"] = last
+            ended = {name: column[dones[:: self._batch.rows]] for name, column in step.columns.items()}
+            infos = self._slot_infos(ended, step.ranges[dones])
+            for slot, info, last in zip(slots, infos, step.ending.observations, strict=True):
+                info["TimeLimit.truncated"] = bool(step.truncations[slot])
+                info["terminal_observation"] = last
+                slot_infos[slot] = info
         self._show()
         return step.observations, step.rewards.astype(np.float32), dones, slot_infos
 
@@ -187,3 +186,90 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
     def _slot_infos(self, columns: Columns, ranges: NDArray[np.float64]) -> list[dict[str, Any]]:
         not_truncated = np.zeros(len(ranges) // self._batch.rows, np.bool)
         return info_dicts({**columns, "TimeLimit.truncated": not_truncated}, ranges)
+
+
+class FlockEvalCallback(BaseCallback):
+    """Plays tuning flocks during ``learn``, logs their mean objective and keeps the best model.
+
+    Stable-baselines3's ``EvalCallback`` and ``evaluate_policy`` count slots: with a slot per agent their
+    default judges a few agents of one flock. This callback plays whole episodes of ``num_flocks`` flocks in
+    each scenario of the training environment, with its options and the model's most likely actions. It does
+    so before the first action, so that the untrained model counts, every ``eval_freq`` actions, and at the
+    end. Training is the same with and without it.
+
+    The logger, and thus TensorBoard, receives ``eval/min_mean_distance`` in m, or the column of the
+    environment's other objective, and ``eval/episodes``, the number of episodes played so far.
+
+    Args:
+        eval_freq: number of calls of ``env.step`` between two evaluations, as for ``EvalCallback``.
+        num_flocks: number of flocks per scenario. Their seeds are 1,000,000 and above, for tuning.
+        best_model_save_path: folder for ``best_model.zip`` and, with a ``VecNormalize``, its statistics
+            ``vecnormalize.pkl``. ``None``: no files.
+
+    Attributes:
+        best_objective: largest mean objective so far.
+        num_episodes: number of episodes played so far.
+        history: actions of training and mean objective of every evaluation.
+
+    Raises:
+        InputError: if an argument has the wrong type or value, or in ``learn`` if the training
+            environment is neither one of ``vec_env`` nor a wrapped one.
+    """
+
+    def __init__(
+        self, eval_freq: int, num_flocks: int = 20, *, best_model_save_path: str | Path | None = None
+    ) -> None:
+        super().__init__()
+        self.eval_freq = as_count(eval_freq, "eval_freq")
+        self.num_flocks = as_count(num_flocks, "num_flocks", most=len(TUNING))
+        path = best_model_save_path
+        self.best_model_save_path = None if path is None else as_path(path, "best_model_save_path")
+        self.best_objective = -np.inf
+        self.num_episodes = 0
+        self.history: list[tuple[int, float]] = []
+
+    def _on_training_start(self) -> None:
+        env: Any = self.training_env.unwrapped
+        arguments: dict[str, Any] = {"per_agent": False, "batch_size": 64, "num_threads": None}
+        if isinstance(env, DummyVecEnv) and all(isinstance(one.unwrapped, LineEscapeEnv) for one in env.envs):
+            env = env.envs[0].unwrapped
+            self._played: Any = ([env.scenario], env.options, LINE_OBJECTIVES["escape_distance"], arguments)
+        elif isinstance(env, BatchVecEnv):
+            arguments["per_agent"] = env.policy_spec.per_agent
+            arguments["predator_policy"] = env.predator_policy
+            objective = FLOCK_OBJECTIVES[env.options.objective]
+            self._played = (dict.fromkeys(env.scenarios), env.options, objective, arguments)
+        else:
+            raise InputError("model.env", "an environment of Task.vec_env", shown(self.training_env))
+        self._evaluate()
+
+    def _on_step(self) -> bool:
+        if self.n_calls % self.eval_freq == 0:
+            self._evaluate()
+        return True
+
+    def _on_training_end(self) -> None:
+        self._evaluate()
+
+    def _evaluate(self) -> None:
+        scenarios, options, spec, arguments = self._played
+        seeds = TUNING[: self.num_flocks]
+        objectives = [
+            play(SB3Policy(self.model), seeds, scenario, options, **arguments)[spec.name]
+            for scenario in scenarios
+        ]
+        objective = float(np.mean(objectives))
+        self.num_episodes += np.size(objectives)
+        self.history.append((self.num_timesteps, objective))
+        self.logger.record(f"eval/{spec.name}", objective)
+        self.logger.record("eval/episodes", self.num_episodes)
+        self.logger.dump(self.num_timesteps)
+        if objective > self.best_objective:
+            self.best_objective = objective
+            if self.best_model_save_path is not None:
+                self.best_model_save_path.mkdir(parents=True, exist_ok=True)
+                with atomic_write(self.best_model_save_path / "best_model.zip") as file:
+                    self.model.save(file)  # type: ignore[arg-type]
+                normalizer = self.model.get_vec_normalize_env()
+                if normalizer is not None:
+                    normalizer.save(str(self.best_model_save_path / "vecnormalize.pkl"))

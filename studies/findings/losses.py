@@ -15,7 +15,7 @@ from flockesc_env.common.array_files import write_table
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import Estimate, mean
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import View, env_options
+from flockesc_env.episodes.options import View, options_in
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.models.sweep import FLOCK_RANGES
@@ -85,7 +85,7 @@ def can_run(headline: Headline, scenario: FlockScenario) -> bool:
     """Return whether a policy can run in a scenario: it can show all that the policy observes."""
     entry = headline.entry
     try:
-        options = env_options(scenario, entry.all_options(scenario))
+        options = options_in(scenario, entry.all_options(scenario))
         FlockBatch(scenario, options, view=View.of(bool(entry.per_agent)))
     except InputError:
         return False

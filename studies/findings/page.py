@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from flockesc_env import FlockScenario, simulate
 from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 from flockesc_env.episodes import splits
-from flockesc_env.render.options import RenderOptions
+from flockesc_env.render import RenderOptions
 from flockesc_env.render.video import write_video
 from flockesc_env.tasks import Task, tasks
 from flockesc_env.tasks.statistics import difference

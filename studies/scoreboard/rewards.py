@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import View, env_options
+from flockesc_env.episodes.options import View, options_in
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.tasks.learners import learners
@@ -80,7 +80,7 @@ def _play(name: str, ranges: FloatArray, flocks: range) -> tuple[FloatArray, Flo
     options = {**task.options, "reward": "individual", "action_mode": "range"}
     batch = FlockBatch(
         task.scenario,
-        env_options(task.scenario, options),
+        options_in(task.scenario, options),
         num_flocks=len(flocks),
         view=View.AGENT,
         num_threads=1,

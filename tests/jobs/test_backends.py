@@ -22,7 +22,7 @@ from backends import SQUARE, calls, contents, jobs_of, note_calls, square, sweep
 from cli_runs import SMALL_FLAGS, small_files
 
 from flockesc_env.common.errors import InputError
-from flockesc_env.jobs import Cache, Job, JobError, cache, find_backend, run, run_jobs
+from flockesc_env.jobs import Cache, Job, JobError, find_backend, run, run_jobs
 
 NUMBERS = [(number,) for number in range(12)]
 needs_submitit = pytest.mark.skipif(
@@ -243,7 +243,7 @@ def test_a_late_result_is_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyP
     job, results = Job(SQUARE, (3,)), {"square": np.array(9)}
     threading.Timer(0.3, Cache(tmp_path / "late").put, (job, results)).start()
     assert int(Cache(tmp_path / "late").get(job)["square"]) == 9
-    monkeypatch.setattr(cache, "GRACE_SECONDS", 0.2)
+    monkeypatch.setattr("flockesc_env.jobs.job.GRACE_SECONDS", 0.2)
     with pytest.raises(JobError, match="result of a finished job"):
         Cache(tmp_path / "never").get(job)
 

@@ -136,13 +136,14 @@ def test_a_signal_before_the_first_array_is_a_keyboard_interrupt() -> None:
     process = start("""
         import ctypes, functools
         from flockesc_env import FlockEscapeEnv
+        from flockesc_env.episodes.starts import NO_START
         env = FlockEscapeEnv(flock)
 
         class First:  # the index 0; no Python code runs before the core has returned
             __index__ = functools.partial(ctypes.CDLL(None)["raise"], signal.SIGINT)
 
         try:
-            env._batch._core.reset([First()], [0], [env._batch.start(None)])
+            env._batch._core.reset([First()], [0], [NO_START])
         except KeyboardInterrupt:
             print("interrupted", flush=True)
         env.reset(seed=0)

@@ -273,7 +273,7 @@ def assert_observed(rows: np.ndarray, layout: Any, expected: list[dict[str, floa
 def assert_plays_as(flock: Reference, rng: np.random.Generator, *, per_agent: bool) -> None:
     batch = FlockBatch(flock.scenario, flock.options, view=View.of(per_agent))
     state = flock.state
-    start = batch.start({"initial_positions": state.positions, "initial_velocities": state.velocities})
+    start = {"initial_positions": state.positions, "initial_velocities": state.velocities}
     rows, _ = batch.reset([0], [0], [start])
     view = flock.agent_view if per_agent else flock.flock_view
     assert_observed(rows, batch.policy_spec.layout, view())

@@ -21,6 +21,7 @@ from flockesc_env.common.checks import FloatArray
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.spaces import flock_policy_spec
+from flockesc_env.episodes.starts import as_start
 from flockesc_env.models.graph import component_labels, neighbor_pairs
 from flockesc_env.policies.network import choices
 from flockesc_env.scenario import PrescribedPath
@@ -52,7 +53,7 @@ def play(batch: FlockBatch, start: dict[str, Any] | None = None) -> tuple[Case, 
 
     Returns the episode as a case, and the hash of its states, observations and rewards in the native core.
     """
-    begin = batch.start(start)
+    begin = as_start(start, batch.scenario)
     batch.reset([0], [SEED], [begin])
     arrays = [begin["initial_positions"], begin["initial_velocities"]]
     case: Case = {

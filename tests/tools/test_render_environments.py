@@ -21,10 +21,9 @@ import flockesc_env as fe
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import Trajectory
 from flockesc_env.render import RenderOptions, draw
-from flockesc_env.render.canvas import Canvas
 from flockesc_env.render.frames import recorded_view
 from flockesc_env.render.palette import LABELS, LIGHT, rgb
-from flockesc_env.render.picture import PREDATOR, camera
+from flockesc_env.render.picture import PREDATOR, Canvas, camera
 from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import ConstantVelocity
 
