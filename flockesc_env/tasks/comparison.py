@@ -18,7 +18,6 @@ from flockesc_env.common.files import write_text
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.models.sweep import FLOCK_RANGES, LINE_RANGES, FlockSweepResult, LineSweepResult, sweep
-from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import as_policy
 from flockesc_env.policies.rollout import rollout
 from flockesc_env.scenario.line import LineScenario
@@ -122,7 +121,10 @@ def compare(
     seeds = task.seeds[: as_count(num_flocks, "num_flocks", most=len(task.seeds))]
     name = as_choice(scenario or next(iter(task.scenarios)), "scenario", task.scenarios)
     model, best = task.scenarios[name], task.scales[name].best_fixed_range
-    entries = [entry_of(policy, task) for policy in (task.shortcut.policy, *policies)]
+    entries = []
+    for policy in map(as_policy, (task.shortcut.policy, *policies)):
+        with errors_at(f"{policy.name}: "):
+            entries.append(fitted(policy, task))
     ranges = np.union1d(grid_of(task), best)
     with progress_bar("Fixed ranges", ranges.size * len(seeds)) as report:
         search: Any = sweep(model, ranges, seeds, num_threads=num_threads, progress=report)
@@ -139,12 +141,3 @@ def compare(
 def grid_of(task: TaskDefinition) -> tuple[float, ...]:
     """Return the fixed ranges among which the best one of a task is chosen."""
     return LINE_RANGES if isinstance(task.scenario, LineScenario) else FLOCK_RANGES
-
-
-def entry_of(policy: Any, task: TaskDefinition) -> BasePolicy:
-    """Return a policy, given as for ``Task.compare``, as it plays a task, with the task's objective."""
-    found = as_policy(policy)
-    with errors_at(f"{found.name}: "):
-        entry = fitted(found, task)
-    is_line = isinstance(task.scenario, LineScenario)
-    return entry if is_line else entry.with_options(**{"objective": task.spec.name, **(entry.options or {})})

@@ -29,7 +29,7 @@ _ROW_BY_ROW = (
 
 
 def fitted(policy: BasePolicy, task: TaskDefinition) -> BasePolicy:
-    """Return a policy as it plays a task, after ``check_fits``.
+    """Return a policy as it plays a task, with the task's objective, after ``check_fits``.
 
     A policy without options and ``RandomRange`` take the view and the options of the task. ``FixedRange``
     also does, but keeps its range: the best fixed range may be longer than the task's ``max_range``. A rule
@@ -39,9 +39,8 @@ def fitted(policy: BasePolicy, task: TaskDefinition) -> BasePolicy:
         own = policy.default_options(task.scenario) if isinstance(policy, FixedRange) else {}
         return policy.with_options(per_agent=task.per_agent, **{**task.options, **own})
     check_fits(policy, task)
-    if _is_bound(policy):
-        return policy.with_options(**{name: task.options[name] for name in ("max_range", "steps_per_action")})
-    return policy
+    taken = {"objective", *(("max_range", "steps_per_action") if _is_bound(policy) else ())}
+    return policy.with_options(**{name: task.options[name] for name in taken & task.options.keys()})
 
 
 def check_fits(policy: BasePolicy, task: TaskDefinition) -> None:
