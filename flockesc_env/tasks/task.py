@@ -62,7 +62,7 @@ class Task(TaskDefinition):
 
 
 class _Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A task in the file: see ``Task``."""
+    """A task in the file, with names of its scenario and objective: see ``Task``."""
 
     asks: str
     scenario: str
@@ -124,34 +124,24 @@ def read_tasks(text: str) -> dict[str, Task]:
 
 
 def _task(name: str, entry: _Entry, version: str) -> Task:
-    names = [as_choice(one, f"{name}.scenario", PRESETS) for one in (entry.scenario, *entry.scales)]
-    scenarios = {one: PRESETS[one].scenario for one in names}
+    names = (entry.scenario, *entry.scales)
+    scenarios = {one: PRESETS[as_choice(one, f"{name}.scenario", PRESETS)].scenario for one in names}
     model = scenarios[entry.scenario]
     is_line = isinstance(model, LineScenario)
     specs = LINE_OBJECTIVES if is_line else FLOCK_OBJECTIVES
     spec = specs[as_choice(entry.objective, f"{name}.objective", specs)]
     spec.check_defined_in(model)
-    options = dict(entry.options)
-    if not is_line:
-        options["objective"] = entry.objective
     defining = {
         "version": version,
         "flocks": [FLOCKS.start, len(FLOCKS)],
         "scenarios": {one: json.loads(scenario.to_json()) for one, scenario in scenarios.items()},
         "task": msgspec.to_builtins(entry),
     }
-    return Task(
-        name=name,
-        asks=entry.asks,
-        scenario=model,
-        per_agent=entry.per_agent,
-        spec=spec,
-        options=options,
-        samples=entry.samples,
-        shortcut=entry.shortcut,
-        scales=entry.scales,
-        scenarios={one: scenarios[one] for one in entry.scales},
-        controls=entry.controls,
-        seeds=FLOCKS,
-        sha256=hashlib.sha256(json.dumps(defining, sort_keys=True).encode()).hexdigest(),
-    )
+    fields = msgspec.structs.asdict(entry) | {
+        "scenario": model,
+        "scenarios": {one: scenarios[one] for one in entry.scales},
+        "options": entry.options if is_line else {**entry.options, "objective": entry.objective},
+        "sha256": hashlib.sha256(json.dumps(defining, sort_keys=True).encode()).hexdigest(),
+    }
+    del fields["objective"]
+    return Task(name=name, spec=spec, seeds=FLOCKS, **fields)
