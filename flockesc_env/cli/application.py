@@ -17,9 +17,8 @@ from typing import Any, Final
 import tyro
 
 from flockesc_env._core import __version__
-from flockesc_env.cli.exits import MEANINGS, Exit
 from flockesc_env.cli.flags import NUMBERS, similar_field
-from flockesc_env.cli.output import flush, note, prepare_terminal, show
+from flockesc_env.cli.output import MEANINGS, Exit, flush, note, prepare_terminal, show
 from flockesc_env.common.errors import FlockescError, InputError, JobError, printable, shown_name
 
 _WIDTH: Final = 80

@@ -117,9 +117,10 @@ class ScenarioFlags:
         return _changed(scenario, self.changes) if self.changes else scenario
 
 
-def model_of(scenario: Scenario) -> str:
-    """Return ``"flock"`` or ``"line"``."""
-    return next(name for name, model in MODELS.items() if isinstance(scenario, model))
+def described(scenario: Scenario) -> dict[str, Any]:
+    """Return what a JSON document says about a scenario: its model, ``flock`` or ``line``, and its fields."""
+    model = next(name for name, model in MODELS.items() if isinstance(scenario, model))
+    return {"model": model, "scenario": json.loads(scenario.to_json())}
 
 
 def similar_field(flags: Sequence[str], known: Collection[str]) -> str | None:

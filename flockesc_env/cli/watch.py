@@ -9,11 +9,10 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Progress, ScenarioFlags, optional, switch
-from flockesc_env.cli.output import check_output, note, show
+from flockesc_env.cli.output import Exit, check_output, note, show
 from flockesc_env.cli.policies import EXPECTED, policy_of
-from flockesc_env.cli.simulate import BEST_RANGE
+from flockesc_env.cli.runs import BEST_RANGE
 from flockesc_env.common.checks import as_seed
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
@@ -28,8 +27,6 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.watch.live import file_document, has_engine, page_spec, scenario_documents
 from flockesc_env.watch.page import Content, render, replay
 
-_Runs = list[tuple[str, Trajectory]]
-_Policies = list[tuple[str, BasePolicy]]
 _PAGE, _VIDEOS = ".html", (".mp4", ".gif")
 _GROUP = "given files"
 _DEFAULT = (f"fixed:{BEST_RANGE:g}", "stubborn-leaders")
@@ -71,12 +68,18 @@ def run(
     runs = {spec: _load_run(Path(spec)) for spec in specs if records.is_run(Path(spec))}
     found = [(spec, policy_of(spec)) for spec in specs if spec not in runs]
 
-    def recorded() -> _Runs:
+    def recorded() -> list[tuple[str, Trajectory]]:
         played = {spec: (spec, simulate(chosen, policy=policy, seed=seed)) for spec, policy in found}
         return [(runs | played)[spec] for spec in specs]
 
     if output is not None and suffix_of(output) in _VIDEOS:
-        _write_video(recorded(), output, always=progress)
+        require("video", ["pygame", "imageio_ffmpeg"])
+        from flockesc_env.render.video import write_video
+
+        shown = recorded()
+        frames = max(run.scenario.num_steps for _, run in shown) + 1
+        with progress_bar("Video", frames, always=progress) as report:
+            write_video(shown, output, progress=report)
         note(f"saved: {output}")
         return Exit.DONE
     if runs or not has_engine():
@@ -100,7 +103,7 @@ def run(
     return Exit.DONE
 
 
-def _policy_page(policies: _Policies, seed: int, scenario: FlockScenario) -> str:
+def _policy_page(policies: list[tuple[str, BasePolicy]], seed: int, scenario: FlockScenario) -> str:
     """Return a page that simulates the policies it can, and replays the others."""
     recorded = [(spec, policy) for spec, policy in policies if page_spec(spec, policy) is None]
     runs = [(spec, simulate(scenario, policy=policy, seed=seed)) for spec, policy in recorded]
@@ -121,16 +124,6 @@ def _policy_page(policies: _Policies, seed: int, scenario: FlockScenario) -> str
 
 def _load_run(path: Path) -> tuple[str, Trajectory]:
     record = records.load_run(path)
-    run = record.trajectory
-    if not isinstance(run, Trajectory):
+    if not isinstance(record.trajectory, Trajectory):
         raise InputError("policies", "runs of a flock", f"a line in {path}")
-    return record.name or path.stem, run
-
-
-def _write_video(runs: _Runs, path: Path, *, always: bool) -> None:
-    require("video", ["pygame", "imageio_ffmpeg"])
-    from flockesc_env.render.video import write_video
-
-    frames = max(run.scenario.num_steps for _, run in runs) + 1
-    with progress_bar("Video", frames, always=always) as report:
-        write_video(runs, path, progress=report)
+    return record.name or path.stem, record.trajectory

@@ -13,7 +13,7 @@ import reference
 from cli_runs import Ran
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 from flockesc_env.common import stats
 from flockesc_env.jobs import Arrays
 from studies.__main__ import STUDIES

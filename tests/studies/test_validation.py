@@ -9,7 +9,7 @@ import pytest
 from cli_runs import Ran
 
 from flockesc_env import simulate, sweep
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 from flockesc_env.jobs import Arrays
 from studies.__main__ import STUDIES
 from studies.study import RESULTS_FILE

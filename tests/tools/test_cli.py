@@ -11,7 +11,7 @@ import pytest
 from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file, run_process, sweep_flags
 
 import flockesc_env as fe
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 from flockesc_env.models.records import load_run, save_run
 from flockesc_env.scenario import AlignedHeadings, Herd, Intercept, PurePursuit, Ring, Vicsek
 from flockesc_env.tasks import tasks

@@ -10,7 +10,7 @@ from cli_runs import Ran, plain
 
 from flockesc_env import __version__
 from flockesc_env.cli import COMMANDS
-from flockesc_env.cli.exits import MEANINGS, Exit
+from flockesc_env.cli.output import MEANINGS, Exit
 
 
 @pytest.fixture(autouse=True)

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from cli_runs import SMALL_FLAGS, Ran, small_files, sweep_flags
 
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 from flockesc_env.common.files import atomic_write, check_writable
 
 SIMULATE = ["simulate", "fixed:5", *SMALL_FLAGS]
