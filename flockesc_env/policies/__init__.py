@@ -7,10 +7,16 @@ from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWi
 from flockesc_env.policies.network import Architecture, NetworkPolicy, torch_network
 from flockesc_env.policies.planner import Plan, PlannedEpisode, Planner
 from flockesc_env.policies.playing import Episodes, LineEpisodes
-from flockesc_env.policies.predators import FlyStraight, Pursue
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
 from flockesc_env.policies.registry import NAMES, as_policy, bind, load_policy, trained
-from flockesc_env.policies.rules import BestCandidate, BestNextHeading, ListenWhileFleeing, StubbornLeaders
+from flockesc_env.policies.rules import (
+    BestCandidate,
+    BestNextHeading,
+    FlyStraight,
+    ListenWhileFleeing,
+    Pursue,
+    StubbornLeaders,
+)
 from flockesc_env.policies.sb3 import SB3Policy
 
 __all__ = [

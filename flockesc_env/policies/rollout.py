@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 from flockesc_env.common.checks import as_array, as_count, as_flag, as_seed, as_seeds
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.progress import Progress, reporting
-from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptions, LineOptionsDict, options_in
+from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptions, View, options_in
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
 from flockesc_env.policies.base import BasePolicy, Policy
-from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record_flock, results
+from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record
 from flockesc_env.policies.ranges import FixedRange, ScheduledRange
 from flockesc_env.policies.registry import as_policy
 from flockesc_env.scenario.flock import FlockScenario
@@ -43,14 +43,7 @@ def rollout(
 ) -> Episodes: ...
 @overload
 def rollout(
-    scenario: LineScenario,
-    policy: AnyPolicy,
-    seeds: int | Iterable[int],
-    *,
-    batch_size: int | None = None,
-    num_threads: int | None = None,
-    progress: Progress | bool | None = None,
-    **options: Unpack[LineOptionsDict],
+    scenario: LineScenario, policy: AnyPolicy, seeds: int | Iterable[int], **options: Any
 ) -> LineEpisodes: ...
 @overload
 def rollout(*arguments: Any, **options: Any) -> Any: ...  # the type depends on the scenario of the policy
@@ -125,7 +118,7 @@ def rollout(
             predator_policy=predator_policy,
             progress=callback,
         )
-    return results(LineEpisodes, checked, columns) if is_line else results(Episodes, checked, columns)
+    return (LineEpisodes if is_line else Episodes).of(checked, columns)
 
 
 @overload
@@ -144,11 +137,7 @@ def simulate(
 ) -> Trajectory: ...
 @overload
 def simulate(
-    scenario: LineScenario,
-    interaction_range: float | None = None,
-    *,
-    policy: AnyPolicy = None,
-    seed: int | None = None,
+    scenario: LineScenario, interaction_range: float | None = None, **options: Any
 ) -> LineTrajectory: ...
 @overload
 def simulate(
@@ -232,12 +221,12 @@ def simulate(
         alone = {name: others[name] for name in ("per_agent", "predator_policy", *options)}
         _refuse(alone, "a policy beside it")
     player, view, chosen = _prepared(player, per_agent, model, options)
-    return record_flock(
+    return record(
         player,
         fresh_seed() if seed is None else as_seed(seed),
         model,
         cast("EnvOptions", chosen),
-        per_agent=view,
+        view=View.of(view),
         start=start,
         num_threads=num_threads,
         predator_policy=predator_policy,
