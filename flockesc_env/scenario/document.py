@@ -23,11 +23,8 @@ import tomli_w
 from flockesc_env import _core
 from flockesc_env.common.checks import as_text, parse_json
 from flockesc_env.common.errors import InputError, shown, shown_name
-from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
-from flockesc_env.scenario.motion import Motion
-from flockesc_env.scenario.neighbors import NeighborRule
+from flockesc_env.scenario.parts import Distribution, InitialHeadings, InitialPositions, Motion, NeighborRule
 from flockesc_env.scenario.predators import Predator
-from flockesc_env.scenario.randomization import Distribution
 
 _FAMILIES: dict[Any, str] = {
     Predator: "predators",

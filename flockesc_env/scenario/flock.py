@@ -8,13 +8,10 @@ from dataclasses import dataclass
 from flockesc_env import _core
 from flockesc_env.common.checks import as_seed
 from flockesc_env.common.errors import InputError, shown
+from flockesc_env.scenario import parts
 from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.document import Document
-from flockesc_env.scenario.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
-from flockesc_env.scenario.motion import Inertial, Motion
-from flockesc_env.scenario.neighbors import Metric, NeighborRule
 from flockesc_env.scenario.predators import ConstantVelocity, Learned, Predator, Start
-from flockesc_env.scenario.randomization import Distribution
 
 
 @dataclass(frozen=True)
@@ -79,26 +76,26 @@ class FlockScenario(Document):
     mass: float | tuple[float, ...] = 0.1
     speed: float | tuple[float, ...] = 10.0
     initial_side: float = 100.0
-    initial_positions: InitialPositions = Square()  # noqa: RUF009, frozen
-    initial_headings: InitialHeadings = RandomHeadings()  # noqa: RUF009, frozen
+    initial_positions: parts.InitialPositions = parts.Square()  # noqa: RUF009, frozen
+    initial_headings: parts.InitialHeadings = parts.RandomHeadings()  # noqa: RUF009, frozen
     initial_plane: bool = False
     predator_range: float = 30.0
     repulsion_strength: float | tuple[float, ...] = 10.0
     alignment_strength: float | tuple[float, ...] = 1.0
-    motion: Motion = Inertial()  # noqa: RUF009, frozen
+    motion: parts.Motion = parts.Inertial()  # noqa: RUF009, frozen
     angular_noise: float = 0.0
     sensing_noise: float = 0.0
     sensing_delay: int = 0
     constant_speed: bool = True
     capture_radius: float | None = None
     predators: tuple[Predator, ...] = (ConstantVelocity(),)
-    neighbor_rule: NeighborRule = Metric()  # noqa: RUF009, frozen
+    neighbor_rule: parts.NeighborRule = parts.Metric()  # noqa: RUF009, frozen
     blind_angle: float = 0.0
     mutual: bool = False
     frozen_graph: bool = False
     blocks_warnings: bool = False
     periodic_side: float | None = None
-    randomization: tuple[Distribution, ...] = ()
+    randomization: tuple[parts.Distribution, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()

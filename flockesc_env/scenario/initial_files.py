@@ -13,7 +13,7 @@ from flockesc_env.common.array_files import read_npy, read_npz
 from flockesc_env.common.checks import FloatArray, as_floats, as_path, parse_number
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.files import suffix_of
-from flockesc_env.scenario.initial import GivenHeadings, GivenPositions
+from flockesc_env.scenario.parts import GivenHeadings, GivenPositions
 
 _COLUMNS = {
     2: ("x", "y"),

@@ -8,12 +8,10 @@ from types import MappingProxyType
 from typing import Any, Final, NamedTuple, TypeVar
 
 from flockesc_env.common.errors import InputError, shown, shown_name
+from flockesc_env.scenario import parts
 from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.initial import AlignedHeadings, Clusters, Disc
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.motion import FirstOrder, PreferredDistance, Reynolds, Vicsek, Zones
-from flockesc_env.scenario.neighbors import Topological, Voronoi
 from flockesc_env.scenario.predators import (
     Attracted,
     ConstantVelocity,
@@ -24,7 +22,6 @@ from flockesc_env.scenario.predators import (
     PurePursuit,
     Wandering,
 )
-from flockesc_env.scenario.randomization import LogUniform, RandomApproach, Uniform
 
 Scenario = FlockScenario | LineScenario
 
@@ -95,20 +92,22 @@ _VARIATIONS = {
     ),
     "learned-predator": _flock("a predator that a policy controls", predators=(Learned(),)),
     # neighbors
-    "topological": _flock("agents listen to the k nearest", neighbor_rule=Topological()),
+    "topological": _flock("agents listen to the k nearest", neighbor_rule=parts.Topological()),
     "mutual": _flock(
-        "only agents among each other's k nearest are neighbors", neighbor_rule=Topological(), mutual=True
+        "only agents among each other's k nearest are neighbors",
+        neighbor_rule=parts.Topological(),
+        mutual=True,
     ),
-    "voronoi": _flock("agents listen to those in adjacent Voronoi cells", neighbor_rule=Voronoi()),
+    "voronoi": _flock("agents listen to those in adjacent Voronoi cells", neighbor_rule=parts.Voronoi()),
     "field-of-view": _flock("agents are blind in the 120 degrees behind them", blind_angle=2 * math.pi / 3),
     "frozen-graph": _flock(
         "a control: all steps use the neighbor graph of the first step", frozen_graph=True
     ),
     # motion
     "vicsek": _flock(
-        "the Vicsek model: headings without inertia, with noise", motion=Vicsek(), angular_noise=1.0
+        "the Vicsek model: headings without inertia, with noise", motion=parts.Vicsek(), angular_noise=1.0
     ),
-    "reynolds": _flock("the Reynolds model (boids), with cohesion and separation", motion=Reynolds()),
+    "reynolds": _flock("the Reynolds model (boids), with cohesion and separation", motion=parts.Reynolds()),
     "noisy-hearing": _flock("neighbors' velocities are sensed with noise of size v0", sensing_noise=1.0),
     "delayed-hearing": _flock("agents react to their neighbors with a delay of 0.5 s", sensing_delay=10),
     "leaders": _flock(
@@ -117,19 +116,21 @@ _VARIATIONS = {
     "fearless": _flock("a control: a flock that does not flee", repulsion_strength=0.0),
     # starts
     "space": _flock("a flock in a cube, attacked along its diagonal", dimension=3),
-    "clusters": _flock("five clusters, each denser than the paper's flock", initial_positions=Clusters()),
+    "clusters": _flock(
+        "five clusters, each denser than the paper's flock", initial_positions=parts.Clusters()
+    ),
     "head-on": _flock(
         "a disc of agents that fly toward the predator",
-        initial_positions=Disc(),
-        initial_headings=AlignedHeadings(direction=(-1.0, -1.0)),
+        initial_positions=parts.Disc(),
+        initial_headings=parts.AlignedHeadings(direction=(-1.0, -1.0)),
     ),
     "randomized": _flock(
         "the predator's aim, speed and range are random in each episode",
         predators=(ConstantVelocity(*approach(direction=(1.0, 0.0))),),
         randomization=(
-            Uniform("predators[0].constant_velocity.position[1]", 0.0, 100.0),
-            Uniform("predators[0].constant_velocity.velocity[0]", 10.0, 20.0),
-            LogUniform("predator_range", 15.0, 60.0),
+            parts.Uniform("predators[0].constant_velocity.position[1]", 0.0, 100.0),
+            parts.Uniform("predators[0].constant_velocity.velocity[0]", 10.0, 20.0),
+            parts.LogUniform("predator_range", 15.0, 60.0),
         ),
     ),
 }
@@ -137,14 +138,14 @@ _VARIATIONS = {
 LITERATURE: Final = {
     "cohesive": _flock(
         "a school in which neighbors keep a distance of 5 m",
-        motion=PreferredDistance(),
-        initial_positions=Disc(radius=40.0),
+        motion=parts.PreferredDistance(),
+        initial_positions=parts.Disc(radius=40.0),
     ),
     "order": _flock(
         "the model of Vicsek et al. in their periodic world, which 10 m orders at little noise",
         num_agents=400,
         speed=6.0,
-        motion=Vicsek(),
+        motion=parts.Vicsek(),
         angular_noise=2.0,
         periodic_side=100.0,
         predators=(),
@@ -153,17 +154,17 @@ LITERATURE: Final = {
         "the model of Couzin et al., in which 60 m makes a school that mills; the attack is slow",
         num_agents=200,
         num_steps=1000,
-        motion=Zones(),
+        motion=parts.Zones(),
         blind_angle=math.pi / 2,
         angular_noise=0.1,
-        initial_positions=Disc(radius=30.0),
+        initial_positions=parts.Disc(radius=30.0),
         predators=(ConstantVelocity((-80.0, -80.0), (3.0, 3.0)),),
     ),
     "ring": _flock(
         "the model of Chen and Kolokolnikov, in which agents form a ring around the predator",
         speed=30.0,
         constant_speed=False,
-        motion=FirstOrder(repulsion=900.0, attraction=1.0),
+        motion=parts.FirstOrder(repulsion=900.0, attraction=1.0),
         alignment_strength=0.0,
         repulsion_strength=180.0,
         predator_range=1000.0,
@@ -173,7 +174,7 @@ LITERATURE: Final = {
 """Models of other authors, which differ from the paper's flock in several respects."""
 
 _STARTLED: Final[dict[str, Any]] = {
-    "initial_headings": AlignedHeadings(direction=(-1.0, -1.0), max_angle=0.5),
+    "initial_headings": parts.AlignedHeadings(direction=(-1.0, -1.0), max_angle=0.5),
     "repulsion_strength": 100.0,
 }
 
@@ -182,7 +183,7 @@ OF_TASKS: Final = {
     "flock-1000": _flock("the paper's flock with 1,000 agents", num_agents=1000),
     "varied": _flock(
         "the predator comes from a random side at a random speed",
-        randomization=(RandomApproach(),),
+        randomization=(parts.RandomApproach(),),
     ),
     "startled": _flock("a flock that flies toward the predator and flees strongly", **_STARTLED),
     "startled-pursuit": _flock("the same flock and a pursuer", predators=(PurePursuit(),), **_STARTLED),
