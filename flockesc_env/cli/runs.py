@@ -7,9 +7,8 @@ from typing import Annotated, Any
 
 from tyro.conf import Positional, arg
 
-from flockesc_env.cli.flags import Json, ScenarioFlags, described, optional, several
+from flockesc_env.cli.flags import EXPECTED, Json, ScenarioFlags, described, optional, policy_of, several
 from flockesc_env.cli.output import Exit, check_output, note, saving, show, show_json
-from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, OBJECTIVES
 from flockesc_env.models import records

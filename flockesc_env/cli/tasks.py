@@ -11,9 +11,8 @@ from typing import Annotated
 import msgspec
 from tyro.conf import Positional, arg
 
-from flockesc_env.cli.flags import Json, Threads, described, optional, several
+from flockesc_env.cli.flags import EXPECTED, Json, Threads, described, optional, policy_of, several
 from flockesc_env.cli.output import Exit, check_folder, check_output, note, saving, show, show_json, table
-from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import write_text

@@ -9,9 +9,8 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from flockesc_env.cli.flags import Progress, ScenarioFlags, optional, switch
+from flockesc_env.cli.flags import EXPECTED, Progress, ScenarioFlags, optional, policy_of, switch
 from flockesc_env.cli.output import Exit, check_output, note, show
-from flockesc_env.cli.policies import EXPECTED, policy_of
 from flockesc_env.cli.runs import BEST_RANGE
 from flockesc_env.common.checks import as_seed
 from flockesc_env.common.errors import InputError
