@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
-from functools import cache
+from contextlib import suppress
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -31,6 +32,8 @@ _PROFILE: Final[dict[str, Any]] = {**_VISIBLE, "profile_ranges": PROFILE_RANGES}
 _ESCAPE: Final[dict[str, Any]] = {"extra_entries": ("escape_direction",)}
 _APPROACH: Final[dict[str, Any]] = {"extra_entries": ("closest_approach",)}
 
+_shift = partial(WinStayLoseShift, 10.0, 50.0, 0.85, 2.0)
+
 _BUILT_IN: Final[dict[str, tuple[Callable[[], BasePolicy], dict[str, Any]]]] = {
     "random": (lambda: RandomRange(0), {}),
     "stubborn-leaders": (StubbornLeaders, _VISIBLE),
@@ -40,17 +43,11 @@ _BUILT_IN: Final[dict[str, tuple[Callable[[], BasePolicy], dict[str, Any]]]] = {
     "listen-while-threatened": (ListenWhileThreatened, {**_LOCAL, **_APPROACH, "max_range": 150.0}),
     "win-stay-lose-shift": (WinStayLoseShift, {**_VISIBLE, **_APPROACH}),
     "win-stay-lose-shift-escape": (
-        lambda: WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="escape_direction"),
+        lambda: _shift(criterion="escape_direction"),
         {**_VISIBLE, **_ESCAPE},
     ),
-    "win-stay-lose-shift-estimate": (
-        lambda: WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="estimated_escape_direction"),
-        _VISIBLE,
-    ),
-    "win-stay-lose-shift-clockless": (
-        lambda: WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="estimated_encounter"),
-        _VISIBLE,
-    ),
+    "win-stay-lose-shift-estimate": (lambda: _shift(criterion="estimated_escape_direction"), _VISIBLE),
+    "win-stay-lose-shift-clockless": (lambda: _shift(criterion="estimated_encounter"), _VISIBLE),
     "turn-away": (lambda: BestCandidate("escape_cosine"), {**_PROFILE, **_ESCAPE}),
     "keep-distance": (lambda: BestCandidate("closest_approach"), {**_PROFILE, **_APPROACH}),
     "head-away": (BestNextHeading, {**_PROFILE, **_ESCAPE}),
@@ -104,8 +101,9 @@ def load_policy(policy: str | os.PathLike[str]) -> BasePolicy:
 def find_policy(policy: Any, argument: str) -> BasePolicy:
     """Return ``load_policy``; errors name the argument."""
     spec = policy if isinstance(policy, str) else os.fspath(as_path(policy, argument))
-    if spec.startswith("fixed:") and (rho := _range(spec.removeprefix("fixed:"))) is not None:
-        return FixedRange(rho).with_options(name=spec)
+    if spec.startswith("fixed:"):
+        with suppress(ValueError):  # not a finite number >= 0
+            return FixedRange(parse_number(spec.removeprefix("fixed:"), float)).with_options(name=spec)
     if spec in _BUILT_IN:
         make, options = _BUILT_IN[spec]
         return make().with_options(name=spec, **options)
@@ -134,10 +132,7 @@ def trained() -> tuple[str, ...]:
 
 
 class GivenPolicy(BasePolicy):
-    """A user's object with a method ``act``, as a policy of this package.
-
-    Its attributes ``name``, ``per_agent``, ``options`` and ``scenario``, if present, are those of the policy.
-    """
+    """A user's object with a method ``act`` and, maybe, attributes of ``BasePolicy``."""
 
     def __init__(self, policy: Policy) -> None:
         self.policy = policy
@@ -194,12 +189,3 @@ def bind(policy: Any, env: Any) -> Callable[[Any], Any]:
             options that the policy knows.
     """
     return as_policy(policy).bind(env)
-
-
-def _range(text: str) -> float | None:
-    """Return the number in a string, or ``None`` if it is not a finite number >= 0."""
-    try:
-        rho = parse_number(text, float)
-    except ValueError:
-        return None
-    return rho if math.isfinite(rho) and rho >= 0 else None
