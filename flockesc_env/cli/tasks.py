@@ -138,12 +138,18 @@ def score(
     found = [LoadedPolicy.of(spec, lambda code: policy_of(code, task=chosen)) for spec in policies]
     name = learner or found[0].policy.name
     check_learner(name)
+    facts = None
+    if training is not None:
+        try:
+            facts = msgspec.convert(tomllib.loads(training.read_text("utf-8")), Training)
+        except (ValueError, msgspec.ValidationError) as error:
+            raise InputError("training", _TRAINING, f"{training}: {error}") from None
     result = play_all(
         found,
         chosen,
         learner=name,
         output=output,
-        training=None if training is None else _read_training(training),
+        training=facts,
         report=lambda spec: note(f"playing {spec}"),
     )
     document = {"command": "score", **msgspec.to_builtins(result), "scores": result.scores().tolist()}
@@ -280,10 +286,3 @@ def _lines(result: Result, flocks: Sequence[int]) -> list[str]:
         gain += f" {scale.best_fixed_range:g}"
         lines.append(f"  {name}: {task.spec.symbol} {task.spec.text(reached)}{gain if is_whole else ''}")
     return lines
-
-
-def _read_training(path: Path) -> Training:
-    try:
-        return msgspec.convert(tomllib.loads(path.read_text("utf-8")), Training)
-    except (ValueError, msgspec.ValidationError) as error:
-        raise InputError("training", _TRAINING, f"{path}: {error}") from None

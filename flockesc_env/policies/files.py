@@ -98,8 +98,13 @@ def _stored_policy(header: dict[str, Any], parameters: Any) -> BasePolicy:
         short = scenario.replace(num_agents=min(scenario.num_agents, _SHORT_LINE))
     spec = policy_spec(short, options, per_agent=per_agent)
     chosen = {"criterion": header["criterion"]} if "criterion" in header else {}
-    policy = _policy(header["architecture"], parameters, chosen)
-    if isinstance(policy, NetworkPolicy):
+    architecture: dict[str, Any] | str = header["architecture"]
+    policy: Stored
+    if isinstance(architecture, str):
+        policy = _RULES[as_choice(architecture, "architecture", _RULES)](*parameters, **chosen)
+    else:
+        lists = {name: tuple(value) for name, value in architecture.items() if isinstance(value, list)}
+        policy = NetworkPolicy(Architecture(**{**architecture, **lists}), parameters)
         _check_action(policy, spec, scenario.num_agents)
     return policy.with_options(name=name, per_agent=per_agent, scenario=scenario, **options)
 
@@ -116,11 +121,3 @@ def _check_action(policy: NetworkPolicy, spec: PolicySpec, num_agents: int) -> N
     inputs = tuple(map(shortened, policy.architecture.inputs))
     architecture = replace(policy.architecture, inputs=inputs)
     NetworkPolicy(architecture, policy.parameters).act(np.zeros((1, len(known)), np.float32), spec)
-
-
-def _policy(architecture: dict[str, Any] | str, parameters: Any, chosen: dict[str, Any]) -> Stored:
-    """Return a network with an architecture, or a rule by its name with its other arguments."""
-    if isinstance(architecture, str):
-        return _RULES[as_choice(architecture, "architecture", _RULES)](*parameters, **chosen)
-    lists = {name: tuple(value) for name, value in architecture.items() if isinstance(value, list)}
-    return NetworkPolicy(Architecture(**{**architecture, **lists}), parameters)

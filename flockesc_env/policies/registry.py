@@ -26,11 +26,11 @@ from flockesc_env.policies.ranges import FixedRange, RandomRange
 from flockesc_env.policies.rules import BestCandidate, BestNextHeading, ListenWhileFleeing, StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
 
-_VISIBLE: Final[dict[str, Any]] = {"predator_sensing_range": math.inf}
-_LOCAL: Final[dict[str, Any]] = {"predator_sensing_range": 30.0}
-_PROFILE: Final[dict[str, Any]] = {**_VISIBLE, "profile_ranges": PROFILE_RANGES}
-_ESCAPE: Final[dict[str, Any]] = {"extra_entries": ("escape_direction",)}
-_APPROACH: Final[dict[str, Any]] = {"extra_entries": ("closest_approach",)}
+_VISIBLE: dict[str, Any] = {"predator_sensing_range": math.inf}
+_LOCAL: dict[str, Any] = {"predator_sensing_range": 30.0}
+_PROFILE: dict[str, Any] = {**_VISIBLE, "profile_ranges": PROFILE_RANGES}
+_ESCAPE: dict[str, Any] = {"extra_entries": ("escape_direction",)}
+_APPROACH: dict[str, Any] = {"extra_entries": ("closest_approach",)}
 
 _shift = partial(WinStayLoseShift, 10.0, 50.0, 0.85, 2.0)
 
@@ -55,24 +55,7 @@ _BUILT_IN: Final[dict[str, tuple[Callable[[], BasePolicy], dict[str, Any]]]] = {
 """Constructor and options of each policy; those without options play with any."""
 
 NAMES = ("fixed:RHO", *_BUILT_IN)
-"""Names of the built-in policies.
-
-- ``fixed:RHO``: the fixed range RHO in m, for example ``fixed:10``.
-- ``random``: a random range for every agent and action.
-- ``stubborn-leaders``: ``StubbornLeaders``, with the predator visible at any distance.
-- ``stubborn-leaders-local``: ``StubbornLeaders``, with the predator visible within 30 m only.
-- ``stubborn-witnesses``: ``StubbornWitnesses``, with the predator visible within 30 m only.
-- ``listen-while-fleeing``: ``ListenWhileFleeing``, one range for the flock, with the predator visible at any
-  distance.
-- ``listen-while-threatened``: ``ListenWhileThreatened``, with the predator visible within 30 m only.
-- ``win-stay-lose-shift``: ``WinStayLoseShift``, with the predator visible at any distance.
-- ``win-stay-lose-shift-escape``: the same with the criterion ``"escape_direction"``.
-- ``win-stay-lose-shift-estimate``: the same with the criterion ``"estimated_escape_direction"``.
-- ``win-stay-lose-shift-clockless``: the same with the criterion ``"estimated_encounter"``.
-- ``turn-away``: ``BestCandidate("escape_cosine")``, with a profile and the predator visible at any distance.
-- ``keep-distance``: ``BestCandidate("closest_approach")``, likewise.
-- ``head-away``: ``BestNextHeading``, likewise.
-"""
+"""Names of the built-in policies, which docs/policies.md describes. ``fixed:10`` is a fixed range of 10 m."""
 
 TRAINED: Final = Path(__file__).parent / "trained"
 """Files of the trained policies of this package, ``TASK/LEARNER.npz``."""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Unpack, cast, overload
+from typing import Any, cast, overload
 
 from numpy.typing import ArrayLike
 
 from flockesc_env.common.checks import as_array, as_count, as_flag, as_seed, as_seeds
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.progress import Progress, reporting
-from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptions, View, options_in
+from flockesc_env.episodes.options import EnvOptions, LineOptions, View, options_in
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
@@ -25,21 +25,10 @@ from flockesc_env.scenario.presets import Scenario, as_model
 AnyPolicy = Policy | BasePolicy | str | Any
 """A policy, its name or path, or a model of stable-baselines3."""
 
-_BATCH_SIZE, _LINE_BATCH_SIZE = 64, 256
-
 
 @overload
 def rollout(
-    scenario: FlockScenario,
-    policy: AnyPolicy,
-    seeds: int | Iterable[int],
-    *,
-    per_agent: bool | None = None,
-    batch_size: int | None = None,
-    num_threads: int | None = None,
-    predator_policy: PredatorPolicy | None = None,
-    progress: Progress | bool | None = None,
-    **options: Unpack[EnvOptionsDict],
+    scenario: FlockScenario, policy: AnyPolicy, seeds: int | Iterable[int], **options: Any
 ) -> Episodes: ...
 @overload
 def rollout(
@@ -101,8 +90,9 @@ def rollout(
     model = _model_of(scenario, player)
     checked = as_seeds(seeds)
     is_line = isinstance(model, LineScenario)
-    size = _LINE_BATCH_SIZE if is_line else _BATCH_SIZE
-    size = size if batch_size is None else as_count(batch_size, "batch_size")
+    if batch_size is None:
+        batch_size = 256 if is_line else 64
+    size = as_count(batch_size, "batch_size")
     if is_line:
         _refuse({"per_agent": per_agent or None, "predator_policy": predator_policy}, "None for a line")
     player, view, chosen = _prepared(player, per_agent, model, options)
@@ -123,17 +113,7 @@ def rollout(
 
 @overload
 def simulate(
-    scenario: FlockScenario,
-    interaction_range: ArrayLike | None = None,
-    *,
-    policy: AnyPolicy = None,
-    seed: int | None = None,
-    initial_positions: ArrayLike | None = None,
-    initial_velocities: ArrayLike | None = None,
-    per_agent: bool | None = None,
-    predator_policy: PredatorPolicy | None = None,
-    num_threads: int | None = None,
-    **options: Unpack[EnvOptionsDict],
+    scenario: FlockScenario, interaction_range: ArrayLike | None = None, **options: Any
 ) -> Trajectory: ...
 @overload
 def simulate(

@@ -1,6 +1,5 @@
 """Scenarios, and their parts: initial states, predators, neighbor rules, laws of motion, distributions."""
 
-from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial_files import read_initial_state
 from flockesc_env.scenario.line import LineScenario
@@ -40,6 +39,7 @@ from flockesc_env.scenario.predators import (
     PrescribedPath,
     PurePursuit,
     Wandering,
+    approach,
 )
 from flockesc_env.scenario.presets import PRESETS, preset
 

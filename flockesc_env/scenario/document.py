@@ -177,12 +177,6 @@ def _converter(hint: Any) -> Converter:
     return partial(_convert_plain, " or ".join(names), conversions)
 
 
-@cache
-def _required(cls: Any) -> tuple[str, ...]:
-    fields = dataclasses.fields(cls)
-    return tuple(field.name for field in fields if field.default is dataclasses.MISSING)
-
-
 def _check_names(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
     """Return the fields of a scenario or part after a check that all are known and none is missing."""
     if not isinstance(fields, Mapping):
@@ -191,9 +185,9 @@ def _check_names(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
     for name in fields:
         if name not in known:
             raise InputError(f"{prefix}{name}", f"one of {', '.join(known)}", shown_name(name, known))
-    for name in _required(cls):
-        if name not in fields:
-            raise InputError(f"{prefix}{name}", "a value", "none")
+    for field in dataclasses.fields(cls):
+        if field.default is dataclasses.MISSING and field.name not in fields:
+            raise InputError(f"{prefix}{field.name}", "a value", "none")
     return fields
 
 

@@ -9,7 +9,6 @@ from typing import Any, Final, NamedTuple, TypeVar
 
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.scenario import parts
-from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.predators import (
@@ -21,6 +20,7 @@ from flockesc_env.scenario.predators import (
     Learned,
     PurePursuit,
     Wandering,
+    approach,
 )
 
 Scenario = FlockScenario | LineScenario

@@ -75,7 +75,12 @@ def rows(results: Sequence[Result]) -> dict[str, list[Row]]:
     """Return the rows of every task, the highest score first; each learner may have one result on a task."""
     found: dict[str, list[Row]] = {}
     for task in dict.fromkeys(result.task for result in results):
-        found[task] = [_row(result) for result in results if result.task == task]
+        for result in (one for one in results if one.task == task):
+            own = result.scores()
+            mean, low, high = (float(end[0]) for end in intervals(scores_of(result)[np.newaxis]))
+            score = with_reference_error(Estimate(mean, low, high), tasks[task])
+            iqm, worst, best = float(metrics.aggregate_iqm(own)), float(own.min()), float(own.max())
+            found.setdefault(task, []).append(Row(result, score, iqm, worst, best))
         found[task].sort(key=lambda row: -row.score.mean)
         names = [row.result.learner for row in found[task]]
         if len(set(names)) < len(names):
@@ -149,13 +154,6 @@ def page(results: Sequence[Result]) -> str:
         lines += [f"| {entry.learner} | {entry.seeds} | {entry.iqm} | {entry.mean} |" for entry in totals]
         lines.append("")
     return "\n".join(lines) + _LEGEND
-
-
-def _row(result: Result) -> Row:
-    own = result.scores()
-    mean, low, high = (float(end[0]) for end in intervals(scores_of(result)[np.newaxis]))
-    score = with_reference_error(Estimate(mean, low, high), tasks[result.task])
-    return Row(result, score, float(metrics.aggregate_iqm(own)), float(own.min()), float(own.max()))
 
 
 def with_reference_error(estimate: Estimate, task: Task) -> Estimate:

@@ -92,10 +92,13 @@ def score(
             or below the folder of ``output``, or the training does not have one seed per policy.
     """
     results.check_training(training, len(policies))
-    folder = Path() if output is None else output.parent
+    folder = (Path() if output is None else output.parent).resolve()
     fitting = []
     for spec, sha256, policy in policies:
-        source = _relative(Path(spec), folder) if sha256 else spec
+        source = spec
+        if sha256:  # a link to a file stays itself
+            path = Path(spec).parent.resolve() / Path(spec).name
+            source = Path(os.path.relpath(path, folder)).as_posix()
         with errors_at(f"{spec}: "):
             fitting.append((source, fitted(policy, task)))
             if output is not None:
@@ -112,7 +115,10 @@ def score(
         task_sha256=task.sha256,
         flocks=(FLOCKS.start, len(FLOCKS)),
         learner=learner,
-        is_code=not all(map(_is_reproducible, policies)),
+        is_code=not all(  # others can play a file or a built-in policy that computes rows one by one
+            (sha256 or ":" not in spec or spec.startswith("fixed:")) and is_checkable(policy)
+            for spec, sha256, policy in policies
+        ),
         policies=found,
         training=training,
         versions=versions(),
@@ -194,15 +200,3 @@ def _find(policy: results.PolicyResult, folder: Path) -> LoadedPolicy:
     if found.sha256 != policy.sha256:
         raise InputError("", f"{policy.policy} with the sha256 {policy.sha256}", found.sha256)
     return found
-
-
-def _is_reproducible(policy: LoadedPolicy) -> bool:
-    """Return whether others can play a policy: it is a file or built-in, and computes rows one by one."""
-    spec = policy.spec
-    is_given = bool(policy.sha256) or ":" not in spec or spec.startswith("fixed:")
-    return is_given and is_checkable(policy.policy)
-
-
-def _relative(path: Path, folder: Path) -> str:
-    """Return the path of a file from a folder; a link to a file stays itself."""
-    return Path(os.path.relpath(path.parent.resolve() / path.name, folder.resolve())).as_posix()
