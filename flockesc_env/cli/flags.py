@@ -21,9 +21,8 @@ from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of
 from flockesc_env.policies.base import BasePolicy
-from flockesc_env.policies.files import SUFFIX
 from flockesc_env.policies.registry import EXPECTED as NAMED
-from flockesc_env.policies.registry import as_policy, load_policy
+from flockesc_env.policies.registry import SUFFIX, as_policy, load_policy
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.document import check_not_drawn, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario

@@ -11,8 +11,8 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.policies import rules
 from flockesc_env.policies.base import BasePolicy
-from flockesc_env.policies.files import Stored
 from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
+from flockesc_env.policies.registry import Stored
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.tasks.definition import TaskDefinition
 
