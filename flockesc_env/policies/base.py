@@ -25,9 +25,6 @@ from flockesc_env.scenario.presets import Scenario, as_model
 
 Observations = NDArray[np.float32]
 
-LONGEST = 100.0
-"""Option ``max_range`` of policies that are made by hand, in m."""
-
 
 class Policy(Protocol):
     """Protocol of range policies: objects that turn observation rows into actions.

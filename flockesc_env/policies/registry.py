@@ -23,11 +23,10 @@ from flockesc_env.episodes.options import PROFILE_RANGES, UNOBSERVED, to_plain
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.models.records import versions
+from flockesc_env.policies import rules
 from flockesc_env.policies.base import BasePolicy, Observations, Policy
 from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
 from flockesc_env.policies.network import Architecture, NetworkPolicy
-from flockesc_env.policies.ranges import FixedRange, RandomRange
-from flockesc_env.policies.rules import BestCandidate, BestNextHeading, ListenWhileFleeing, StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.document import from_fields
 from flockesc_env.scenario.line import LineScenario
@@ -56,19 +55,19 @@ _APPROACH: dict[str, Any] = {"extra_entries": ("closest_approach",)}
 _shift = partial(WinStayLoseShift, 10.0, 50.0, 0.85, 2.0)
 
 _BUILT_IN: Final[dict[str, tuple[Callable[[], BasePolicy], dict[str, Any]]]] = {
-    "random": (lambda: RandomRange(0), {}),
-    "stubborn-leaders": (StubbornLeaders, _VISIBLE),
-    "stubborn-leaders-local": (StubbornLeaders, _LOCAL),
+    "random": (lambda: rules.RandomRange(0), {}),
+    "stubborn-leaders": (rules.StubbornLeaders, _VISIBLE),
+    "stubborn-leaders-local": (rules.StubbornLeaders, _LOCAL),
     "stubborn-witnesses": (StubbornWitnesses, {**_LOCAL, "steps_per_action": 1}),
-    "listen-while-fleeing": (ListenWhileFleeing, _VISIBLE),
+    "listen-while-fleeing": (rules.ListenWhileFleeing, _VISIBLE),
     "listen-while-threatened": (ListenWhileThreatened, {**_LOCAL, **_APPROACH, "max_range": 150.0}),
     "win-stay-lose-shift": (WinStayLoseShift, {**_VISIBLE, **_APPROACH}),
     "win-stay-lose-shift-escape": (lambda: _shift(criterion="escape_direction"), {**_VISIBLE, **_ESCAPE}),
     "win-stay-lose-shift-estimate": (lambda: _shift(criterion="estimated_escape_direction"), _VISIBLE),
     "win-stay-lose-shift-clockless": (lambda: _shift(criterion="estimated_encounter"), _VISIBLE),
-    "turn-away": (lambda: BestCandidate("escape_cosine"), {**_PROFILE, **_ESCAPE}),
-    "keep-distance": (lambda: BestCandidate("closest_approach"), {**_PROFILE, **_APPROACH}),
-    "head-away": (BestNextHeading, {**_PROFILE, **_ESCAPE}),
+    "turn-away": (lambda: rules.BestCandidate("escape_cosine"), {**_PROFILE, **_ESCAPE}),
+    "keep-distance": (lambda: rules.BestCandidate("closest_approach"), {**_PROFILE, **_APPROACH}),
+    "head-away": (rules.BestNextHeading, {**_PROFILE, **_ESCAPE}),
 }
 """Constructor and options of each policy; those without options play with any."""
 
@@ -104,7 +103,7 @@ def find_policy(policy: Any, argument: str) -> BasePolicy:
     spec = policy if isinstance(policy, str) else os.fspath(as_path(policy, argument))
     if spec.startswith("fixed:"):
         with suppress(ValueError):  # not a finite number >= 0
-            return FixedRange(parse_number(spec.removeprefix("fixed:"), float)).with_options(name=spec)
+            return rules.FixedRange(parse_number(spec.removeprefix("fixed:"), float)).with_options(name=spec)
     if spec in _BUILT_IN:
         make, options = _BUILT_IN[spec]
         return make().with_options(name=spec, **options)

@@ -16,8 +16,8 @@ from flockesc_env.episodes.seeds import fresh_seed
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
 from flockesc_env.policies.base import BasePolicy, Policy
 from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record
-from flockesc_env.policies.ranges import FixedRange, ScheduledRange
 from flockesc_env.policies.registry import as_policy
+from flockesc_env.policies.rules import FixedRange, ScheduledRange
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import Scenario, as_model

@@ -14,9 +14,9 @@ from flockesc_env.common.checks import FloatArray, as_count, as_seed, as_seeds
 from flockesc_env.common.errors import InputError, errors_at, shown
 from flockesc_env.models.records import versions
 from flockesc_env.policies.base import BasePolicy
-from flockesc_env.policies.ranges import RandomRange
 from flockesc_env.policies.registry import load_policy, parse_policy
 from flockesc_env.policies.rollout import rollout
+from flockesc_env.policies.rules import RandomRange
 from flockesc_env.tasks import results
 from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.fitting import content, fitted, is_checkable
