@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from flockesc_env.cli import runs, sweep, tasks, watch
+from flockesc_env.cli import runs, sweep, tasks
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.output import Exit
 
@@ -16,7 +16,7 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "simulate": runs.simulate,
     "sweep": sweep.run,
     "presets": runs.presets,
-    "watch": watch.run,
+    "watch": runs.watch,
     "replay": runs.replay,
     "tasks": tasks.run,
     "compare": tasks.compare,

@@ -16,7 +16,7 @@ from flockesc_env.watch import write_page
 from flockesc_env.watch.live import file_document
 from flockesc_env.watch.page import render, replay
 
-HAS_ENGINE = ["flockesc_env.cli.watch.has_engine", "flockesc_env.watch.page.has_engine"]
+HAS_ENGINE = ["flockesc_env.cli.runs.has_engine", "flockesc_env.watch.page.has_engine"]
 
 
 @pytest.fixture
