@@ -15,7 +15,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 from types import NoneType
-from typing import Any, Final, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 import tomli_w
@@ -35,26 +35,13 @@ _FAMILIES: dict[Any, str] = {
     Distribution: "distributions",
 }
 
-KINDS: Final[dict[str, tuple[str, ...]]] = {
-    name: tuple(part.kind for part in get_args(family)) for family, name in _FAMILIES.items()
-}
-"""Names of the kinds in every family of parts, for example of predators."""
-
-_INTEGER_LIMIT = 2**63
-
 _D = TypeVar("_D", bound="Document")
 
 Converter = Callable[[Any, str], Any]
 """Converts a value to the type of a field. The second argument is the field's path, for errors."""
 
-_SCALARS: dict[Any, tuple[str, dict[type, Converter]]] = {
-    bool: ("true or false", {bool: lambda value, _: value}),
-    int: ("an integer", {int: lambda value, _: value}),
-    float: ("a number", dict.fromkeys((float, int), lambda value, _: float(value))),
-    str: ("a string", {str: lambda value, _: value}),
-    NoneType: ("None", {NoneType: lambda value, _: value}),
-}
-"""Description of a type in errors, and the types of the accepted values with their conversions."""
+_SCALARS = {bool: "true or false", int: "an integer", float: "a number", str: "a string", NoneType: "None"}
+"""Types of plain values, and how errors describe them."""
 
 
 class Document:
@@ -115,7 +102,7 @@ def check_not_drawn(scenario: Document, paths: Iterable[str]) -> None:
 
 def _names(path: str) -> tuple[str, ...]:
     """Return the fields and indices of a path, without the kinds of parts."""
-    kinds = {kind for family in KINDS.values() for kind in family}
+    kinds = {part.kind for family in _FAMILIES for part in get_args(family)}
     return tuple(name for name in re.findall(r"[^.\[\]]+", path) if name not in kinds)
 
 
@@ -170,10 +157,11 @@ def _converter(hint: Any) -> Converter:
         if get_origin(one) is tuple:
             names.append("a list")
             conversions[list] = partial(_convert_entries, _converter(get_args(one)[0]))
-        else:
-            name, accepted = _SCALARS[one]
-            names.append(name)
-            conversions |= accepted
+            continue
+        names.append(_SCALARS[one])
+        conversions[one] = lambda value, _: value
+        if one is float:
+            conversions[int] = lambda value, _: float(value)
     return partial(_convert_plain, " or ".join(names), conversions)
 
 
@@ -241,7 +229,7 @@ def _plain(value: Any, path: str) -> Any:
             return value
         case list() | tuple():
             return list(value)
-        case int() if abs(value) >= _INTEGER_LIMIT:
+        case int() if abs(value) >= 2**63:
             raise InputError(path, "an integer between -2^63 and 2^63", value)
         case str() if not value.isascii():
             raise InputError(path, "a string of ASCII characters", shown(value))
