@@ -200,7 +200,10 @@ class BasePolicy(ABC):
                 reset_policy(self, np.repeat(has_begun, rows_per_flock))
             return self.act(observations, spec)
 
-        def act_on_agents(observations: dict[str, Observations]) -> dict[str, Any]:
+        def act(observations: Any) -> Any:
+            if not isinstance(observations, dict):
+                actions = act_on_rows(np.atleast_2d(observations))
+                return actions[0] if observations.ndim == 1 else actions
             for agent in inner.agents:
                 if agent not in observations:
                     raise InputError("observations", f"one of {agent!r}", "none")
@@ -210,13 +213,6 @@ class BasePolicy(ABC):
             straight_on = np.zeros(inner.predator_policy_spec.dimension, np.float32)
             named = dict(zip(flock, actions, strict=True))
             return {agent: named.get(agent, straight_on) for agent in inner.agents}
-
-        def act(observation: Any) -> Any:
-            if isinstance(observation, dict):
-                return act_on_agents(observation)
-            if observation.ndim == 1:
-                return act_on_rows(observation[np.newaxis])[0]
-            return act_on_rows(observation)
 
         return act
 
@@ -254,11 +250,7 @@ class BasePolicy(ABC):
         return (actions[0] if np.ndim(observation) == 1 else actions), state
 
     def check(self, options: EnvOptions | LineOptions, *, per_agent: bool) -> None:
-        """Check that an environment has the view and the options of this policy; see ``check_options``.
-
-        Raises:
-            InputError: if the view or an option differs.
-        """
+        """Raise ``InputError`` unless an environment has the view and the options of this policy."""
         self._check_view(per_agent)
         if self.options is not None and options is not self._checked:
             model = LineScenario() if isinstance(options, LineOptions) else FlockScenario()
