@@ -8,20 +8,10 @@ from types import MappingProxyType
 from typing import Any, Final, NamedTuple, TypeVar
 
 from flockesc_env.common.errors import InputError, shown, shown_name
-from flockesc_env.scenario import parts
+from flockesc_env.scenario import parts, predators
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.predators import (
-    Attracted,
-    ConstantVelocity,
-    Encircle,
-    Herd,
-    Intercept,
-    Learned,
-    PurePursuit,
-    Wandering,
-    approach,
-)
+from flockesc_env.scenario.predators import approach
 
 Scenario = FlockScenario | LineScenario
 
@@ -50,47 +40,50 @@ _VARIATIONS = {
     # predators
     "edge-attack": _flock(
         "a path 50 m to the left of the flock's center, along its edge",
-        predators=(ConstantVelocity(*approach(50.0)),),
+        predators=(predators.ConstantVelocity(*approach(50.0)),),
     ),
-    "pursuit": _flock("a predator that turns toward the nearest agent", predators=(PurePursuit(),)),
+    "pursuit": _flock("a predator that turns toward the nearest agent", predators=(predators.PurePursuit(),)),
     "isolated-prey": _flock(
-        "a pursuer of the most isolated agent", predators=(PurePursuit(target="most_isolated"),)
+        "a pursuer of the most isolated agent", predators=(predators.PurePursuit(target="most_isolated"),)
     ),
     "confused-pursuit": _flock(
-        "a pursuer that other agents distract from its target", predators=(PurePursuit(confusion_rate=0.1),)
+        "a pursuer that other agents distract from its target",
+        predators=(predators.PurePursuit(confusion_rate=0.1),),
     ),
-    "intercept": _flock("an interceptor with proportional navigation", predators=(Intercept(),)),
-    "wandering": _flock("a predator whose heading performs a random walk", predators=(Wandering(),)),
+    "intercept": _flock("an interceptor with proportional navigation", predators=(predators.Intercept(),)),
+    "wandering": _flock(
+        "a predator whose heading performs a random walk", predators=(predators.Wandering(),)
+    ),
     "two-predators": _flock(
         "a second predator comes from the opposite corner",
-        predators=(ConstantVelocity(), ConstantVelocity((130.0, 130.0), (-10.0, -10.0))),
+        predators=(predators.ConstantVelocity(), predators.ConstantVelocity((130.0, 130.0), (-10.0, -10.0))),
     ),
     "assigned-pair": _flock(
         "two pursuers of different agents",
         predators=(
-            PurePursuit((-20.0, -40.0), target="assigned"),
-            PurePursuit((-40.0, -20.0), target="assigned"),
+            predators.PurePursuit((-20.0, -40.0), target="assigned"),
+            predators.PurePursuit((-40.0, -20.0), target="assigned"),
         ),
     ),
     "encircled": _flock(
         "four predators on a circle around the flock",
         predators=(
-            Encircle((-30.0, -30.0), (10.0, 10.0), max_turn_rate=2.0),
-            Encircle((130.0, -30.0), (-10.0, 10.0), max_turn_rate=2.0),
-            Encircle((130.0, 130.0), (-10.0, -10.0), max_turn_rate=2.0),
-            Encircle((-30.0, 130.0), (10.0, -10.0), max_turn_rate=2.0),
+            predators.Encircle((-30.0, -30.0), (10.0, 10.0), max_turn_rate=2.0),
+            predators.Encircle((130.0, -30.0), (-10.0, 10.0), max_turn_rate=2.0),
+            predators.Encircle((130.0, 130.0), (-10.0, -10.0), max_turn_rate=2.0),
+            predators.Encircle((-30.0, 130.0), (10.0, -10.0), max_turn_rate=2.0),
         ),
     ),
     "herded": _flock(
         "one predator drives the flock toward another, which waits",
-        predators=(ConstantVelocity((130.0, 130.0), (0.0, 0.0)), Herd(partner=0)),
+        predators=(predators.ConstantVelocity((130.0, 130.0), (0.0, 0.0)), predators.Herd(partner=0)),
     ),
     "capture": _flock(
         "a pursuer twice as fast as the agents, which catches them",
-        predators=(PurePursuit(*approach(speed=20.0), max_turn_rate=3.0),),
+        predators=(predators.PurePursuit(*approach(speed=20.0), max_turn_rate=3.0),),
         capture_radius=2.0,
     ),
-    "learned-predator": _flock("a predator that a policy controls", predators=(Learned(),)),
+    "learned-predator": _flock("a predator that a policy controls", predators=(predators.Learned(),)),
     # neighbors
     "topological": _flock("agents listen to the k nearest", neighbor_rule=parts.Topological()),
     "mutual": _flock(
@@ -126,7 +119,7 @@ _VARIATIONS = {
     ),
     "randomized": _flock(
         "the predator's aim, speed and range are random in each episode",
-        predators=(ConstantVelocity(*approach(direction=(1.0, 0.0))),),
+        predators=(predators.ConstantVelocity(*approach(direction=(1.0, 0.0))),),
         randomization=(
             parts.Uniform("predators[0].constant_velocity.position[1]", 0.0, 100.0),
             parts.Uniform("predators[0].constant_velocity.velocity[0]", 10.0, 20.0),
@@ -158,7 +151,7 @@ LITERATURE: Final = {
         blind_angle=math.pi / 2,
         angular_noise=0.1,
         initial_positions=parts.Disc(radius=30.0),
-        predators=(ConstantVelocity((-80.0, -80.0), (3.0, 3.0)),),
+        predators=(predators.ConstantVelocity((-80.0, -80.0), (3.0, 3.0)),),
     ),
     "ring": _flock(
         "the model of Chen and Kolokolnikov, in which agents form a ring around the predator",
@@ -168,7 +161,7 @@ LITERATURE: Final = {
         alignment_strength=0.0,
         repulsion_strength=180.0,
         predator_range=1000.0,
-        predators=(Attracted(position=(40.0, 50.0), velocity=(0.0, 0.0)),),
+        predators=(predators.Attracted(position=(40.0, 50.0), velocity=(0.0, 0.0)),),
     ),
 }
 """Models of other authors, which differ from the paper's flock in several respects."""
@@ -186,7 +179,9 @@ OF_TASKS: Final = {
         randomization=(parts.RandomApproach(),),
     ),
     "startled": _flock("a flock that flies toward the predator and flees strongly", **_STARTLED),
-    "startled-pursuit": _flock("the same flock and a pursuer", predators=(PurePursuit(),), **_STARTLED),
+    "startled-pursuit": _flock(
+        "the same flock and a pursuer", predators=(predators.PurePursuit(),), **_STARTLED
+    ),
     "blocked-warnings": _flock(
         "a control: agents that no predator has reached do not hear those that one has", blocks_warnings=True
     ),
