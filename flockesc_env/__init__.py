@@ -24,12 +24,10 @@ from flockesc_env.models.scan import scan
 from flockesc_env.models.simulate import simulate_line
 from flockesc_env.models.sweep import sweep
 from flockesc_env.policies.base import Policy
-from flockesc_env.policies.files import save_policy
 from flockesc_env.policies.network import NetworkPolicy
-from flockesc_env.policies.ranges import FixedRange, ScheduledRange
-from flockesc_env.policies.registry import load_policy
+from flockesc_env.policies.registry import load_policy, save_policy
 from flockesc_env.policies.rollout import rollout, simulate
-from flockesc_env.policies.rules import StubbornLeaders
+from flockesc_env.policies.rules import FixedRange, ScheduledRange, StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.registration import register as _register
 from flockesc_env.render import RenderOptions

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable
 
 from flockesc_env.cli.application import Application
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 from studies import commands
 from studies.findings import command as findings
 from studies.scoreboard import command as scoreboard

@@ -9,9 +9,8 @@ from typing import Annotated, Any
 
 from tyro.conf import arg
 
-from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend, Json, Progress, optional
-from flockesc_env.cli.output import note, show, show_json, table
+from flockesc_env.cli.output import Exit, note, show, show_json, table
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import InputError
 from studies.flags import prepare

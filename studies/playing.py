@@ -9,7 +9,7 @@ from typing import Any
 from flockesc_env import FlockScenario, LineScenario, rollout
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BasePolicy, load_policy
-from flockesc_env.policies.files import parse_policy
+from flockesc_env.policies.registry import parse_policy
 
 _AGENT_STEP = 200e-9
 """Estimated seconds of a step of one agent under a policy."""

@@ -7,9 +7,8 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from flockesc_env.cli.application import Application
-from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.output import check_folder, show, table
-from flockesc_env.cli.policies import EXPECTED, policy_of
+from flockesc_env.cli.flags import EXPECTED, policy_of
+from flockesc_env.cli.output import Exit, check_folder, show, table
 from flockesc_env.common.extras import require
 from flockesc_env.tasks import tasks
 from flockesc_env.tasks.learners import learners as learners_of

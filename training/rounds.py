@@ -12,7 +12,7 @@ import msgspec
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.splits import TUNING, first_seeds
-from flockesc_env.policies.files import Stored
+from flockesc_env.policies.registry import Stored
 from training.run import CURVE_FLOCKS, Measured, Run
 
 

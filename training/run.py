@@ -25,8 +25,8 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.options import options_in
 from flockesc_env.models.records import versions
 from flockesc_env.policies import Architecture, PolicySpec
-from flockesc_env.policies.files import POLICY_FILE, Stored
 from flockesc_env.policies.playing import rollout_networks
+from flockesc_env.policies.registry import POLICY_FILE, Stored
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.tasks.learners import Learner, learner_of
 from flockesc_env.tasks.task import Task, tasks

@@ -20,7 +20,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from flockesc_env import SB3Policy
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.splits import training_seeds
-from flockesc_env.policies.files import Stored
+from flockesc_env.policies.registry import Stored
 from flockesc_env.sb3 import FlockEvalCallback
 from flockesc_env.tasks.learners import arguments
 from training.run import BEST_FILE, MODEL_FILE, Measured, Run

@@ -12,7 +12,7 @@ from cmaes import CMA
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies import Architecture
-from flockesc_env.policies.files import Stored
+from flockesc_env.policies.registry import Stored
 from training.cma import growing, maximize
 from training.families import Family, Networks, rule_family
 from training.rounds import Arguments, Rounds, hyperparameters_of

@@ -1,4 +1,4 @@
-"""The command-line program ``flockesc``; every command is a module of this package.
+"""The command-line program ``flockesc``; every command is a function of a module of this package.
 
 Commands import heavy optional libraries inside functions, after ``require`` has checked them, so that
 ``flockesc`` starts fast.
@@ -8,22 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from flockesc_env.cli import episodes, presets, replay, simulate, sweep, tasks, watch
+from flockesc_env.cli import runs, sweep, tasks
 from flockesc_env.cli.application import Application
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 
 COMMANDS: dict[str, Callable[..., Exit]] = {
-    "simulate": simulate.run,
+    "simulate": runs.simulate,
     "sweep": sweep.run,
-    "presets": presets.run,
-    "watch": watch.run,
-    "replay": replay.run,
+    "presets": runs.presets,
+    "watch": runs.watch,
+    "replay": runs.replay,
     "tasks": tasks.run,
     "compare": tasks.compare,
     "score": tasks.score,
     "verify": tasks.verify,
     "report": tasks.report,
-    "episodes": episodes.run,
+    "episodes": tasks.episodes,
 }
 
 

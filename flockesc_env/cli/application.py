@@ -17,9 +17,8 @@ from typing import Any, Final
 import tyro
 
 from flockesc_env._core import __version__
-from flockesc_env.cli.exits import MEANINGS, Exit
 from flockesc_env.cli.flags import NUMBERS, similar_field
-from flockesc_env.cli.output import flush, note, prepare_terminal, show
+from flockesc_env.cli.output import MEANINGS, Exit, flush, note, prepare_terminal, show
 from flockesc_env.common.errors import FlockescError, InputError, JobError, printable, shown_name
 
 _WIDTH: Final = 80
@@ -106,10 +105,7 @@ class Application:
 
 
 class _ShortUsage:
-    """A stream that omits the names of subcommands, and of flags if there are many, from a usage line.
-
-    tyro does not wrap this line, which lists all of them.
-    """
+    """A stream that omits the flags from a usage line if they are many: tyro does not wrap this line."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
@@ -118,7 +114,6 @@ class _ShortUsage:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        text = re.sub(r"(usage:.*?)\{[\w-]+(,[\w-]+)+\}", r"\1SUBCOMMAND", text)
         for flags in (r"\[--.*\]", "--.*"):  # optional ones; all
             if text.startswith("usage:") and len(text.partition("\n")[0]) > _WIDTH:
                 text = re.sub(flags, "[OPTIONS]", text, count=1)

@@ -1,26 +1,42 @@
-"""Flags shared by several commands: scenario, seeds, JSON, progress bar, threads."""
+"""Flags shared by several commands: scenario, policies, seeds, JSON, progress bar, threads."""
 
 from __future__ import annotations
 
 import dataclasses
+import importlib
+import importlib.util
 import json
+import sys
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import DisallowNone, UseAppendAction, arg
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from flockesc_env.common.checks import parse_json, parse_number
 from flockesc_env.common.errors import InputError, shown, shown_name
+from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of
+from flockesc_env.policies.base import BasePolicy
+from flockesc_env.policies.registry import EXPECTED as NAMED
+from flockesc_env.policies.registry import SUFFIX, as_policy, load_policy
+from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.document import check_not_drawn, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial_files import read_initial_state
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import MODELS, PRESETS, Scenario, preset
+
+if TYPE_CHECKING:
+    from flockesc_env.tasks.task import Task
+
+EXPECTED = f"{NAMED}, the folder of a training run or module:function"
+
+MODEL_SUFFIX = ".zip"
+_SB3 = ("stable_baselines3", "sb3_contrib")
 
 
 def optional(help_: str, default: str, metavar: str | None = None) -> tuple[Any, ...]:
@@ -117,9 +133,10 @@ class ScenarioFlags:
         return _changed(scenario, self.changes) if self.changes else scenario
 
 
-def model_of(scenario: Scenario) -> str:
-    """Return ``"flock"`` or ``"line"``."""
-    return next(name for name, model in MODELS.items() if isinstance(scenario, model))
+def described(scenario: Scenario) -> dict[str, Any]:
+    """Return what a JSON document says about a scenario: its model, ``flock`` or ``line``, and its fields."""
+    model = next(name for name, model in MODELS.items() if isinstance(scenario, model))
+    return {"model": model, "scenario": json.loads(scenario.to_json())}
 
 
 def similar_field(flags: Sequence[str], known: Collection[str]) -> str | None:
@@ -194,3 +211,47 @@ def _value(text: str, path: str) -> Any:
         if text.lstrip()[:1] in {"{", "["}:
             raise InputError(path, "valid JSON", error) from None
         return text
+
+
+def policy_of(spec: str, *, task: Task | None = None) -> BasePolicy:
+    """Return the policy of an argument. Code in a model of stable-baselines3 is executed.
+
+    Args:
+        spec: as for ``load_policy``, or ``module:function``: a function without arguments that returns a
+            policy. The module may lie in the current folder. With a task also a model that
+            stable-baselines3 saved: its class and file, for example ``PPO:model.zip``.
+        task: task in which models of stable-baselines3 were trained; a model does not contain its options.
+
+    Raises:
+        InputError: if ``spec`` is none of these; if the file is damaged or is not a policy.
+        MissingExtraError: if ``spec`` is a model and stable-baselines3 is not installed.
+    """
+    if suffix_of(spec) == MODEL_SUFFIX:
+        return _model_policy(spec, task)
+    module, is_code, function = spec.partition(":")
+    if not is_code or module == "fixed" or suffix_of(spec) == SUFFIX:
+        return load_policy(spec)
+    if str(Path.cwd()) not in sys.path:
+        sys.path.append(str(Path.cwd()))  # the script `flockesc` does not search there
+    try:
+        policy = getattr(importlib.import_module(module), function)()
+    except (Exception, SystemExit) as error:  # the user's own code
+        raise InputError("policy", f"one of {EXPECTED}", f"{spec!r} ({error!r})") from error
+    return as_policy(policy, spec)
+
+
+def _model_policy(spec: str, task: Task | None) -> BasePolicy:
+    if task is None:
+        expected = "a policy file, or in commands with --task a model with the task of its training"
+        raise InputError("policy", expected, repr(spec))
+    require("sb3", ["stable_baselines3"])
+    name, _, path = spec.rpartition(":")
+    try:
+        packages = [importlib.import_module(package) for package in _SB3 if importlib.util.find_spec(package)]
+        (algorithm,) = {getattr(package, name) for package in packages if hasattr(package, name)}
+        model = algorithm.load(path, device="cpu")
+    except (Exception, SystemExit) as error:  # the class, its code and the file are the user's
+        expected = "ALGORITHM:FILE.zip with a class of stable-baselines3 or sb3-contrib, as PPO:model.zip"
+        raise InputError("policy", expected, f"{spec!r} ({error!r})") from error
+    known = {"per_agent": task.per_agent, "scenario": task.scenario, **task.options}
+    return SB3Policy(model).with_options(name=Path(path).stem, **known)

@@ -1,4 +1,4 @@
-"""Output of commands: results on stdout, notes and errors on stderr, checks of output files.
+"""Output of commands: results on stdout, notes and errors on stderr, exit codes, checks of output files.
 
 Lines may contain strings from files: everything that a terminal would not print is escaped.
 """
@@ -11,8 +11,9 @@ import math
 import os
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,25 @@ from flockesc_env.common.errors import InputError, printable
 from flockesc_env.common.files import check_writable, suffix_of
 
 _MIN_COLUMNS = 40
+
+
+class Exit(IntEnum):
+    """Exit code of a command; ``MEANINGS`` explains each."""
+
+    DONE = 0
+    FAILED = 1
+    REFUSED = 2
+    INTERRUPTED = 130
+    UNREAD = 141
+
+
+MEANINGS = {
+    Exit.DONE: "done",
+    Exit.FAILED: "jobs failed, or a replay differs from its record",
+    Exit.REFUSED: "invalid option or file, output that cannot be written, or missing extra; see stderr",
+    Exit.INTERRUPTED: "interrupted (Ctrl-C); finished results are kept",
+    Exit.UNREAD: "the output was closed by its reader (broken pipe)",
+}
 
 
 def prepare_terminal() -> None:
@@ -60,6 +80,18 @@ def flush() -> None:
 def show_json(document: Mapping[str, Any]) -> None:
     """Print a result as JSON on stdout, with floats at full precision; infinity and NaN become null."""
     show(*json.dumps(_finite(document), allow_nan=False, indent=2).split("\n"))
+
+
+@contextmanager
+def saving(result: Mapping[str, Any] | Sequence[str]) -> Iterator[None]:
+    """Show a result, a JSON document or lines, after a block that saves it, even if the block fails."""
+    try:
+        yield
+    finally:
+        if isinstance(result, Mapping):
+            show_json(result)
+        else:
+            show(*result)
 
 
 def note(*lines: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_
 import os
 from contextlib import suppress
 from functools import partial
@@ -12,9 +11,8 @@ from typing import Annotated, Any
 import numpy as np
 from tyro.conf import arg
 
-from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import BACKEND, Json, Progress, ScenarioFlags, Seeds, Threads, model_of, optional
-from flockesc_env.cli.output import check_output, note, show, show_json, table
+from flockesc_env.cli.flags import BACKEND, Json, Progress, ScenarioFlags, Seeds, Threads, described, optional
+from flockesc_env.cli.output import Exit, check_output, note, saving, table
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import MissingExtraError, figure_style, require
@@ -111,42 +109,35 @@ def run(
     else:
         raise InputError("num_threads", "no number with --backend, whose jobs take one thread", threads)
     finished = sum(part["num_components"].shape[1] for part in parts)
-    code = Exit.DONE
-    if finished < len(seeds):
+    is_interrupted = finished < len(seeds)
+    if is_interrupted:
         note(f"interrupted after {finished} of {len(seeds)} seeds; intervals are omitted")
-        code = Exit.INTERRUPTED
     if not parts:
-        return code
+        return Exit.INTERRUPTED
     result = model(chosen, ranges, np.array(seeds[:finished], np.uint64), **joined(parts))
     intervals = None
-    if code is Exit.DONE:
+    if not is_interrupted:
         try:
             intervals = _intervals(result, objective_)
         except KeyboardInterrupt:
             note("interrupted; intervals are omitted")
-            code = Exit.INTERRUPTED
+            is_interrupted = True
     document = {
         "command": "sweep",
-        "model": model_of(chosen),
-        "scenario": json_.loads(chosen.to_json()),
+        **described(chosen),
         "seeds": {"start": seeds.start, "stop": seeds.start + finished},
-        "interrupted": code is Exit.INTERRUPTED,
+        "interrupted": is_interrupted,
         "objective": objective_,
         **_outcome(result, objective_, intervals),
         "output": None if output is None else str(output),
         "versions": records.versions(),
     }
-    try:
+    unit = chosen.neighbor_rule.unit if isinstance(chosen, FlockScenario) else ""
+    with saving(document if json else _table(document, spec, unit)):
         if output is not None:
             _write(result, objective_, output)
             note(f"saved: {output}")
-    finally:  # results are shown even if the file cannot be written
-        if json:
-            show_json(document)
-        else:
-            unit = chosen.neighbor_rule.unit if isinstance(chosen, FlockScenario) else ""
-            _show_table(document, spec, unit)
-    return code
+    return Exit.INTERRUPTED if is_interrupted else Exit.DONE
 
 
 def _ranges(
@@ -210,24 +201,18 @@ def _intervals(result: SweepResult, objective: str) -> tuple[FloatArray, FloatAr
 def _outcome(
     result: SweepResult, objective: str, intervals: tuple[FloatArray, FloatArray] | None
 ) -> dict[str, Any]:
-    unknown, values = np.full(result.interaction_ranges.size, np.nan), result.values(objective)
-    low, high = intervals or (unknown, unknown)
-    columns = {
-        "interaction_range": result.interaction_ranges,
-        "mean": values.mean(axis=1),
-        "low": low,
-        "high": high,
-        "num_components": result.num_components.mean(axis=1),
-    }
-    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    values = result.values(objective)
+    low, high = intervals or np.full((2, len(values)), np.nan)
+    names = ("interaction_range", "mean", "low", "high", "num_components")
+    columns = (result.interaction_ranges, values.mean(axis=1), low, high, result.num_components.mean(axis=1))
     return {
-        "ranges": [dict(zip(columns, row, strict=True)) for row in rows],
+        "ranges": [dict(zip(names, row, strict=True)) for row in np.transpose(columns).tolist()],
         "best_range": result.best_range(objective) if np.isfinite(values).all() else None,
         "hindsight_oracle": float(result.hindsight_oracle(objective).mean()),
     }
 
 
-def _show_table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: str) -> None:
+def _table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: str) -> list[str]:
     best = document["best_range"]
     rows = [
         [
@@ -239,8 +224,9 @@ def _show_table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: 
         for row in document["ranges"]
     ]
     heads = [f"range ({range_unit})" if range_unit else "range", objective.with_unit(objective.symbol)]
-    show(*table([*heads, "95 % interval", "components"], rows))
+    lines = table([*heads, "95 % interval", "components"], rows)
     if best is not None:
         found = f"* best fixed range: {best:.4g} {range_unit}".rstrip()
         oracle = f"{document['hindsight_oracle']:.4f} {objective.unit}".rstrip()
-        show(f"{found}; objective with the best range of every seed: {oracle}")
+        lines.append(f"{found}; objective with the best range of every seed: {oracle}")
+    return lines

@@ -1,8 +1,7 @@
-"""The commands tasks, score, verify and report: frozen tasks and results on them."""
+"""The commands tasks, compare, score, verify, report and episodes: frozen tasks and results on them."""
 
 from __future__ import annotations
 
-import json as json_format
 import secrets
 import tomllib
 from collections.abc import Sequence
@@ -12,20 +11,20 @@ from typing import Annotated
 import msgspec
 from tyro.conf import Positional, arg
 
-from flockesc_env.cli.exits import Exit
-from flockesc_env.cli.flags import Json, Threads, optional, several
-from flockesc_env.cli.output import check_folder, check_output, note, show, show_json, table
-from flockesc_env.cli.policies import EXPECTED, policy_of
+from flockesc_env.cli.flags import EXPECTED, Json, Threads, described, optional, policy_of, several
+from flockesc_env.cli.output import Exit, check_folder, check_output, note, saving, show, show_json, table
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import write_text
 from flockesc_env.episodes.options import to_plain
+from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.tasks.definition import FLOCKS, VERSION
+from flockesc_env.tasks.episodes import record_episodes
 from flockesc_env.tasks.results import SUFFIX, Result, Training, check_learner, read_result, write_result
 from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks
 from flockesc_env.tasks.scoring import score as play_all
 from flockesc_env.tasks.scoring import verify as play_again
-from flockesc_env.tasks.task import Task, tasks
+from flockesc_env.tasks.task import tasks
 
 MODEL = "PPO:FILE.zip (a model of stable-baselines3)"
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
@@ -42,7 +41,19 @@ def run(*, json: Json = False) -> Exit:
     Example: flockesc tasks
     """
     if json:
-        plain = {name: _plain(task) for name, task in tasks.items()}
+        plain = {
+            name: {
+                "asks": task.asks,
+                "per_agent": task.per_agent,
+                "objective": task.spec.name,
+                "samples": task.samples,
+                "options": to_plain(task.options),
+                "scenario": described(task.scenario)["scenario"],
+                "scales": msgspec.to_builtins(task.scales),
+                "sha256": task.sha256,
+            }
+            for name, task in tasks.items()
+        }
         show_json({"command": "tasks", "version": VERSION, "tasks": plain})
         return Exit.DONE
     head = ["task", "range per", "J", "samples", "scored in", "score 0", "score 1", "reference", "rule"]
@@ -127,21 +138,25 @@ def score(
     found = [LoadedPolicy.of(spec, lambda code: policy_of(code, task=chosen)) for spec in policies]
     name = learner or found[0].policy.name
     check_learner(name)
+    facts = None
+    if training is not None:
+        try:
+            facts = msgspec.convert(tomllib.loads(training.read_text("utf-8")), Training)
+        except (ValueError, msgspec.ValidationError) as error:
+            raise InputError("training", _TRAINING, f"{training}: {error}") from None
     result = play_all(
         found,
         chosen,
         learner=name,
         output=output,
-        training=None if training is None else _read_training(training),
+        training=facts,
         report=lambda spec: note(f"playing {spec}"),
     )
-    if json:
-        show_json({"command": "score", **msgspec.to_builtins(result), "scores": result.scores().tolist()})
-    else:
-        show(*_lines(result))
-    if output is not None:
-        write_result(result, output)
-        note(f"saved: {output}")
+    document = {"command": "score", **msgspec.to_builtins(result), "scores": result.scores().tolist()}
+    with saving(document if json else _lines(result, FLOCKS)):
+        if output is not None:
+            write_result(result, output)
+            note(f"saved: {output}")
     return Exit.DONE
 
 
@@ -178,7 +193,7 @@ def verify(
             note(f"refused: {error}")
             code = Exit.REFUSED
         else:
-            facts = _lines(result) if len(played) == len(FLOCKS) else _means(result, played)
+            facts = _lines(result, played)
             head = f"{path}: verified: {len(played):,} of {len(FLOCKS):,} flocks"
             show(f"{head}, {len(result.policies)} policies", *facts)
     return code
@@ -214,46 +229,60 @@ def report(
     return Exit.DONE
 
 
-def _plain(task: Task) -> dict[str, object]:
-    return {
-        "asks": task.asks,
-        "per_agent": task.per_agent,
-        "objective": task.spec.name,
-        "samples": task.samples,
-        "options": to_plain(task.options),
-        "scenario": json_format.loads(task.scenario.to_json()),
-        "scales": msgspec.to_builtins(task.scales),
-        "sha256": task.sha256,
-    }
+def episodes(
+    policies: Annotated[
+        Positional[tuple[str, ...]],
+        several(f"rule (the task's shortcut), {EXPECTED}", "POLICY .."),
+    ],
+    *,
+    task: TaskName,
+    flocks: Annotated[int, arg(help="number of flocks, or lines, that every policy plays")] = 100,
+    output: Annotated[Path, arg(help="folder of the data set, new or empty")],
+) -> Exit:
+    """Record episodes of policies on a task, for offline reinforcement learning.
 
+    The folder gets Parquet files.
 
-def _lines(result: Result) -> list[str]:
-    """Return the score of a result with the mean objective in every scenario."""
-    task, scores = tasks[result.task], result.scores()
-    spread = f" (training seeds: {scores.min():.3f} to {scores.max():.3f})" if len(scores) > 1 else ""
-    marks = "; played by its author's code" if result.is_code else ""
-    lines = [f"{task.name}, {result.learner}: score {scores.mean():.3f}{spread}{marks}"]
-    for name, scale in task.scales.items():
-        reached = result.values(name).mean()
-        gain = task.spec.text(reached - scale.zero, "+")
-        lines.append(
-            f"  {name}: {task.spec.symbol} {task.spec.text(reached)}, {gain} over the best fixed range,"
-            f" {scale.best_fixed_range:g}"
-        )
-    return lines
+    The flocks are training flocks, never those that score policies.
 
+    For policies of several strengths, give random, rule and policy files.
 
-def _means(result: Result, flocks: Sequence[int]) -> list[str]:
-    """Return the mean objective of some flocks in every scenario."""
-    task, at = tasks[result.task], [seed - FLOCKS.start for seed in flocks]
-    return [f"{task.name}, {result.learner}: means of these flocks"] + [
-        f"  {name}: {task.spec.symbol} {task.spec.text(result.values(name)[:, at].mean())}"
-        for name in task.scales
+    A policy from a file gets the file's name, for example medium or best.
+
+    Example: flockesc episodes random rule --task one-range --output data
+    """
+    require("analysis", ["polars"])
+    import polars as pl
+
+    if not policies:
+        raise InputError("policies", "at least one policy", "none")
+    chosen = tasks[task]
+    check_folder(output)
+    specs = [chosen.shortcut.policy if spec == "rule" else spec for spec in policies]
+    found = [LoadedPolicy.of(spec, policy_of) for spec in specs]
+    record_episodes(found, chosen, training_seeds(0, 0, flocks), output, lambda spec: note(f"playing {spec}"))
+    note(f"saved: {output}")
+    played = pl.read_parquet(output / "episodes.parquet", columns=["policy", "objective"])
+    rows = [
+        [name, chosen.spec.text(mean), f"{(output / f'{name}.parquet').stat().st_size / 1e6:.1f}"]
+        for name, mean in played.group_by("policy", maintain_order=True).mean().iter_rows()
     ]
+    show(*table(["policy", chosen.spec.symbol, "MB"], rows))
+    return Exit.DONE
 
 
-def _read_training(path: Path) -> Training:
-    try:
-        return msgspec.convert(tomllib.loads(path.read_text("utf-8")), Training)
-    except (ValueError, msgspec.ValidationError) as error:
-        raise InputError("training", _TRAINING, f"{path}: {error}") from None
+def _lines(result: Result, flocks: Sequence[int]) -> list[str]:
+    """Return the mean objective of flocks in every scenario; if they are all, also the score."""
+    task, scores, at = tasks[result.task], result.scores(), [seed - FLOCKS.start for seed in flocks]
+    is_whole = len(flocks) == len(FLOCKS)
+    lines = [f"{task.name}, {result.learner}: means of these flocks"]
+    if is_whole:
+        spread = f" (training seeds: {scores.min():.3f} to {scores.max():.3f})" if len(scores) > 1 else ""
+        marks = "; played by its author's code" if result.is_code else ""
+        lines = [f"{task.name}, {result.learner}: score {scores.mean():.3f}{spread}{marks}"]
+    for name, scale in task.scales.items():
+        reached = result.values(name)[:, at].mean()
+        gain = f", {task.spec.text(reached - scale.zero, '+')} over the best fixed range,"
+        gain += f" {scale.best_fixed_range:g}"
+        lines.append(f"  {name}: {task.spec.symbol} {task.spec.text(reached)}{gain if is_whole else ''}")
+    return lines

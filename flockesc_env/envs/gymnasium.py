@@ -15,8 +15,8 @@ from flockesc_env.episodes.batch import Observations, info_dicts, is_over
 from flockesc_env.episodes.options import View
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.policies.base import Policy
-from flockesc_env.policies.ranges import FixedRange
 from flockesc_env.policies.registry import as_policy
+from flockesc_env.policies.rules import FixedRange
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
 

@@ -18,7 +18,7 @@ from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.episodes.objectives import Objective
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.neighbors import Topological
+from flockesc_env.scenario.parts import Topological
 
 ActionMode = Literal["normalized", "range", "discrete"]
 TeamReward = Literal["team", "distance", "terminal"]

@@ -2,15 +2,22 @@
 
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import BasePolicy, Policy, RowMemory
-from flockesc_env.policies.files import save_policy
 from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
 from flockesc_env.policies.network import Architecture, NetworkPolicy, torch_network
 from flockesc_env.policies.planner import Plan, PlannedEpisode, Planner
 from flockesc_env.policies.playing import Episodes, LineEpisodes
-from flockesc_env.policies.predators import FlyStraight, Pursue
-from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
-from flockesc_env.policies.registry import NAMES, as_policy, bind, load_policy, trained
-from flockesc_env.policies.rules import BestCandidate, BestNextHeading, ListenWhileFleeing, StubbornLeaders
+from flockesc_env.policies.registry import NAMES, as_policy, bind, load_policy, save_policy, trained
+from flockesc_env.policies.rules import (
+    BestCandidate,
+    BestNextHeading,
+    FixedRange,
+    FlyStraight,
+    ListenWhileFleeing,
+    Pursue,
+    RandomRange,
+    ScheduledRange,
+    StubbornLeaders,
+)
 from flockesc_env.policies.sb3 import SB3Policy
 
 __all__ = [

@@ -25,9 +25,6 @@ from flockesc_env.scenario.presets import Scenario, as_model
 
 Observations = NDArray[np.float32]
 
-LONGEST = 100.0
-"""Option ``max_range`` of policies that are made by hand, in m."""
-
 
 class Policy(Protocol):
     """Protocol of range policies: objects that turn observation rows into actions.
@@ -137,9 +134,9 @@ class BasePolicy(ABC):
         """Return a copy with another name, view or scenario, and with these options beside its own.
 
         Args:
-            name: printable name; ``None``: unchanged.
-            per_agent: ``None``: unchanged.
-            scenario: the scenario in which the policy was trained; ``None``: unchanged.
+            name: printable name. In all arguments, ``None`` stands for unchanged.
+            per_agent: the view.
+            scenario: the scenario in which the policy was trained.
             **options: see ``EnvOptions`` or, for a line, ``LineOptions``.
 
         Raises:
@@ -182,7 +179,42 @@ class BasePolicy(ABC):
 
     def bind(self, env: Any) -> Callable[[Any], Any]:
         """Return a function from an observation of an environment to the action; see ``policies.bind``."""
-        return _bound(self, env)
+        inner = getattr(env, "unwrapped", env)
+        try:
+            # Gymnasium's vector environments give their environments' attributes through ``get_attr``.
+            has_spec = hasattr(inner, "policy_spec")
+            spec: PolicySpec = inner.policy_spec if has_spec else inner.get_attr("policy_spec")[0]
+        except (AttributeError, TypeError):
+            raise InputError("env", "an environment of this package", shown(env)) from None
+        _check_wrappers(env, spec)
+        rows_per_flock, time = 1, spec.layout.index("time")
+        if isinstance(spec, PolicySpec):  # not that of a predator
+            self.check(spec.options, per_agent=spec.per_agent)
+            rows_per_flock = spec.rows
+
+        def act_on_rows(observations: Observations) -> NDArray[Any]:
+            if len(observations) % rows_per_flock:
+                raise InputError("observations", f"{rows_per_flock} rows per flock", len(observations))
+            has_begun = (observations[:, time] == 0).reshape(-1, rows_per_flock).all(axis=1)
+            if has_begun.any():
+                reset_policy(self, np.repeat(has_begun, rows_per_flock))
+            return self.act(observations, spec)
+
+        def act(observations: Any) -> Any:
+            if not isinstance(observations, dict):
+                actions = act_on_rows(np.atleast_2d(observations))
+                return actions[0] if observations.ndim == 1 else actions
+            for agent in inner.agents:
+                if agent not in observations:
+                    raise InputError("observations", f"one of {agent!r}", "none")
+            flock = inner.possible_agents[: spec.num_agents]
+            caught = np.zeros(len(spec.layout.names), np.float32)
+            actions = act_on_rows(np.stack([observations.get(agent, caught) for agent in flock]))
+            straight_on = np.zeros(inner.predator_policy_spec.dimension, np.float32)
+            named = dict(zip(flock, actions, strict=True))
+            return {agent: named.get(agent, straight_on) for agent in inner.agents}
+
+        return act
 
     def predict(
         self,
@@ -218,11 +250,7 @@ class BasePolicy(ABC):
         return (actions[0] if np.ndim(observation) == 1 else actions), state
 
     def check(self, options: EnvOptions | LineOptions, *, per_agent: bool) -> None:
-        """Check that an environment has the view and the options of this policy; see ``check_options``.
-
-        Raises:
-            InputError: if the view or an option differs.
-        """
+        """Raise ``InputError`` unless an environment has the view and the options of this policy."""
         self._check_view(per_agent)
         if self.options is not None and options is not self._checked:
             model = LineScenario() if isinstance(options, LineOptions) else FlockScenario()
@@ -277,46 +305,3 @@ def _check_wrappers(env: Any, spec: PolicySpec | PredatorPolicySpec) -> None:
             raise InputError(f"env.{name}", "that of env.unwrapped, which no wrapper changes", found)
     if normalizer_of(env) is not None:
         raise InputError("env", "observations that no VecNormalize changes", shown(env))
-
-
-def _bound(policy: BasePolicy, env: Any) -> Callable[[Any], Any]:
-    inner = getattr(env, "unwrapped", env)
-    try:
-        # Gymnasium's vector environments give access to their environments' attributes through ``get_attr``.
-        has_spec = hasattr(inner, "policy_spec")
-        spec: PolicySpec = inner.policy_spec if has_spec else inner.get_attr("policy_spec")[0]
-    except (AttributeError, TypeError):
-        raise InputError("env", "an environment of this package", shown(env)) from None
-    _check_wrappers(env, spec)
-    rows_per_flock, time = 1, spec.layout.index("time")
-    if isinstance(spec, PolicySpec):  # not that of a predator
-        policy.check(spec.options, per_agent=spec.per_agent)
-        rows_per_flock = spec.rows
-
-    def act_on_rows(observations: Observations) -> NDArray[Any]:
-        if len(observations) % rows_per_flock:
-            raise InputError("observations", f"{rows_per_flock} rows per flock", len(observations))
-        has_begun = (observations[:, time] == 0).reshape(-1, rows_per_flock).all(axis=1)
-        if has_begun.any():
-            reset_policy(policy, np.repeat(has_begun, rows_per_flock))
-        return policy.act(observations, spec)
-
-    def act_on_agents(observations: dict[str, Observations]) -> dict[str, Any]:
-        for agent in inner.agents:
-            if agent not in observations:
-                raise InputError("observations", f"one of {agent!r}", "none")
-        flock = inner.possible_agents[: spec.num_agents]
-        caught = np.zeros(len(spec.layout.names), np.float32)
-        actions = act_on_rows(np.stack([observations.get(agent, caught) for agent in flock]))
-        straight_on = np.zeros(inner.predator_policy_spec.dimension, np.float32)
-        named = dict(zip(flock, actions, strict=True))
-        return {agent: named.get(agent, straight_on) for agent in inner.agents}
-
-    def act(observation: Any) -> Any:
-        if isinstance(observation, dict):
-            return act_on_agents(observation)
-        if observation.ndim == 1:
-            return act_on_rows(observation[np.newaxis])[0]
-        return act_on_rows(observation)
-
-    return act

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -11,23 +11,15 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import Observations, RowMemory
-from flockesc_env.policies.rules import RangeRule, dot, not_negative, unit, unscaled, vector_entries
+from flockesc_env.policies.rules import RangeRule, dot, unit, unscaled, vector_entries
 
 Criterion = Literal[
     "closest_approach", "escape_direction", "estimated_escape_direction", "estimated_encounter"
 ]
 
 
-class _Rule(RangeRule, RowMemory):
-    """Base class of rules whose arguments are all parameters: the fields of a dataclass."""
-
-    def __post_init__(self) -> None:
-        self.parameters = not_negative(**vars(self))
-        vars(self).update(zip(vars(self), self.parameters.tolist(), strict=False))
-
-
 @dataclass(eq=False, repr=False)
-class StubbornWitnesses(_Rule):
+class StubbornWitnesses(RangeRule, RowMemory):
     """A rule for a predator that is visible only nearby: agents that have seen it stop listening.
 
     rho_i = 0 until the share ``patience`` of the episode has passed, and also from the moment at which agent
@@ -38,8 +30,9 @@ class StubbornWitnesses(_Rule):
 
     at least 0 and at most the largest range. N is the number of others that the agent heard in the last
     action, c the cosine between its heading and the velocity that it heard. The rule requires one observation
-    per agent and all agents in every call, because it remembers which agents have seen the predator. Its
-    default parameters are for ``steps_per_action=1``.
+    per agent and all agents in every call, because it remembers which agents have seen the predator. The
+    defaults are for ``steps_per_action=1``. Those of the first three arguments come from a search on training
+    flocks; the other terms are off.
 
     Args:
         patience: share of the episode during which no agent listens. Meanwhile the agents that head out of
@@ -70,7 +63,7 @@ class StubbornWitnesses(_Rule):
         time = observations[:, spec.layout.index("time")].astype(np.float64)
         is_seen = observations[:, spec.layout.index("predator_sensed")] > 0
         scaled = observations[:, spec.layout.index("neighbor_count")].astype(np.float64)
-        count = np.rint(8 * scaled / (1 - scaled))
+        count = np.rint(8 * scaled / (1 - scaled))  # the entry is count / (count + 8)
         cosine = unit(vector_entries("heard_velocity_", observations, spec))[:, 0]
         has_stopped |= is_seen | (is_later & (count < min_neighbors))
         waits = time < patience
@@ -82,13 +75,13 @@ class StubbornWitnesses(_Rule):
 
 
 @dataclass(eq=False, repr=False)
-class ListenWhileThreatened(_Rule):
+class ListenWhileThreatened(RangeRule, RowMemory):
     """A rule for the nearest agent and a predator that is visible only nearby.
 
     An agent that has not yet observed the predator listens to all: rho_i = ``unaware_range``. One that has
     observed it listens, rho_i = ``aware_range``, as long as its closest approach is below ``safe_distance``
     and the heading of the heard velocity would keep it farther away. Otherwise rho_i = 0. The rule requires
-    one observation per agent, with ``extra_entries=("closest_approach",)``.
+    one observation per agent, with ``extra_entries=("closest_approach",)``. The defaults were chosen by hand.
 
     Args:
         unaware_range: rho in m before the agent has observed the predator.
@@ -116,6 +109,7 @@ class ListenWhileThreatened(_Rule):
         return np.where(has_seen, aware, unaware_range)
 
 
+@dataclass(eq=False, repr=False)
 class WinStayLoseShift(RangeRule, RowMemory):
     """A rule with two ranges: stay with the one that helps, otherwise try the other one.
 
@@ -140,8 +134,8 @@ class WinStayLoseShift(RangeRule, RowMemory):
 
     The rule requires one observation per agent and a predator that is visible at any distance, and all agents
     in every call. Each of the first two criteria requires the entry of ``extra_entries`` with its name. The
-    parameters that fit the escape direction and its estimate best are about 10 m, 50 m, a cosine of 0.85 and
-    2 actions.
+    defaults were chosen by hand for the first criterion. For the others, 10 m, 50 m, a cosine of 0.85 and 2
+    actions are about the best.
 
     Args:
         short_range: one rho in m.
@@ -158,24 +152,16 @@ class WinStayLoseShift(RangeRule, RowMemory):
         InputError: if ``criterion`` is unknown, or another argument is not a finite number >= 0.
     """
 
-    def __init__(
-        self,
-        short_range: float = 10.0,
-        long_range: float = 50.0,
-        threshold: float = 32.0,
-        pause: float = 0.0,
-        encounter_time: float = 5.0,
-        *,
-        criterion: Criterion = "closest_approach",
-    ) -> None:
-        self.parameters = not_negative(
-            short_range=short_range,
-            long_range=long_range,
-            threshold=threshold,
-            pause=pause,
-            encounter_time=encounter_time,
-        )
-        self.criterion = as_choice(criterion, "criterion", get_args(Criterion))
+    short_range: float = 10.0
+    long_range: float = 50.0
+    threshold: float = 32.0
+    pause: float = 0.0
+    encounter_time: float = 5.0
+    criterion: Criterion = field(default="closest_approach", kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.criterion = as_choice(self.criterion, "criterion", get_args(Criterion))
 
     def _ranges(self, observations: Observations, spec: PolicySpec) -> FloatArray:
         begins = self._begin(len(observations))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Unpack
 
 import numpy as np
@@ -102,9 +103,9 @@ class Planner:
         if rest:
             expected = f"a multiple of steps_per_action = {self.options.steps_per_action}"
             raise InputError("steps", expected, self.steps)
-        self._predator_policy = predator_policy
-        self._num_threads = num_threads
-        actions = self._batch(1).policy_spec.actions
+        shared: Any = {"num_threads": num_threads, "predator_policy": predator_policy}
+        self._batch = partial(FlockBatch, self.scenario, self.options, **shared)
+        actions = self._batch().policy_spec.actions
         if ranges is None:
             parts = np.linspace(0, 1, _NUM_RANGES)
             ranges = actions.min_range + parts * parts * (actions.max_range - actions.min_range)
@@ -131,7 +132,7 @@ class Planner:
                 another scenario or other options.
             ResetNeededError: if the environment was never reset, or the episode has ended.
         """
-        one = self._batch(1)
+        one = self._batch()
         one.set_state(_snapshot(flock))
         if one.has_ended(0):
             raise ResetNeededError("plan() called after the end of the episode; call reset()")
@@ -145,7 +146,7 @@ class Planner:
         Raises:
             InputError: if ``seed`` is not an integer in [0, 2^64).
         """
-        one = self._batch(1)
+        one = self._batch()
         one.reset([0], [as_seed(seed)])
         plans = []
         while not one.has_ended(0):
@@ -206,18 +207,9 @@ class Planner:
 
     def _copies(self, source: FlockBatch, slots: NDArray[np.int64]) -> FlockBatch:
         """Return a batch with a copy of each of the ``slots``, which may repeat."""
-        copies = self._batch(len(slots))
+        copies = self._batch(num_flocks=len(slots))
         copies.set_state(source.get_state(slots.tolist()))
         return copies
-
-    def _batch(self, num_flocks: int) -> FlockBatch:
-        return FlockBatch(
-            self.scenario,
-            self.options,
-            num_flocks=num_flocks,
-            num_threads=self._num_threads,
-            predator_policy=self._predator_policy,
-        )
 
 
 def _ranges(values: ArrayLike, name: str, actions: RangeActions) -> FloatArray:
@@ -229,13 +221,13 @@ def _ranges(values: ArrayLike, name: str, actions: RangeActions) -> FloatArray:
 
 
 def _snapshot(flock: Any) -> bytes:
-    """Return the snapshot of an environment, or ``flock`` if it is not an environment."""
+    """Return the snapshot of an environment, or ``flock`` if it is a snapshot."""
+    if isinstance(flock, bytes | bytearray | memoryview):
+        return bytes(flock)
     inner = getattr(flock, "unwrapped", flock)
     spec = getattr(inner, "policy_spec", None)
     if not isinstance(spec, PolicySpec):
-        if not isinstance(flock, bytes | bytearray | memoryview):
-            raise InputError("flock", "a FlockEscapeEnv or its snapshot", shown(flock))
-        return bytes(flock)
+        raise InputError("flock", "a FlockEscapeEnv or its snapshot", shown(flock))
     if spec.per_agent:
         raise InputError("flock", "an environment with one range for the flock", "one range per agent")
     state: bytes = inner.get_state()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from flockesc_env.policies.base import Observations, Policy
 from flockesc_env.policies.network import Architecture, NetworkPolicy, Parameters, choices
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import Scenario
 
 if TYPE_CHECKING:
     import polars as pl
@@ -30,6 +31,12 @@ if TYPE_CHECKING:
 
 class _Rows(Displayed):
     """Results with one entry per seed in every field."""
+
+    @classmethod
+    def of(cls, seeds: Sequence[int], columns: Columns) -> Self:
+        """Return the columns of ``play``."""
+        names = [field.name for field in fields(cls) if field.name != "seeds"]  # type: ignore[arg-type]
+        return cls(seeds=np.array(seeds, np.uint64), **{name: columns[name] for name in names})  # type: ignore[call-arg]
 
     def table(self) -> pl.DataFrame:
         """Return a polars DataFrame (extra ``analysis``) with one row per seed and a column per attribute."""
@@ -79,19 +86,10 @@ class LineEpisodes(_Rows):
         return {"num_seeds": len(self.seeds), "escape_distance": float(self.escape_distance.mean())}
 
 
-Results = TypeVar("Results", Episodes, LineEpisodes)
-
-
-def results(kind: type[Results], seeds: Sequence[int], columns: Columns) -> Results:
-    """Return the columns of ``play`` as an object of the class ``kind``."""
-    names = [field.name for field in fields(kind) if field.name != "seeds"]
-    return kind(seeds=np.array(seeds, np.uint64), **{name: columns[name] for name in names})
-
-
 def play(
     policy: Policy,
     seeds: Sequence[int],
-    model: FlockScenario | LineScenario,
+    model: Scenario,
     options: EnvOptions | LineOptions,
     *,
     per_agent: bool = False,
@@ -102,23 +100,17 @@ def play(
 ) -> Columns:
     """Run a policy on the flock or line of every seed, see ``rollout``; return outcomes of shape (seeds,)."""
     if type(policy) is NetworkPolicy and predator_policy is None:
-        return rollout_networks(
-            policy.architecture,
-            policy.parameters[np.newaxis],
-            seeds,
-            model,
-            options,
-            per_agent=per_agent,
-            num_threads=num_threads,
-            progress=progress,
-        )
+        network = policy.architecture, policy.parameters[np.newaxis]
+        shared: Any = {"per_agent": per_agent, "num_threads": num_threads, "progress": progress}
+        return rollout_networks(*network, seeds, model, options, **shared)
     parts: list[Columns] = []
     for start in range(0, len(seeds), batch_size):
         chunk = seeds[start : start + batch_size]
-        batch = (
-            _LineBatch(model, cast("LineOptions", options))
-            if isinstance(model, LineScenario)
-            else FlockBatch(
+        batch: FlockBatch | _LineBatch
+        if isinstance(model, LineScenario):
+            batch = _LineBatch(model, cast("LineOptions", options))
+        else:
+            batch = FlockBatch(
                 model,
                 cast("EnvOptions", options),
                 num_flocks=len(chunk),
@@ -126,7 +118,6 @@ def play(
                 num_threads=num_threads,
                 predator_policy=predator_policy,
             )
-        )
         total = np.zeros(len(chunk))
         for _, rewards in episode_steps(batch, policy, chunk):
             total += rewards.reshape(len(chunk), -1).mean(axis=1)
@@ -141,7 +132,7 @@ def rollout_networks(
     architecture: Architecture,
     parameters: Parameters,
     seeds: Sequence[int],
-    model: FlockScenario | LineScenario,
+    model: Scenario,
     options: EnvOptions | LineOptions,
     *,
     per_agent: bool = False,
@@ -167,27 +158,25 @@ def rollout_networks(
     network = architecture.to_core(), parameters, ranges
     if isinstance(model, FlockScenario):
         view, chosen = View.of(per_agent), cast("EnvOptions", options)
-        batch = FlockBatch(model, chosen, view=view, num_threads=num_threads)
-        return batch.rollout(network, seeds, report)
+        return FlockBatch(model, chosen, view=view, num_threads=num_threads).rollout(network, seeds, report)
     documents = model.to_json(), cast("LineOptions", options).to_core()
     numbers, threads = np.array(seeds, np.uint64), as_threads(num_threads)
     return _core.rollout_line(documents, actions.core, network, numbers, threads, report)
 
 
-def record_flock(
+def record(
     policy: Policy,
     seed: int,
     scenario: FlockScenario,
     options: EnvOptions,
     *,
-    per_agent: bool,
+    view: View,
     start: Mapping[str, Any],
     num_threads: int | None,
-    predator_policy: PredatorPolicy | None = None,
+    predator_policy: PredatorPolicy | None,
 ) -> Trajectory:
     """Run a policy on one flock and return the trajectory; ``start`` holds given initial states."""
     recorder = None if predator_policy is None else _Recorder(as_predator_policy(predator_policy))
-    view = View.of(per_agent)
     batch = FlockBatch(scenario, options, view=view, num_threads=num_threads, predator_policy=recorder)
     steps = episode_steps(batch, policy, [seed], [start])
     ranges = np.array([ranges for ranges, _ in steps])
@@ -199,7 +188,7 @@ def record_flock(
 
     predator_actions = None if recorder is None else per_step(np.array(recorder.actions))
     arguments: Any = {**start, "seed": seed, "num_threads": num_threads}
-    return run_flock(batch.scenario, per_step(ranges), predator_actions=predator_actions, **arguments)
+    return run_flock(scenario, per_step(ranges), predator_actions=predator_actions, **arguments)
 
 
 class _Recorder:

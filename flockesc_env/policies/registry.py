@@ -1,81 +1,78 @@
-"""Policies by name: ``load_policy``, ``as_policy``, ``bind``, the built-in rules and the trained policies."""
+"""Policies by name and in files (npz): ``load_policy``, ``as_policy``, ``bind``, ``save_policy``."""
 
 from __future__ import annotations
 
+import json
 import math
 import os
 from collections.abc import Callable
-from functools import cache
+from contextlib import suppress
+from dataclasses import asdict, replace
+from functools import cache, partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import as_path, parse_number
+from flockesc_env.common.array_files import read_document, write_document
+from flockesc_env.common.checks import as_choice, as_path, parse_number
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.common.files import suffix_of
-from flockesc_env.episodes.options import PROFILE_RANGES
+from flockesc_env.episodes.options import PROFILE_RANGES, UNOBSERVED, to_plain
 from flockesc_env.episodes.predators import reset_policy
-from flockesc_env.episodes.spaces import PolicySpec
+from flockesc_env.episodes.spaces import PolicySpec, policy_spec
+from flockesc_env.models.records import versions
+from flockesc_env.policies import rules
 from flockesc_env.policies.base import BasePolicy, Observations, Policy
-from flockesc_env.policies.files import POLICY_FILE, SUFFIX, parse_policy
 from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
-from flockesc_env.policies.ranges import FixedRange, RandomRange
-from flockesc_env.policies.rules import BestCandidate, BestNextHeading, ListenWhileFleeing, StubbornLeaders
+from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.sb3 import SB3Policy
+from flockesc_env.scenario.document import from_fields
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import MODELS
 
-_VISIBLE: Final[dict[str, Any]] = {"predator_sensing_range": math.inf}
-_LOCAL: Final[dict[str, Any]] = {"predator_sensing_range": 30.0}
-_PROFILE: Final[dict[str, Any]] = {**_VISIBLE, "profile_ranges": PROFILE_RANGES}
-_ESCAPE: Final[dict[str, Any]] = {"extra_entries": ("escape_direction",)}
-_APPROACH: Final[dict[str, Any]] = {"extra_entries": ("closest_approach",)}
+SUFFIX = ".npz"
+POLICY_FILE = "policy.npz"
+"""Name of the policy file in the folder of a training run."""
+
+_SHORT_LINE = 1000
+_SENSING = "predator_sensing_range"  # infinity is null in the file
+_HEADER = {"name", "model", "scenario", "per_agent", "options", "architecture"}
+
+Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift
+Stored = NetworkPolicy | Rule
+"""Policies that can be saved: their parameters are an array."""
+
+_RULES: dict[str, type[Rule]] = {rule.__name__: rule for rule in get_args(Rule)}
+
+_VISIBLE: dict[str, Any] = {"predator_sensing_range": math.inf}
+_LOCAL: dict[str, Any] = {"predator_sensing_range": 30.0}
+_PROFILE: dict[str, Any] = {**_VISIBLE, "profile_ranges": PROFILE_RANGES}
+_ESCAPE: dict[str, Any] = {"extra_entries": ("escape_direction",)}
+_APPROACH: dict[str, Any] = {"extra_entries": ("closest_approach",)}
+
+_shift = partial(WinStayLoseShift, 10.0, 50.0, 0.85, 2.0)
 
 _BUILT_IN: Final[dict[str, tuple[Callable[[], BasePolicy], dict[str, Any]]]] = {
-    "random": (lambda: RandomRange(0), {}),
-    "stubborn-leaders": (StubbornLeaders, _VISIBLE),
-    "stubborn-leaders-local": (StubbornLeaders, _LOCAL),
+    "random": (lambda: rules.RandomRange(0), {}),
+    "stubborn-leaders": (rules.StubbornLeaders, _VISIBLE),
+    "stubborn-leaders-local": (rules.StubbornLeaders, _LOCAL),
     "stubborn-witnesses": (StubbornWitnesses, {**_LOCAL, "steps_per_action": 1}),
-    "listen-while-fleeing": (ListenWhileFleeing, _VISIBLE),
+    "listen-while-fleeing": (rules.ListenWhileFleeing, _VISIBLE),
     "listen-while-threatened": (ListenWhileThreatened, {**_LOCAL, **_APPROACH, "max_range": 150.0}),
     "win-stay-lose-shift": (WinStayLoseShift, {**_VISIBLE, **_APPROACH}),
-    "win-stay-lose-shift-escape": (
-        lambda: WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="escape_direction"),
-        {**_VISIBLE, **_ESCAPE},
-    ),
-    "win-stay-lose-shift-estimate": (
-        lambda: WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="estimated_escape_direction"),
-        _VISIBLE,
-    ),
-    "win-stay-lose-shift-clockless": (
-        lambda: WinStayLoseShift(10.0, 50.0, 0.85, 2.0, criterion="estimated_encounter"),
-        _VISIBLE,
-    ),
-    "turn-away": (lambda: BestCandidate("escape_cosine"), {**_PROFILE, **_ESCAPE}),
-    "keep-distance": (lambda: BestCandidate("closest_approach"), {**_PROFILE, **_APPROACH}),
-    "head-away": (BestNextHeading, {**_PROFILE, **_ESCAPE}),
+    "win-stay-lose-shift-escape": (lambda: _shift(criterion="escape_direction"), {**_VISIBLE, **_ESCAPE}),
+    "win-stay-lose-shift-estimate": (lambda: _shift(criterion="estimated_escape_direction"), _VISIBLE),
+    "win-stay-lose-shift-clockless": (lambda: _shift(criterion="estimated_encounter"), _VISIBLE),
+    "turn-away": (lambda: rules.BestCandidate("escape_cosine"), {**_PROFILE, **_ESCAPE}),
+    "keep-distance": (lambda: rules.BestCandidate("closest_approach"), {**_PROFILE, **_APPROACH}),
+    "head-away": (rules.BestNextHeading, {**_PROFILE, **_ESCAPE}),
 }
 """Constructor and options of each policy; those without options play with any."""
 
 NAMES = ("fixed:RHO", *_BUILT_IN)
-"""Names of the built-in policies.
-
-- ``fixed:RHO``: the fixed range RHO in m, for example ``fixed:10``.
-- ``random``: a random range for every agent and action.
-- ``stubborn-leaders``: ``StubbornLeaders``, with the predator visible at any distance.
-- ``stubborn-leaders-local``: ``StubbornLeaders``, with the predator visible within 30 m only.
-- ``stubborn-witnesses``: ``StubbornWitnesses``, with the predator visible within 30 m only.
-- ``listen-while-fleeing``: ``ListenWhileFleeing``, one range for the flock, with the predator visible at any
-  distance.
-- ``listen-while-threatened``: ``ListenWhileThreatened``, with the predator visible within 30 m only.
-- ``win-stay-lose-shift``: ``WinStayLoseShift``, with the predator visible at any distance.
-- ``win-stay-lose-shift-escape``: the same with the criterion ``"escape_direction"``.
-- ``win-stay-lose-shift-estimate``: the same with the criterion ``"estimated_escape_direction"``.
-- ``win-stay-lose-shift-clockless``: the same with the criterion ``"estimated_encounter"``.
-- ``turn-away``: ``BestCandidate("escape_cosine")``, with a profile and the predator visible at any distance.
-- ``keep-distance``: ``BestCandidate("closest_approach")``, likewise.
-- ``head-away``: ``BestNextHeading``, likewise.
-"""
+"""Names of the built-in policies, which docs/policies.md describes. ``fixed:10`` is a fixed range of 10 m."""
 
 TRAINED: Final = Path(__file__).parent / "trained"
 """Files of the trained policies of this package, ``TASK/LEARNER.npz``."""
@@ -104,8 +101,9 @@ def load_policy(policy: str | os.PathLike[str]) -> BasePolicy:
 def find_policy(policy: Any, argument: str) -> BasePolicy:
     """Return ``load_policy``; errors name the argument."""
     spec = policy if isinstance(policy, str) else os.fspath(as_path(policy, argument))
-    if spec.startswith("fixed:") and (rho := _range(spec.removeprefix("fixed:"))) is not None:
-        return FixedRange(rho).with_options(name=spec)
+    if spec.startswith("fixed:"):
+        with suppress(ValueError):  # not a finite number >= 0
+            return rules.FixedRange(parse_number(spec.removeprefix("fixed:"), float)).with_options(name=spec)
     if spec in _BUILT_IN:
         make, options = _BUILT_IN[spec]
         return make().with_options(name=spec, **options)
@@ -134,10 +132,7 @@ def trained() -> tuple[str, ...]:
 
 
 class GivenPolicy(BasePolicy):
-    """A user's object with a method ``act``, as a policy of this package.
-
-    Its attributes ``name``, ``per_agent``, ``options`` and ``scenario``, if present, are those of the policy.
-    """
+    """A user's object with a method ``act`` and, maybe, attributes of ``BasePolicy``."""
 
     def __init__(self, policy: Policy) -> None:
         self.policy = policy
@@ -196,10 +191,86 @@ def bind(policy: Any, env: Any) -> Callable[[Any], Any]:
     return as_policy(policy).bind(env)
 
 
-def _range(text: str) -> float | None:
-    """Return the number in a string, or ``None`` if it is not a finite number >= 0."""
+def save_policy(policy: BasePolicy, path: str | Path) -> None:
+    """Write a policy with its scenario and options to an npz file; an existing file is replaced atomically.
+
+    Args:
+        policy: a ``NetworkPolicy``, ``StubbornWitnesses``, ``ListenWhileThreatened`` or
+            ``WinStayLoseShift``, whose method ``with_options`` gave it a view, a scenario and options.
+        path: path of the file.
+
+    Raises:
+        InputError: if an argument has the wrong type, the policy is of another class or has no view or
+            scenario, or an option is not plain data.
+    """
+    file_path = as_path(path)
+    scenario, per_agent = getattr(policy, "scenario", None), getattr(policy, "per_agent", None)
+    if not isinstance(policy, Stored) or scenario is None or per_agent is None:
+        kinds = f"a NetworkPolicy, {', '.join(_RULES)}"
+        ways = "policy.with_options(per_agent=.., scenario=.., **options) adds them"
+        raise InputError("policy", f"{kinds} with its view and scenario ({ways})", shown(policy))
+    given, options = policy.options or {}, asdict(policy.policy_spec.options)
+    kept = {name: options[name] for name in options if name in given or name not in UNOBSERVED}
+    header = {
+        "name": policy.name,
+        "model": "line" if isinstance(scenario, LineScenario) else "flock",
+        "scenario": json.loads(scenario.to_json()),
+        "per_agent": per_agent,
+        "options": to_plain(kept),
+        "architecture": (
+            asdict(policy.architecture) if isinstance(policy, NetworkPolicy) else type(policy).__name__
+        ),
+        **({"criterion": policy.criterion} if isinstance(policy, WinStayLoseShift) else {}),
+        "versions": versions(),
+    }
+    write_document(file_path, header, {"parameters": policy.parameters})
+
+
+def parse_policy(raw: bytes, path: Path) -> BasePolicy:
+    """Return the policy in the bytes of a policy file; see ``load_policy``. Errors name ``path``."""
+    header, arrays = read_document(path, "a policy", "parameters", raw)
     try:
-        rho = parse_number(text, float)
-    except ValueError:
-        return None
-    return rho if math.isfinite(rho) and rho >= 0 else None
+        return _stored_policy(header, arrays["parameters"])
+    except InputError as error:
+        raise InputError(f"{path}: {error.field}", error.expected, error.given) from None
+    except (AttributeError, TypeError, ValueError) as error:
+        raise InputError(str(path), "a policy", repr(error)) from None
+
+
+def _stored_policy(header: dict[str, Any], parameters: Any) -> BasePolicy:
+    if not header.keys() >= _HEADER:
+        raise InputError("header", ", ".join(sorted(_HEADER)), ", ".join(header) or "none")
+    name, per_agent, options = header["name"], header["per_agent"], dict(header["options"])
+    if options.get(_SENSING, 0.0) is None:
+        options[_SENSING] = math.inf
+    if not isinstance(name, str) or not isinstance(per_agent, bool):
+        raise InputError("header", "a string name, a bool per_agent", f"{name!r}, {per_agent!r}")
+    scenario = from_fields(MODELS[as_choice(header["model"], "model", MODELS)], header["scenario"])
+    short = scenario
+    if isinstance(scenario, LineScenario):  # a long one has gigabytes of entries, of the same kinds
+        short = scenario.replace(num_agents=min(scenario.num_agents, _SHORT_LINE))
+    spec = policy_spec(short, options, per_agent=per_agent)
+    chosen = {"criterion": header["criterion"]} if "criterion" in header else {}
+    architecture: dict[str, Any] | str = header["architecture"]
+    policy: Stored
+    if isinstance(architecture, str):
+        policy = _RULES[as_choice(architecture, "architecture", _RULES)](*parameters, **chosen)
+    else:
+        lists = {name: tuple(value) for name, value in architecture.items() if isinstance(value, list)}
+        policy = NetworkPolicy(Architecture(**{**architecture, **lists}), parameters)
+        _check_action(policy, spec, scenario.num_agents)
+    return policy.with_options(name=name, per_agent=per_agent, scenario=scenario, **options)
+
+
+def _check_action(policy: NetworkPolicy, spec: PolicySpec, num_agents: int) -> None:
+    """Check that a network can act, for example that its inputs are observed."""
+    known = set(spec.layout.names)
+
+    def shortened(name: str) -> str:
+        rank = name.removeprefix("offset_")
+        is_far = "offset_0" in known and rank.isdecimal() and _SHORT_LINE <= int(rank) < num_agents
+        return "offset_0" if is_far and name == f"offset_{int(rank)}" else name
+
+    inputs = tuple(map(shortened, policy.architecture.inputs))
+    architecture = replace(policy.architecture, inputs=inputs)
+    NetworkPolicy(architecture, policy.parameters).act(np.zeros((1, len(known)), np.float32), spec)

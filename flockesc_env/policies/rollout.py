@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Unpack, cast, overload
+from typing import Any, cast, overload
 
 from numpy.typing import ArrayLike
 
 from flockesc_env.common.checks import as_array, as_count, as_flag, as_seed, as_seeds
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.progress import Progress, reporting
-from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptions, LineOptionsDict, options_in
+from flockesc_env.episodes.options import EnvOptions, LineOptions, View, options_in
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.starts import fresh_seed
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
 from flockesc_env.policies.base import BasePolicy, Policy
-from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record_flock, results
-from flockesc_env.policies.ranges import FixedRange, ScheduledRange
+from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record
 from flockesc_env.policies.registry import as_policy
+from flockesc_env.policies.rules import FixedRange, ScheduledRange
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import Scenario, as_model
@@ -25,32 +25,14 @@ from flockesc_env.scenario.presets import Scenario, as_model
 AnyPolicy = Policy | BasePolicy | str | Any
 """A policy, its name or path, or a model of stable-baselines3."""
 
-_BATCH_SIZE, _LINE_BATCH_SIZE = 64, 256
-
 
 @overload
 def rollout(
-    scenario: FlockScenario,
-    policy: AnyPolicy,
-    seeds: int | Iterable[int],
-    *,
-    per_agent: bool | None = None,
-    batch_size: int | None = None,
-    num_threads: int | None = None,
-    predator_policy: PredatorPolicy | None = None,
-    progress: Progress | bool | None = None,
-    **options: Unpack[EnvOptionsDict],
+    scenario: FlockScenario, policy: AnyPolicy, seeds: int | Iterable[int], **options: Any
 ) -> Episodes: ...
 @overload
 def rollout(
-    scenario: LineScenario,
-    policy: AnyPolicy,
-    seeds: int | Iterable[int],
-    *,
-    batch_size: int | None = None,
-    num_threads: int | None = None,
-    progress: Progress | bool | None = None,
-    **options: Unpack[LineOptionsDict],
+    scenario: LineScenario, policy: AnyPolicy, seeds: int | Iterable[int], **options: Any
 ) -> LineEpisodes: ...
 @overload
 def rollout(*arguments: Any, **options: Any) -> Any: ...  # the type depends on the scenario of the policy
@@ -108,8 +90,9 @@ def rollout(
     model = _model_of(scenario, player)
     checked = as_seeds(seeds)
     is_line = isinstance(model, LineScenario)
-    size = _LINE_BATCH_SIZE if is_line else _BATCH_SIZE
-    size = size if batch_size is None else as_count(batch_size, "batch_size")
+    if batch_size is None:
+        batch_size = 256 if is_line else 64
+    size = as_count(batch_size, "batch_size")
     if is_line:
         _refuse({"per_agent": per_agent or None, "predator_policy": predator_policy}, "None for a line")
     player, view, chosen = _prepared(player, per_agent, model, options)
@@ -125,30 +108,16 @@ def rollout(
             predator_policy=predator_policy,
             progress=callback,
         )
-    return results(LineEpisodes, checked, columns) if is_line else results(Episodes, checked, columns)
+    return (LineEpisodes if is_line else Episodes).of(checked, columns)
 
 
 @overload
 def simulate(
-    scenario: FlockScenario,
-    interaction_range: ArrayLike | None = None,
-    *,
-    policy: AnyPolicy = None,
-    seed: int | None = None,
-    initial_positions: ArrayLike | None = None,
-    initial_velocities: ArrayLike | None = None,
-    per_agent: bool | None = None,
-    predator_policy: PredatorPolicy | None = None,
-    num_threads: int | None = None,
-    **options: Unpack[EnvOptionsDict],
+    scenario: FlockScenario, interaction_range: ArrayLike | None = None, **options: Any
 ) -> Trajectory: ...
 @overload
 def simulate(
-    scenario: LineScenario,
-    interaction_range: float | None = None,
-    *,
-    policy: AnyPolicy = None,
-    seed: int | None = None,
+    scenario: LineScenario, interaction_range: float | None = None, **options: Any
 ) -> LineTrajectory: ...
 @overload
 def simulate(
@@ -232,12 +201,12 @@ def simulate(
         alone = {name: others[name] for name in ("per_agent", "predator_policy", *options)}
         _refuse(alone, "a policy beside it")
     player, view, chosen = _prepared(player, per_agent, model, options)
-    return record_flock(
+    return record(
         player,
         fresh_seed() if seed is None else as_seed(seed),
         model,
         cast("EnvOptions", chosen),
-        per_agent=view,
+        view=View.of(view),
         start=start,
         num_threads=num_threads,
         predator_policy=predator_policy,

@@ -103,9 +103,8 @@ class SB3Policy(BasePolicy, RowMemory):
     def network(self) -> NetworkPolicy:
         """Return the mode of the action distribution as a ``NetworkPolicy``, which ``save_policy`` can store.
 
-        The network knows the scenario, the view and the options of the model's environment.
-
-        Of discrete actions it is the range with the largest logit or Q value.
+        Of discrete actions it is the range with the largest logit or Q value. The network knows the scenario,
+        the view and the options of the model's environment.
 
         The statistics of normalized observations become part of the first layer. A network cannot clip its
         inputs, as ``VecNormalize`` does at ``clip_obs`` standard deviations. Train with
@@ -132,8 +131,8 @@ class SB3Policy(BasePolicy, RowMemory):
             expected = "'normalized' or 'discrete'"
             raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
         self._check_spaces(spec)
-        made_for: Any = {"scenario": env.get_attr("scenario", [0])[0], "per_agent": spec.per_agent}
-        made_for |= {name: value for name, value in asdict(spec.options).items() if name not in UNOBSERVED}
+        made_for = {name: value for name, value in asdict(spec.options).items() if name not in UNOBSERVED}
+        made_for |= {"scenario": env.get_attr("scenario", [0])[0], "per_agent": spec.per_agent}
         if scorer is not None:  # of ``ScorerPolicy``
             return cast("NetworkPolicy", scorer()).with_options(**made_for)
         grid = spec.actions.grid

@@ -1,23 +1,34 @@
 """Scenarios, and their parts: initial states, predators, neighbor rules, laws of motion, distributions."""
 
-from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.initial import (
+from flockesc_env.scenario.initial_files import read_initial_state
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.parts import (
     AlignedHeadings,
+    Choice,
     Clusters,
     Disc,
+    FirstOrder,
     Gaussian,
     GivenHeadings,
     GivenPositions,
+    Inertial,
+    LogUniform,
+    Metric,
+    NeighborRule,
+    PreferredDistance,
+    RandomApproach,
     RandomHeadings,
+    Reynolds,
     Ring,
     Segment,
     Square,
+    Topological,
+    Uniform,
+    Vicsek,
+    Voronoi,
+    Zones,
 )
-from flockesc_env.scenario.initial_files import read_initial_state
-from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.motion import FirstOrder, Inertial, PreferredDistance, Reynolds, Vicsek, Zones
-from flockesc_env.scenario.neighbors import Metric, NeighborRule, Topological, Voronoi
 from flockesc_env.scenario.predators import (
     Attracted,
     ConstantVelocity,
@@ -28,9 +39,9 @@ from flockesc_env.scenario.predators import (
     PrescribedPath,
     PurePursuit,
     Wandering,
+    approach,
 )
 from flockesc_env.scenario.presets import PRESETS, preset
-from flockesc_env.scenario.randomization import Choice, LogUniform, RandomApproach, Uniform
 
 __all__ = [
     "PRESETS",

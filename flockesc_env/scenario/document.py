@@ -15,7 +15,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 from types import NoneType
-from typing import Any, Final, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 import tomli_w
@@ -23,11 +23,8 @@ import tomli_w
 from flockesc_env import _core
 from flockesc_env.common.checks import as_text, parse_json
 from flockesc_env.common.errors import InputError, shown, shown_name
-from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
-from flockesc_env.scenario.motion import Motion
-from flockesc_env.scenario.neighbors import NeighborRule
+from flockesc_env.scenario.parts import Distribution, InitialHeadings, InitialPositions, Motion, NeighborRule
 from flockesc_env.scenario.predators import Predator
-from flockesc_env.scenario.randomization import Distribution
 
 _FAMILIES: dict[Any, str] = {
     Predator: "predators",
@@ -38,26 +35,13 @@ _FAMILIES: dict[Any, str] = {
     Distribution: "distributions",
 }
 
-KINDS: Final[dict[str, tuple[str, ...]]] = {
-    name: tuple(part.kind for part in get_args(family)) for family, name in _FAMILIES.items()
-}
-"""Names of the kinds in every family of parts, for example of predators."""
-
-_INTEGER_LIMIT = 2**63
-
 _D = TypeVar("_D", bound="Document")
 
 Converter = Callable[[Any, str], Any]
 """Converts a value to the type of a field. The second argument is the field's path, for errors."""
 
-_SCALARS: dict[Any, tuple[str, dict[type, Converter]]] = {
-    bool: ("true or false", {bool: lambda value, _: value}),
-    int: ("an integer", {int: lambda value, _: value}),
-    float: ("a number", dict.fromkeys((float, int), lambda value, _: float(value))),
-    str: ("a string", {str: lambda value, _: value}),
-    NoneType: ("None", {NoneType: lambda value, _: value}),
-}
-"""Description of a type in errors, and the types of the accepted values with their conversions."""
+_SCALARS = {bool: "true or false", int: "an integer", float: "a number", str: "a string", NoneType: "None"}
+"""Types of plain values, and how errors describe them."""
 
 
 class Document:
@@ -118,7 +102,7 @@ def check_not_drawn(scenario: Document, paths: Iterable[str]) -> None:
 
 def _names(path: str) -> tuple[str, ...]:
     """Return the fields and indices of a path, without the kinds of parts."""
-    kinds = {kind for family in KINDS.values() for kind in family}
+    kinds = {part.kind for family in _FAMILIES for part in get_args(family)}
     return tuple(name for name in re.findall(r"[^.\[\]]+", path) if name not in kinds)
 
 
@@ -173,17 +157,12 @@ def _converter(hint: Any) -> Converter:
         if get_origin(one) is tuple:
             names.append("a list")
             conversions[list] = partial(_convert_entries, _converter(get_args(one)[0]))
-        else:
-            name, accepted = _SCALARS[one]
-            names.append(name)
-            conversions |= accepted
+            continue
+        names.append(_SCALARS[one])
+        conversions[one] = lambda value, _: value
+        if one is float:
+            conversions[int] = lambda value, _: float(value)
     return partial(_convert_plain, " or ".join(names), conversions)
-
-
-@cache
-def _required(cls: Any) -> tuple[str, ...]:
-    fields = dataclasses.fields(cls)
-    return tuple(field.name for field in fields if field.default is dataclasses.MISSING)
 
 
 def _check_names(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
@@ -194,9 +173,9 @@ def _check_names(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
     for name in fields:
         if name not in known:
             raise InputError(f"{prefix}{name}", f"one of {', '.join(known)}", shown_name(name, known))
-    for name in _required(cls):
-        if name not in fields:
-            raise InputError(f"{prefix}{name}", "a value", "none")
+    for field in dataclasses.fields(cls):
+        if field.default is dataclasses.MISSING and field.name not in fields:
+            raise InputError(f"{prefix}{field.name}", "a value", "none")
     return fields
 
 
@@ -250,7 +229,7 @@ def _plain(value: Any, path: str) -> Any:
             return value
         case list() | tuple():
             return list(value)
-        case int() if abs(value) >= _INTEGER_LIMIT:
+        case int() if abs(value) >= 2**63:
             raise InputError(path, "an integer between -2^63 and 2^63", value)
         case str() if not value.isascii():
             raise InputError(path, "a string of ASCII characters", shown(value))

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_seed
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.scenario.approach import approach
+from flockesc_env.scenario import parts
 from flockesc_env.scenario.document import Document
-from flockesc_env.scenario.initial import InitialHeadings, InitialPositions, RandomHeadings, Square
-from flockesc_env.scenario.motion import Inertial, Motion
-from flockesc_env.scenario.neighbors import Metric, NeighborRule
-from flockesc_env.scenario.predators import ConstantVelocity, Learned, Predator, Start
-from flockesc_env.scenario.randomization import Distribution
+from flockesc_env.scenario.predators import ConstantVelocity, Learned, Predator, Start, approach
 
 
 @dataclass(frozen=True)
@@ -79,33 +76,46 @@ class FlockScenario(Document):
     mass: float | tuple[float, ...] = 0.1
     speed: float | tuple[float, ...] = 10.0
     initial_side: float = 100.0
-    initial_positions: InitialPositions = Square()  # noqa: RUF009, frozen
-    initial_headings: InitialHeadings = RandomHeadings()  # noqa: RUF009, frozen
+    initial_positions: parts.InitialPositions = parts.Square()  # noqa: RUF009, frozen
+    initial_headings: parts.InitialHeadings = parts.RandomHeadings()  # noqa: RUF009, frozen
     initial_plane: bool = False
     predator_range: float = 30.0
     repulsion_strength: float | tuple[float, ...] = 10.0
     alignment_strength: float | tuple[float, ...] = 1.0
-    motion: Motion = Inertial()  # noqa: RUF009, frozen
+    motion: parts.Motion = parts.Inertial()  # noqa: RUF009, frozen
     angular_noise: float = 0.0
     sensing_noise: float = 0.0
     sensing_delay: int = 0
     constant_speed: bool = True
     capture_radius: float | None = None
     predators: tuple[Predator, ...] = (ConstantVelocity(),)
-    neighbor_rule: NeighborRule = Metric()  # noqa: RUF009, frozen
+    neighbor_rule: parts.NeighborRule = parts.Metric()  # noqa: RUF009, frozen
     blind_angle: float = 0.0
     mutual: bool = False
     frozen_graph: bool = False
     blocks_warnings: bool = False
     periodic_side: float | None = None
-    randomization: tuple[Distribution, ...] = ()
+    randomization: tuple[parts.Distribution, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.dimension not in {2, 3}:
             raise InputError("dimension", "2 or 3", self.dimension)
-        predators = tuple(_with_start(each, k, self.dimension) for k, each in enumerate(self.predators))
-        object.__setattr__(self, "predators", predators)
+        predators = list(self.predators)
+        position, velocity = approach(dimension=self.dimension)
+        for index, each in enumerate(predators):
+            if isinstance(each, Start):
+                start: dict[str, Any] = {
+                    "position": position if each.position is None else each.position,
+                    "velocity": velocity if each.velocity is None else each.velocity,
+                }
+                for name, vector in start.items():
+                    if len(vector) != self.dimension:
+                        field = f"predators[{index}].{each.kind}.{name}"
+                        expected = f"{self.dimension} numbers, because the dimension is {self.dimension}"
+                        raise InputError(field, expected, shown(vector))
+                predators[index] = dataclasses.replace(each, **start)
+        object.__setattr__(self, "predators", tuple(predators))
         _core.check_flock_scenario(self.to_json())
 
     @property
@@ -140,18 +150,3 @@ class FlockScenario(Document):
             if not isinstance(predator, Learned):
                 learned[index] = Learned(position=predator.position, velocity=predator.velocity)
         return self.replace(predators=tuple(learned))
-
-
-def _with_start(predator: Predator, index: int, dimension: int) -> Predator:
-    """Return a predator whose position and velocity are not ``None``, after a check of their dimension."""
-    if not isinstance(predator, Start):
-        return predator
-    position, velocity = approach(dimension=dimension)
-    position = position if predator.position is None else predator.position
-    velocity = velocity if predator.velocity is None else predator.velocity
-    for name, vector in (("position", position), ("velocity", velocity)):
-        if len(vector) != dimension:
-            field = f"predators[{index}].{predator.kind}.{name}"
-            expected = f"{dimension} numbers, because the dimension is {dimension}"
-            raise InputError(field, expected, shown(vector))
-    return dataclasses.replace(predator, position=position, velocity=velocity)

@@ -13,7 +13,7 @@ from flockesc_env.common.array_files import read_npy, read_npz
 from flockesc_env.common.checks import FloatArray, as_floats, as_path, parse_number
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.files import suffix_of
-from flockesc_env.scenario.initial import GivenHeadings, GivenPositions
+from flockesc_env.scenario.parts import GivenHeadings, GivenPositions
 
 _COLUMNS = {
     2: ("x", "y"),
@@ -49,7 +49,7 @@ def read_initial_state(path: str | Path) -> dict[str, Any]:
     state: dict[str, Any] = {
         "num_agents": positions.shape[0],
         "dimension": positions.shape[1],
-        "initial_positions": GivenPositions(_rows(positions)),
+        "initial_positions": GivenPositions(tuple(map(tuple, positions.tolist()))),
     }
     if "velocities" in arrays:
         field = f"{path}: velocities"
@@ -57,24 +57,35 @@ def read_initial_state(path: str | Path) -> dict[str, Any]:
         at_rest = np.flatnonzero(~velocities.any(axis=1))
         if at_rest.size:
             raise InputError(f"{field}[{at_rest[0]}]", "a nonzero vector", "0")
-        state["initial_headings"] = GivenHeadings(_rows(velocities))
+        state["initial_headings"] = GivenHeadings(tuple(map(tuple, velocities.tolist())))
     return state
 
 
 def _read(path: Path) -> dict[str, NDArray[Any]]:
     """Return the arrays of a file: ``positions`` and, if present, ``velocities``."""
-    readers = {".csv": _read_csv, ".npy": _read_npy, ".npz": _read_npz}
-    suffix = suffix_of(path)
-    if suffix not in readers:
-        raise InputError(str(path), f"a file that ends in {' or '.join(readers)}", shown(path.suffix))
-    return readers[suffix](path)
+    suffix, form = suffix_of(path), f"an initial state ({path.suffix})"
+    if suffix == ".npz":
+        arrays = read_npz(path, form)
+        if "positions" not in arrays or not arrays.keys() <= {"positions", "velocities"}:
+            expected = "the arrays positions and, optionally, velocities"
+            raise InputError(str(path), expected, ", ".join(arrays) or "none")
+        return arrays
+    if suffix not in {".csv", ".npy"}:
+        raise InputError(str(path), "a file that ends in .csv or .npy or .npz", shown(path.suffix))
+    table = read_npy(path, form) if suffix == ".npy" else _read_csv(path, form)
+    if table.ndim != 2 or table.shape[1] not in _COLUMNS:
+        raise InputError(str(path), _TABLE, f"shape {table.shape}")
+    if table.shape[1] <= 3:
+        return {"positions": table}
+    positions, velocities = np.hsplit(table, 2)
+    return {"positions": positions, "velocities": velocities}
 
 
-def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
+def _read_csv(path: Path, form: str) -> NDArray[Any]:
     try:
         head, *lines = path.read_text(encoding="utf-8-sig").splitlines() or [""]
     except UnicodeDecodeError as error:
-        raise InputError(str(path), _form(path), error) from None
+        raise InputError(str(path), form, error) from None
     names = tuple(name.strip() for name in head.split(","))
     if names not in _COLUMNS.values():
         raise InputError(str(path), f"the first line {_HEADS}", shown(head))
@@ -89,32 +100,7 @@ def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
         rows += [row] if row else []
     if not rows:
         raise InputError(str(path), _TABLE, "no rows")
-    return _split(np.array(rows), path)
-
-
-def _read_npy(path: Path) -> dict[str, NDArray[Any]]:
-    return _split(read_npy(path, _form(path)), path)
-
-
-def _read_npz(path: Path) -> dict[str, NDArray[Any]]:
-    arrays = read_npz(path, _form(path))
-    if "positions" not in arrays or not arrays.keys() <= {"positions", "velocities"}:
-        expected = "the arrays positions and, optionally, velocities"
-        raise InputError(str(path), expected, ", ".join(arrays) or "none")
-    return arrays
-
-
-def _form(path: Path) -> str:
-    return f"an initial state ({path.suffix})"
-
-
-def _split(table: NDArray[Any], path: Path) -> dict[str, NDArray[Any]]:
-    if table.ndim != 2 or table.shape[1] not in _COLUMNS:
-        raise InputError(str(path), _TABLE, f"shape {table.shape}")
-    if table.shape[1] <= 3:
-        return {"positions": table}
-    positions, velocities = np.hsplit(table, 2)
-    return {"positions": positions, "velocities": velocities}
+    return np.array(rows)
 
 
 def _vectors(array: NDArray[Any], field: str, shape: tuple[int, ...] | None = None) -> FloatArray:
@@ -122,7 +108,3 @@ def _vectors(array: NDArray[Any], field: str, shape: tuple[int, ...] | None = No
     if vectors.ndim != 2 or not len(vectors) or vectors.shape[1] not in {2, 3}:
         raise InputError(field, "shape (n, 2) or (n, 3) with n >= 1", f"shape {vectors.shape}")
     return vectors
-
-
-def _rows(vectors: FloatArray) -> tuple[tuple[float, ...], ...]:
-    return tuple(map(tuple, vectors.tolist()))

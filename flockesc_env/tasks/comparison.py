@@ -1,29 +1,20 @@
-"""``compare``: policies beside the best fixed range, on held-out flocks; needs the extra ``analysis``."""
+"""``Comparison``: policies beside the best fixed range, on held-out flocks; needs the extra ``analysis``."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
-
-import numpy as np
+from typing import TYPE_CHECKING, Final
 
 from flockesc_env.common import stats
 from flockesc_env.common.array_files import write_table
-from flockesc_env.common.checks import as_choice, as_count
-from flockesc_env.common.errors import errors_at
-from flockesc_env.common.extras import data_frame, require
+from flockesc_env.common.extras import data_frame
 from flockesc_env.common.files import write_text
-from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.models.sweep import FLOCK_RANGES, LINE_RANGES, FlockSweepResult, LineSweepResult, sweep
-from flockesc_env.policies.base import BasePolicy
-from flockesc_env.policies.registry import as_policy
-from flockesc_env.policies.rollout import rollout
+from flockesc_env.models.sweep import FLOCK_RANGES, LINE_RANGES, FlockSweepResult, LineSweepResult
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.tasks.definition import TaskDefinition
-from flockesc_env.tasks.fitting import fitted
 
 if TYPE_CHECKING:
     import polars as pl
@@ -50,7 +41,7 @@ class ComparisonRow:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """The objectives of policies on the same flocks. Printing it is the table.
+    """The objectives of policies on the same flocks; see ``Task.compare``. Printing it is the table.
 
     Attributes:
         task: the task.
@@ -109,42 +100,6 @@ class Comparison:
     __repr__ = __str__
 
 
-def compare(
-    task: TaskDefinition,
-    policies: Sequence[Any],
-    *,
-    scenario: str | None = None,
-    num_flocks: int = 200,
-    num_threads: int | None = None,
-) -> Comparison:
-    """Play the best fixed range, the shortcut and policies on held-out flocks; see ``Task.compare``."""
-    require("analysis", ["scipy"])
-    seeds = task.seeds[: as_count(num_flocks, "num_flocks", most=len(task.seeds))]
-    name = as_choice(scenario or next(iter(task.scenarios)), "scenario", task.scenarios)
-    model, best = task.scenarios[name], task.scales[name].best_fixed_range
-    entries = [entry_of(policy, task) for policy in (task.shortcut.policy, *policies)]
-    ranges = np.union1d(grid_of(task), best)
-    with progress_bar("Fixed ranges", ranges.size * len(seeds)) as report:
-        search: Any = sweep(model, ranges, seeds, num_threads=num_threads, progress=report)
-    fixed = f"best fixed range ({best:g}{task.spec.unit and ' m'})"
-    values = {fixed: task.spec.values(search)[ranges.searchsorted(best)]}
-    values[ORACLE] = search.hindsight_oracle(task.spec.name)
-    for entry in {entry.name: entry for entry in entries}.values():
-        with progress_bar(f"Policy {entry.name}", len(seeds)) as report:
-            episodes = rollout(model, entry, seeds, num_threads=num_threads, progress=report)
-        values[entry.name] = task.spec.values(episodes)
-    return Comparison(task, name, search, values)
-
-
 def grid_of(task: TaskDefinition) -> tuple[float, ...]:
     """Return the fixed ranges among which the best one of a task is chosen."""
     return LINE_RANGES if isinstance(task.scenario, LineScenario) else FLOCK_RANGES
-
-
-def entry_of(policy: Any, task: TaskDefinition) -> BasePolicy:
-    """Return a policy, given as for ``Task.compare``, as it plays a task, with the task's objective."""
-    found = as_policy(policy)
-    with errors_at(f"{found.name}: "):
-        entry = fitted(found, task)
-    is_line = isinstance(task.scenario, LineScenario)
-    return entry if is_line else entry.with_options(**{"objective": task.spec.name, **(entry.options or {})})

@@ -59,7 +59,12 @@ def record_episodes(
     names = [re.sub(r"[^A-Za-z0-9_]+", "-", stem) for stem in stems]
     if len({"episodes", "policies", *names}) < 2 + len(names):
         raise InputError("policies", "different names, not episodes or policies", ", ".join(names))
-    entries = [_fitted(policy, task) for policy in policies]
+    entries = []
+    for policy in policies:
+        with errors_at(f"{policy.spec}: "):
+            entries.append(copy(fitted(policy.policy, task)))
+        own = {name: value for name, value in (entries[-1].options or {}).items() if name not in UNOBSERVED}
+        entries[-1].options = {**task.options, **own}  # those of the environment in which it plays
     output.mkdir(parents=True, exist_ok=True)
     ends, facts = [], []
     with TemporaryDirectory(dir=output) as folder, TemporaryDirectory(dir=output) as scratch:
@@ -84,16 +89,6 @@ def record_episodes(
         pl.DataFrame(facts, columns, orient="row").write_parquet(Path(folder, "policies.parquet"))
         for file in Path(folder).iterdir():
             file.rename(output / file.name)
-
-
-def _fitted(policy: LoadedPolicy, task: Task) -> BasePolicy:
-    """Return a policy with the options of the environment in which it plays."""
-    with errors_at(f"{policy.spec}: "):
-        entry = fitted(policy.policy, task)
-    own = {name: value for name, value in (entry.options or {}).items() if name not in UNOBSERVED}
-    made = copy(entry)
-    made.options = {**task.options, **own}
-    return made
 
 
 def _play(name: str, policy: BasePolicy, spec: Any, env: Any, task: Task, seed: int) -> tuple[Any, Any]:

@@ -11,8 +11,7 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.policies import rules
 from flockesc_env.policies.base import BasePolicy
-from flockesc_env.policies.files import Stored
-from flockesc_env.policies.ranges import FixedRange, RandomRange, ScheduledRange
+from flockesc_env.policies.registry import Stored
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.tasks.definition import TaskDefinition
 
@@ -23,25 +22,24 @@ _ABOUT = ("name", "per_agent", "options", "scenario")
 """Attributes of every policy that are not its numbers."""
 
 _ROW_BY_ROW = (
-    *(*get_args(Stored), FixedRange, RandomRange, ScheduledRange),
+    *(*get_args(Stored), rules.FixedRange, rules.RandomRange, rules.ScheduledRange),
     *(rules.BestCandidate, rules.BestNextHeading, rules.ListenWhileFleeing, rules.StubbornLeaders),
 )
 
 
 def fitted(policy: BasePolicy, task: TaskDefinition) -> BasePolicy:
-    """Return a policy as it plays a task, after ``check_fits``.
+    """Return a policy as it plays a task, with the task's objective, after ``check_fits``.
 
     A policy without options and ``RandomRange`` take the view and the options of the task. ``FixedRange``
     also does, but keeps its range: the best fixed range may be longer than the task's ``max_range``. A rule
     that nobody trained keeps what it observes, and takes the task's ``max_range`` and ``steps_per_action``.
     """
-    if policy.options is None or isinstance(policy, FixedRange | RandomRange):
-        own = policy.default_options(task.scenario) if isinstance(policy, FixedRange) else {}
+    if policy.options is None or isinstance(policy, rules.FixedRange | rules.RandomRange):
+        own = policy.default_options(task.scenario) if isinstance(policy, rules.FixedRange) else {}
         return policy.with_options(per_agent=task.per_agent, **{**task.options, **own})
     check_fits(policy, task)
-    if _is_bound(policy):
-        return policy.with_options(**{name: task.options[name] for name in ("max_range", "steps_per_action")})
-    return policy
+    taken = {"objective", *(("max_range", "steps_per_action") if _is_bound(policy) else ())}
+    return policy.with_options(**{name: task.options[name] for name in taken & task.options.keys()})
 
 
 def check_fits(policy: BasePolicy, task: TaskDefinition) -> None:

@@ -27,6 +27,13 @@ from flockesc_env.tasks.task import Task, tasks
 RESAMPLES: Final = 2000
 _THRESHOLDS: Final = np.linspace(-0.5, 1.2, 171)
 
+_LEGEND: Final = """
+Scores have 95 % t intervals over training seeds and flocks. With one seed they cover the flocks.
+They include the error of score 1, where the reference does not play all flocks.
+*Better than the next* is the probability of improvement. It and the figures over all tasks have
+stratified bootstrap intervals over training seeds (rliable).
+"""
+
 
 @dataclass(frozen=True)
 class Row:
@@ -68,11 +75,16 @@ def rows(results: Sequence[Result]) -> dict[str, list[Row]]:
     """Return the rows of every task, the highest score first; each learner may have one result on a task."""
     found: dict[str, list[Row]] = {}
     for task in dict.fromkeys(result.task for result in results):
-        ranked = sorted((one for one in results if one.task == task), key=lambda one: -one.scores().mean())
-        names = [one.learner for one in ranked]
+        for result in (one for one in results if one.task == task):
+            own = result.scores()
+            mean, low, high = (float(end[0]) for end in intervals(scores_of(result)[np.newaxis]))
+            score = with_reference_error(Estimate(mean, low, high), tasks[task])
+            iqm, worst, best = float(metrics.aggregate_iqm(own)), float(own.min()), float(own.max())
+            found.setdefault(task, []).append(Row(result, score, iqm, worst, best))
+        found[task].sort(key=lambda row: -row.score.mean)
+        names = [row.result.learner for row in found[task]]
         if len(set(names)) < len(names):
             raise InputError("results", f"one result per learner on {task}", ", ".join(names))
-        found[task] = list(map(_row, ranked))
     return found
 
 
@@ -85,20 +97,24 @@ def aggregates(results: Sequence[Result]) -> list[Aggregate]:
     found: dict[str, FloatArray] = {}
     for learner in dict.fromkeys(result.learner for result in results):
         own = {result.task: result.scores() for result in results if result.learner == learner}
-        if set(own) == set(names):
-            seeds = min(map(len, own.values()))
-            if seeds < 2:  # a bootstrap of one seed has no width
-                continue
+        seeds = min(map(len, own.values()))
+        if set(own) == set(names) and seeds > 1:  # a bootstrap of one seed has no width
             found[learner] = np.stack([own[name][:seeds] for name in names], axis=1)
     if not found:
         return []
-    points, ends = _bootstrap(found, _aggregate)
+    points, ends = _bootstrap(
+        found, lambda scores: np.array([metrics.aggregate_iqm(scores), metrics.aggregate_mean(scores)])
+    )
     entries = [Aggregate(name, len(found[name]), *estimates(points[name], *ends[name])) for name in found]
     return sorted(entries, key=lambda entry: -entry.iqm.mean)
 
 
-def profiles(results: Sequence[Result]) -> Figure:
-    """Return a figure with one panel per task: the share of episodes whose score is above each threshold."""
+@figure_style()
+def write_figure(results: Sequence[Result], path: Path) -> None:
+    """Write a figure (png) with a panel per task: the share of episodes whose score is above each threshold.
+
+    An existing file is replaced atomically.
+    """
     names, learners = (list(dict.fromkeys(map(attrgetter(name), results))) for name in ("task", "learner"))
     columns = min(3, len(names))
     figure = Figure(figsize=(4 * columns + 2, 3 * -(-len(names) // columns)), layout="constrained")
@@ -106,55 +122,38 @@ def profiles(results: Sequence[Result]) -> Figure:
     for index, name in enumerate(names):
         axes = figure.add_subplot(-(-len(names) // columns), columns, index + 1)
         for result in (one for one in results if one.task == name):
-            found, at = profile(scores_of(result), _THRESHOLDS), learners.index(result.learner)
+            share, low, high = profile(scores_of(result), _THRESHOLDS)
+            at = learners.index(result.learner)
             style: Any = {"color": f"C{at}", "linestyle": ("-", "--", ":", "-.")[at // 10 % 4]}
-            (lines[result.learner],) = axes.plot(_THRESHOLDS, found.share, **style)
-            axes.fill_between(_THRESHOLDS, found.low, found.high, color=f"C{at}", alpha=0.2)
+            (lines[result.learner],) = axes.plot(_THRESHOLDS, share, **style)
+            axes.fill_between(_THRESHOLDS, low, high, color=f"C{at}", alpha=0.2)
         axes.set(title=name, xlabel="score", ylabel="share of episodes above", ylim=(0, 1))
     figure.legend([lines[name] for name in learners], learners, loc="outside right upper", fontsize="small")
-    return figure
+    with atomic_write(path) as file:
+        figure.savefig(file, format="png", dpi=150)
 
 
 def page(results: Sequence[Result]) -> str:
     """Return the comparison as Markdown."""
     lines = ["# Report", ""]
-    tasks = rows(results)
-    for task, entries in tasks.items():
+    for task, entries in rows(results).items():
         lines += [f"## {task}", ""]
         lines += ["| learner | seeds | score | IQM | worst to best seed | better than the next |"]
+        lines += ["|---|---|---|---|---|---|"]
         better = [improvement(one.result, other.result) for one, other in pairwise(entries)]
-        lines += ["|---|---|---|---|---|---|", *map(_line, entries, [*better, None]), ""]
+        for row, chance in zip(entries, [*better, None], strict=True):
+            mark = " (played by its author's code)" if row.result.is_code else ""
+            lines.append(
+                f"| {row.result.learner}{mark} | {len(row.result.policies)} | {row.score:.3f} | {row.iqm:.3f}"
+                f" | {row.low:.3f} to {row.high:.3f} | {chance or '-'} |"
+            )
+        lines.append("")
     if totals := aggregates(results):
-        lines += [
-            f"## All {len({result.task for result in results})} tasks",
-            "",
-            "| learner | seeds | IQM | mean |",
-            "|---|---|---|---|",
-        ]
+        lines += [f"## All {len({result.task for result in results})} tasks", ""]
+        lines += ["| learner | seeds | IQM | mean |", "|---|---|---|---|"]
         lines += [f"| {entry.learner} | {entry.seeds} | {entry.iqm} | {entry.mean} |" for entry in totals]
-        lines += [""]
-    lines += [
-        "Scores have 95 % t intervals over training seeds and flocks. With one seed they cover the flocks.",
-        "They include the error of score 1, where the reference does not play all flocks.",
-        "*Better than the next* is the probability of improvement. It and the figures over all tasks have",
-        "stratified bootstrap intervals over training seeds (rliable).",
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def _line(row: Row, better: Estimate | None) -> str:
-    mark = " (played by its author's code)" if row.result.is_code else ""
-    return (
-        f"| {row.result.learner}{mark} | {len(row.result.policies)} | {row.score:.3f} | {row.iqm:.3f}"
-        f" | {row.low:.3f} to {row.high:.3f} | {better or '-'} |"
-    )
-
-
-def _row(result: Result) -> Row:
-    own = result.scores()
-    mean, low, high = (float(end[0]) for end in intervals(scores_of(result)[np.newaxis]))
-    score = with_reference_error(Estimate(mean, low, high), tasks[result.task])
-    return Row(result, score, float(metrics.aggregate_iqm(own)), float(own.min()), float(own.max()))
+        lines.append("")
+    return "\n".join(lines) + _LEGEND
 
 
 def with_reference_error(estimate: Estimate, task: Task) -> Estimate:
@@ -187,14 +186,3 @@ def _bootstrap(scores: Mapping[str, Any], statistic: Callable[..., Any]) -> tupl
         filterwarnings("ignore", "random_state is deprecated", FutureWarning)  # from a library of rliable
         found: tuple[Any, Any] = get_interval_estimates(scores, statistic, reps=RESAMPLES, random_state=rng)
     return found
-
-
-def _aggregate(scores: FloatArray) -> FloatArray:
-    return np.array([metrics.aggregate_iqm(scores), metrics.aggregate_mean(scores)])
-
-
-@figure_style()
-def write_figure(results: Sequence[Result], path: Path) -> None:
-    """Write the figure of ``profiles``; an existing file is replaced atomically."""
-    with atomic_write(path) as file:
-        profiles(results).savefig(file, format="png", dpi=150)

@@ -17,10 +17,8 @@ from msgspec import Meta
 from flockesc_env.common.checks import FloatArray, parse_json
 from flockesc_env.common.errors import InputError, errors_at, shown
 from flockesc_env.common.files import suffix_of, write_text
-from flockesc_env.policies.files import SUFFIX as POLICY_SUFFIX
-from flockesc_env.policies.registry import load_policy
+from flockesc_env.policies.registry import SUFFIX as POLICY_SUFFIX
 from flockesc_env.tasks.definition import FLOCKS, VERSION
-from flockesc_env.tasks.fitting import content
 from flockesc_env.tasks.task import Task, tasks
 
 SUFFIX: Final = ".json"
@@ -139,25 +137,32 @@ def is_file(policy: str) -> bool:
 
 def check_source(policy: str, sha256: str) -> None:
     """Check where a result says that a policy comes from: one text per file, below the result's folder."""
-    path = PurePosixPath(policy)
-    if is_file(policy) and (path.is_absolute() or ".." in path.parts or str(path) != policy):
-        expected = "a relative path of a file in or below the result's folder, such as policies/ppo-0.npz"
-        raise InputError("policy", expected, shown(policy))
-    if not re.fullmatch(r"[0-9a-f]{64}" if is_file(policy) else "", sha256):
-        expected = "64 hexadecimal digits" if is_file(policy) else "no checksum for a policy without a file"
+    path, pattern, expected = PurePosixPath(policy), "", "no checksum for a policy without a file"
+    if is_file(policy):
+        if path.is_absolute() or ".." in path.parts or str(path) != policy:
+            place = "a relative path of a file in or below the result's folder, such as policies/ppo-0.npz"
+            raise InputError("policy", place, shown(policy))
+        pattern, expected = r"[0-9a-f]{64}", "64 hexadecimal digits"
+    if not re.fullmatch(pattern, sha256):
         raise InputError("sha256", expected, shown(sha256))
 
 
 def check_different(contents: Sequence[tuple[str, Any]]) -> None:
-    """Check that no policy counts as two training seeds.
-
-    Args:
-        contents: the text that names every policy, and what is compared.
-    """
+    """Check that no policy counts as two training seeds: the name of each, and what is compared."""
     for at, (name, own) in enumerate(contents):
         for other, same in contents[:at]:
             if own == same:
                 raise InputError("policies", "different policies", f"one of them twice ({other} and {name})")
+
+
+def check_training(training: Training | None, policies: int) -> None:
+    """Check that there is one training seed and one time per policy."""
+    if training is None:
+        return
+    if not len(set(training.seeds)) == len(training.seeds) == policies:
+        raise InputError("training.seeds", f"{policies} different seeds, one per policy", training.seeds)
+    if len(training.cpu_minutes) != policies:
+        raise InputError("training.cpu_minutes", f"{policies} numbers, one per policy", training.cpu_minutes)
 
 
 def _check(result: Result) -> None:
@@ -175,40 +180,17 @@ def _check(result: Result) -> None:
     for index, policy in enumerate(result.policies):
         with errors_at(f"policies[{index}]."):
             check_source(policy.policy, policy.sha256)
-        _check_objectives(policy, task, f"policies[{index}].objectives")
-    check_different([(policy.policy, _content(policy, task)) for policy in result.policies])
+            _check_objectives(policy, task)
+    check_different([(policy.policy, policy.sha256 or policy.policy) for policy in result.policies])
     check_training(result.training, len(result.policies))
 
 
-def _content(policy: PolicyResult, task: Task) -> Any:
-    """Return what tells policies apart without their files: checksums, or ``content`` of built-in ones."""
-    if is_file(policy.policy):
-        return policy.sha256
-    try:
-        return content(load_policy(policy.policy), task)
-    except InputError:  # code, or a rule that does not fit
-        return policy.policy
-
-
-def check_training(training: Training | None, policies: int) -> None:
-    """Check the numbers of a training, and that there is one seed and one time per policy."""
-    if training is None:
-        return
-    try:
-        msgspec.convert(msgspec.to_builtins(training), Training)
-    except msgspec.ValidationError as error:
-        raise InputError("training", "numbers of a training", error) from None
-    if not len(set(training.seeds)) == len(training.seeds) == policies:
-        raise InputError("training.seeds", f"{policies} different seeds, one per policy", training.seeds)
-    if len(training.cpu_minutes) != policies:
-        raise InputError("training.cpu_minutes", f"{policies} numbers, one per policy", training.cpu_minutes)
-
-
-def _check_objectives(policy: PolicyResult, task: Task, field: str) -> None:
+def _check_objectives(policy: PolicyResult, task: Task) -> None:
     if set(policy.objectives) != set(task.scales):
-        raise InputError(field, f"the scenarios {', '.join(task.scales)}", ", ".join(policy.objectives))
+        expected = f"the scenarios {', '.join(task.scales)}"
+        raise InputError("objectives", expected, ", ".join(policy.objectives))
     for name, values in policy.objectives.items():
         finite, given = sum(map(math.isfinite, values)), len(values)
         if not finite == given == len(FLOCKS):
             expected = f"{len(FLOCKS)} finite numbers"
-            raise InputError(f"{field}.{name}", expected, f"{finite} finite of {given}")
+            raise InputError(f"objectives.{name}", expected, f"{finite} finite of {given}")

@@ -14,11 +14,9 @@ from flockesc_env.common.checks import FloatArray, as_count, as_seed, as_seeds
 from flockesc_env.common.errors import InputError, errors_at, shown
 from flockesc_env.models.records import versions
 from flockesc_env.policies.base import BasePolicy
-from flockesc_env.policies.files import parse_policy
-from flockesc_env.policies.ranges import RandomRange
-from flockesc_env.policies.registry import load_policy
+from flockesc_env.policies.registry import load_policy, parse_policy
 from flockesc_env.policies.rollout import rollout
-from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.policies.rules import RandomRange
 from flockesc_env.tasks import results
 from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.fitting import content, fitted, is_checkable
@@ -64,11 +62,8 @@ class LoadedPolicy(NamedTuple):
 
 
 def play(policy: BasePolicy, task: Task, scenario: str, flocks: Sequence[int]) -> FloatArray:
-    """Play a policy with its own options in a scenario of a task; return the objective, shape (flocks,)."""
-    model = task.scenarios[scenario]
-    options = {"objective": task.spec.name} if isinstance(model, FlockScenario) else {}
-    policy = policy.with_options(**{**options, **(policy.options or {})})
-    return task.spec.values(rollout(model, policy, flocks))
+    """Play a policy of ``fitted`` in a scenario of a task; return the objective, shape (flocks,)."""
+    return task.spec.values(rollout(task.scenarios[scenario], policy, flocks))
 
 
 def score(
@@ -96,10 +91,13 @@ def score(
             or below the folder of ``output``, or the training does not have one seed per policy.
     """
     results.check_training(training, len(policies))
-    folder = Path() if output is None else output.parent
+    folder = (Path() if output is None else output.parent).resolve()
     fitting = []
     for spec, sha256, policy in policies:
-        source = _relative(Path(spec), folder) if sha256 else spec
+        source = spec
+        if sha256:  # a link to a file stays itself
+            path = Path(spec).parent.resolve() / Path(spec).name
+            source = Path(os.path.relpath(path, folder)).as_posix()
         with errors_at(f"{spec}: "):
             fitting.append((source, fitted(policy, task)))
             if output is not None:
@@ -116,7 +114,10 @@ def score(
         task_sha256=task.sha256,
         flocks=(FLOCKS.start, len(FLOCKS)),
         learner=learner,
-        is_code=not all(map(_is_reproducible, policies)),
+        is_code=not all(  # others can play a file or a built-in policy that computes rows one by one
+            (sha256 or ":" not in spec or spec.startswith("fixed:")) and is_checkable(policy)
+            for spec, sha256, policy in policies
+        ),
         policies=found,
         training=training,
         versions=versions(),
@@ -151,63 +152,50 @@ def verify(
     """
     result = results.read_result(path)
     task = tasks[result.task]
-    drawn = [seed - FLOCKS.start for seed in (FLOCKS if flocks is None else as_seeds(flocks, "flocks"))]
-    if not set(drawn) <= {*range(len(FLOCKS))}:
+    seeds = list(FLOCKS) if flocks is None else as_seeds(flocks, "flocks")
+    if not set(seeds) <= {*FLOCKS}:
         raise InputError("flocks", f"seeds from {FLOCKS[0]} to {FLOCKS[-1]}", shown(flocks))
-    found = [_find(policy, task, path, f"policies[{at}]") for at, policy in enumerate(result.policies)]
+    drawn = [seed - FLOCKS.start for seed in seeds]
+    found = []
+    for index, policy in enumerate(result.policies):
+        with errors_at(f"{path}: policies[{index}]"):
+            found.append(_find(policy, path.parent))
+            with errors_at(": "):
+                fitted(found[-1].policy, task)
     with errors_at(f"{path}: "):
         results.check_different([(one.spec, one.content(task)) for one in found])
     for index, (policy, one) in enumerate(zip(result.policies, found, strict=True)):
-        field = f"{path}: policies[{index}]"
         report(policy.policy)
         playing = fitted(one.policy, task)
         for name, recorded in policy.objectives.items():
-            played = _played(playing, task, name, drawn)
+            if isinstance(playing, RandomRange):  # its numbers depend on all flocks before
+                played = play(playing, task, name, FLOCKS)[drawn]
+            else:
+                played = play(playing, task, name, seeds)
             given = np.array(recorded)[drawn]
             differs = np.flatnonzero(played.view(np.int64) != given.view(np.int64))
             if len(differs):
                 named = ", ".join(
-                    f"flock {FLOCKS[drawn[at]]}: {float(given[at])!r}, played {float(played[at])!r}"
+                    f"flock {seeds[at]}: {float(given[at])!r}, played {float(played[at])!r}"
                     for at in differs[:_SHOWN]
                 )
                 expected = f"objectives in {name} with the bits that {policy.policy} reaches"
-                raise InputError(field, expected, f"{len(differs)} of {len(drawn)} others ({named})")
+                others = f"{len(differs)} of {len(drawn)} others ({named})"
+                raise InputError(f"{path}: policies[{index}]", expected, others)
     return result
 
 
-def _played(policy: BasePolicy, task: Task, scenario: str, drawn: Sequence[int]) -> FloatArray:
-    """Return the objectives of some flocks; the numbers of a random policy depend on all flocks before."""
-    if isinstance(policy, RandomRange):
-        return play(policy, task, scenario, FLOCKS)[drawn]
-    return play(policy, task, scenario, [FLOCKS[at] for at in drawn])
-
-
-def _find(policy: results.PolicyResult, task: Task, path: Path, field: str) -> LoadedPolicy:
-    """Return a policy of the result at ``path``, after a check of its file."""
-    spec = str(path.parent / policy.policy) if results.is_file(policy.policy) else policy.policy
+def _find(policy: results.PolicyResult, folder: Path) -> LoadedPolicy:
+    """Return a policy of a result in ``folder``, after a check of its file."""
+    is_file = results.is_file(policy.policy)
     try:
-        found = LoadedPolicy.of(spec)
+        found = LoadedPolicy.of(str(folder / policy.policy) if is_file else policy.policy)
     except InputError:
-        if results.is_file(spec):
-            raise InputError(f"{path}: {field}", "an existing policy file", shown(policy.policy)) from None
-        expected = "a policy file or the name of a policy, which can be played again"
-        given = f"{shown(policy.policy)}, played by its author's code"
-        raise InputError(f"{path}: {field}", expected, given) from None
+        expected, given = "an existing policy file", shown(policy.policy)
+        if not is_file:
+            expected = "a policy file or the name of a policy, which can be played again"
+            given += ", played by its author's code"
+        raise InputError("", expected, given) from None
     if found.sha256 != policy.sha256:
-        expected = f"{policy.policy} with the sha256 {policy.sha256}"
-        raise InputError(f"{path}: {field}", expected, found.sha256)
-    with errors_at(f"{path}: {field}: "):
-        fitted(found.policy, task)
+        raise InputError("", f"{policy.policy} with the sha256 {policy.sha256}", found.sha256)
     return found
-
-
-def _is_reproducible(policy: LoadedPolicy) -> bool:
-    """Return whether others can play a policy: it is a file or built-in, and computes rows one by one."""
-    spec = policy.spec
-    is_given = bool(policy.sha256) or ":" not in spec or spec.startswith("fixed:")
-    return is_given and is_checkable(policy.policy)
-
-
-def _relative(path: Path, folder: Path) -> str:
-    """Return the path of a file from a folder; a link to a file stays itself."""
-    return Path(os.path.relpath(path.parent.resolve() / path.name, folder.resolve())).as_posix()

@@ -9,55 +9,10 @@ training seeds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from rliable.metrics import aggregate_iqm
 from scipy.stats import t
 
 from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
-
-
-@dataclass(frozen=True)
-class Aggregate:
-    """Figures of one policy over training seeds and flocks, paired flock by flock with a baseline.
-
-    ``iqm`` is the interquartile mean over training seeds of the mean over flocks. ``lowest`` and ``highest``
-    are mean differences of a training seed. ``improvement`` is the share of flocks with a larger objective
-    than under the baseline; ties count half.
-    """
-
-    objective: Estimate
-    iqm: float
-    difference: Estimate
-    lowest: float
-    highest: float
-    improvement: Estimate
-
-
-@dataclass(frozen=True)
-class Profile:
-    """Share of episodes above every threshold, each of shape (thresholds,)."""
-
-    share: FloatArray
-    low: FloatArray
-    high: FloatArray
-
-
-def aggregate(values: FloatArray, baseline: FloatArray) -> Aggregate:
-    """Compute the figures of a policy: values (training seeds, flocks) and a baseline (flocks,)."""
-    difference = values - baseline
-    better = (difference > 0) + 0.5 * (difference == 0)
-    per_seed = difference.mean(axis=1)
-    objective, gain = means(np.stack([values, difference]))
-    return Aggregate(
-        objective=objective,
-        iqm=float(aggregate_iqm(values.mean(axis=1))),
-        difference=gain,
-        lowest=float(per_seed.min()),
-        highest=float(per_seed.max()),
-        improvement=estimates(*_shares(better[np.newaxis]))[0],
-    )
 
 
 def means(scores: FloatArray) -> list[Estimate]:
@@ -69,9 +24,10 @@ def means(scores: FloatArray) -> list[Estimate]:
     return estimates(*intervals(scores))
 
 
-def profile(values: FloatArray, thresholds: FloatArray) -> Profile:
-    """Return the share of episodes above each threshold, with its interval over seeds and flocks."""
-    return Profile(*_shares((values > thresholds[:, None, None]).astype(np.float64)))
+def profile(values: FloatArray, thresholds: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the share of episodes above each threshold, and the ends of its interval, as ``means``."""
+    share, low, high = intervals((values > thresholds[:, None, None]).astype(np.float64))
+    return share, np.maximum(low, 0), np.minimum(high, 1)
 
 
 def difference(values: FloatArray, other: FloatArray) -> Estimate:
@@ -115,12 +71,6 @@ def _seed_parts(scores: FloatArray) -> list[tuple[FloatArray, FloatArray, int]]:
     free = num_seeds - 1
     error = (rest**2).sum(axis=(1, 2)) / (free * (num_flocks - 1)) / (num_seeds * num_flocks)
     return [(by_seed[:, :, 0].var(axis=1, ddof=1) / num_seeds, error, free)]
-
-
-def _shares(marks: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the intervals of scores from 0 to 1, which end at 0 and 1."""
-    share, low, high = intervals(marks)
-    return share, np.maximum(low, 0), np.minimum(high, 1)
 
 
 def estimates(mean: FloatArray, low: FloatArray, high: FloatArray) -> list[Estimate]:

@@ -11,14 +11,21 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
+import numpy as np
 
-from flockesc_env.common.checks import as_choice
-from flockesc_env.common.errors import InputError, shown_name
+from flockesc_env.common.checks import as_choice, as_count
+from flockesc_env.common.errors import InputError, errors_at, shown_name
+from flockesc_env.common.extras import require
+from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES
+from flockesc_env.models.sweep import sweep
+from flockesc_env.policies.registry import as_policy
+from flockesc_env.policies.rollout import rollout
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.tasks import learners
 from flockesc_env.tasks.definition import FLOCKS, VERSION, Control, Scale, Shortcut, TaskDefinition
+from flockesc_env.tasks.fitting import fitted
 
 if TYPE_CHECKING:
     from flockesc_env.tasks.comparison import Comparison
@@ -56,13 +63,31 @@ class Task(TaskDefinition):
         Raises:
             InputError: if a policy does not fit the task, or an argument is out of bounds.
         """
-        from flockesc_env.tasks.comparison import compare
+        require("analysis", ["scipy"])
+        from flockesc_env.tasks.comparison import ORACLE, Comparison, grid_of  # slow to import
 
-        return compare(self, policies, scenario=scenario, num_flocks=num_flocks, num_threads=num_threads)
+        seeds = self.seeds[: as_count(num_flocks, "num_flocks", most=len(self.seeds))]
+        name = as_choice(scenario or next(iter(self.scenarios)), "scenario", self.scenarios)
+        model, best = self.scenarios[name], self.scales[name].best_fixed_range
+        entries = {}
+        for policy in map(as_policy, (self.shortcut.policy, *policies)):
+            with errors_at(f"{policy.name}: "):
+                entries[policy.name] = fitted(policy, self)
+        ranges = np.union1d(grid_of(self), best)
+        with progress_bar("Fixed ranges", ranges.size * len(seeds)) as report:
+            search: Any = sweep(model, ranges, seeds, num_threads=num_threads, progress=report)
+        fixed = f"best fixed range ({best:g}{self.spec.unit and ' m'})"
+        values = {fixed: self.spec.values(search)[ranges.searchsorted(best)]}
+        values[ORACLE] = search.hindsight_oracle(self.spec.name)
+        for entry in entries.values():
+            with progress_bar(f"Policy {entry.name}", len(seeds)) as report:
+                episodes = rollout(model, entry, seeds, num_threads=num_threads, progress=report)
+            values[entry.name] = self.spec.values(episodes)
+        return Comparison(self, name, search, values)
 
 
 class _Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A task in the file: see ``Task``."""
+    """A task in the file, with names of its scenario and objective: see ``Task``."""
 
     asks: str
     scenario: str
@@ -124,34 +149,24 @@ def read_tasks(text: str) -> dict[str, Task]:
 
 
 def _task(name: str, entry: _Entry, version: str) -> Task:
-    names = [as_choice(one, f"{name}.scenario", PRESETS) for one in (entry.scenario, *entry.scales)]
-    scenarios = {one: PRESETS[one].scenario for one in names}
+    names = (entry.scenario, *entry.scales)
+    scenarios = {one: PRESETS[as_choice(one, f"{name}.scenario", PRESETS)].scenario for one in names}
     model = scenarios[entry.scenario]
     is_line = isinstance(model, LineScenario)
     specs = LINE_OBJECTIVES if is_line else FLOCK_OBJECTIVES
     spec = specs[as_choice(entry.objective, f"{name}.objective", specs)]
     spec.check_defined_in(model)
-    options = dict(entry.options)
-    if not is_line:
-        options["objective"] = entry.objective
     defining = {
         "version": version,
         "flocks": [FLOCKS.start, len(FLOCKS)],
         "scenarios": {one: json.loads(scenario.to_json()) for one, scenario in scenarios.items()},
         "task": msgspec.to_builtins(entry),
     }
-    return Task(
-        name=name,
-        asks=entry.asks,
-        scenario=model,
-        per_agent=entry.per_agent,
-        spec=spec,
-        options=options,
-        samples=entry.samples,
-        shortcut=entry.shortcut,
-        scales=entry.scales,
-        scenarios={one: scenarios[one] for one in entry.scales},
-        controls=entry.controls,
-        seeds=FLOCKS,
-        sha256=hashlib.sha256(json.dumps(defining, sort_keys=True).encode()).hexdigest(),
-    )
+    fields = msgspec.structs.asdict(entry) | {
+        "scenario": model,
+        "scenarios": {one: scenarios[one] for one in entry.scales},
+        "options": entry.options if is_line else {**entry.options, "objective": entry.objective},
+        "sha256": hashlib.sha256(json.dumps(defining, sort_keys=True).encode()).hexdigest(),
+    }
+    del fields["objective"]
+    return Task(name=name, spec=spec, seeds=FLOCKS, **fields)

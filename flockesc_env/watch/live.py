@@ -15,10 +15,9 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import suffix_of
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.base import BasePolicy
-from flockesc_env.policies.files import SUFFIX
 from flockesc_env.policies.network import NetworkPolicy
-from flockesc_env.policies.ranges import FixedRange
-from flockesc_env.policies.registry import policy_file
+from flockesc_env.policies.registry import SUFFIX, policy_file
+from flockesc_env.policies.rules import FixedRange
 from flockesc_env.render.frames import policy_title
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import PRESETS

@@ -7,9 +7,8 @@ from typing import Annotated
 
 from tyro.conf import arg
 
-from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend, Progress
-from flockesc_env.cli.output import note
+from flockesc_env.cli.output import Exit, note
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from studies.flags import prepare

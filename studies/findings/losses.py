@@ -20,7 +20,7 @@ from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.models.sweep import FLOCK_RANGES
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity
-from flockesc_env.scenario.approach import approach
+from flockesc_env.scenario.predators import approach
 from studies.findings.headlines import Headline, share_of
 from studies.measurements import Runner, chunks
 from studies.playing import play_job

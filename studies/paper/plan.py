@@ -10,11 +10,10 @@ from typing import Final
 from flockesc_env.common.checks import as_count
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs.sweeps import OUTCOMES
-from flockesc_env.scenario.approach import approach
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.initial import AlignedHeadings
 from flockesc_env.scenario.line import EscapeForce, LineScenario
-from flockesc_env.scenario.predators import ConstantVelocity, Intercept, PurePursuit
+from flockesc_env.scenario.parts import AlignedHeadings
+from flockesc_env.scenario.predators import ConstantVelocity, Intercept, PurePursuit, approach
 from flockesc_env.scenario.presets import as_scenario
 from studies.measurements import Measurement
 

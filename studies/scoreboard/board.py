@@ -16,7 +16,7 @@ from flockesc_env.common.files import atomic_write
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Arrays
 from flockesc_env.policies import NAMES, load_policy
-from flockesc_env.policies.files import parse_policy
+from flockesc_env.policies.registry import parse_policy
 from flockesc_env.tasks import fitting
 from flockesc_env.tasks.results import Result, Training, read_result, write_result
 from flockesc_env.tasks.scoring import LoadedPolicy, score

@@ -7,9 +7,8 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend
-from flockesc_env.cli.output import note, show
+from flockesc_env.cli.output import Exit, note, show
 from flockesc_env.jobs import Cache
 from studies.flags import prepare
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models.records import versions
-from flockesc_env.policies.files import POLICY_FILE
+from flockesc_env.policies.registry import POLICY_FILE
 from flockesc_env.tasks.learners import learner_of, learners
 from flockesc_env.tasks.task import tasks
 from studies.scoreboard import external

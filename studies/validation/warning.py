@@ -22,7 +22,7 @@ from flockesc_env.episodes.splits import HELD_OUT, TUNING, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, PurePursuit, RandomHeadings, approach
-from flockesc_env.scenario.initial import InitialHeadings
+from flockesc_env.scenario.parts import InitialHeadings
 from studies.measurements import chunks
 from studies.style import letter
 from studies.validation.parts import Verdict, scaled

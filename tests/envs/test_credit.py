@@ -14,7 +14,7 @@ import flockesc_env as fe
 from flockesc_env.envs.pettingzoo import FlockParallelEnv
 from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.scenario import ConstantVelocity, Learned, PurePursuit, Wandering
-from flockesc_env.scenario.neighbors import Topological
+from flockesc_env.scenario.parts import Topological
 
 MAX_RANGE = 12.0
 

@@ -13,7 +13,7 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
-from flockesc_env.policies.predators import Pursue
+from flockesc_env.policies import Pursue
 from flockesc_env.scenario import ConstantVelocity, Learned
 
 BELOW, ABOVE = math.nextafter(SMALLEST, 0), math.nextafter(LARGEST, math.inf)

@@ -12,8 +12,7 @@ import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import run_differences
-from flockesc_env.policies import FixedRange, StubbornLeaders, bind
-from flockesc_env.policies.predators import Pursue
+from flockesc_env.policies import FixedRange, Pursue, StubbornLeaders, bind
 from flockesc_env.scenario import ConstantVelocity, PurePursuit
 
 TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))

@@ -11,7 +11,7 @@ from scipy.stats import kstest
 
 import flockesc_env as fe
 from flockesc_env import scenario as sc
-from flockesc_env.scenario.initial import InitialHeadings, InitialPositions
+from flockesc_env.scenario.parts import InitialHeadings, InitialPositions
 
 Floats = NDArray[np.float64]
 

@@ -20,16 +20,16 @@ from flockesc_env import _core, envs
 from flockesc_env.common.errors import FlockescError
 from flockesc_env.envs._base import FlockEnvironment
 from flockesc_env.episodes import objectives, options
-from flockesc_env.scenario import initial, motion, neighbors, predators, randomization
+from flockesc_env.scenario import parts, predators
 from flockesc_env.scenario.line import EscapeForce
 
 FAMILIES: dict[str, Any] = {
     "predators": predators.Predator,
-    "neighbor_rules": neighbors.NeighborRule,
-    "motions": motion.Motion,
-    "initial_positions": initial.InitialPositions,
-    "initial_headings": initial.InitialHeadings,
-    "distributions": randomization.Distribution,
+    "neighbor_rules": parts.NeighborRule,
+    "motions": parts.Motion,
+    "initial_positions": parts.InitialPositions,
+    "initial_headings": parts.InitialHeadings,
+    "distributions": parts.Distribution,
     "targets": predators.Target,
     "extra_entries": options.ExtraEntries,
     "objectives": objectives.Objective,

@@ -12,7 +12,7 @@ import pytest
 from cli_runs import FLOCKESC, SMALL_FLAGS, TIMEOUT, run_process
 
 from flockesc_env import FlockScenario, sweep
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 
 SWEEP = ["sweep", "--seeds", "0:2", *SMALL_FLAGS]
 

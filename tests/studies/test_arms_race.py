@@ -13,7 +13,7 @@ from flockesc_env import rollout
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.jobs import find_backend
-from flockesc_env.policies.predators import Pursue
+from flockesc_env.policies import Pursue
 from studies.arms_race import race
 from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
 from studies.arms_race.page import ARMS_RACE, load_race, markdown_page

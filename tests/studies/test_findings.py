@@ -12,7 +12,7 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env import FlockScenario, save_policy
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Cache, Job, find_backend
 from flockesc_env.models.sweep import FLOCK_RANGES

@@ -16,7 +16,7 @@ import reference
 from cli_runs import Ran
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line, sweep
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 from flockesc_env.common import stats
 from flockesc_env.jobs import Arrays
 from flockesc_env.models import LineSweepResult

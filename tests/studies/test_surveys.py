@@ -9,7 +9,7 @@ import pytest
 from cli_runs import Ran
 
 from flockesc_env import PRESETS, FlockScenario, simulate, sweep
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 from flockesc_env.common.errors import InputError
 from flockesc_env.scenario.presets import LITERATURE, OF_TASKS
 from studies.__main__ import STUDIES

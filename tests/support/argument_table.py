@@ -293,11 +293,11 @@ def _kind(call: Any, name: str, hint: Any, *, is_optional: bool = False) -> Kind
 
 SLOTS: dict[str, tuple[Callable[[Any], Any], Any]] = {
     "predators": (lambda part: (scenario.ConstantVelocity(), part), scenario.predators.Predator),
-    "initial_positions": (lambda part: part, scenario.initial.InitialPositions),
-    "initial_headings": (lambda part: part, scenario.initial.InitialHeadings),
-    "motion": (lambda part: part, scenario.motion.Motion),
-    "neighbor_rule": (lambda part: part, scenario.neighbors.NeighborRule),
-    "randomization": (lambda part: (part,), scenario.randomization.Distribution),
+    "initial_positions": (lambda part: part, scenario.parts.InitialPositions),
+    "initial_headings": (lambda part: part, scenario.parts.InitialHeadings),
+    "motion": (lambda part: part, scenario.parts.Motion),
+    "neighbor_rule": (lambda part: part, scenario.parts.NeighborRule),
+    "randomization": (lambda part: (part,), scenario.parts.Distribution),
 }
 """A scenario with a part of each family, and the classes of the family."""
 SLOT_OF = {kind: slot for slot, (_, family) in SLOTS.items() for kind in get_args(family)}

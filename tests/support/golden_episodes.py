@@ -19,7 +19,7 @@ from option_table import EVERY_STEP, UNLIKE, small_flock
 
 import flockesc_env as fe
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.policies.predators import Pursue
+from flockesc_env.policies import Pursue
 from flockesc_env.scenario import ConstantVelocity, PrescribedPath, PurePursuit, Wandering
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "golden_episodes.json"

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from flockesc_env import load_policy
 from flockesc_env.cli import tasks as command
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 from flockesc_env.policies import StubbornLeaders
 from flockesc_env.tasks.results import read_result
 from flockesc_env.tasks.scoring import draw_flocks

@@ -12,7 +12,7 @@ import pytest
 from cli_runs import Ran
 
 from flockesc_env.cli.application import Application
-from flockesc_env.cli.episodes import run
+from flockesc_env.cli.tasks import episodes as run
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.splits import HELD_OUT, TRAINING
 from flockesc_env.policies import PolicySpec, as_policy
@@ -140,7 +140,7 @@ def test_the_command_plays_the_rule_of_the_task(
 ) -> None:
     rule = Shortcut(policy="fixed:0.3", score=0.0)
     task = dataclasses.replace(tasks["line"], shortcut=rule)
-    monkeypatch.setattr("flockesc_env.cli.episodes.tasks", {"line": task})
+    monkeypatch.setattr("flockesc_env.cli.tasks.tasks", {"line": task})
     program = Application("flockesc tasks", "", {"episodes": run}).main
     flags = ("random", "rule", "--flocks", 3, "--output", tmp_path / "data")
     ran = Ran(capsys, "episodes", *flags, "--task", "line", run=program)

@@ -16,7 +16,7 @@ from cli_runs import SMALL, SMALL_FLAGS, Ran, plain, policy_file, run_process, s
 import flockesc_env as fe
 from flockesc_env import __version__
 from flockesc_env.cli import COMMANDS
-from flockesc_env.cli.exits import MEANINGS, Exit
+from flockesc_env.cli.output import MEANINGS, Exit
 from flockesc_env.models.records import load_run, run_differences, save_run
 from flockesc_env.scenario import AlignedHeadings, Herd, Intercept, PurePursuit, Ring, Vicsek
 from flockesc_env.tasks import tasks

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from cli_runs import SMALL_FLAGS, Ran, small_files, sweep_flags
 
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 from flockesc_env.common.files import atomic_write, check_writable
 
 SIMULATE = ["simulate", "fixed:5", *SMALL_FLAGS]
@@ -97,7 +97,7 @@ def test_an_output_that_cannot_be_written_is_refused_before_the_work(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    for work in ("sweep.sweep", "sweep.run_all", "simulate.simulate", "watch._policy_page"):
+    for work in ("sweep.sweep", "sweep.run_all", "runs.run_once", "runs._policy_page"):
         monkeypatch.setattr(f"flockesc_env.cli.{work}", never)
     name = f"{'x' * (256 - len(suffix))}{suffix}"  # one byte more than file systems take
     ran = Ran(capsys, *argv, "--output", tmp_path / name)

@@ -17,7 +17,7 @@ from option_table import small_flock
 
 import flockesc_env
 from flockesc_env import FlockScenario, LineScenario, load_policy
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 from flockesc_env.common.errors import InputError
 from flockesc_env.models import records
 from flockesc_env.scenario import read_initial_state

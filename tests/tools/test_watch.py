@@ -10,11 +10,11 @@ from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file
 from watch_documents import FLOCK, RUNS, assert_shows, document_in, is_live, needs_engine
 
 from flockesc_env import load_policy, simulate
-from flockesc_env.cli.exits import Exit
+from flockesc_env.cli.output import Exit
 from flockesc_env.models.records import save_run, versions
 from flockesc_env.watch import write_page
 
-HAS_ENGINE = ["flockesc_env.cli.watch.has_engine", "flockesc_env.watch.page.has_engine"]
+HAS_ENGINE = ["flockesc_env.cli.runs.has_engine", "flockesc_env.watch.page.has_engine"]
 
 
 @pytest.fixture

@@ -72,7 +72,7 @@ const OBSERVED = ["view", "objective", "max_range", "predator_sensing_range", "e
 
 /** The network of a policy file. */
 class NetworkPolicy {
-  /** `header` and `parameters` are the arrays of the file, see flockesc_env/policies/files.py. */
+  /** `header` and `parameters` are the arrays of the file, see flockesc_env/policies/registry.py. */
   constructor({ header, parameters }, { spec, title, file, sha256, isDropped = false }) {
     const { architecture, per_agent: perAgent, model } = header;
     const options = { min_range: 0, ...header.options };

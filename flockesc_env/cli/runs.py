@@ -1,0 +1,304 @@
+"""The commands simulate, replay, presets and watch: run models once, replay and show runs, list scenarios."""
+
+from __future__ import annotations
+
+import tempfile
+import webbrowser
+from pathlib import Path
+from typing import Annotated, Any
+
+from tyro.conf import Positional, arg
+
+from flockesc_env.cli.flags import (
+    EXPECTED,
+    Json,
+    Progress,
+    ScenarioFlags,
+    described,
+    optional,
+    policy_of,
+    several,
+    switch,
+)
+from flockesc_env.cli.output import Exit, check_output, note, saving, show, show_json
+from flockesc_env.common.checks import as_seed
+from flockesc_env.common.errors import FlockescError, InputError
+from flockesc_env.common.extras import require
+from flockesc_env.common.files import suffix_of, write_text
+from flockesc_env.common.progress import progress_bar
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, OBJECTIVES
+from flockesc_env.models import records
+from flockesc_env.models.simulate import LineTrajectory, Trajectory
+from flockesc_env.policies.base import BasePolicy
+from flockesc_env.policies.registry import policy_file
+from flockesc_env.policies.rollout import simulate as run_once
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.presets import PRESETS, preset
+from flockesc_env.watch.live import file_document, has_engine, page_spec, scenario_documents
+from flockesc_env.watch.page import Content, render
+from flockesc_env.watch.page import replay as replayed_content
+
+BEST_RANGE = 12.0
+"""The best fixed range for J_mean in the paper's flock, in m (docs/scoreboard.md)."""
+
+_PAGE, _VIDEOS = ".html", (".mp4", ".gif")
+_GROUP = "given files"
+_DEFAULT = (f"fixed:{BEST_RANGE:g}", "stubborn-leaders")
+
+_MEANINGS = {
+    **{spec.name: f"{spec.with_unit(spec.symbol)}: {spec.definition}" for spec in OBJECTIVES},
+    "num_components": "number of connected components of the neighbor graph at the end",
+    "polarization": "norm of the mean heading at the end, from 0 to 1",
+    "converged": "whether the line reached its steady state",
+    "steps": "number of steps",
+}
+
+
+def simulate(
+    scenario: ScenarioFlags,
+    policy: Annotated[
+        Positional[str | None],
+        arg(
+            help=f"policy that sets the ranges: {EXPECTED}; of a line, fixed:RHO",
+            metavar="[POLICY]",
+            help_behavior_hint=f"(default: fixed:{BEST_RANGE:g}, the best fixed range of the paper's flock)",
+        ),
+    ] = None,
+    *,
+    seed: Annotated[
+        int | None,
+        *optional("seed of the initial state, from 0 to 2^64 - 1", "a random seed, which is printed"),
+    ] = None,
+    output: Annotated[
+        Path | None, *optional("file (.npz) for the whole run; flockesc replay checks it", "none")
+    ] = None,
+    json: Json = False,
+) -> Exit:
+    """Run the model once.
+
+    Prints the distances to the predator and the state at the end.
+
+    The default scenario is the paper's flock of 300 agents.
+
+    Example: flockesc simulate fixed:10 --seed 7 --output run.npz
+    """
+    check_output(output, [".npz"])
+    chosen = scenario.build()
+    if policy is None:
+        if isinstance(chosen, LineScenario):
+            raise InputError("policy", "fixed:RHO for a line", "none")
+        policy = f"fixed:{BEST_RANGE:g}"
+    trajectory = run_once(chosen, policy=policy_of(policy), seed=seed)
+    outcome = _outcome(trajectory)
+    document = {
+        "command": "simulate",
+        **described(chosen),
+        "policy": policy,
+        "seed": trajectory.seed,
+        **outcome,
+        "output": None if output is None else str(output),
+        "versions": records.versions(),
+    }
+    lines = [f"{chosen.num_agents} agents, {policy}, seed {trajectory.seed}"]
+    for entry, value in outcome.items():
+        shown = f"{value:.3f}" if isinstance(value, float) else str(value)
+        lines.append(f"  {entry:<18} {shown:>8}  {_MEANINGS[entry]}")
+    with saving(document if json else lines):
+        if output is not None:
+            records.save_run(trajectory, output, name=policy)
+            note(f"saved: {output}; to check it, run flockesc replay {output}")
+    return Exit.DONE
+
+
+def _outcome(run: Trajectory | LineTrajectory) -> dict[str, Any]:
+    if isinstance(run, LineTrajectory):
+        return {
+            "escape_distance": float(run.escape_distance[-1]),
+            "num_components": int(run.num_components[-1]),
+            "converged": run.converged,
+            "steps": run.steps,
+        }
+    return {
+        **{spec.name: float(getattr(run, spec.series).min()) for spec in FLOCK_OBJECTIVES.values()},
+        "num_components": int(run.num_components[-1]),
+        "polarization": float(run.polarization[-1]),
+    }
+
+
+def replay(
+    files: Annotated[
+        Positional[tuple[Path, ...]],
+        several("recorded runs (.npz) that flockesc simulate --output wrote", "FILE .."),
+    ],
+    *,
+    json: Json = False,
+) -> Exit:
+    """Run recorded runs again and compare every number with the record.
+
+    Prints "matches" if all bits are equal, otherwise the attributes that differ.
+
+    The exit code is 1 if a run differs, and 2 if a file is not a recorded run.
+
+    Example: flockesc replay run.npz
+    """
+    if not files:
+        raise InputError("files", "at least one file", "none")
+    reports = []
+    for path in files:
+        report = _replayed(path)
+        reports.append(report)
+        if not json:
+            show(f"{path}: {report['outcome']}", *(f"  {line}" for line in report["differences"]))
+        if report["recorded_with"] not in (None, records.versions()):
+            before, now = (
+                ", ".join(f"{name} {version}" for name, version in versions.items())
+                for versions in (report["recorded_with"], records.versions())
+            )
+            note(f"{path}: recorded with {before}; now {now}")
+    if json:
+        show_json({"command": "replay", "files": reports, "versions": records.versions()})
+    outcomes = {report["outcome"] for report in reports}
+    if "refused" in outcomes:
+        return Exit.REFUSED
+    return Exit.FAILED if "differs" in outcomes else Exit.DONE
+
+
+def _replayed(path: Path) -> dict[str, Any]:
+    report: dict[str, Any] = {"file": str(path), "outcome": "refused", "differences": []}
+    report |= {"error": None, "recorded_with": None}
+    try:
+        record = records.load_run(path)
+        found = records.run_differences(record.trajectory, records.replay_run(record.trajectory))
+    except (FlockescError, OSError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error).removeprefix(f"{path}: ")
+        note(f"error: {path}: {reason}")
+        return {**report, "error": reason}
+    outcome = "differs" if found else "matches"
+    return {**report, "outcome": outcome, "differences": found, "recorded_with": record.versions}
+
+
+def presets(
+    name: Annotated[
+        Positional[str | None], *optional("preset to print as TOML", "list all", "[NAME]")
+    ] = None,
+    *,
+    json: Json = False,
+) -> Exit:
+    """List the preset scenarios, or print one as a scenario file.
+
+    The flag --scenario of other commands takes the name of a preset or such a file.
+
+    Example: flockesc presets pursuit > mine.toml
+    """
+    if json:
+        entries = []
+        for known in PRESETS if name is None else (name,):
+            model, scenario = described(preset(known)).values()
+            description = PRESETS[known].description
+            entries.append({"name": known, "model": model, "description": description, "scenario": scenario})
+        show_json({"command": "presets", "presets": entries})
+    elif name is None:
+        width = max(map(len, PRESETS))
+        show(*(f"{known:<{width}}  {PRESETS[known].description}" for known in PRESETS))
+    else:
+        lines = preset(name).to_toml().rstrip().split("\n")
+        show(f"# {PRESETS[name].description}", *lines)
+    return Exit.DONE
+
+
+def watch(
+    scenario: ScenarioFlags,
+    policies: Annotated[
+        Positional[tuple[str, ...]],
+        arg(
+            help=f"{EXPECTED}; or recorded runs (.npz) of a flock",
+            metavar="[POLICY ..]",
+            help_behavior_hint=f"(default: {' '.join(_DEFAULT)})",
+        ),
+    ] = (),
+    *,
+    seed: Annotated[int, arg(help="seed of the flock")] = 242,
+    output: Annotated[
+        Path | None,
+        *optional(
+            "write a page (.html) or a video (.mp4, .gif; needs the video extra)",
+            "write a page to a temporary file, and open it",
+        ),
+    ] = None,
+    no_browser: Annotated[bool, switch("print the path of the page without opening a browser")] = False,
+    progress: Progress = False,
+) -> Exit:
+    """Watch flocks in the browser: policies on one flock, or recorded runs.
+
+    The page plays fixed ranges, networks and simple rules; others are recorded.
+
+    Example: flockesc watch fixed:12 stubborn-leaders --seed 242
+    """
+    check_output(output, [_PAGE, *_VIDEOS])
+    chosen = scenario.build()
+    if not isinstance(chosen, FlockScenario):
+        raise InputError("scenario", "a scenario of a flock", "one of a line")
+    specs = policies or _DEFAULT
+    runs = {spec: _load_run(Path(spec)) for spec in specs if records.is_run(Path(spec))}
+    found = [(spec, policy_of(spec)) for spec in specs if spec not in runs]
+
+    def recorded() -> list[tuple[str, Trajectory]]:
+        played = {spec: (spec, run_once(chosen, policy=policy, seed=seed)) for spec, policy in found}
+        return [(runs | played)[spec] for spec in specs]
+
+    if output is not None and suffix_of(output) in _VIDEOS:
+        require("video", ["pygame", "imageio_ffmpeg"])
+        from flockesc_env.render.video import write_video
+
+        shown = recorded()
+        frames = max(run.scenario.num_steps for _, run in shown) + 1
+        with progress_bar("Video", frames, always=progress) as report:
+            write_video(shown, output, progress=report)
+        note(f"saved: {output}")
+        return Exit.DONE
+    if runs or not has_engine():
+        if not runs:
+            note(
+                "This build has no engine for pages: the page replays. `make engine` builds it in a checkout."
+            )
+        shown = recorded()
+        page = render(shown, replayed_content(shown))
+    else:
+        page = _policy_page(found, seed, chosen)
+    if output is not None:
+        write_text(output, page)
+        note(f"saved: {output}")
+        return Exit.DONE
+    path = Path(tempfile.mkdtemp(prefix="flockesc-")) / f"flock{_PAGE}"
+    write_text(path, page)
+    show(f"The page is {path}")
+    if not no_browser:
+        webbrowser.open(path.as_uri())
+    return Exit.DONE
+
+
+def _policy_page(policies: list[tuple[str, BasePolicy]], seed: int, scenario: FlockScenario) -> str:
+    """Return a page that simulates the policies it can, and replays the others."""
+    recorded = [(spec, policy) for spec, policy in policies if page_spec(spec, policy) is None]
+    runs = [(spec, run_once(scenario, policy=policy, seed=seed)) for spec, policy in recorded]
+    indices = {spec: f"recording:{index}" for index, (spec, _) in enumerate(recorded)}
+    shown = [page_spec(spec, policy) or indices[spec] for spec, policy in policies]
+    networks = [
+        file_document(path, spec, _GROUP) for spec in shown if (path := policy_file(spec)) is not None
+    ]
+    name, documents = scenario_documents(scenario, {"paper-flock": BEST_RANGE})
+    start = {
+        "scenario": name,
+        "seed": str(as_seed(seed)),
+        "policies": shown,
+        "headline": networks[0]["spec"] if networks else None,
+    }
+    return render(runs, Content(scenarios=documents, policies=networks, start=start))
+
+
+def _load_run(path: Path) -> tuple[str, Trajectory]:
+    record = records.load_run(path)
+    if not isinstance(record.trajectory, Trajectory):
+        raise InputError("policies", "runs of a flock", f"a line in {path}")
+    return record.name or path.stem, record.trajectory
