@@ -19,9 +19,8 @@ from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.render.palette import LIGHT
 from studies.arms_race.opponents import WIDTHS
 from studies.arms_race.race import SCENARIO, UNTRAINED, arms_race
-from studies.pages import path_from, render, signed
-from studies.study import Study
-from studies.tables import values_by
+from studies.measurements import values_by
+from studies.study import Study, path_from, render, signed
 from training.figure_style import WIDTH
 
 _LABELS = {"straight": "straight", "lead": "lead pursuit"}
@@ -127,7 +126,7 @@ def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
         trained = f"predator {label(str(name))}" if kind == "predator" else f"flock policy {name}"
         trainings.append({"name": trained, "first": values[0], "best": best, "minutes": run["minutes"][0]})
     return render(
-        "arms_race/arms_race.md",
+        "arms_race/templates/arms_race.md",
         results=results,
         record=results.record,
         trainings=trainings,

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import os
+import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, cast
 
@@ -23,8 +25,7 @@ from flockesc_env.models import records
 from flockesc_env.policies import BasePolicy, as_policy
 from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
 from studies.measurements import Runner, chunks
-from studies.study import document, machine
-from studies.tables import rows
+from studies.study import document
 from training.cma import growing, maximize
 from training.families import Population
 
@@ -80,15 +81,6 @@ class Budget:
         """Return the number of episodes, those on tuning flocks included."""
         checks = 1 + self.generations // self.check_every
         return self.population * sum(self.schedule()) + checks * self.tuning_flocks
-
-
-@dataclass(frozen=True)
-class RaceOptions:
-    """The rounds, the held-out flocks, and the budget of a training run."""
-
-    rounds: int = 3
-    num_flocks: int = 1000
-    budget: Budget = field(default_factory=Budget)
 
 
 def play(flock: Flock, predator: Predator, flocks: range) -> Arrays:
@@ -151,8 +143,14 @@ def learner(kind: str, flock: Flock, predator: Predator) -> tuple[FloatArray, Va
     return origin, value
 
 
-def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
-    """Train in turns, play all flock policies against all predators, and write the files.
+def arms_race(
+    runner: Runner,
+    output: Path,
+    rounds: int,
+    num_flocks: int,
+    budget: Budget = Budget(),
+) -> None:
+    """Train in turns, play all flock policies against all predators on held-out flocks; write the files.
 
     A trained predator has the name of the flock policy that it was trained against. Each round trains a flock
     policy of each track against its predator, and then a predator against the new policy.
@@ -161,7 +159,7 @@ def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
     flocks |= {name: Flock(file) for name, file in LEARNED.items()}
     tuning = first_seeds(TUNING, LEAD_FLOCKS)
     tried = {value: _play_job(flocks[FIXED], Predator("lead", value), tuning) for value in LEADS}
-    leads = {value: float(found["objective"].mean()) for value, found in runner.each(tried, "Lead").items()}
+    leads = {value: float(found["objective"].mean()) for value, found in runner.run(tried, "Lead").items()}
     lead = min(leads, key=lambda value: leads[value])
     predators = {kind: Predator(kind, lead if kind == "lead" else 0.0) for kind in UNTRAINED}
     trainings: list[dict[str, object]] = []
@@ -170,9 +168,9 @@ def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
         jobs = {}
         for name, start in starts.items():
             flock = flocks[start if kind == "flock" else name]
-            arguments = (kind, flock, predators[start], options.budget, seed)
-            jobs[name] = Job(f"{__name__}:train", arguments, options.budget.episodes() * EPISODE)
-        for name, found in runner.each(jobs, f"Training: {kind}").items():
+            arguments = (kind, flock, predators[start], budget, seed)
+            jobs[name] = Job(f"{__name__}:train", arguments, budget.episodes() * EPISODE)
+        for name, found in runner.run(jobs, f"Training: {kind}").items():
             parameters = tuple(found["parameters"].tolist())
             if kind == "flock":
                 flocks[name] = Flock(flocks[starts[name]].spec, parameters)
@@ -184,21 +182,21 @@ def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
 
     train_each("predator", dict.fromkeys(flocks, "lead"), FIRST_SEED)
     newest = {track: track for track in TRACKS}
-    for number in range(1, options.rounds + 1):
+    for number in range(1, rounds + 1):
         starts = {f"{track}, round {number}": start for track, start in newest.items()}
         train_each("flock", starts, FIRST_SEED + 2 * number - 1)
         train_each("predator", starts, FIRST_SEED + 2 * number)
         newest = dict(zip(newest, starts, strict=True))
 
-    held_out = first_seeds(HELD_OUT, options.num_flocks)
+    held_out = first_seeds(HELD_OUT, num_flocks)
     jobs = {
         (name, other): [_play_job(flock, predator, some) for some in chunks(held_out, CHUNK)]
         for name, flock in flocks.items()
         for other, predator in predators.items()
     }
     table = pl.concat(
-        rows(held_out, found["objective"], flock_policy=name, predator=other)
-        for (name, other), found in runner.groups(jobs, "Cross-play").items()
+        pl.DataFrame({"flock_policy": name, "predator": other, "seed": held_out, **found})
+        for (name, other), found in runner.run(jobs, "Cross-play").items()
     )
     (output / "policies").mkdir(parents=True, exist_ok=True)
     write_table(table, output / "cross_play.parquet")
@@ -216,18 +214,18 @@ def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
         about = {"from": flock.spec, "learner": TRACKS.get(name), "parameters": size}
         policies[name] = {**about, "steps_per_action": steps}
     record = {
-        "command": f"python -m studies arms-race --rounds {options.rounds} --num-flocks {options.num_flocks}",
-        "rounds": options.rounds,
+        "command": f"python -m studies arms-race --rounds {rounds} --num-flocks {num_flocks}",
+        "rounds": rounds,
         "tracks": list(TRACKS),
-        "held_out_flocks": options.num_flocks,
-        "budget": dataclasses.asdict(options.budget),
-        "episodes_per_training": options.budget.episodes(),
+        "held_out_flocks": num_flocks,
+        "budget": dataclasses.asdict(budget),
+        "episodes_per_training": budget.episodes(),
         "lead_flocks": LEAD_FLOCKS,
         "leads": {f"{value:g}": objective for value, objective in leads.items()},
         "lead": lead,
         "flock_policies": policies,
         "versions": records.versions("cmaes"),
-        "machine": machine(),
+        "machine": f"{os.cpu_count()} cores, {platform.machine()}",
     }
     write_text(output / "arms_race.json", document(record))
 

@@ -14,8 +14,7 @@ from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.policies import BasePolicy
 from flockesc_env.tasks import Task, tasks
 from flockesc_env.tasks.results import is_file
-from studies.measurements import Runner
-from studies.playing import play_job, policy_of
+from studies.measurements import Runner, play_job, policy_of
 from studies.scoreboard.board import BOARD, load_board
 from studies.study import document
 
@@ -100,7 +99,7 @@ def measure(names: Iterable[str], scale: float, runner: Runner, output: Path) ->
         for file in files
     }
     values: dict[str, dict[str, dict[str, float]]] = {}
-    for (name, learner, file), played in runner.each(jobs, "Headline policies").items():
+    for (name, learner, file), played in runner.run(jobs, "Headline policies").items():
         values.setdefault(name, {}).setdefault(learner, {})[file] = float(played["objective"].mean())
     chosen = {}
     for name, by_learner in values.items():

@@ -14,10 +14,9 @@ from flockesc_env.common.array_files import write_npz
 from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
-from studies.findings.ablation import watch
+from studies.findings.controls import watch
 from studies.findings.headlines import Headline, share_of
-from studies.measurements import Runner
-from studies.playing import policy_of
+from studies.measurements import Runner, policy_of
 from training.figure_style import RANGES, WIDTH
 
 FLOCKS: Final = 50
@@ -71,7 +70,7 @@ def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output:
         for headline in headlines
         if headline.task.name in WATCHED
     }
-    for name, kept in runner.each(jobs, "Listening").items():
+    for name, kept in runner.run(jobs, "Listening").items():
         write_npz(output / f"{name}.npz", kept)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import polars as pl
 from scipy.optimize import brentq
@@ -22,10 +22,8 @@ from flockesc_env.models.sweep import FLOCK_RANGES
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity
 from flockesc_env.scenario.approach import approach
 from studies.findings.headlines import Headline, share_of
-from studies.measurements import Runner, chunks
-from studies.playing import play_job
+from studies.measurements import Runner, chunks, play_job, values_by
 from studies.robustness.plan import NEIGHBORS, attacked_presets, grid_of
-from studies.tables import rows, values_by
 
 STARTS_FILE: Final = "starts.parquet"
 TRANSFER_FILE: Final = "transfer.parquet"
@@ -127,7 +125,7 @@ def play(
     seeds = {
         name: (share_of(TUNING, 2 * round(count), scale), held_out[name]) for name, count in counts.items()
     }
-    fixed = runner.groups(
+    fixed = runner.run(
         {
             (name, at): seed_jobs(OUTCOMES, scenario, actions[name], flocks)
             for name, scenario in tried.items()
@@ -145,11 +143,11 @@ def play(
         if can_run(headline, scenario)
     }
     tables = []
-    for (task, column, name), played in runner.groups(jobs, "Policies in other scenarios").items():
+    for (task, column, name), played in runner.run(jobs, "Policies in other scenarios").items():
         best = int(fixed[name, 0][column].mean(axis=1).argmax())
-        labels: dict[str, Any] = {"scenario": name, "interaction_range": actions[name][best]}
-        table = rows(held_out[name], played["objective"], task=task, **labels)
-        tables.append(table.with_columns(fixed=fixed[name, 1][column][best]))
+        labels = {"task": task, "scenario": name, "interaction_range": actions[name][best]}
+        values = {**played, "fixed": fixed[name, 1][column][best]}
+        tables.append(pl.DataFrame({**labels, "seed": held_out[name], **values}))
     return pl.concat(tables)
 
 

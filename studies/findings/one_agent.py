@@ -18,10 +18,9 @@ from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BasePolicy
 from flockesc_env.render.palette import LIGHT
-from studies.findings.ablation import watch
+from studies.findings.controls import watch
 from studies.findings.headlines import Headline
-from studies.measurements import Runner
-from studies.playing import policy_of
+from studies.measurements import Runner, policy_of
 from training.figure_style import RANGES, WIDTH
 
 FILE: Final = "one_agent.npz"
@@ -44,7 +43,7 @@ def measure(headlines: Sequence[Headline], runner: Runner, output: Path) -> None
         for one in headlines
         if one.task.name == BLIND
     }
-    for kept in runner.each(jobs, "One agent").values():
+    for kept in runner.run(jobs, "One agent").values():
         write_npz(output / FILE, kept)
 
 

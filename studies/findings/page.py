@@ -20,13 +20,12 @@ from flockesc_env.render.options import RenderOptions
 from flockesc_env.render.video import write_video
 from flockesc_env.tasks import Task, tasks
 from flockesc_env.tasks.statistics import difference
-from studies.findings import ablation, blocking, headlines, listening, losses, one_agent
+from studies.findings import controls, headlines, listening, losses, one_agent
 from studies.findings.headlines import Headline
 from studies.measurements import Runner
-from studies.pages import path_from, render
 from studies.scoreboard.board import ANY_RATE, load_board
 from studies.scoreboard.page import Entry, entries_of
-from studies.study import Study
+from studies.study import Study, path_from, render
 
 FIGURES: Final = "figures"
 FILM: Final = f"{FIGURES}/policies.gif"
@@ -144,13 +143,13 @@ class Findings:
         return f"{difference(found[learner], found[over]):+.2f} m"
 
 
-def measure(scale: float, runner: Runner, output: Path) -> None:
+def measure(runner: Runner, output: Path, scale: float) -> None:
     """Measure everything; ``scale`` is the share of the flocks that play."""
     chosen = headlines.measure(headlines.EXPLAINED, scale, runner, output)
-    ablation.measure(chosen, scale, runner, output)
+    controls.measure_hidden(chosen, scale, runner, output)
     listening.measure(chosen, scale, runner, output)
     one_agent.measure(chosen, runner, output)
-    blocking.measure(chosen, scale, runner, output)
+    controls.measure_blocked(chosen, scale, runner, output)
     losses.measure(chosen, scale, runner, output)
     write_film(chosen, output / FILM)
 
@@ -182,7 +181,7 @@ def markdown_page(results: Findings, output: Path, page: Path) -> str:
     lost = sorted((gain.mean, key) for key, (gain, _) in every.items() if outcome(gain) == "loss")
     by_task = {one.task.name: one for one in results.headlines}
     return render(
-        "findings/findings.md",
+        "findings/templates/findings.md",
         rows=rows_of(results.entries),
         kinds=KINDS,
         tasks=tasks,
@@ -200,8 +199,7 @@ def markdown_page(results: Findings, output: Path, page: Path) -> str:
         confidence=CONFIDENCE,
         splits=splits,
         any_rate=json.loads(ANY_RATE.read_text("utf-8"))["per-agent-visible-derived"],
-        ablation=ablation,
-        blocking=blocking,
+        controls=controls,
         listening=listening,
         losses=losses,
         one_agent=one_agent,

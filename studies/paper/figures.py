@@ -107,5 +107,5 @@ def measure_and_draw(
     known = plan.measurements(trials)
     needed = {need: known[need] for name in names for need in FIGURES[name][0]}
     output.mkdir(parents=True, exist_ok=True)
-    measured = Runner(Cache(output / "cache"), backend, progress).measure(needed)
+    measured = Runner(Cache(output / "cache"), backend, progress).run(needed, "Measuring")
     return draw_figures(output, measured, names)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import re
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -15,7 +16,6 @@ from flockesc_env.cli.output import note
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate
 from studies.measurements import Runner
-from studies.pages import path_from, render, signed
 from studies.paper.claims import MOST, Claim, Quantity, Verdict
 from studies.paper.figures import draw_figures, flock_seed, line_seed
 from studies.paper.flock_claims import RangeRow, by_range, flock_claims
@@ -23,7 +23,7 @@ from studies.paper.jobs import anatomy_table
 from studies.paper.line_claims import edge_claim, line_claims, theory_claims
 from studies.paper.mechanism_claims import SECTION, force_table, mechanism_claims
 from studies.paper.plan import ANATOMIES, CAPTURE_RADIUS, CONTROL_GRID, Trials, measurements
-from studies.study import RESULTS_FILE, Results, Study
+from studies.study import RESULTS_FILE, Results, Study, document, path_from, render, signed
 
 _SECTIONS = {
     "III": "Theory of the line (Section III)",
@@ -65,9 +65,9 @@ class PaperResults(Results):
         return Estimate(scale * value.mean, scale * value.low, scale * value.high)
 
 
-def measure(trials: Trials, runner: Runner, output: Path) -> None:
+def measure(runner: Runner, output: Path, trials: Trials) -> None:
     """Measure all claims; write the results and the figures, which show more than the results hold."""
-    measured = runner.measure(measurements(trials))
+    measured = runner.run(measurements(trials), "Measuring")
     note("measured; statistics and figures take another two minutes")
     results = PaperResults(
         trials=trials,
@@ -88,7 +88,16 @@ def measure(trials: Trials, runner: Runner, output: Path) -> None:
         versions={name: version(name) for name in ("flockesc-env", "numpy", "scipy")},
     )
     draw_figures(output, measured)
-    write_text(output / RESULTS_FILE, results.to_json())
+    write_text(output / RESULTS_FILE, document(results))
+
+
+def summary(results: PaperResults) -> list[str]:
+    """Return every claim with its verdict and key figure, and the numbers of the verdicts."""
+    lines = []
+    for row in results.claims:
+        lines += [f"{row.where}: {row.claim}", f"    {row.judgment.verdict}: {row.measured[0]}"]
+    counts = Counter(row.judgment.verdict for row in results.claims)
+    return [*lines, "; ".join(f"{verdict}: {number}" for verdict, number in counts.items())]
 
 
 def markdown_page(results: PaperResults, figures: Path, page: Path) -> str:
@@ -111,7 +120,7 @@ def html_page(results: PaperResults, figures: Path) -> str:
         extensions=["tables", "fenced_code", "toc"], extension_configs={"toc": {"toc_depth": "2-3"}}
     )
     body = converter.convert(text)
-    return render("paper/page.html", body=body, contents=converter.toc)
+    return render("paper/templates/page.html", body=body, contents=converter.toc)
 
 
 def _render(
@@ -124,7 +133,7 @@ def _render(
     judged = [(row.judgment.verdict, row.is_reading) for row in results.claims]
     unclear = " (sample too small to tell)"
     return render(
-        "paper/page.md",
+        "paper/templates/page.md",
         results=results,
         sections=sections,
         counts={

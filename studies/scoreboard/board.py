@@ -17,6 +17,7 @@ from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Arrays
 from flockesc_env.policies import NAMES, load_policy
 from flockesc_env.policies.files import parse_policy
+from flockesc_env.policies.registry import TRAINED
 from flockesc_env.tasks import fitting
 from flockesc_env.tasks.results import Result, Training, read_result, write_result
 from flockesc_env.tasks.scoring import LoadedPolicy, score
@@ -99,14 +100,13 @@ def write_scores(trained: Mapping[Key, Arrays], folder: Path = BOARD) -> None:
         write_result(result, output)
 
 
-def shipped(board: Sequence[Entrant]) -> dict[str, bytes]:
-    """Return the policies that the wheel ships, by name: that of the first training seed of ``SHIPPED``."""
-    return {
-        f"{task}/{entrant.name}": (BOARD / entrant.name / result.policies[0].policy).read_bytes()
-        for entrant in board
-        if entrant.name in SHIPPED
-        for task, result in entrant.results.items()
-    }
+def ship(board: Sequence[Entrant]) -> None:
+    """Copy the policies that the wheel ships: those of the first training seed of ``SHIPPED``."""
+    for entrant in board:
+        for task, result in entrant.results.items() if entrant.name in SHIPPED else ():
+            file = TRAINED / task / f"{entrant.name}.npz"
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes((BOARD / entrant.name / result.policies[0].policy).read_bytes())
 
 
 _Scored = tuple[str, Task, list[str], Training | None]

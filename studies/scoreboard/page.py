@@ -18,9 +18,9 @@ from flockesc_env.tasks.report import Row, rows, scores_of, with_reference_error
 from flockesc_env.tasks.results import Result
 from flockesc_env.tasks.statistics import difference
 from flockesc_env.tasks.task import Task, tasks
-from studies.pages import path_from, render
 from studies.scoreboard import rewards
 from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, Entrant
+from studies.study import path_from, render
 
 RESULTS: Final = Path("results/scoreboard")
 
@@ -96,7 +96,7 @@ def write_page(board: Sequence[Entrant], page: Path) -> str:
     every = [(name, entry) for name, shown in entries.items() for entry in shown if entry.result.training]
     gains = json.loads(rewards.FILE.read_text())
     text = render(
-        "scoreboard/scoreboard.md",
+        "scoreboard/templates/scoreboard.md",
         tasks=tasks,
         entries=entries,
         lost=[(name, entry) for name, entry in every if entry.over_shortcut.high < 0],

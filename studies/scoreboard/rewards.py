@@ -8,7 +8,6 @@ teaches a range that harms the flock: a social dilemma.
 
 from __future__ import annotations
 
-import json
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any, Final
@@ -25,6 +24,7 @@ from flockesc_env.jobs import Arrays, Job
 from flockesc_env.tasks.learners import learners
 from flockesc_env.tasks.task import Task, tasks
 from studies.measurements import Runner, chunks
+from studies.study import document
 
 FILE: Final = Path("results/scoreboard/rewards.json")
 FLOCKS: Final = TUNING[3000:4000]
@@ -38,10 +38,10 @@ def write(runner: Runner, file: Path = FILE) -> None:
         key: [Job(f"{__name__}:gains", (*key, part), 5.0) for part in chunks(FLOCKS, 50)] for key in pairs
     }
     rows: dict[str, list[Any]] = {}
-    for (name, a, b), found in runner.groups(jobs, "Gains").items():
+    for (name, a, b), found in runner.run(jobs, "Gains").items():
         gains = {kind: astuple(mean(values)) for kind, values in found.items()}
         rows.setdefault(name, []).append({"a": a, "b": b, **gains})
-    write_text(file, json.dumps(rows, indent=1) + "\n")
+    write_text(file, document(rows))
 
 
 def is_opposite(row: dict[str, Any]) -> bool:

@@ -24,7 +24,7 @@ from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import AlignedHeadings, Disc, PreferredDistance, PurePursuit, Voronoi
 from studies.measurements import chunks, means
 from studies.style import curve, letter
-from studies.validation.parts import Verdict, scaled
+from studies.validation import Verdict, scaled
 from training.figure_style import WIDTH
 
 TITLE: Final = "Evasion near the order transition"

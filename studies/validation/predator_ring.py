@@ -28,7 +28,7 @@ from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import Attracted, Disc, FirstOrder
 from studies.style import letter
-from studies.validation.parts import Verdict, scaled
+from studies.validation import Verdict, scaled
 from training.figure_style import WIDTH
 
 TITLE: Final = "Ring of prey around a predator"

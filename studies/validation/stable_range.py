@@ -26,7 +26,7 @@ from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.presets import as_scenario
 from studies.measurements import chunks, means
 from studies.style import letter
-from studies.validation.parts import Verdict, scaled
+from studies.validation import Verdict, scaled
 from training.figure_style import WIDTH
 
 TITLE: Final = "Stability of the best range"

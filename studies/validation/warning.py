@@ -25,7 +25,7 @@ from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, PurePursuit
 from flockesc_env.scenario.initial import InitialHeadings
 from studies.measurements import chunks
 from studies.style import letter
-from studies.validation.parts import Verdict, scaled
+from studies.validation import Verdict, scaled
 from training.figure_style import WIDTH
 
 TITLE: Final = "What a warning is worth"

@@ -15,7 +15,7 @@ from flockesc_env.scenario.presets import LITERATURE, OF_TASKS
 from studies.__main__ import STUDIES
 from studies.robustness.plan import attacked_presets
 from studies.robustness.survey import Choice, Finding, RobustnessResults, answers, markdown_page, outcome
-from studies.study import RESULTS_FILE
+from studies.study import RESULTS_FILE, document
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "robustness"
@@ -68,8 +68,8 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
     ran = Ran(capsys, "robustness", *flags, "--backend", "serial", "--json", run=STUDIES.main)
     assert ran.code == Exit.DONE, ran.err
     text = (output / RESULTS_FILE).read_text("utf-8")
-    results = RobustnessResults.from_json(text)
-    assert results.to_json() == text
+    results = RobustnessResults.load(output)
+    assert document(results) == text
     assert ran.json()["results"] == json.loads(text)
     assert results.command == "python -m studies robustness --num-flocks 2 --presets paper-flock pursuit"
     page = (output / "robustness.md").read_text("utf-8")

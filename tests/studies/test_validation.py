@@ -12,9 +12,8 @@ from flockesc_env import simulate, sweep
 from flockesc_env.cli.exits import Exit
 from flockesc_env.jobs import Arrays
 from studies.__main__ import STUDIES
-from studies.study import RESULTS_FILE
-from studies.validation import criticality, stable_range, vicsek, warning
-from studies.validation.parts import Verdict
+from studies.study import RESULTS_FILE, document
+from studies.validation import Verdict, criticality, stable_range, vicsek, warning
 from studies.validation.survey import ValidationResults, markdown_page
 
 ROOT = Path(__file__).parents[2]
@@ -25,7 +24,7 @@ def test_the_committed_page_follows_from_the_committed_results() -> None:
     results = ValidationResults.load(COMMITTED)
     page = ROOT / "docs" / "validation.md"
     assert page.read_text("utf-8") == markdown_page(results, COMMITTED, page)
-    assert results.to_json() == (COMMITTED / RESULTS_FILE).read_text("utf-8")
+    assert document(results) == (COMMITTED / RESULTS_FILE).read_text("utf-8")
     gained = results.parts["warning"].results.paper[0]
     readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
     assert f"still gains {gained.blocked[0].mean:.2f} of its {gained.hearing[0].mean:.2f} m over" in readme
@@ -38,7 +37,7 @@ def test_one_part_is_measured_and_the_others_keep_their_results(
     for name, value in small.items():
         monkeypatch.setattr(vicsek, name, value)
     stored = ValidationResults.load(COMMITTED)
-    (tmp_path / RESULTS_FILE).write_text(stored.to_json())
+    (tmp_path / RESULTS_FILE).write_text(document(stored))
     page = tmp_path / "validation.md"
     flags = ["--output", tmp_path, "--page", page, "--backend", "serial"]
     ran = Ran(capsys, "validation", "--only", "vicsek", *flags, run=STUDIES.main)
