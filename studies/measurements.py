@@ -14,6 +14,7 @@ import polars as pl
 from flockesc_env import FlockScenario, LineScenario, rollout
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.episodes.splits import first_seeds
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
 from flockesc_env.policies import BasePolicy, load_policy
 from flockesc_env.policies.files import parse_policy
@@ -39,6 +40,10 @@ class Runner:
         found = iter(run(every, self.cache, self.backend, title=title, progress=self.progress))
         return {key: _joined([*islice(found, len(group))]) for key, group in groups.items()}
 
+    def join(self, jobs: Sequence[Job], title: str) -> Arrays:
+        """Run jobs that differ in their seeds, and return their joined results."""
+        return self.run({None: jobs}, title)[None]
+
 
 def _joined(parts: Sequence[Arrays]) -> Arrays:
     """Join the axes of seeds: the second ones, or the only ones of arrays with one axis."""
@@ -53,6 +58,16 @@ def _joined(parts: Sequence[Arrays]) -> Arrays:
 def chunks(flocks: range, size: int) -> list[range]:
     """Cut a range of seeds into parts of at most ``size``."""
     return [flocks[start : start + size] for start in range(0, len(flocks), size)]
+
+
+def share_of(purpose: range, count: int, scale: float, least: int = 2) -> range:
+    """Return the first seeds of a purpose: a share of their number, at least ``least``."""
+    return first_seeds(purpose, max(least, round(count * scale)))
+
+
+def split(function: str, arguments: tuple[Any, ...], flocks: range, size: int, seconds: float) -> list[Job]:
+    """Return jobs that call a function with arguments and at most ``size`` flocks, ``seconds`` for each."""
+    return [Job(function, (*arguments, part), seconds * len(part)) for part in chunks(flocks, size)]
 
 
 def means(rows: Iterable[FloatArray]) -> tuple[Estimate, ...]:
@@ -77,15 +92,18 @@ def play(
     return {"objective": getattr(rollout(scenario, found, flocks), column)}
 
 
-def play_job(
+def play_jobs(
     policy: str | bytes, scenario: FlockScenario | LineScenario, column: str, flocks: range, **options: Any
-) -> Job:
-    """Return the job of ``play``."""
+) -> list[Job]:
+    """Return the jobs of ``play``."""
     steps, slowness = 100, 1
     if isinstance(scenario, FlockScenario):
         steps, slowness = scenario.num_steps, 30 if scenario.neighbor_rule.kind == "topological" else 1
-    seconds = len(flocks) * steps * scenario.num_agents * _AGENT_STEP * slowness
-    return Job(f"{__name__}:play", (policy, scenario, column, flocks, options), seconds)
+    seconds = steps * scenario.num_agents * _AGENT_STEP * slowness
+    return [
+        Job(f"{__name__}:play", (policy, scenario, column, part, options), seconds * len(part))
+        for part in chunks(flocks, 250)
+    ]
 
 
 def values_by(table: pl.DataFrame, *keys: str, column: str = "objective") -> dict[Any, FloatArray]:

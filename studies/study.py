@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import msgspec
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from matplotlib.figure import Figure
 
 from flockesc_env.common.files import write_text
@@ -73,8 +73,8 @@ class Study:
         return results
 
 
-def render(template: str, **values: Any) -> str:
-    """Return a page from a template, such as ``"paper/templates/page.md"``."""
+def template(name: str) -> Template:
+    """Return the template of a page, such as ``"paper/templates/page.md"``."""
     # No text that a user typed gets onto the pages unchecked, so nothing has to be escaped.
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
@@ -84,7 +84,7 @@ def render(template: str, **values: Any) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    return environment.get_template(template).render(values)
+    return environment.get_template(name)
 
 
 def path_from(page: Path, target: Path) -> str:

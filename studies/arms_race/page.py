@@ -20,7 +20,7 @@ from flockesc_env.render.palette import LIGHT
 from studies.arms_race.opponents import WIDTHS
 from studies.arms_race.race import SCENARIO, UNTRAINED, arms_race
 from studies.measurements import values_by
-from studies.study import Study, path_from, render, signed
+from studies.study import Study, path_from, signed, template
 from training.figure_style import WIDTH
 
 _LABELS = {"straight": "straight", "lead": "lead pursuit"}
@@ -125,8 +125,7 @@ def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
         best = values.min() if kind == "predator" else values.max()
         trained = f"predator {label(str(name))}" if kind == "predator" else f"flock policy {name}"
         trainings.append({"name": trained, "first": values[0], "best": best, "minutes": run["minutes"][0]})
-    return render(
-        "arms_race/templates/arms_race.md",
+    return template("arms_race/templates/arms_race.md").render(
         results=results,
         record=results.record,
         trainings=trainings,

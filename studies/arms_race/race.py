@@ -24,7 +24,7 @@ from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models import records
 from flockesc_env.policies import BasePolicy, as_policy
 from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
-from studies.measurements import Runner, chunks
+from studies.measurements import Runner, split
 from studies.study import document
 from training.cma import growing, maximize
 from training.families import Population
@@ -158,7 +158,10 @@ def arms_race(
     flocks = {FIXED: Flock("fixed:12"), "stubborn leaders": Flock("stubborn-leaders")}
     flocks |= {name: Flock(file) for name, file in LEARNED.items()}
     tuning = first_seeds(TUNING, LEAD_FLOCKS)
-    tried = {value: _play_job(flocks[FIXED], Predator("lead", value), tuning) for value in LEADS}
+    tried = {
+        value: split(f"{__name__}:play", (flocks[FIXED], Predator("lead", value)), tuning, CHUNK, EPISODE)
+        for value in LEADS
+    }
     leads = {value: float(found["objective"].mean()) for value, found in runner.run(tried, "Lead").items()}
     lead = min(leads, key=lambda value: leads[value])
     predators = {kind: Predator(kind, lead if kind == "lead" else 0.0) for kind in UNTRAINED}
@@ -190,7 +193,7 @@ def arms_race(
 
     held_out = first_seeds(HELD_OUT, num_flocks)
     jobs = {
-        (name, other): [_play_job(flock, predator, some) for some in chunks(held_out, CHUNK)]
+        (name, other): split(f"{__name__}:play", (flock, predator), held_out, CHUNK, EPISODE)
         for name, flock in flocks.items()
         for other, predator in predators.items()
     }
@@ -228,10 +231,6 @@ def arms_race(
         "machine": f"{os.cpu_count()} cores, {platform.machine()}",
     }
     write_text(output / "arms_race.json", document(record))
-
-
-def _play_job(flock: Flock, predator: Predator, flocks: range) -> Job:
-    return Job(f"{__name__}:play", (flock, predator, flocks), len(flocks) * EPISODE)
 
 
 def _played(entry: BasePolicy, predator: Any, seeds: list[int]) -> FloatArray:

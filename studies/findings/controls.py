@@ -21,8 +21,8 @@ from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BasePolicy, PolicySpec, as_policy
 from flockesc_env.tasks import tasks
-from studies.findings.headlines import Headline, share_of
-from studies.measurements import Runner, play_job, policy_of, values_by
+from studies.findings.headlines import Headline
+from studies.measurements import Runner, play_jobs, policy_of, share_of, values_by
 
 Observations = NDArray[np.float32]
 
@@ -166,8 +166,8 @@ def measure_blocked(headlines: Sequence[Headline], scale: float, runner: Runner,
         for blocked in BLOCKED:
             scenario: Any = headline.task.scenario.replace(blocks_warnings=blocked)
             fixed = f"fixed:{headline.best_fixed_range:.12g}"
-            jobs[name, blocked, "objective"] = play_job(policy, scenario, headline.task.spec.name, flocks)
-            jobs[name, blocked, "fixed"] = play_job(fixed, scenario, headline.task.spec.name, flocks)
+            jobs[name, blocked, "objective"] = play_jobs(policy, scenario, headline.task.spec.name, flocks)
+            jobs[name, blocked, "fixed"] = play_jobs(fixed, scenario, headline.task.spec.name, flocks)
     found = {key: values["objective"] for key, values in runner.run(jobs, "Warnings").items()}
     columns = ("objective", "fixed")
     tables = [

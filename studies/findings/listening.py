@@ -15,8 +15,8 @@ from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from studies.findings.controls import watch
-from studies.findings.headlines import Headline, share_of
-from studies.measurements import Runner, policy_of
+from studies.findings.headlines import Headline
+from studies.measurements import Runner, policy_of, share_of
 from training.figure_style import RANGES, WIDTH
 
 FLOCKS: Final = 50

@@ -21,8 +21,8 @@ from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.models.sweep import FLOCK_RANGES
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity
 from flockesc_env.scenario.approach import approach
-from studies.findings.headlines import Headline, share_of
-from studies.measurements import Runner, chunks, play_job, values_by
+from studies.findings.headlines import Headline
+from studies.measurements import Runner, play_jobs, share_of, values_by
 from studies.robustness.plan import NEIGHBORS, attacked_presets, grid_of
 
 STARTS_FILE: Final = "starts.parquet"
@@ -42,9 +42,6 @@ SIZES: Final = (100, 1_000, 10_000)
 
 _SLOW_SHARE, _LARGE_SHARE = 0.2, 0.06
 """Share of the flocks for agents that count neighbors, and for more than 1,000 agents."""
-
-_CHUNK = 50
-"""Flocks of a job."""
 
 
 def starts() -> dict[str, FlockScenario]:
@@ -134,10 +131,9 @@ def play(
         "Fixed ranges",
     )
     jobs = {
-        (headline.task.name, headline.task.spec.name, name): [
-            play_job(headline.content, scenario, headline.task.spec.name, part)
-            for part in chunks(held_out[name], _CHUNK)
-        ]
+        (headline.task.name, headline.task.spec.name, name): play_jobs(
+            headline.content, scenario, headline.task.spec.name, held_out[name]
+        )
         for headline in headlines
         for name, scenario in tried.items()
         if can_run(headline, scenario)

@@ -25,7 +25,7 @@ from studies.findings.headlines import Headline
 from studies.measurements import Runner
 from studies.scoreboard.board import ANY_RATE, load_board
 from studies.scoreboard.page import Entry, entries_of
-from studies.study import Study, path_from, render
+from studies.study import Study, path_from, template
 
 FIGURES: Final = "figures"
 FILM: Final = f"{FIGURES}/policies.gif"
@@ -180,8 +180,7 @@ def markdown_page(results: Findings, output: Path, page: Path) -> str:
     every = {**starts, **transfer}
     lost = sorted((gain.mean, key) for key, (gain, _) in every.items() if outcome(gain) == "loss")
     by_task = {one.task.name: one for one in results.headlines}
-    return render(
-        "findings/templates/findings.md",
+    return template("findings/templates/findings.md").render(
         rows=rows_of(results.entries),
         kinds=KINDS,
         tasks=tasks,

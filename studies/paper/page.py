@@ -23,7 +23,7 @@ from studies.paper.jobs import anatomy_table
 from studies.paper.line_claims import edge_claim, line_claims, theory_claims
 from studies.paper.mechanism_claims import SECTION, force_table, mechanism_claims
 from studies.paper.plan import ANATOMIES, CAPTURE_RADIUS, CONTROL_GRID, Trials, measurements
-from studies.study import RESULTS_FILE, Results, Study, document, path_from, render, signed
+from studies.study import RESULTS_FILE, Results, Study, document, path_from, signed, template
 
 _SECTIONS = {
     "III": "Theory of the line (Section III)",
@@ -120,7 +120,7 @@ def html_page(results: PaperResults, figures: Path) -> str:
         extensions=["tables", "fenced_code", "toc"], extension_configs={"toc": {"toc_depth": "2-3"}}
     )
     body = converter.convert(text)
-    return render("paper/templates/page.html", body=body, contents=converter.toc)
+    return template("paper/templates/page.html").render(body=body, contents=converter.toc)
 
 
 def _render(
@@ -132,8 +132,7 @@ def _render(
         sections[title].append((number, row))
     judged = [(row.judgment.verdict, row.is_reading) for row in results.claims]
     unclear = " (sample too small to tell)"
-    return render(
-        "paper/templates/page.md",
+    return template("paper/templates/page.md").render(
         results=results,
         sections=sections,
         counts={

@@ -21,7 +21,7 @@ from flockesc_env.scenario.presets import PRESETS
 from studies.measurements import Runner, means
 from studies.paper.plan import PAPER_OBJECTIVES
 from studies.robustness.plan import QUESTIONS, Grid, attacked_presets, grid_of
-from studies.study import RESULTS_FILE, Results, Study, document, path_from, render
+from studies.study import RESULTS_FILE, Results, Study, document, path_from, template
 from studies.style import ROW, caption, draw_forest
 from training.figure_style import WIDTH
 
@@ -221,8 +221,7 @@ def _label(preset: PresetResult) -> str:
 
 def markdown_page(results: RobustnessResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
-    return render(
-        "robustness/templates/robustness.md",
+    return template("robustness/templates/robustness.md").render(
         results=results,
         answers={symbol: answers(results, symbol) for symbol in OBJECTIVES},
         grids=sorted({str(row.grid) for row in results.presets}),

@@ -20,7 +20,7 @@ from flockesc_env.tasks.statistics import difference
 from flockesc_env.tasks.task import Task, tasks
 from studies.scoreboard import rewards
 from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, Entrant
-from studies.study import path_from, render
+from studies.study import path_from, template
 
 RESULTS: Final = Path("results/scoreboard")
 
@@ -95,8 +95,7 @@ def write_page(board: Sequence[Entrant], page: Path) -> str:
     entries = entries_of(board)
     every = [(name, entry) for name, shown in entries.items() for entry in shown if entry.result.training]
     gains = json.loads(rewards.FILE.read_text())
-    text = render(
-        "scoreboard/templates/scoreboard.md",
+    text = template("scoreboard/templates/scoreboard.md").render(
         tasks=tasks,
         entries=entries,
         lost=[(name, entry) for name, entry in every if entry.over_shortcut.high < 0],

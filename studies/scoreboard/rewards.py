@@ -20,10 +20,10 @@ from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View, env_options
 from flockesc_env.episodes.splits import TUNING
-from flockesc_env.jobs import Arrays, Job
+from flockesc_env.jobs import Arrays
 from flockesc_env.tasks.learners import learners
 from flockesc_env.tasks.task import Task, tasks
-from studies.measurements import Runner, chunks
+from studies.measurements import Runner, split
 from studies.study import document
 
 FILE: Final = Path("results/scoreboard/rewards.json")
@@ -34,9 +34,7 @@ FLOCKS: Final = TUNING[3000:4000]
 def write(runner: Runner, file: Path = FILE) -> None:
     """Measure the pairs of every task with one range per agent on which people train."""
     pairs = {(name, *pair): pair for name, task in tasks.items() for pair in pairs_of(task)}
-    jobs = {
-        key: [Job(f"{__name__}:gains", (*key, part), 5.0) for part in chunks(FLOCKS, 50)] for key in pairs
-    }
+    jobs = {key: split(f"{__name__}:gains", key, FLOCKS, 50, 0.1) for key in pairs}
     rows: dict[str, list[Any]] = {}
     for (name, a, b), found in runner.run(jobs, "Gains").items():
         gains = {kind: astuple(mean(values)) for kind, values in found.items()}

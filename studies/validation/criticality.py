@@ -16,22 +16,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario, simulate
-from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate
-from flockesc_env.episodes.splits import HELD_OUT, first_seeds
+from flockesc_env.common.stats import Estimate, argmax, mean
+from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import AlignedHeadings, Disc, PreferredDistance, PurePursuit, Voronoi
-from studies.measurements import chunks, means
+from studies.measurements import means, share_of, split
 from studies.style import curve, letter
-from studies.validation import Verdict, scaled
+from studies.validation import Verdict
 from training.figure_style import WIDTH
-
-TITLE: Final = "Evasion near the order transition"
-PUBLISHED: Final = (
-    "the capture rate is smallest at the transition, because of the shape of the school"
-    " ([Klamser and Romanczuk 2021](https://doi.org/10.1371/journal.pcbi.1008832))"
-)
 
 ALIGNMENTS: Final = (0.0, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 5.0)
 """Strengths of alignment."""
@@ -125,9 +118,8 @@ def _measure(alignment: float, seed: int) -> tuple[float, ...]:
 
 def jobs(scale: float) -> dict[float, list[Job]]:
     """Return the jobs by alignment, for ``results``."""
-    seeds = chunks(first_seeds(HELD_OUT, scaled(FLOCKS, scale)), 4)
-    call = f"{__name__}:measure"
-    return {a: [Job(call, (a, some), 4.0 * len(some)) for some in seeds] for a in ALIGNMENTS}
+    seeds = share_of(HELD_OUT, FLOCKS, scale, 4)
+    return {a: split(f"{__name__}:measure", (a,), seeds, 4, 4.0) for a in ALIGNMENTS}
 
 
 def results(measured: Mapping[float, Arrays]) -> Criticality:
@@ -135,7 +127,7 @@ def results(measured: Mapping[float, Arrays]) -> Criticality:
     numbers = np.stack([measured[alignment]["numbers"] for alignment in ALIGNMENTS], axis=1)
     order, variance, captured, still, spacing = numbers
     at = np.array(ALIGNMENTS)
-    transition = stats.argmax(at, variance)
+    transition = argmax(at, variance)
     critical = captured[ALIGNMENTS.index(transition.mean)]
     avoided = (still - captured) / still.mean(axis=1, keepdims=True)
     return Criticality(
@@ -146,21 +138,12 @@ def results(measured: Mapping[float, Arrays]) -> Criticality:
         captured_still=means(still),
         spacing=means(spacing),
         transition=transition,
-        best=stats.argmax(at, -captured),
-        best_still=stats.argmax(at, -still),
-        disordered=stats.mean(captured[0] - critical),
-        ordered=stats.mean(captured[-1] - critical),
+        best=argmax(at, -captured),
+        best_still=argmax(at, -still),
+        disordered=mean(captured[0] - critical),
+        ordered=mean(captured[-1] - critical),
         avoided=means(avoided),
-        average_avoided=stats.mean(avoided.mean(axis=0)),
-    )
-
-
-def here(results: Criticality) -> str:
-    """Return where the transition and the fewest captures are, and how many captures flight avoids."""
-    return (
-        f"transition at {results.transition:g}, fewest captures at {results.best:g}"
-        f" and, without flight, at {results.best_still:g};"
-        f" flight avoids a share of {results.average_avoided} of the captures"
+        average_avoided=mean(avoided.mean(axis=0)),
     )
 
 
@@ -189,20 +172,20 @@ def figure(results: Criticality) -> Figure:
     """Draw order, captures and spacing against the alignment; the line is the transition."""
     figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
     panels = figure.subplots(1, 3)
-    for index, rows, color, label in (
-        (0, results.order, LIGHT.ink, "polarization"),
-        (0, results.variance, LIGHT.others[0], "N x variance"),
-        (1, results.captured, LIGHT.predator, "prey flee"),
-        (1, results.captured_still, LIGHT.muted, "they do not"),
-        (2, results.spacing, LIGHT.ink, ""),
+    for axes, rows, color, label in (
+        (panels[0], results.order, LIGHT.ink, "polarization"),
+        (panels[0], results.variance, LIGHT.others[0], "N x variance"),
+        (panels[1], results.captured, LIGHT.predator, "prey flee"),
+        (panels[1], results.captured_still, LIGHT.muted, "they do not"),
+        (panels[2], results.spacing, LIGHT.ink, ""),
     ):
-        curve(panels[index], ALIGNMENTS, rows, color, ".-", band=0.15, label=label)
+        curve(axes, ALIGNMENTS, rows, color, ".-", band=0.15, label=label)
     titles = ("order", "caught agents", "distance to the nearest")
     for index, (axes, title) in enumerate(zip(panels, titles, strict=True)):
         axes.axvline(results.transition.mean, color=LIGHT.muted, ls="--", lw=1)
         axes.set_xlabel("strength of alignment")
         axes.set_ylim(bottom=0)
         letter(axes, index, title)
-    panels[0].legend()
-    panels[1].legend()
+    for axes in panels[:2]:
+        axes.legend()
     return figure

@@ -15,7 +15,7 @@ from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models import records
 from studies.measurements import Runner
-from studies.study import RESULTS_FILE, Results, Study, document, path_from, render, signed
+from studies.study import RESULTS_FILE, Results, Study, document, path_from, signed, template
 from studies.validation import PARTS, part
 
 _SECONDS = "processor_seconds"
@@ -70,7 +70,7 @@ def measure(runner: Runner, output: Path, only: Iterable[str], scale: float) -> 
             ]
             for key, group in part(name).jobs(scale).items()
         }
-        measured = runner.run(groups, part(name).TITLE)
+        measured = runner.run(groups, f"Measuring {name}")
         seconds = sum(found.pop(_SECONDS).sum() for found in measured.values())
         parts[name] = Measured(
             command=f"python -m studies validation --only {name}{share}",
@@ -86,12 +86,11 @@ def markdown_page(results: ValidationResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the pictures in the folder ``figures``."""
     sections = []
     for name, measured in results.parts.items():
-        module, found = part(name), measured.results
-        picture = path_from(page, figures / f"{name}.png")
-        values = {"part": module, "results": found, "picture": picture, "signed": signed}
-        section = render(f"validation/templates/{name}.md", **values)
-        sections.append((module, module.here(found), module.verdict(found), measured, section.strip()))
-    return render("validation/templates/validation.md", sections=sections)
+        module, picture = part(name), path_from(page, figures / f"{name}.png")
+        values = {"part": module, "results": measured.results, "picture": picture, "signed": signed}
+        section = template(f"validation/templates/{name}.md").make_module(values)
+        sections.append((section, module.verdict(measured.results), measured))
+    return template("validation/templates/validation.md").render(sections=sections)
 
 
 VALIDATION = Study(

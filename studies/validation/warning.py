@@ -15,24 +15,17 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario, sweep
-from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import Estimate, mean
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.episodes.splits import HELD_OUT, TUNING, first_seeds
+from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, PurePursuit, RandomHeadings, approach
 from flockesc_env.scenario.initial import InitialHeadings
-from studies.measurements import chunks
+from studies.measurements import share_of, split
 from studies.style import letter
-from studies.validation import Verdict, scaled
+from studies.validation import Verdict
 from training.figure_style import WIDTH
-
-TITLE: Final = "What a warning is worth"
-PUBLISHED: Final = (
-    "some connectivity helps because information spreads from the agents closest to the predator"
-    " ([Saleh, abstract](paper.md))"
-)
 
 RANGES: Final = (0.0, 3.0, 6.0, 10.0, 15.0, 25.0, 40.0, 150.0)
 """Fixed ranges in m. A gain is over both ends: hearing nobody and hearing all."""
@@ -160,14 +153,11 @@ def play(world: World, seeds: range) -> Arrays:
 
 def jobs(scale: float) -> dict[tuple[World, str], list[Job]]:
     """Return the jobs by world and split, for ``results``."""
-    counts = {world: PAPER_FLOCKS if world == PAPER else FLOCKS for world in WORLDS}
     return {
-        (world, split): [
-            Job(f"{__name__}:play", (world, seeds), 0.3 * len(seeds))
-            for seeds in chunks(first_seeds(of, scaled(count, scale)), 50)
-        ]
-        for world, count in counts.items()
-        for split, of in (("tuning", TUNING), ("held-out", HELD_OUT))
+        (world, purpose): split(f"{__name__}:play", (world,), share_of(of, count, scale, 4), 50, 0.3)
+        for world in WORLDS
+        for count in [PAPER_FLOCKS if world == PAPER else FLOCKS]
+        for purpose, of in (("tuning", TUNING), ("held-out", HELD_OUT))
     }
 
 
@@ -183,34 +173,19 @@ def results(measured: Mapping[tuple[World, str], Arrays]) -> ValueOfWarnings:
 
 
 def _warned(world: World, objective: str, tuned: Arrays, played: Arrays) -> Warned:
-    def gains(name: str) -> tuple[FloatArray, FloatArray]:
-        values = played[f"{name} {objective}"]
-        return values[at["hearing"]] - values[0], values[at["hearing"]] - values[-1]
-
-    at = {name: int(tuned[f"{name} {objective}"].mean(axis=1).argmax()) for name in ("hearing", "blocked")}
-    best, without = (played[f"{name} {objective}"][place] for name, place in at.items())
-    hearing, blocked = gains("hearing"), gains("blocked")
+    hearing, blocked = (played[f"{name} {objective}"] for name in ("hearing", "blocked"))
+    best, without = (
+        int(tuned[f"{name} {objective}"].mean(axis=1).argmax()) for name in ("hearing", "blocked")
+    )
+    gains, left = hearing[best] - hearing[[0, -1]], blocked[best] - blocked[[0, -1]]
     return Warned(
         world=world,
         objective=objective,
-        best=RANGES[at["hearing"]],
-        value=stats.mean(best - without),
-        hearing=(stats.mean(hearing[0]), stats.mean(hearing[1])),
-        blocked=(stats.mean(blocked[0]), stats.mean(blocked[1])),
-        removed=stats.mean(hearing[0] / 2 - blocked[0]),
-    )
-
-
-def here(results: ValueOfWarnings) -> str:
-    """Return what blocking removes in the paper's flock, and where warnings decide."""
-    gains = ", ".join(
-        f"{spec.symbol} {each.hearing[0].mean:+.2f} m, without warnings {each.blocked[0].mean:+.2f} m"
-        for each in results.paper
-        for spec in [FLOCK_OBJECTIVES[each.objective]]
-    )
-    return (
-        f"gain over 0 m in the paper's flock: {gains}; a warning decides {len(results.decided)} of"
-        f" {len(results.worlds)} cases"
+        best=RANGES[best],
+        value=mean(hearing[best] - blocked[without]),
+        hearing=(mean(gains[0]), mean(gains[1])),
+        blocked=(mean(left[0]), mean(left[1])),
+        removed=mean(gains[0] / 2 - left[0]),
     )
 
 
