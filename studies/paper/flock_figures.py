@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import astuple
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
@@ -48,16 +51,16 @@ def snapshots(seed: int, rho: float) -> Figure:
     return figure
 
 
-def distances(objective: str, curves: Arrays, grid: Arrays, seed: int) -> Figure:
+def distances(objective: str, measured: Mapping[str, Arrays], seed: int) -> Figure:
     """Figures 9 and 10: distance against time, objective against range, and the best ranges of flocks."""
     spec = FLOCK_OBJECTIVES[objective]
-    symbol, values = spec.symbol, grid[spec.name]
+    symbol, values = spec.symbol, measured["grid flock"][spec.name]
     figure = Figure(figsize=(WIDTH, 6.0), layout="constrained")
     (over_time, over_range), (best, spare) = figure.subplots(2, 2)
     spare.set_axis_off()
     times = np.arange(FLOCK.num_steps + 1) * FLOCK.time_step
     ends = []
-    for row, (rho, color) in zip(curves[spec.series], _COLORS.items(), strict=True):
+    for row, (rho, color) in zip(measured["curves"][spec.series], _COLORS.items(), strict=True):
         over_time.plot(times, row[seed], color=color, lw=1.5)
         over_time.plot(times, row.mean(axis=0), color=color, ls=":", lw=1.2)
         ends.append((float(row[seed][-1]), f"{rho:g} m", color))
@@ -119,7 +122,5 @@ def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
 
 
 def _points(axes: Axes, estimates: list[stats.Estimate]) -> None:
-    means, low, high = (
-        np.array([getattr(estimate, name) for estimate in estimates]) for name in ("mean", "low", "high")
-    )
+    means, low, high = np.array([astuple(estimate) for estimate in estimates]).T
     axes.errorbar(OFFSETS, means, (means - low, high - means), fmt="o", ms=5, lw=1.5, color=LIGHT.fixed)
