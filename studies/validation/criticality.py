@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -66,28 +66,23 @@ class Criticality:
     average_avoided: Estimate
 
 
-def scenario(alignment: float, **changes: Any) -> FlockScenario:
-    """Return the school of the paper, in its units of length and speed, without a predator."""
-    return FlockScenario(
-        **{
-            "num_agents": NUM_AGENTS,
-            "num_steps": SETTLING,
-            "time_step": STEP,
-            "mass": 1.0,
-            "speed": 1.0,
-            "alignment_strength": alignment,
-            "motion": PreferredDistance(strength=2.0, distance=1.0, width=0.5),
-            # The variance of a step's uniform error is that of the diffusion.
-            "angular_noise": math.sqrt(24 * DIFFUSION * STEP),
-            "neighbor_rule": Voronoi(),
-            "initial_side": 20.0,
-            "initial_positions": Disc(radius=8.0),
-            "initial_headings": AlignedHeadings(direction=(1.0, 0.0), max_angle=1.0),
-            "predator_range": 2.0,
-            "predators": (),
-            **changes,
-        }
-    )
+SCHOOL: Final = FlockScenario(
+    num_agents=NUM_AGENTS,
+    num_steps=SETTLING,
+    time_step=STEP,
+    mass=1.0,
+    speed=1.0,
+    motion=PreferredDistance(strength=2.0, distance=1.0, width=0.5),
+    # The variance of a step's uniform error is that of the diffusion.
+    angular_noise=math.sqrt(24 * DIFFUSION * STEP),
+    neighbor_rule=Voronoi(),
+    initial_side=20.0,
+    initial_positions=Disc(radius=8.0),
+    initial_headings=AlignedHeadings(direction=(1.0, 0.0), max_angle=1.0),
+    predator_range=2.0,
+    predators=(),
+)
+"""The school of the paper, in its units of length and speed, without a predator."""
 
 
 def measure(alignment: float, seeds: range) -> Arrays:
@@ -96,7 +91,8 @@ def measure(alignment: float, seeds: range) -> Arrays:
 
 
 def _measure(alignment: float, seed: int) -> tuple[float, ...]:
-    settled = simulate(scenario(alignment), EVERYWHERE, seed=seed)
+    school = SCHOOL.replace(alignment_strength=alignment)
+    settled = simulate(school, EVERYWHERE, seed=seed)
     order = settled.polarization[SETTLING // 2 :]
     positions, velocities = settled.positions[-1], settled.velocities[-1]
     distances = np.linalg.norm(positions[:, None] - positions, axis=2)
@@ -106,12 +102,11 @@ def _measure(alignment: float, seed: int) -> tuple[float, ...]:
     # It starts 4.5 outside of the school, as in the authors' code.
     start = center + outward * (((positions - center) @ outward).max() + 4.5)
     predator = PurePursuit(tuple(start.tolist()), tuple((-2 * outward).tolist()), max_turn_rate=1.0)
-    attack = {"num_steps": ATTACK, "predators": (predator,), "capture_radius": CAPTURE_RADIUS}
+    attacked = school.replace(num_steps=ATTACK, predators=(predator,), capture_radius=CAPTURE_RADIUS)
     state = {"initial_positions": positions, "initial_velocities": velocities}
     caught = []
     for strength in FLEEING:
-        attacked = scenario(alignment, repulsion_strength=strength, **attack)
-        run = simulate(attacked, EVERYWHERE, seed=seed, **state)
+        run = simulate(attacked.replace(repulsion_strength=strength), EVERYWHERE, seed=seed, **state)
         caught.append(float((run.caught_at >= 0).sum()))
     return order.mean(), NUM_AGENTS * order.var(), *caught, np.sort(distances)[:, 1].mean()
 
@@ -124,8 +119,8 @@ def jobs(scale: float) -> dict[float, list[Job]]:
 
 def results(measured: Mapping[float, Arrays]) -> Criticality:
     """Return the results of the jobs of ``jobs``."""
-    numbers = np.stack([measured[alignment]["numbers"] for alignment in ALIGNMENTS], axis=1)
-    order, variance, captured, still, spacing = numbers
+    numbers = [measured[alignment]["numbers"] for alignment in ALIGNMENTS]
+    order, variance, captured, still, spacing = np.stack(numbers, axis=1)
     at = np.array(ALIGNMENTS)
     transition = argmax(at, variance)
     critical = captured[ALIGNMENTS.index(transition.mean)]

@@ -71,20 +71,14 @@ class Milling:
     fast_rotation: Estimate
     torus: list[list[list[float]]]
 
-    def _ups(self) -> zip[tuple[float, Estimate, Estimate]]:
-        return zip(WIDTHS, self.up.rotation, self.up.polarization, strict=True)
-
-    def swarms(self) -> list[float]:
-        """Return the widths of swarms on the way up."""
-        return [width for width, m, p in self._ups() if max(m.high, p.high) < LITTLE]
-
-    def tori(self) -> list[float]:
-        """Return the widths of tori on the way up."""
-        return [width for width, m, p in self._ups() if m.low > max(TURNING, p.high)]
-
-    def parallel(self) -> list[float]:
-        """Return the widths of parallel groups on the way up."""
-        return [width for width, _, p in self._ups() if p.low > PARALLEL]
+    def states(self) -> dict[str, list[float]]:
+        """Return the widths of swarms, tori and parallel groups on the way up."""
+        ups = [*zip(WIDTHS, self.up.rotation, self.up.polarization, strict=True)]
+        return {
+            "swarm": [width for width, m, p in ups if max(m.high, p.high) < LITTLE],
+            "torus": [width for width, m, p in ups if m.low > max(TURNING, p.high)],
+            "parallel": [width for width, _, p in ups if p.low > PARALLEL],
+        }
 
     def remembered(self) -> list[float]:
         """Return the widths at which groups have more polarization and less rotation on the way down."""
@@ -162,7 +156,7 @@ def results(measured: Mapping[str, Arrays]) -> Milling:
 
 def verdict(results: Milling) -> Verdict:
     """Return the verdict: three states in the published order, and memory of a parallel group."""
-    swarms, tori, parallel = results.swarms(), results.tori(), results.parallel()
+    swarms, tori, parallel = results.states().values()
     is_ordered = bool(swarms and tori and parallel) and swarms[-1] < tori[0] and tori[-1] < parallel[0]
     return Verdict.of(is_ordered, results.remembered())
 

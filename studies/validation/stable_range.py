@@ -145,8 +145,8 @@ def results(measured: Mapping[tuple[str, float], Arrays]) -> StableRange:
 
 
 def _game(measured: Mapping[tuple[str, float], Arrays], payoff: int) -> Game:
-    def values(split: str, name: str) -> FloatArray:  # shape (residents, [mutants,] flocks)
-        return np.array([measured[split, a][name][payoff].T for a in RANGES])
+    def values(purpose: str, name: str) -> FloatArray:  # shape (residents, [mutants,] flocks)
+        return np.array([measured[purpose, a][name][payoff].T for a in RANGES])
 
     best = argmax(np.array(RANGES), values("tuning", "group"))
     replies = [_reply(at, rows) for at, rows in enumerate(values("tuning", "advantage"))]

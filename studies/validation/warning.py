@@ -58,16 +58,6 @@ class World:
     captures: bool
 
     @property
-    def row(self) -> tuple[str, str, float]:
-        """The row of the map: start headings, predator and its speed."""
-        return self.headings, self.predator, self.speed
-
-    @property
-    def column(self) -> tuple[float, float]:
-        """The column of the map: the distance within which agents flee, and the strength of alignment."""
-        return self.sensing, self.alignment
-
-    @property
     def scenario(self) -> FlockScenario:
         """The scenario."""
         return FlockScenario(
@@ -163,20 +153,15 @@ def jobs(scale: float) -> dict[tuple[World, str], list[Job]]:
 
 def results(measured: Mapping[tuple[World, str], Arrays]) -> ValueOfWarnings:
     """Return the results of the jobs of ``jobs``."""
-    worlds = tuple(
-        _warned(world, objective, measured[world, "tuning"], measured[world, "held-out"])
-        for world in WORLDS
-        for objective in world.objectives
-    )
+    worlds = tuple(_warned(world, one, measured) for world in WORLDS for one in world.objectives)
     few, many = (measured[world, "held-out"]["hearing min_mean_distance"] for world in (WORLDS[1], PAPER))
     return ValueOfWarnings(worlds, (len(few[0]), len(many[0])))
 
 
-def _warned(world: World, objective: str, tuned: Arrays, played: Arrays) -> Warned:
-    hearing, blocked = (played[f"{name} {objective}"] for name in ("hearing", "blocked"))
-    best, without = (
-        int(tuned[f"{name} {objective}"].mean(axis=1).argmax()) for name in ("hearing", "blocked")
-    )
+def _warned(world: World, objective: str, measured: Mapping[tuple[World, str], Arrays]) -> Warned:
+    names = f"hearing {objective}", f"blocked {objective}"
+    best, without = (int(measured[world, "tuning"][name].mean(axis=1).argmax()) for name in names)
+    hearing, blocked = (measured[world, "held-out"][name] for name in names)
     gains, left = hearing[best] - hearing[[0, -1]], blocked[best] - blocked[[0, -1]]
     return Warned(
         world=world,
@@ -201,10 +186,11 @@ def figure(results: ValueOfWarnings) -> Figure:
     columns = tuple(product(SENSING, ALIGNMENTS))
     for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
         shown = [each for each in results.worlds if each.objective == spec.name]
-        rows = list(dict.fromkeys(each.world.row for each in shown))
+        worlds = [(each.world.headings, each.world.predator, each.world.speed) for each in shown]
+        rows = list(dict.fromkeys(worlds))
         values = np.full((len(rows), len(columns)), np.nan)
-        for each in shown:
-            row, column = rows.index(each.world.row), columns.index(each.world.column)
+        for each, world in zip(shown, worlds, strict=True):
+            row, column = rows.index(world), columns.index((each.world.sensing, each.world.alignment))
             values[row, column] = each.value.mean
             if each.decides:
                 axes.plot(column, row, "o", color=LIGHT.ink, ms=5)
@@ -212,13 +198,10 @@ def figure(results: ValueOfWarnings) -> Figure:
                 axes.plot(column, row, "s", mfc="none", mec=LIGHT.ink, ms=12)
         most = np.nanmax(np.abs(values))
         image = axes.imshow(values, cmap="PuOr_r", vmin=-most, vmax=most, aspect="auto")
-        unit = f" ({spec.unit})" if spec.unit else ""
-        ticks = (-most, 0, most)
-        label = f"value of a warning{unit}"
+        label, ticks = spec.with_unit("value of a warning"), (-most, 0, most)
         figure.colorbar(image, ax=axes, location="bottom", label=label, ticks=ticks, format="%.2g")
         axes.set_xticks(range(len(columns)), [f"{sensing:g} m, {a:g}" for sensing, a in columns], rotation=90)
-        axes.set_yticks(
-            range(len(rows)), [f"{start}, {kind}, {speed:.0f} m/s" for start, kind, speed in rows]
-        )
+        names = [f"{start}, {kind}, {speed:.0f} m/s" for start, kind, speed in rows]
+        axes.set_yticks(range(len(rows)), names)
         letter(axes, index, spec.symbol)
     return figure
