@@ -26,10 +26,7 @@ INPUTS: Final = (
 
 WIDTHS: Final = (len(INPUTS), 8, 2)  # of the layers of a ``NetworkPredator``
 SIZE: Final = sum((rows + 1) * columns for rows, columns in pairwise(WIDTHS))  # number of its parameters
-
-
-STEPS_PER_ACTION: Final = 4
-"""Number of model steps per action of the rules."""
+STEPS_PER_ACTION: Final = 4  # of the rules
 
 
 @dataclass(frozen=True)

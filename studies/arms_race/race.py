@@ -50,7 +50,6 @@ BATCH: Final = 32  # flocks that are stepped together: larger batches leave the 
 CHUNK: Final = 100  # flocks of a job of the cross-play
 EPISODE: Final = 5e-3  # estimated seconds
 
-
 Value = Callable[[FloatArray, range], FloatArray]
 """J_mean in m, shape (k, flocks), by changes of one side's parameters, shape (k, size), and by flocks."""
 
@@ -143,13 +142,7 @@ def learner(kind: str, flock: Flock, predator: Predator) -> tuple[FloatArray, Va
     return origin, value
 
 
-def arms_race(
-    runner: Runner,
-    output: Path,
-    rounds: int,
-    num_flocks: int,
-    budget: Budget = Budget(),
-) -> None:
+def measure(runner: Runner, output: Path, rounds: int, num_flocks: int, budget: Budget = Budget()) -> None:
     """Train in turns, play all flock policies against all predators on held-out flocks; write the files.
 
     A trained predator has the name of the flock policy that it was trained against. Each round trains a flock
@@ -180,8 +173,8 @@ def arms_race(
             else:
                 predators[name] = Predator("lead", lead, parameters)
             run = {"kind": kind, "name": name, "minutes": float(found["minutes"])}
-            curve = enumerate(found["curve"].tolist())
-            trainings.extend({**run, "measurement": at, "objective": value} for at, value in curve)
+            for at, value in enumerate(found["curve"].tolist()):
+                trainings.append({**run, "measurement": at, "objective": value})
 
     train_each("predator", dict.fromkeys(flocks, "lead"), FIRST_SEED)
     newest = {track: track for track in TRACKS}
@@ -204,18 +197,20 @@ def arms_race(
     (output / "policies").mkdir(parents=True, exist_ok=True)
     write_table(table, output / "cross_play.parquet")
     write_table(pl.DataFrame(trainings), output / "trainings.parquet")
-    for name, flock in flocks.items():
-        if flock.parameters:
-            entry = flock.entry().with_options(name=name, scenario=SCENARIO)
-            save_policy(entry, output / "policies" / f"{name.replace(',', '').replace(' ', '-')}.npz")
-    trained = {name: np.array(each.parameters) for name, each in predators.items() if each.parameters}
-    write_npz(output / "policies" / "predators.npz", trained)
     policies = {}
     for name, flock in flocks.items():
         entry = flock.entry()
-        size, steps = len(getattr(entry, "parameters", ())), (entry.options or {})["steps_per_action"]
-        about = {"from": flock.spec, "learner": TRACKS.get(name), "parameters": size}
-        policies[name] = {**about, "steps_per_action": steps}
+        policies[name] = {
+            "from": flock.spec,
+            "learner": TRACKS.get(name),
+            "parameters": len(getattr(entry, "parameters", ())),
+            "steps_per_action": (entry.options or {})["steps_per_action"],
+        }
+        if flock.parameters:
+            file = output / "policies" / f"{name.replace(',', '').replace(' ', '-')}.npz"
+            save_policy(entry.with_options(name=name, scenario=SCENARIO), file)
+    trained = {name: np.array(each.parameters) for name, each in predators.items() if each.parameters}
+    write_npz(output / "policies" / "predators.npz", trained)
     record = {
         "command": f"python -m studies arms-race --rounds {rounds} --num-flocks {num_flocks}",
         "rounds": rounds,

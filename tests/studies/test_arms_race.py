@@ -10,7 +10,6 @@ import pytest
 from option_table import small_flock
 
 from flockesc_env import rollout
-from flockesc_env.common import stats
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import Observations, PredatorPolicySpec
 from flockesc_env.jobs import find_backend
@@ -111,8 +110,7 @@ def test_losses_are_to_the_worst_predator_and_equal_policies_count_once() -> Non
         "a again": {"straight": straight, "a": own, "b": other},
     }
     values = {(flock, name): np.array(row) for flock, cells in rows.items() for name, row in cells.items()}
-    cells = {pair: stats.mean(row) for pair, row in values.items()}
-    results = RaceResults({}, pl.DataFrame(), list(rows), ["straight", "a", "b"], values, cells)
+    results = RaceResults({}, pl.DataFrame(), list(rows), ["straight", "a", "b"], values)
     assert results.worst("a") == "b"  # not its own
     assert results.loss("a", "straight", "b").mean == (3 + 5) / 2
     assert results.excess("a", "b").mean == ((3 - 1) + (5 - 2)) / 2
