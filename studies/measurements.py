@@ -12,8 +12,7 @@ import numpy as np
 import polars as pl
 
 from flockesc_env import FlockScenario, LineScenario, rollout
-from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.splits import first_seeds
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
 from flockesc_env.policies import BasePolicy, load_policy
@@ -72,7 +71,12 @@ def split(function: str, arguments: tuple[Any, ...], flocks: range, size: int, s
 
 def means(rows: Iterable[FloatArray]) -> tuple[Estimate, ...]:
     """Return the mean of every row with its interval."""
-    return tuple(map(stats.mean, rows))
+    return tuple(map(mean, rows))
+
+
+def sign(estimate: Estimate) -> int:
+    """Return 1 or -1 if the interval lies above or below 0, and 0 if it contains 0."""
+    return int(estimate.low > 0) - int(estimate.high < 0)
 
 
 def policy_of(policy: str | bytes) -> BasePolicy:

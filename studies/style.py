@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.render.palette import LABELS, LIGHT
+from studies.measurements import sign
 
 ROW = 0.235
 """Height of a row of a forest plot in inches."""
@@ -86,8 +87,7 @@ def draw_forest(axes: Axes, groups: Mapping[str, Mapping[str, Estimate]]) -> Non
 
 
 def _row(axes: Axes, place: int, estimate: Estimate) -> None:
-    excludes_zero = estimate.low > 0 or estimate.high < 0
-    color, face = LIGHT.fixed, LIGHT.fixed if excludes_zero else LIGHT.page
+    color, face = LIGHT.fixed, LIGHT.fixed if sign(estimate) else LIGHT.page
     axes.plot([estimate.low, estimate.high], [place, place], color=color, lw=2, solid_capstyle="butt")
     axes.plot(estimate.mean, place, "o", color=color, mfc=face, ms=5.5, zorder=3)
     axes.annotate(

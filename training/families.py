@@ -10,8 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import NetworkPolicy, Policy
-from flockesc_env.common.errors import InputError
+from flockesc_env import InputError, NetworkPolicy, Policy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec

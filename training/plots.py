@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from flockesc_env.common import stats
-from flockesc_env.common.stats import FloatArray
+from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.episodes.objectives import ObjectiveSpec
 from flockesc_env.models import FlockSweepResult, Trajectory
 from flockesc_env.render.frames import policy_title
@@ -51,7 +50,7 @@ def objective_against_range(
     for place, ((name, values), color) in enumerate(
         zip(outcomes.items(), _colors(len(outcomes)), strict=True)
     ):
-        level = stats.mean(values)
+        level = mean(values)
         axes.axhspan(level.low, level.high, color=color, alpha=0.15, lw=0)
         axes.axhline(level.mean, color=color, lw=1.5, ls="--" if place == 0 else "-")
         title = _title(name, place, len(outcomes))

@@ -18,8 +18,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from flockesc_env import Policy, rollout, save_policy
-from flockesc_env.common.errors import InputError
+from flockesc_env import InputError, LineScenario, Policy, rollout, save_policy, tasks
 from flockesc_env.common.files import check_writable, read_sealed, write_sealed, write_text
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.options import env_options, line_options
@@ -27,9 +26,8 @@ from flockesc_env.models.records import versions
 from flockesc_env.policies import Architecture, PolicySpec
 from flockesc_env.policies.files import POLICY_FILE, Stored
 from flockesc_env.policies.playing import rollout_networks
-from flockesc_env.scenario.line import LineScenario
+from flockesc_env.tasks import Task
 from flockesc_env.tasks.learners import Learner, learner_of
-from flockesc_env.tasks.task import Task, tasks
 
 CONFIG_FILE = "config.json"
 RUN_FILE = "run.json"

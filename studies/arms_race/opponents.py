@@ -9,12 +9,11 @@ from typing import Any, Final, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import FlockScenario, NetworkPolicy
+from flockesc_env import FlockScenario, NetworkPolicy, load_policy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import Observations, PredatorPolicy, PredatorPolicySpec
-from flockesc_env.policies import BasePolicy, load_policy
+from flockesc_env.policies import BasePolicy, FlyStraight, Pursue
 from flockesc_env.policies.network import tanh_layers
-from flockesc_env.policies.predators import FlyStraight, Pursue
 from flockesc_env.scenario import Learned
 
 INPUTS: Final = (

@@ -21,7 +21,7 @@ from flockesc_env.render.palette import LIGHT
 from studies.arms_race import race
 from studies.arms_race.opponents import WIDTHS
 from studies.arms_race.race import UNTRAINED
-from studies.measurements import values_by
+from studies.measurements import sign, values_by
 from studies.study import Study, path_from, signed, template
 from training.figure_style import WIDTH
 
@@ -156,10 +156,8 @@ def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
 def grouped(changes: Mapping[str, Estimate]) -> dict[str, Any]:
     """Return names by what their interval says, and the names with the most and the least change."""
     ordered = sorted(changes.items(), key=lambda pair: pair[1].mean)
-    larger = [name for name, change in changes.items() if change.low > 0]
-    smaller = [name for name, change in changes.items() if change.high < 0]
-    neither = [name for name in changes if name not in {*larger, *smaller}]
-    names = {"larger": larger, "smaller": smaller, "neither": neither}
+    kinds = {"larger": 1, "smaller": -1, "neither": 0}
+    names = {kind: [name for name in changes if sign(changes[name]) == at] for kind, at in kinds.items()}
     return {**names, "most": ordered[-1], "least": ordered[0]}
 
 

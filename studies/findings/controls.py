@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from flockesc_env import Policy, rollout
+from flockesc_env import Policy, rollout, tasks
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.predators import reset_policy
@@ -20,7 +20,6 @@ from flockesc_env.episodes.spaces import ObservationLayout
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BasePolicy, PolicySpec, as_policy
-from flockesc_env.tasks import tasks
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, play_jobs, policy_of, share_of, values_by
 

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario
-from flockesc_env.common.array_files import write_npz
+from flockesc_env.common.array_files import read_npz, write_npz
 from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
@@ -81,15 +81,14 @@ def silence(file: Path) -> tuple[float, float]:
         Mean range in m of agents that head more than 120 degrees off the direction away from the predator,
         over the cells of the figure; share of all actions by which agents listen to nobody.
     """
-    with np.load(file, allow_pickle=False) as source:
-        toward = source["range_by_place"][source["cosines"][1:] <= -0.5 + 1e-9]
-        return float(np.nanmean(toward)), float(source["silent"].mean())
+    kept = read_npz(file, "ranges")
+    toward = kept["range_by_place"][kept["cosines"][1:] <= -0.5 + 1e-9]
+    return float(np.nanmean(toward)), float(kept["silent"].mean())
 
 
 def figure(file: Path, *, by_place: bool) -> Figure:
     """Draw the mean range by predator distance and heading, or the ranges of the agents against time."""
-    with np.load(file, allow_pickle=False) as source:
-        kept = {name: source[name] for name in source.files}
+    kept = read_npz(file, "ranges")
     figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
     axes = figure.subplots()
     if by_place:

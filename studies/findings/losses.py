@@ -10,17 +10,15 @@ from typing import Final
 import polars as pl
 from scipy.optimize import brentq
 
-from flockesc_env import FlockScenario
+from flockesc_env import FlockScenario, InputError
 from flockesc_env.common.array_files import write_table
-from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import Estimate, mean
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View, env_options
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.models.sweep import FLOCK_RANGES
-from flockesc_env.scenario import AlignedHeadings, ConstantVelocity
-from flockesc_env.scenario.approach import approach
+from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, approach
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, play_jobs, share_of, values_by
 from studies.robustness.plan import NEIGHBORS, attacked_presets, grid_of

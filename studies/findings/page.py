@@ -13,16 +13,15 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env import FlockScenario, simulate
+from flockesc_env import FlockScenario, RenderOptions, simulate, tasks
 from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 from flockesc_env.episodes import splits
-from flockesc_env.render.options import RenderOptions
 from flockesc_env.render.video import write_video
-from flockesc_env.tasks import Task, tasks
+from flockesc_env.tasks import Task
 from flockesc_env.tasks.statistics import difference
 from studies.findings import controls, headlines, listening, losses, one_agent
 from studies.findings.headlines import Headline
-from studies.measurements import Runner
+from studies.measurements import Runner, sign
 from studies.scoreboard.board import ANY_RATE, load_board
 from studies.scoreboard.page import Entry, entries_of
 from studies.study import Study, path_from, template
@@ -61,11 +60,6 @@ class Row:
         return difference(values(self.learned), values(self.best[RULE]))
 
     @property
-    def outcome(self) -> str:
-        """Whether the learned policies lose to the rule, tie with it or win."""
-        return outcome(self.gain)
-
-    @property
     def score_gain(self) -> float:
         """The same as a difference of scores, which compares tasks."""
         return self.learned.row.score.mean - self.best[RULE].row.score.mean
@@ -83,8 +77,8 @@ class Row:
         """Return the mean objective of the best entry of a kind."""
         if kind not in self.best:
             return "-"
-        name = f" `{self.best[kind].result.learner}`" if kind == RULE else ""
-        return f"{self.shown(float(values(self.best[kind]).mean()))}{name}"
+        mean = self.shown(float(values(self.best[kind]).mean()))
+        return f"{mean} `{self.best[kind].result.learner}`" if kind == RULE else mean
 
 
 def values(entry: Entry) -> FloatArray:
@@ -116,7 +110,7 @@ def rows_of(entries: dict[str, list[Entry]]) -> list[Row]:
 
 def outcome(gain: Estimate) -> str:
     """Return "loss", "win", or "tie" if the interval includes 0."""
-    return "loss" if gain.high < 0 else "win" if gain.low > 0 else "tie"
+    return OUTCOMES[1 + sign(gain)]
 
 
 def plus_minus(gain: Estimate) -> str:
@@ -177,11 +171,12 @@ def figures(results: Findings) -> dict[str, Figure]:
 def markdown_page(results: Findings, output: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``."""
     starts, transfer = (losses.gains(output / file) for file in (losses.STARTS_FILE, losses.TRANSFER_FILE))
-    every = {**starts, **transfer}
+    every, by_task = {**starts, **transfer}, {one.task.name: one for one in results.headlines}
     lost = sorted((gain.mean, key) for key, (gain, _) in every.items() if outcome(gain) == "loss")
-    by_task = {one.task.name: one for one in results.headlines}
+    rows = rows_of(results.entries)
     return template("findings/templates/findings.md").render(
-        rows=rows_of(results.entries),
+        rows=rows,
+        outcomes={kind: [row.task.name for row in rows if outcome(row.gain) == kind] for kind in OUTCOMES},
         kinds=KINDS,
         tasks=tasks,
         results=results,

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env.common import stats
-from flockesc_env.common.stats import FloatArray
+from flockesc_env.common.stats import CONFIDENCE, FloatArray, mean_with_interval
 from flockesc_env.jobs import Arrays
 from flockesc_env.models.simulate import simulate_line
 from flockesc_env.render.palette import LIGHT
@@ -91,7 +90,7 @@ def distance_against_range(grids: dict[EscapeForce, Arrays]) -> Figure:
     for column, force in enumerate(FORCES):
         grid = grids[force]
         above, below = panels[:, column]
-        center, low, high = stats.mean_with_interval(grid["escape_distance"], stats.CONFIDENCE)
+        center, low, high = mean_with_interval(grid["escape_distance"], CONFIDENCE)
         above.fill_between(_GRID, low, high, color=BAND, lw=0)
         best = int(np.argmax(center))
         clusters: FloatArray = grid["num_components"].mean(axis=1)

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
 from flockesc_env.jobs import Arrays
 from studies.measurements import means
@@ -50,7 +49,7 @@ class Controlled:
 
     def quantity(self, what: str, value: Estimate | FloatArray) -> Quantity:
         """Return an estimate, or the mean of values, in the unit of the objective."""
-        value = value if isinstance(value, Estimate) else stats.mean(value)
+        value = value if isinstance(value, Estimate) else mean(value)
         if self.spec.name == "fraction_surviving":
             return Quantity(what, value, "%")
         return Quantity(what, value, self.spec.unit, 2 if self.spec.unit else 4)
@@ -116,7 +115,7 @@ def _blocking(found: Controlled, results: Mapping[str, Arrays]) -> Claim:
     ):
         gains[f"{spec.symbol} at {short} minus that at {nobody}, {control}"] = values[1] - values[0]
     hearing, blocked = gains.values()
-    more = stats.mean(hearing / 2 - blocked)
+    more = mean(hearing / 2 - blocked)
     return claim(
         found.where,
         WARNING,
@@ -146,7 +145,7 @@ def _difference(found: Controlled, says: str, other: float, holds_if: str) -> Cl
     )
     added = {rho: fleeing[rho] - without[rho] for rho in ends}
     values = added[found.short] - added[other]
-    average, symbol = stats.mean(values), found.spec.symbol
+    average, symbol = mean(values), found.spec.symbol
     short, second = map(found.shown, ends)
     pair = f"{symbol} at {short} minus that at {second}"
     return claim(

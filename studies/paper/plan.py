@@ -11,11 +11,16 @@ from flockesc_env.common.checks import as_count
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
-from flockesc_env.scenario.approach import approach
-from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.initial import AlignedHeadings
-from flockesc_env.scenario.line import EscapeForce, LineScenario
-from flockesc_env.scenario.predators import ConstantVelocity, Intercept, PurePursuit
+from flockesc_env.scenario import (
+    AlignedHeadings,
+    ConstantVelocity,
+    FlockScenario,
+    Intercept,
+    LineScenario,
+    PurePursuit,
+    approach,
+)
+from flockesc_env.scenario.line import EscapeForce
 from flockesc_env.scenario.presets import as_scenario
 
 CURVES, CONSENSUS, ANATOMY = (f"studies.paper.jobs:{name}" for name in ("curves", "consensus", "anatomy"))

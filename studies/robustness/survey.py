@@ -11,9 +11,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flockesc_env.cli.output import note, table
-from flockesc_env.common import stats
 from flockesc_env.common.files import write_text
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import Estimate, FloatArray, argmax, mean
 from flockesc_env.jobs import Arrays
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.models import records
@@ -71,10 +70,10 @@ def choose(actions: tuple[float, ...], values: FloatArray) -> Choice:
     """Choose the best action of a grid; ``values`` holds the objective, shape (actions, flocks)."""
     half = values.shape[1] // 2
     measured = values[:, half:]
-    best = stats.argmax(np.array(actions), values[:, :half])
+    best = argmax(np.array(actions), values[:, :half])
     at = actions.index(best.mean)
-    over_zero, over_longest = (stats.mean(measured[at] - measured[end]) for end in (0, -1))
-    return Choice(best, at, stats.mean(measured[at]), over_zero, over_longest)
+    over_zero, over_longest = (mean(measured[at] - measured[end]) for end in (0, -1))
+    return Choice(best, at, mean(measured[at]), over_zero, over_longest)
 
 
 @dataclass(frozen=True)
@@ -103,7 +102,7 @@ def outcome(symbol: str, actions: tuple[float, ...], results: Arrays) -> Outcome
     choice, curve = choose(actions, values), means(values[:, half:])
     return Outcome(
         best=choice.best,
-        **{name: stats.mean(results[name][choice.index, half:]) for name in OBJECTIVES.values()},
+        **{name: mean(results[name][choice.index, half:]) for name in OBJECTIVES.values()},
         at_zero=curve[0],
         at_longest=curve[-1],
         gain_over_zero=choice.gain_over_zero,
@@ -179,15 +178,15 @@ def answers(results: RobustnessResults, symbol: str) -> dict[str, str]:
     texts = {}
     for question, rows in results.by_question().items():
         findings = {row.name: row.outcomes[symbol].finding for row in rows}
-        interior = [name for name, finding in findings.items() if finding is Finding.INTERIOR]
-        others = [f"{name} ({finding})" for name, finding in findings.items() if name not in interior]
-        if not others:
-            texts[question] = f"yes: {', '.join(interior)}"
-        elif not interior:
-            texts[question] = f"not shown: {'; '.join(others)}"
+        interior = ", ".join(name for name, finding in findings.items() if finding is Finding.INTERIOR)
+        others = "; ".join(
+            f"{n} ({finding})" for n, finding in findings.items() if finding is not Finding.INTERIOR
+        )
+        if interior and others:
+            count = list(findings.values()).count(Finding.INTERIOR)
+            texts[question] = f"in {count} of {len(findings)}: {interior}; not shown for {others}"
         else:
-            counts = f"in {len(interior)} of {len(findings)}: {', '.join(interior)}"
-            texts[question] = f"{counts}; not shown for {'; '.join(others)}"
+            texts[question] = f"yes: {interior}" if interior else f"not shown: {others}"
     return texts
 
 

@@ -10,18 +10,15 @@ from typing import Any, Final, Literal
 
 import msgspec
 
-from flockesc_env import InputError
+from flockesc_env import InputError, load_policy, tasks
 from flockesc_env.cli.output import note
 from flockesc_env.common.files import atomic_write
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Arrays
-from flockesc_env.policies import NAMES, load_policy
+from flockesc_env.policies import NAMES
 from flockesc_env.policies.files import parse_policy
 from flockesc_env.policies.registry import TRAINED
-from flockesc_env.tasks import fitting
-from flockesc_env.tasks.results import Result, Training, read_result, write_result
-from flockesc_env.tasks.scoring import LoadedPolicy, score
-from flockesc_env.tasks.task import Task, tasks
+from flockesc_env.tasks import LoadedPolicy, Result, Task, Training, fitting, read_result, score, write_result
 from studies.scoreboard.trainings import Key, hyperparameters_of, versions_of
 
 BOARD: Final = Path("scoreboard")

@@ -13,11 +13,10 @@ import numpy as np
 
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate
+from flockesc_env.tasks import Result, Task, tasks
 from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.report import Row, rows, scores_of, with_reference_error
-from flockesc_env.tasks.results import Result
 from flockesc_env.tasks.statistics import difference
-from flockesc_env.tasks.task import Task, tasks
 from studies.scoreboard import rewards
 from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, Entrant
 from studies.study import path_from, template

@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 from cmaes import CMA
 
-from flockesc_env import FlockEscapeEnv, FlockScenario, InputError, rollout
+from flockesc_env import FlockEscapeEnv, FlockScenario, InputError, rollout, tasks
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.jobs import Arrays
 from flockesc_env.policies import BestCandidate
 from flockesc_env.scenario import ConstantVelocity, RandomApproach
-from flockesc_env.tasks.task import tasks
 from training.cma import maximize
 
 NUM_SEGMENTS, SEGMENT_STEPS = 12, 12

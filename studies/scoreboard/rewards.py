@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.files import write_text
-from flockesc_env.common.stats import FloatArray, mean
+from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View, env_options
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.jobs import Arrays
 from flockesc_env.tasks.learners import learners
 from flockesc_env.tasks.task import Task, tasks
-from studies.measurements import Runner, split
+from studies.measurements import Runner, sign, split
 from studies.study import document
 
 FILE: Final = Path("results/scoreboard/rewards.json")
@@ -44,8 +44,7 @@ def write(runner: Runner, file: Path = FILE) -> None:
 
 def is_opposite(row: dict[str, Any]) -> bool:
     """Return whether both intervals of a pair exclude 0, with opposite signs."""
-    (_, *own), (_, *team) = row["own"], row["team"]
-    return bool((min(own) > 0 and max(team) < 0) or (max(own) < 0 and min(team) > 0))
+    return sign(Estimate(*row["own"])) * sign(Estimate(*row["team"])) < 0
 
 
 def pairs_of(task: Task) -> list[tuple[float, float]]:

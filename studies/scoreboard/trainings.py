@@ -18,12 +18,11 @@ import msgspec
 import numpy as np
 from stable_baselines3 import PPO
 
-from flockesc_env import SB3Policy, save_policy
+from flockesc_env import SB3Policy, save_policy, tasks
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models.records import versions
 from flockesc_env.policies.files import POLICY_FILE
 from flockesc_env.tasks.learners import learner_of, learners
-from flockesc_env.tasks.task import tasks
 from training.run import RUN_FILE, Run
 
 _SECONDS: Final = 60.0

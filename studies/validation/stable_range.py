@@ -23,7 +23,7 @@ from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.presets import as_scenario
-from studies.measurements import means, share_of, split
+from studies.measurements import means, share_of, sign, split
 from studies.style import letter
 from studies.validation import Verdict
 from training.figure_style import WIDTH
@@ -191,7 +191,7 @@ def figure(results: StableRange) -> Figure:
     names = [f"{a:g}" for a in RANGES]
     for index, (name, game) in enumerate(results.games.items()):
         axes = figure.add_subplot(1, 3, index + 1)
-        values = np.array([[e.mean * (e.low * e.high > 0) for e in row] for row in game.advantage])
+        values = np.array([[e.mean * abs(sign(e)) for e in row] for row in game.advantage])
         most = np.abs(values).max()
         mesh = axes.imshow(
             values, cmap=colors, norm=SymLogNorm(most / 20, vmin=-most, vmax=most), origin="lower"

@@ -23,7 +23,7 @@ from flockesc_env.scenario import GivenHeadings, GivenPositions
 from flockesc_env.tasks.fitting import check_fits
 from studies.__main__ import STUDIES
 from studies.findings import controls, headlines, listening, losses, one_agent
-from studies.findings.page import Findings, markdown_page, rows_of
+from studies.findings.page import Findings, markdown_page, outcome, rows_of
 from studies.measurements import Runner, play
 
 ROOT = Path(__file__).parents[2]
@@ -39,7 +39,7 @@ def test_the_committed_page_follows_from_the_committed_results() -> None:
     assert text == markdown_page(results, COMMITTED, page)
     assert all((page.parent / picture).is_file() for picture in re.findall(r"\]\((.*?\.png)\)", text))
     rows = rows_of(results.entries)
-    lost = sum(row.outcome == "loss" for row in rows)
+    lost = sum(outcome(row.gain) == "loss" for row in rows)
     readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
     assert f"in {lost} of {len(rows)} tasks to an untrained rule" in readme
 
