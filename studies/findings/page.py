@@ -64,22 +64,6 @@ class Row:
         """The same as a difference of scores, which compares tasks."""
         return self.learned.row.score.mean - self.best[RULE].row.score.mean
 
-    @property
-    def fixed(self) -> str:
-        """The mean objective of the best fixed range."""
-        return self.shown(float(np.mean([scale.zero for scale in self.task.scales.values()])))
-
-    def shown(self, number: float | Estimate, sign: str = "") -> str:
-        """Return a number, or an estimate with its interval, with the digits of the objective."""
-        return f"{number:{sign}.{self.task.spec.digits}f}"
-
-    def cell(self, kind: str) -> str:
-        """Return the mean objective of the best entry of a kind."""
-        if kind not in self.best:
-            return "-"
-        mean = self.shown(float(values(self.best[kind]).mean()))
-        return f"{mean} `{self.best[kind].result.learner}`" if kind == RULE else mean
-
 
 def values(entry: Entry) -> FloatArray:
     """Return the objective, shape (training seeds, flocks), the mean over the scenarios of the task."""
@@ -111,11 +95,6 @@ def rows_of(entries: dict[str, list[Entry]]) -> list[Row]:
 def outcome(gain: Estimate) -> str:
     """Return "loss", "win", or "tie" if the interval includes 0."""
     return OUTCOMES[1 + sign(gain)]
-
-
-def plus_minus(gain: Estimate) -> str:
-    """Return a gain with half the width of its interval."""
-    return f"{round(gain.mean, 1) + 0.0:+.1f} ± {(gain.high - gain.low) / 2:.1f}"
 
 
 @dataclass(frozen=True)
@@ -188,7 +167,7 @@ def markdown_page(results: Findings, output: Path, page: Path) -> str:
         lost=[key for _, key in lost],
         longer=sum(every[key][1] > by_task[key[0]].max_range for _, key in lost),
         counts=_counts(transfer),
-        plus_minus=plus_minus,
+        values=values,
         random_polarization=math.sqrt(math.pi / (4 * FlockScenario().num_agents)),
         confidence=CONFIDENCE,
         splits=splits,

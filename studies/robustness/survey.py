@@ -173,23 +173,6 @@ def summary(results: RobustnessResults) -> list[str]:
     return table(head, rows)
 
 
-def answers(results: RobustnessResults, symbol: str) -> dict[str, str]:
-    """Return the answers to all questions for one objective."""
-    texts = {}
-    for question, rows in results.by_question().items():
-        findings = {row.name: row.outcomes[symbol].finding for row in rows}
-        interior = ", ".join(name for name, finding in findings.items() if finding is Finding.INTERIOR)
-        others = "; ".join(
-            f"{n} ({finding})" for n, finding in findings.items() if finding is not Finding.INTERIOR
-        )
-        if interior and others:
-            count = list(findings.values()).count(Finding.INTERIOR)
-            texts[question] = f"in {count} of {len(findings)}: {interior}; not shown for {others}"
-        else:
-            texts[question] = f"yes: {interior}" if interior else f"not shown: {others}"
-    return texts
-
-
 def figure(results: RobustnessResults) -> Figure:
     """Draw both gains in ``J_mean`` of every preset, side by side; presets are grouped by question."""
     groups = results.by_question()
@@ -222,7 +205,6 @@ def markdown_page(results: RobustnessResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
     return template("robustness/templates/robustness.md").render(
         results=results,
-        answers={symbol: answers(results, symbol) for symbol in OBJECTIVES},
         grids=sorted({str(row.grid) for row in results.presets}),
         picture=path_from(page, figures / f"{FIGURE}.png"),
     )

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -51,25 +50,6 @@ class Entry:
         return self.result.training is not None and "rule" not in self.result.learner
 
     @property
-    def episodes(self) -> str:
-        """Episodes of a training run, and those on tuning flocks."""
-        training = self.result.training
-        counts = (training.episodes, training.evaluations) if training else (0, 0)
-        return " + ".join(f"{count:,}" for count in counts if count) or "-"
-
-    @property
-    def minutes(self) -> str:
-        """Median processor time of a training run in minutes."""
-        training = self.result.training
-        return f"{np.median(training.cpu_minutes):.1f}" if training else "-"
-
-    @property
-    def ablation(self) -> str:
-        """What an ablation changes; empty for other learners."""
-        note = self.result.training.hyperparameters.get("note", "") if self.result.training else ""
-        return note.removeprefix("ablation: ") if note.startswith("ablation: ") else ""
-
-    @property
     def group(self) -> int:
         """Place of the row's table: 0 for rules, 1 at the task's samples (within 2 %), 2 at others."""
         training, samples = self.result.training, tasks[self.result.task].samples
@@ -107,7 +87,7 @@ def write_page(board: Sequence[Entrant], page: Path) -> str:
         flocks=FLOCKS,
         choosing=len(CHOOSING),
         controlling=CONTROLLING,
-        seen=_seen,
+        median=np.median,
         estimate=lambda triple: Estimate(*triple),
         compat=json.loads((RESULTS / "compat.json").read_text()),
         any_rate=json.loads(ANY_RATE.read_text()),
@@ -140,17 +120,3 @@ def _shortcut(task: Task, shown: Sequence[Row]) -> Result:
 
 def _over(result: Result, other: Result) -> Estimate:
     return with_reference_error(difference(scores_of(result), scores_of(other)), tasks[result.task])
-
-
-def _seen(task: Task) -> str:
-    """Return what a policy observes of the predator, in words."""
-    if task.spec.model == "line":
-        return "whole line"
-    words: list[Any] = [
-        "predator" if task.options["predator_sensing_range"] == math.inf else "predator within 30 m"
-    ]
-    if "profile_ranges" in task.options:
-        words.append(f"{len(task.options['profile_ranges'])} candidate ranges")
-    elif "extra_entries" in task.options:
-        words.append("escape direction")
-    return "; ".join(words)

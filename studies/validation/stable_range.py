@@ -5,7 +5,7 @@ Maynard Smith and Price, "The logic of animal conflict" (1973), define stability
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, Final
@@ -172,11 +172,6 @@ def _reply(resident: int, advantages: FloatArray) -> int:
     """Return the index of the reply to a range from the advantages, shape (mutants, flocks)."""
     invaders = [at for at, advantage in enumerate(means(advantages)) if advantage.low > 0]
     return max(invaders, key=lambda at: advantages[at].mean(), default=resident)
-
-
-def listed(ranges: Sequence[float]) -> str:
-    """Return ranges as text."""
-    return ", ".join(f"{a:g}" for a in ranges) + " m"
 
 
 def verdict(results: StableRange) -> Verdict:
