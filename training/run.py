@@ -9,23 +9,20 @@ from __future__ import annotations
 
 import json
 import pickle
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 
 from flockesc_env import InputError, LineScenario, Policy, rollout, save_policy, tasks
 from flockesc_env.common.files import check_writable, read_sealed, write_sealed, write_text
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.options import env_options, line_options
 from flockesc_env.models.records import versions
-from flockesc_env.policies import Architecture, PolicySpec
+from flockesc_env.policies import PolicySpec
 from flockesc_env.policies.files import POLICY_FILE, Stored
-from flockesc_env.policies.playing import rollout_networks
 from flockesc_env.tasks import Task
 from flockesc_env.tasks.learners import Learner, learner_of
 
@@ -89,34 +86,6 @@ class Run:
         model: Any = self.task.scenario
         return self.task.spec.values(rollout(model, policy, seeds, **options))
 
-    def play_networks(
-        self, architecture: Architecture, vectors: FloatArray, seeds: Sequence[int]
-    ) -> tuple[FloatArray, int]:
-        """Play networks on the same flocks, on one thread.
-
-        Args:
-            architecture: inputs and layers of the networks.
-            vectors: parameters of the networks, shape (networks, size).
-            seeds: seeds of the flocks.
-
-        Returns:
-            The objective, shape (networks, seeds), and the number of actions, per agent or per flock.
-        """
-        model: Any = self.task.scenario
-        options: Any = self.options
-        per_agent = self.task.per_agent
-        columns = rollout_networks(
-            architecture,
-            np.repeat(vectors.astype(np.float32), len(seeds), axis=0),
-            list(seeds) * len(vectors),
-            model,
-            line_options(options) if isinstance(model, LineScenario) else env_options(model, options),
-            per_agent=per_agent,
-            num_threads=1,
-        )
-        values = columns[self.task.spec.name].reshape(len(vectors), -1)
-        return values, (model.num_agents if per_agent else 1) * int(columns["num_actions"].sum())
-
     def record(self) -> dict[str, Any]:
         """Return what decides the results of the run."""
         return {
@@ -179,8 +148,9 @@ class Run:
         """Write the policy, if a file can hold it, and the measurements; return the policy's path."""
         path = self.folder / POLICY_FILE
         if policy is not None:
-            known: dict[str, Any] = {"per_agent": self.task.per_agent, "scenario": self.task.scenario}
-            known |= {"action_mode": "normalized", "range_grid": None, **stored_options(self)}
+            known = {name: value for name, value in self.options.items() if name != "reward"}
+            known |= {"per_agent": self.task.per_agent, "scenario": self.task.scenario}
+            known |= {"action_mode": "normalized", "range_grid": None}
             save_policy(policy.with_options(name=self.folder.name or self.name, **known), path)
         write_text(self.folder / RUN_FILE, json.dumps(vars(measured), indent=1) + "\n")
         (self.folder / CHECKPOINT_FILE).unlink(missing_ok=True)
@@ -206,10 +176,22 @@ class Measured:
     curve: list[tuple[int, float]] = field(default_factory=list)
 
 
-def stored_options(run: Run) -> dict[str, Any]:
-    """Return the options that a policy file needs: without the reward, and with continuous actions."""
-    return {
-        name: value
-        for name, value in run.options.items()
-        if name not in {"reward", "action_mode", "range_grid"}
-    }
+def train(run: Run, *, resume: bool = False) -> Path:
+    """Train, or continue an unfinished run, and return the path of the policy.
+
+    Raises:
+        InputError: if a hyperparameter is unknown or out of bounds, or if the folder holds a finished run,
+            another run, or an unfinished one and ``resume`` is false.
+    """
+    match run.learner.algorithm:  # importing torch takes seconds
+        case "search":
+            from training.search import SearchRounds
+
+            return SearchRounds(run).train(resume=resume)
+        case "imitation":
+            from training.imitation import ImitationRounds
+
+            return ImitationRounds(run).train(resume=resume)
+    from training import sb3
+
+    return sb3.train(run, resume=resume)

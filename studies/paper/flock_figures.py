@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
 from flockesc_env import simulate
 from flockesc_env.common import stats
@@ -19,7 +18,7 @@ from flockesc_env.models.graph import component_labels
 from flockesc_env.render.palette import LIGHT
 from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, OFFSETS, PAPER_OBJECTIVES, SHOWN_FLOCK_RANGES
 from studies.style import caption, component_colors, letter
-from training.figure_style import BAND, RANGES, WIDTH, label_ends
+from training.figure_style import BAND, RANGES, WIDTH, draw_predator, label_ends
 
 _TIMES = (0.0, 4.0, 8.0, 12.0)
 _COLORS = {rho: to_hex(RANGES((rho / 100.0) ** 0.5)) for rho in SHOWN_FLOCK_RANGES}
@@ -36,10 +35,7 @@ def snapshots(seed: int, rho: float) -> Figure:
         step = round(time / FLOCK.time_step)
         positions, path = run.positions[step], run.predator_positions[: step + 1, 0]
         colors = component_colors(component_labels(None, positions, rho))
-        axes.plot(*path.T, color=LIGHT.predator, lw=1)
-        axes.plot(*path[-1], "o", color=LIGHT.predator, ms=4)
-        here = (path[-1, 0], path[-1, 1])
-        axes.add_patch(Circle(here, FLOCK.predator_range, color=LIGHT.predator, alpha=0.15, lw=0))
+        draw_predator(axes, path, FLOCK.predator_range)
         axes.quiver(*positions.T, *run.velocities[step].T, color=colors, scale=240, width=0.008)
         axes.set_aspect("equal")
         axes.set(xlim=(-130, 230), ylim=(-130, 230), xlabel="x (m)")

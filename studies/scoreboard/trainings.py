@@ -24,6 +24,7 @@ from flockesc_env.models.records import versions
 from flockesc_env.policies.files import POLICY_FILE
 from flockesc_env.tasks.learners import learner_of, learners
 from training.run import RUN_FILE, Run
+from training.run import train as train_run
 
 _SECONDS: Final = 60.0
 """Estimated processor time of a training run."""
@@ -101,11 +102,9 @@ def train(learner: str, task: str, seed: int, folder: Path) -> Arrays:
     """
     if learner in EXTERNAL:
         return _train_external(learner, seed)
-    from training.train import train as run_to_end  # takes seconds to import
-
     run = Run.of(task, learner, seed, folder / task / f"{learner}-{seed}", progress=False)
     if not (run.folder / RUN_FILE).is_file():
-        run_to_end(run, resume=True)
+        train_run(run, resume=True)
     measured = json.loads((run.folder / RUN_FILE).read_text("utf-8"))
     return _arrays(run.folder / POLICY_FILE, **measured)
 
