@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from flockesc_env import LineScenario, simulate_line, sweep
-from speed.measure import PROJECT, Call, Candidate, Comparison
+from speed.measure import PROJECT, Candidate, Comparison
 from speed.peers import TOLERANCE, DisagreementError, Floats, Peer, rust
 
 RANGES = (0.05, 0.1, 0.2, 0.5)
@@ -30,8 +30,7 @@ def line(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
         candidates = [Candidate(PROJECT, whole, sum(steps) - len(lines), before=first)]
         for name, peer in PEERS.items():
             check(name, peer, rho)
-            runs = [partial(peer, start, scenario, rho, n) for start, n in zip(starts, steps, strict=True)]
-            candidates.append(Candidate(name, partial(_call, runs), sum(steps)))
+            candidates.append(Candidate(name, partial(_all, peer, starts, scenario, rho, steps), sum(steps)))
         yield Comparison(candidates, "line step", {"rho": rho})
 
 
@@ -49,9 +48,9 @@ def check(name: str, peer: Run, rho: float) -> None:
         raise DisagreementError(f"{name} differs by {difference:.3g} on the line at rho = {rho}")
 
 
-def _call(runs: list[Call]) -> None:
-    for run in runs:
-        run()
+def _all(peer: Run, starts: list[Floats], scenario: LineScenario, rho: float, steps: list[int]) -> None:
+    for states, count in zip(starts, steps, strict=True):
+        peer(states, scenario, rho, count)
 
 
 def _numpy(states: Floats, scenario: LineScenario, interaction_range: float, steps: int) -> Floats:
