@@ -44,19 +44,17 @@ _SLOW_SHARE, _LARGE_SHARE = 0.2, 0.06
 
 def starts() -> dict[str, FlockScenario]:
     """Return other starts of the paper's flock: polarization, direction of attack, speed and density."""
-    aligned = {
-        f"polarization {polarization:g}, {attack}": FlockScenario(
-            initial_headings=AlignedHeadings(direction, max_angle(polarization))
-        )
-        for polarization in POLARIZATIONS
-        for attack, direction in ATTACKS.items()
-    }
+    faster = ConstantVelocity(*approach(speed=20 * math.sqrt(2)))
     return {
         "random headings": FlockScenario(),
-        **aligned,
-        "predator twice as fast": FlockScenario(
-            predators=(ConstantVelocity(*approach(speed=20 * math.sqrt(2))),)
-        ),
+        **{
+            f"polarization {polarization:g}, {attack}": FlockScenario(
+                initial_headings=AlignedHeadings(direction, max_angle(polarization))
+            )
+            for polarization in POLARIZATIONS
+            for attack, direction in ATTACKS.items()
+        },
+        "predator twice as fast": FlockScenario(predators=(faster,)),
         "half the side": FlockScenario(initial_side=50.0),
     }
 

@@ -176,16 +176,19 @@ def summary(results: RobustnessResults) -> list[str]:
 def figure(results: RobustnessResults) -> Figure:
     """Draw both gains in ``J_mean`` of every preset, side by side; presets are grouped by question."""
     groups = results.by_question()
-    figure = Figure(figsize=(WIDTH, ROW * (len(groups) + len(results.presets) + 4)), layout="constrained")
+    num_rows = len(groups) + len(results.presets)
+    figure = Figure(figsize=(WIDTH, ROW * (num_rows + 4)), layout="constrained")
     left, right = figure.subplots(1, 2)
     for axes, gain, end in (
         (left, "gain_over_zero", "range 0"),
         (right, "gain_over_longest", "the longest range"),
     ):
-        rows = {
-            question: {_label(row): getattr(row.outcomes["J_mean"], gain) for row in presets}
-            for question, presets in groups.items()
-        }
+        rows: dict[str, dict[str, Estimate]] = {}
+        for question, presets in groups.items():
+            for row in presets:
+                found = row.outcomes["J_mean"]
+                name = f"{row.name} ({found.best.mean:g} {row.grid.unit})"
+                rows.setdefault(question, {})[name] = getattr(found, gain)
         draw_forest(axes, rows)
         axes.set_xlabel(f"gain over {end} (m)")
     right.set_yticklabels([])
@@ -195,10 +198,6 @@ def figure(results: RobustnessResults) -> Figure:
         " (filled: the interval excludes 0)",
     )
     return figure
-
-
-def _label(preset: PresetResult) -> str:
-    return f"{preset.name} ({preset.outcomes['J_mean'].best.mean:g} {preset.grid.unit})"
 
 
 def markdown_page(results: RobustnessResults, figures: Path, page: Path) -> str:

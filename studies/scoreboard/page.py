@@ -12,7 +12,7 @@ import numpy as np
 
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate
-from flockesc_env.tasks import Result, Task, tasks
+from flockesc_env.tasks import Result, tasks
 from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.report import Row, rows, scores_of, with_reference_error
 from flockesc_env.tasks.statistics import difference
@@ -60,13 +60,16 @@ def entries_of(board: Sequence[Entrant]) -> dict[str, list[Entry]]:
     """Return the rows of every task, the highest score first."""
     by_name = {entrant.name: entrant for entrant in board}
     found = rows([result for entrant in board for result in entrant.results.values()])
-    return {
-        name: [
-            Entry(by_name[row.result.learner], row, _over(row.result, _shortcut(task, found[name])))
-            for row in found[name]
-        ]
-        for name, task in tasks.items()
-    }
+    entries: dict[str, list[Entry]] = {}
+    for name, task in tasks.items():
+        (shortcut,) = (
+            row.result for row in found[name] if row.result.policies[0].policy == task.shortcut.policy
+        )
+        for row in found[name]:
+            over = difference(scores_of(row.result), scores_of(shortcut))
+            entry = Entry(by_name[row.result.learner], row, with_reference_error(over, task))
+            entries.setdefault(name, []).append(entry)
+    return entries
 
 
 def write_page(board: Sequence[Entrant], page: Path) -> str:
@@ -111,12 +114,3 @@ def readme_table(entries: Mapping[str, Sequence[Entry]]) -> str:
         lines.append((gain.mean, f"| {title} | {' | '.join(map(spec.number, means))} | {gain:+.1f} |"))
     head = "| mean predator distance in m | best fixed | best untrained rule | learned | learned minus rule |"
     return "\n".join([head, "|---|---|---|---|---|", *(line for _, line in sorted(lines))])
-
-
-def _shortcut(task: Task, shown: Sequence[Row]) -> Result:
-    (shortcut,) = (row.result for row in shown if row.result.policies[0].policy == task.shortcut.policy)
-    return shortcut
-
-
-def _over(result: Result, other: Result) -> Estimate:
-    return with_reference_error(difference(scores_of(result), scores_of(other)), tasks[result.task])

@@ -48,8 +48,7 @@ def _search(task: str, scenario: str, flock: int) -> float:
 
     The search varies numbers x in [0, 1]; the ranges are x^2 ``max_range``.
     """
-    constants = np.linspace(0, 1, _CONSTANTS)
-    schedules = np.repeat(constants[:, np.newaxis], NUM_SEGMENTS, axis=1)
+    schedules = np.repeat(np.linspace(0, 1, _CONSTANTS)[:, np.newaxis], NUM_SEGMENTS, axis=1)
     values = _Replays(task, scenario, flock, _CONSTANTS).objectives(schedules)
     start, best = schedules[values.argmax()], values.max()
     bounds = np.array([[0.0, 1.0]] * NUM_SEGMENTS)
@@ -128,20 +127,17 @@ def free_headings(task: str, scenario: str, flocks: range) -> Arrays:
     if not is_bounded(model):
         raise InputError("scenario", "predators that fly straight on and a constant speed", scenario)
     env, is_mean = FlockEscapeEnv(model), tasks[task].spec.name == "min_mean_distance"
-    return {"objective": np.array([_bound(env, flock, is_mean=is_mean) for flock in flocks])}
-
-
-def _bound(env: FlockEscapeEnv, flock: int, *, is_mean: bool) -> float:
-    env.reset(seed=flock)
-    times = np.arange(env.scenario.num_steps + 1) * env.scenario.time_step
-    state = env.flock
-    flown = times[:, np.newaxis] * state.predator_velocities[:, np.newaxis]
-    paths = state.predator_positions[:, np.newaxis] + flown
-    offsets = state.positions[:, np.newaxis, np.newaxis] - paths  # (agents, predators, times, D)
-    nearest = np.linalg.norm(offsets, axis=-1).min(axis=1)
-    speeds = np.linalg.norm(state.velocities, axis=1)
-    farthest = nearest + speeds[:, np.newaxis] * times
-    return float((farthest.mean(axis=0) if is_mean else farthest).min())
+    times, bounds = np.arange(model.num_steps + 1) * model.time_step, []
+    for seed in flocks:
+        env.reset(seed=seed)
+        flock = env.flock
+        flown = times[:, np.newaxis] * flock.predator_velocities[:, np.newaxis]
+        paths = flock.predator_positions[:, np.newaxis] + flown
+        offsets = flock.positions[:, np.newaxis, np.newaxis] - paths  # (agents, predators, times, D)
+        nearest = np.linalg.norm(offsets, axis=-1).min(axis=1)
+        farthest = nearest + np.linalg.norm(flock.velocities, axis=1)[:, np.newaxis] * times
+        bounds.append((farthest.mean(axis=0) if is_mean else farthest).min())
+    return {"objective": np.array(bounds)}
 
 
 def is_bounded(model: FlockScenario) -> bool:

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate, FloatArray, mean
@@ -58,17 +57,13 @@ def pairs_of(task: Task) -> list[tuple[float, float]]:
 def gains(name: str, a: float, b: float, flocks: range) -> Arrays:
     """Return ``own`` and ``team`` of the ranges ``a`` and ``b``, in m, shape (flocks,)."""
     count = tasks[name].scenario.num_agents
-    drawn = [np.random.default_rng(seed).permutation(count) < count // 2 for seed in flocks]
-    holds = np.array(drawn)
-    own = [_gain(name, roles, a, b, flocks) for roles in (holds, ~holds)]
+    holds = np.array([np.random.default_rng(seed).permutation(count) < count // 2 for seed in flocks])
+    own = []
+    for holds_a in (holds, ~holds):
+        returns, _ = _play(name, np.where(holds_a, a, b), flocks)
+        own.append(returns.mean(axis=1, where=holds_a) - returns.mean(axis=1, where=~holds_a))
     team = [_play(name, np.full(holds.shape, value), flocks)[1] for value in (a, b)]
     return {"own": np.mean(own, axis=0), "team": team[0] - team[1]}
-
-
-def _gain(name: str, holds_a: NDArray[np.bool], a: float, b: float, flocks: range) -> FloatArray:
-    returns, _ = _play(name, np.where(holds_a, a, b), flocks)
-    gain: FloatArray = returns.mean(axis=1, where=holds_a) - returns.mean(axis=1, where=~holds_a)
-    return gain
 
 
 def _play(name: str, ranges: FloatArray, flocks: range) -> tuple[FloatArray, FloatArray]:
