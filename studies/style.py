@@ -13,9 +13,16 @@ from numpy.typing import NDArray
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.render.palette import LABELS, LIGHT
 from studies.measurements import sign
+from training.figure_style import WIDTH
 
 ROW = 0.235
 """Height of a row of a forest plot in inches."""
+
+
+def subplots(height: float, *grid: int, **options: Any) -> tuple[Figure, Any]:
+    """Return a figure of the common width and its axes; arguments are those of ``Figure.subplots``."""
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    return figure, figure.subplots(*grid, **options)
 
 
 def letter(axes: Axes, index: int, title: str) -> None:

@@ -23,7 +23,7 @@ from studies.arms_race.opponents import WIDTHS
 from studies.arms_race.race import UNTRAINED
 from studies.measurements import sign, values_by
 from studies.study import Study, path_from, signed, template
-from training.figure_style import WIDTH
+from studies.style import subplots
 
 _LABELS = {"straight": "straight", "lead": "lead pursuit"}
 _LABELS |= {target: f"pursuit of {target}" for target in ("nearest", "centroid")}
@@ -102,8 +102,7 @@ def cross_play_figure(results: RaceResults) -> Figure:
     changes = means - means[:, [columns.index("straight")]]
     most = np.abs(changes).max()
     colors = LinearSegmentedColormap.from_list("distance", (LIGHT.predator, LIGHT.page, LIGHT.accent))
-    figure = Figure(figsize=(WIDTH, 0.34 * (len(rows) + 5.5)), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = subplots(0.34 * (len(rows) + 5.5))
     axes.imshow(changes, cmap=colors, vmin=-most, vmax=most, aspect="auto", alpha=0.75)
     for (row, column), mean in np.ndenumerate(means):
         text = axes.text(column, row, f"{mean:.1f}", ha="center", va="center")

@@ -17,7 +17,8 @@ from flockesc_env.render.palette import LIGHT
 from studies.findings.controls import watch
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, policy_of, share_of
-from training.figure_style import RANGES, WIDTH
+from studies.style import subplots
+from training.figure_style import RANGES
 
 FLOCKS: Final = 50
 WATCHED: Final = ("per-agent-local", "per-agent-visible")
@@ -89,8 +90,7 @@ def silence(file: Path) -> tuple[float, float]:
 def figure(file: Path, *, by_place: bool) -> Figure:
     """Draw the mean range by predator distance and heading, or the ranges of the agents against time."""
     kept = read_npz(file, "ranges")
-    figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = subplots(3.6)
     if by_place:
         mean, top = kept["range_by_place"], float(np.nanmax(kept["range_by_place"]))
         mesh = axes.pcolormesh(kept["distances"], kept["cosines"], mean, cmap=RANGES, vmin=0, vmax=top)

@@ -19,7 +19,8 @@ from flockesc_env.render.palette import LIGHT
 from studies.findings.controls import watch
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, policy_of
-from training.figure_style import RANGES, WIDTH
+from studies.style import subplots
+from training.figure_style import RANGES
 
 FILE: Final = "one_agent.npz"
 CANDIDATES: Final = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
@@ -119,8 +120,7 @@ def largest_turn(neighbors: int) -> float:
 def figure(file: Path) -> Figure:
     """Draw the agent's heading, and below what it would hear under each range and the ranges that it sets."""
     kept = read_npz(file, "headings")
-    figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
-    panels = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(2, 3))
+    figure, panels = subplots(4.2, 2, 2, sharex=True, sharey="row", height_ratios=(2, 3))
     for (heading, choice), (name, title) in zip(panels.T, _TITLES.items(), strict=True):
         times = kept[f"{name}_times"]
         heading.plot(times, kept[f"{name}_own"], "o-", color=LIGHT.learned, lw=2, ms=3)

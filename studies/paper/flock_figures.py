@@ -17,8 +17,8 @@ from flockesc_env.jobs import Arrays
 from flockesc_env.models.graph import component_labels
 from flockesc_env.render.palette import LIGHT
 from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, OFFSETS, PAPER_OBJECTIVES, SHOWN_FLOCK_RANGES
-from studies.style import caption, component_colors, letter
-from training.figure_style import BAND, RANGES, WIDTH, draw_predator, label_ends
+from studies.style import caption, component_colors, letter, subplots
+from training.figure_style import BAND, RANGES, draw_predator, label_ends
 
 _TIMES = (0.0, 4.0, 8.0, 12.0)
 _COLORS = {rho: to_hex(RANGES((rho / 100.0) ** 0.5)) for rho in SHOWN_FLOCK_RANGES}
@@ -29,8 +29,7 @@ _GRID, _AIMED = np.array(FLOCK_GRID), np.array(AIMED_GRID)
 def snapshots(seed: int, rho: float) -> Figure:
     """Figures 6, 7 and 8: one flock at four times; agents have the color of their component."""
     run = simulate(FLOCK, rho, seed=seed)
-    figure = Figure(figsize=(WIDTH, 2.75), layout="constrained")
-    panels = figure.subplots(1, len(_TIMES), sharex=True, sharey=True)
+    figure, panels = subplots(2.75, 1, len(_TIMES), sharex=True, sharey=True)
     for axes, time in zip(panels, _TIMES, strict=True):
         step = round(time / FLOCK.time_step)
         positions, path = run.positions[step], run.predator_positions[: step + 1, 0]
@@ -51,8 +50,7 @@ def distances(objective: str, measured: Mapping[str, Arrays], seed: int) -> Figu
     """Figures 9 and 10: distance against time, objective against range, and the best ranges of flocks."""
     spec = FLOCK_OBJECTIVES[objective]
     symbol, values = spec.symbol, measured["grid flock"][spec.name]
-    figure = Figure(figsize=(WIDTH, 6.0), layout="constrained")
-    (over_time, over_range), (best, spare) = figure.subplots(2, 2)
+    figure, ((over_time, over_range), (best, spare)) = subplots(6.0, 2, 2)
     spare.set_axis_off()
     times = np.arange(FLOCK.num_steps + 1) * FLOCK.time_step
     ends = []
@@ -97,8 +95,7 @@ def distances(objective: str, measured: Mapping[str, Arrays], seed: int) -> Figu
 
 def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
     """Draw the best range, and 100 m minus 10 m, against the predator's distance from the center."""
-    figure = Figure(figsize=(WIDTH, 5.6), layout="constrained")
-    panels = figure.subplots(2, 2, sharex=True)
+    figure, panels = subplots(5.6, 2, 2, sharex=True)
     for column, spec in enumerate(PAPER_OBJECTIVES):
         symbol = spec.symbol
         above, below = panels[:, column]

@@ -17,8 +17,8 @@ from studies.measurements import means
 from studies.paper.jobs import with_parts
 from studies.paper.mechanism_claims import flock_values
 from studies.paper.plan import CAPTURE_RADIUS, CONTROL_GRID, NO_FORCE, PAPER, PAPER_FORCE, STRENGTHS
-from studies.style import caption, curve, letter
-from training.figure_style import RANGES, WIDTH, label_ends
+from studies.style import caption, curve, letter, subplots
+from training.figure_style import RANGES, label_ends
 
 _TICKS = (0, 2, 5, 10, 20, 50, 100)
 _FORCES = {NO_FORCE: LIGHT.accent, 1.0: LIGHT.alone, PAPER_FORCE: LIGHT.fixed, 100.0: to_hex(RANGES(0.95))}
@@ -26,8 +26,7 @@ _FORCES = {NO_FORCE: LIGHT.accent, 1.0: LIGHT.alone, PAPER_FORCE: LIGHT.fixed, 1
 
 def by_force(results: Mapping[str, Arrays]) -> Figure:
     """Draw the three objectives against the range, one curve per escape force."""
-    figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
-    panels = figure.subplots(1, len(FLOCK_OBJECTIVES))
+    figure, panels = subplots(3.3, 1, len(FLOCK_OBJECTIVES))
     for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
         ends = []
         for strength in STRENGTHS:
@@ -76,8 +75,7 @@ def anatomy(results: Mapping[str, Arrays]) -> Figure:
             (frozen["mean_distance"], "frozen graph", accent, ":"),
         ],
     }
-    figure = Figure(figsize=(WIDTH, 6.2), layout="constrained")
-    panels = figure.subplots(2, 2)
+    figure, panels = subplots(6.2, 2, 2)
     for index, (axes, (title, rows)) in enumerate(zip(panels.flat, curves.items(), strict=True)):
         for values, _, color, style in rows:
             _curve(axes, values, color, style)

@@ -21,8 +21,7 @@ from studies.measurements import Runner, means
 from studies.paper.plan import PAPER_OBJECTIVES
 from studies.robustness.plan import QUESTIONS, Grid, attacked_presets, grid_of
 from studies.study import RESULTS_FILE, Results, Study, document, path_from, template
-from studies.style import ROW, caption, draw_forest
-from training.figure_style import WIDTH
+from studies.style import ROW, caption, draw_forest, subplots
 
 FIGURE = "robustness"
 OBJECTIVES = {spec.symbol: spec.name for spec in PAPER_OBJECTIVES}
@@ -177,8 +176,7 @@ def figure(results: RobustnessResults) -> Figure:
     """Draw both gains in ``J_mean`` of every preset, side by side; presets are grouped by question."""
     groups = results.by_question()
     num_rows = len(groups) + len(results.presets)
-    figure = Figure(figsize=(WIDTH, ROW * (num_rows + 4)), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = subplots(ROW * (num_rows + 4), 1, 2)
     for axes, gain, end in (
         (left, "gain_over_zero", "range 0"),
         (right, "gain_over_longest", "the longest range"),

@@ -38,12 +38,6 @@ from studies.study import document
 _SIMULATED_FLOCKS: Final = {"paper-flock": 200, "startled": 60, "varied": 60}
 """Number of held-out flocks for the search of clairvoyant schedules, by scenario. One takes seconds."""
 
-_REFERENCES: Final = {
-    "free headings": references.free_headings,
-    "informed greedy": references.informed_greedy,
-    "clairvoyant": references.clairvoyant,
-}
-
 
 def freeze(path: Path, names: Sequence[str], runner: Runner) -> None:
     """Measure the numbers of some tasks again, all if no name is given, and write them into the file."""
@@ -133,7 +127,7 @@ def _reference(task: Task, kind: str, scenario: str, runner: Runner) -> FloatArr
     if kind == "hindsight":
         return _hindsight(task, scenario, runner)
     flocks = FLOCKS[: _SIMULATED_FLOCKS.get(scenario, 200)] if kind == "clairvoyant" else FLOCKS
-    name = f"{references.__name__}:{_REFERENCES[kind].__name__}"
+    name = f"{references.__name__}:{kind.replace(' ', '_')}"
     jobs = split(name, (task.name, scenario), flocks, 5 if kind == "clairvoyant" else 100, 0.1)
     return runner.join(jobs, f"{kind} in {scenario}")["objective"]
 

@@ -1,10 +1,6 @@
 """References: what could be reached with knowledge that no policy has, flock by flock.
 
-- ``clairvoyant``: a schedule of ranges that was optimized on the flock itself, in the true simulator.
-- ``informed_greedy``: a rule for agents that know at every step what each of 15 ranges would bring.
-- ``free_headings``: an upper bound for agents that can head anywhere at any time.
-
-Every function takes the names of a task and of one of its scenarios. They are jobs.
+Every reference is a job that takes the names of a task and of one of its scenarios.
 """
 
 from __future__ import annotations

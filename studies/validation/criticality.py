@@ -22,9 +22,8 @@ from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import AlignedHeadings, Disc, PreferredDistance, PurePursuit, Voronoi
 from studies.measurements import means, share_of, split
-from studies.style import curve, letter
+from studies.style import curve, letter, subplots
 from studies.validation import Verdict
-from training.figure_style import WIDTH
 
 ALIGNMENTS: Final = (0.0, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 5.0)
 """Strengths of alignment."""
@@ -165,8 +164,7 @@ def verdict(results: Criticality) -> Verdict:
 
 def figure(results: Criticality) -> Figure:
     """Draw order, captures and spacing against the alignment; the line is the transition."""
-    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
-    panels = figure.subplots(1, 3)
+    figure, panels = subplots(2.9, 1, 3)
     for axes, rows, color, label in (
         (panels[0], results.order, LIGHT.ink, "polarization"),
         (panels[0], results.variance, LIGHT.others[0], "N x variance"),

@@ -22,9 +22,8 @@ from flockesc_env.models import rotation
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import Disc, Zones
 from studies.measurements import means, share_of, split
-from studies.style import curve, letter
+from studies.style import curve, letter, subplots
 from studies.validation import Verdict
-from training.figure_style import WIDTH
 
 WIDTHS: Final = tuple(0.5 * step for step in range(13))
 """Widths of the zone of orientation, in radii of the zone of repulsion."""
@@ -163,8 +162,7 @@ def verdict(results: Milling) -> Verdict:
 
 def figure(results: Milling) -> Figure:
     """Draw a torus, and both measures against the width on the way up and down."""
-    figure = Figure(figsize=(WIDTH, 3.0), layout="constrained")
-    picture, *panels = figure.subplots(1, 3)
+    figure, (picture, *panels) = subplots(3.0, 1, 3)
     positions, headings = np.array(results.torus)
     # Look along the axis of rotation.
     axis = np.cross(positions, headings).sum(axis=0)

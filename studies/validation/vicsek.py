@@ -21,9 +21,9 @@ from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import AlignedHeadings, RandomHeadings, Vicsek
 from studies.measurements import means, share_of, split
-from studies.style import curve, letter
+from studies.style import curve, letter, subplots
 from studies.validation import Verdict
-from training.figure_style import WIDTH, label_ends
+from training.figure_style import label_ends
 
 DENSITY: Final = 4.0  # agents per square of the interaction range
 SIZES: Final = {40: 10, 100: 10, 400: 10, 4_000: 5, 10_000: 5}
@@ -124,8 +124,7 @@ def verdict(results: OrderAgainstNoise) -> Verdict:
 
 def figure(results: OrderAgainstNoise) -> Figure:
     """Draw order against noise by size, and the order of independent headings with its exact value."""
-    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = subplots(3.4, 1, 2)
     ends = []
     for color, size, row in zip(LIGHT.ranges, SIZES, results.order, strict=False):
         curve(left, NOISES, row, color, "o-", band=0.25, lw=1.5, ms=3)

@@ -23,9 +23,8 @@ from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, PurePursuit, RandomHeadings, approach
 from flockesc_env.scenario.initial import InitialHeadings
 from studies.measurements import share_of, split
-from studies.style import letter
+from studies.style import letter, subplots
 from studies.validation import Verdict
-from training.figure_style import WIDTH
 
 RANGES: Final = (0.0, 3.0, 6.0, 10.0, 15.0, 25.0, 40.0, 150.0)
 """Fixed ranges in m. A gain is over both ends: hearing nobody and hearing all."""
@@ -181,8 +180,7 @@ def verdict(results: ValueOfWarnings) -> Verdict:
 
 def figure(results: ValueOfWarnings) -> Figure:
     """Draw the map: what a warning is worth in every world, one panel per objective."""
-    figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
-    panels = figure.subplots(1, 3)
+    figure, panels = subplots(5.0, 1, 3)
     columns = tuple(product(SENSING, ALIGNMENTS))
     for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
         shown = [each for each in results.worlds if each.objective == spec.name]
