@@ -87,8 +87,8 @@ def paper(
     note(f"saved: {output / 'paper.html'}")
     if json:
         show_json({"command": "paper", "output": str(output), **to_builtins(results)})
-        return Exit.DONE
-    show(*summary(results))
+    else:
+        show(*summary(results))
     return Exit.DONE
 
 
@@ -129,8 +129,8 @@ def robustness(
     note(f"saved: {page}")
     if json:
         show_json({"command": "robustness", "output": str(output), "results": to_builtins(results)})
-        return Exit.DONE
-    show(*summary(results))
+    else:
+        show(*summary(results))
     return Exit.DONE
 
 
