@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
@@ -161,22 +162,16 @@ def measure_blocked(headlines: Sequence[Headline], scale: float, runner: Runner,
         **{rule: (rule, visible) for rule in RULES},
     }
     jobs = {}
-    for name, (policy, headline) in played.items():
-        for blocked in BLOCKED:
-            scenario: Any = headline.task.scenario.replace(blocks_warnings=blocked)
-            fixed = f"fixed:{headline.best_fixed_range:.12g}"
-            jobs[name, blocked, "objective"] = play_jobs(policy, scenario, headline.task.spec.name, flocks)
-            jobs[name, blocked, "fixed"] = play_jobs(fixed, scenario, headline.task.spec.name, flocks)
+    for (name, (policy, headline)), blocked in product(played.items(), BLOCKED):
+        scenario: Any = headline.task.scenario.replace(blocks_warnings=blocked)
+        fixed = f"fixed:{headline.best_fixed_range:.12g}"
+        for column, one in (("objective", policy), ("fixed", fixed)):
+            jobs[name, blocked, column] = play_jobs(one, scenario, headline.task.spec.name, flocks)
     found = {key: values["objective"] for key, values in runner.run(jobs, "Warnings").items()}
-    columns = ("objective", "fixed")
-    tables = [
-        pl.DataFrame(
-            {"policy": name, "blocked": blocked, "seed": flocks}
-            | {column: found[name, blocked, column] for column in columns}
-        )
-        for name in played
-        for blocked in BLOCKED
-    ]
+    tables = []
+    for name, blocked in product(played, BLOCKED):
+        values = {column: found[name, blocked, column] for column in ("objective", "fixed")}
+        tables.append(pl.DataFrame({"policy": name, "blocked": blocked, "seed": flocks, **values}))
     write_table(pl.concat(tables), output / BLOCKED_FILE)
 
 
@@ -186,17 +181,15 @@ def estimates(output: Path) -> dict[str, dict[str, Estimate]]:
     ``hearing`` and ``blocked`` are the policy's objective with and without warnings, ``warning`` their paired
     difference. ``gain_hearing`` and ``gain_blocked`` are the paired gains over the best fixed range.
     """
-    table = pl.read_parquet(output / BLOCKED_FILE)
-    policy, fixed = (
-        values_by(table, "policy", "blocked", column=column) for column in ("objective", "fixed")
-    )
+    table = pl.read_parquet(output / BLOCKED_FILE).with_columns(gain=pl.col("objective") - pl.col("fixed"))
+    policy, gain = (values_by(table, "policy", "blocked", column=one) for one in ("objective", "gain"))
     return {
         name: {
             "hearing": mean(policy[name, False]),
             "blocked": mean(policy[name, True]),
             "warning": mean(policy[name, False] - policy[name, True]),
-            "gain_hearing": mean(policy[name, False] - fixed[name, False]),
-            "gain_blocked": mean(policy[name, True] - fixed[name, True]),
+            "gain_hearing": mean(gain[name, False]),
+            "gain_blocked": mean(gain[name, True]),
         }
         for name in table["policy"].unique(maintain_order=True)
     }

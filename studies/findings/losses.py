@@ -151,12 +151,11 @@ def _share(scenario: FlockScenario) -> float:
 
 def gains(file: Path) -> dict[tuple[str, str], tuple[Estimate, float]]:
     """Return the paired gain over the best fixed range, and that range, by task and scenario."""
-    table = pl.read_parquet(file)
-    best = values_by(table, "task", "scenario", column="interaction_range")
-    changed = values_by(
-        table.with_columns(gain=pl.col("objective") - pl.col("fixed")), "task", "scenario", column="gain"
+    table = pl.read_parquet(file).with_columns(gain=pl.col("objective") - pl.col("fixed"))
+    gain, best = (
+        values_by(table, "task", "scenario", column=column) for column in ("gain", "interaction_range")
     )
-    return {key: (mean(values), float(best[key][0])) for key, values in changed.items()}
+    return {key: (mean(values), float(best[key][0])) for key, values in gain.items()}
 
 
 def unit_of(scenario: str) -> str:

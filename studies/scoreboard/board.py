@@ -22,18 +22,14 @@ from flockesc_env.tasks import LoadedPolicy, Result, Task, Training, fitting, re
 from studies.scoreboard.trainings import Key, hyperparameters_of, versions_of
 
 BOARD: Final = Path("scoreboard")
-CARD: Final = "card.toml"
 ANY_RATE: Final = Path("results/scoreboard/any_rate.json")
 """What rules reach with their own options, by task and rule: the mean score with its interval."""
-
-Kind = Literal["rule", "search", "imitation", "reinforcement learning"]
 
 CHOOSING, CONTROLLING = first_seeds(TUNING, 200), TUNING[1000:2000]
 """Tuning flocks that choose the shortcuts, and those of the controls, on which nothing was chosen."""
 
 TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
 """Tasks on which nobody trains: they score the policies of ``per-agent-visible`` that the wheel ships."""
-
 
 SHIPPED: Final = ("search", "searched-rule", "schedule", "imitation", "ppo")
 """Learners with policies in the wheel, one of each kind."""
@@ -42,15 +38,10 @@ SHIPPED: Final = ("search", "searched-rule", "schedule", "imitation", "ppo")
 class Card(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What a person says about a learner: the file ``card.toml`` in its folder.
 
-    Attributes:
-        kind: ``"rule"`` (nobody trained it), ``"search"``, ``"imitation"`` or ``"reinforcement learning"``.
-        summary: one or two sentences.
-        authors: names.
-        code: where the code is; a link or a command.
-        license: license of the policy files.
+    Nobody trained a ``"rule"``. ``code`` is a link or a command, ``license`` that of the policy files.
     """
 
-    kind: Kind
+    kind: Literal["rule", "search", "imitation", "reinforcement learning"]
     summary: str
     authors: str
     code: str
@@ -74,7 +65,7 @@ def load_board(folder: Path = BOARD) -> list[Entrant]:
     """
     found = []
     for path in sorted(folder.iterdir()):
-        card = path / CARD
+        card = path / "card.toml"
         try:
             read = msgspec.toml.decode(card.read_bytes(), type=Card)
         except (FileNotFoundError, msgspec.DecodeError) as error:

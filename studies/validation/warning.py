@@ -119,13 +119,6 @@ class ValueOfWarnings:
         return [each for each in self.worlds if each.world == PAPER]
 
     @property
-    def valued(self) -> dict[str, list[Warned]]:
-        """The worlds in which a warning is worth more than 0, by start headings, the most valuable first."""
-        ranked = sorted(self.worlds, key=lambda each: -each.value.mean)
-        above = [each for each in ranked if each.value.low > 0]
-        return {start: [each for each in above if each.world.headings == start] for start in HEADINGS}
-
-    @property
     def decided(self) -> list[Warned]:
         """The worlds in which hearing the warned decides, the clearest first."""
         return sorted((each for each in self.worlds if each.decides), key=lambda each: -each.value.low)
