@@ -59,11 +59,6 @@ class Row:
         """The paired difference of the learned policies to the untrained rule."""
         return difference(values(self.learned), values(self.best[RULE]))
 
-    @property
-    def score_gain(self) -> float:
-        """The same as a difference of scores, which compares tasks."""
-        return self.learned.row.score.mean - self.best[RULE].row.score.mean
-
 
 def values(entry: Entry) -> FloatArray:
     """Return the objective, shape (training seeds, flocks), the mean over the scenarios of the task."""
@@ -89,7 +84,8 @@ def rows_of(entries: dict[str, list[Entry]]) -> list[Row]:
         for entry in ranked:
             best.setdefault(kind_of(entry), entry)
         found.append(Row(tasks[name], best))
-    return sorted(found, key=lambda row: row.score_gain)
+    # Differences of scores compare tasks.
+    return sorted(found, key=lambda row: row.learned.row.score.mean - row.best[RULE].row.score.mean)
 
 
 def outcome(gain: Estimate) -> str:

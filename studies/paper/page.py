@@ -16,13 +16,14 @@ from flockesc_env.cli.output import note
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate
 from studies.measurements import Runner
+from studies.paper import plan
 from studies.paper.claims import MOST, Claim, Quantity, Verdict
 from studies.paper.figures import draw_figures, flock_seed, line_seed
 from studies.paper.flock_claims import RangeRow, by_range, flock_claims
 from studies.paper.jobs import anatomy_table
 from studies.paper.line_claims import edge_claim, line_claims, theory_claims
 from studies.paper.mechanism_claims import SECTION, force_table, mechanism_claims
-from studies.paper.plan import ANATOMIES, CAPTURE_RADIUS, CONTROL_GRID, Trials, measurements
+from studies.paper.plan import Trials
 from studies.study import RESULTS_FILE, Results, Study, document, path_from, signed, template
 
 _SECTIONS = {
@@ -61,13 +62,13 @@ class PaperResults(Results):
 
     def at(self, table: str, column: str, rho: float, scale: float = 1.0) -> Estimate:
         """Return an estimate of a table under a range, multiplied by ``scale``."""
-        value = self.tables[table][column][CONTROL_GRID.index(rho)]
+        value = self.tables[table][column][plan.CONTROL_GRID.index(rho)]
         return Estimate(scale * value.mean, scale * value.low, scale * value.high)
 
 
 def measure(runner: Runner, output: Path, trials: Trials) -> None:
     """Measure all claims; write the results and the figures, which show more than the results hold."""
-    measured = runner.run(measurements(trials), "Measuring")
+    measured = runner.run(plan.measurements(trials), "Measuring")
     note("measured; statistics and figures take another two minutes")
     results = PaperResults(
         trials=trials,
@@ -83,7 +84,7 @@ def measure(runner: Runner, output: Path, trials: Trials) -> None:
         by_range=by_range(measured["grid flock"]),
         tables={
             "force": force_table(measured),
-            **{name: anatomy_table(measured[name]) for name in ANATOMIES},
+            **{name: anatomy_table(measured[name]) for name in plan.ANATOMIES},
         },
         versions={name: version(name) for name in ("flockesc-env", "numpy", "scipy")},
     )
@@ -126,10 +127,10 @@ def html_page(results: PaperResults, figures: Path) -> str:
 def _render(
     results: PaperResults, page: Path, picture: Callable[[str], str], mark: Callable[[str], str]
 ) -> str:
-    sections: dict[str, list[tuple[int, Claim]]] = {title: [] for title in _SECTIONS.values()}
+    sections: dict[str, list[tuple[int, Claim]]] = {}
     for number, row in enumerate(results.claims, start=1):
         title = next(title for start, title in _SECTIONS.items() if row.where.startswith(start))
-        sections[title].append((number, row))
+        sections.setdefault(title, []).append((number, row))
     judged = [(row.judgment.verdict, row.is_reading) for row in results.claims]
     unclear = " (sample too small to tell)"
     return template("paper/templates/page.md").render(
@@ -143,10 +144,7 @@ def _render(
         figure_link=_figure_link,
         root=path_from(page, Path(__file__).parents[2]),
         most=MOST,
-        measured=results.measured,
-        at=results.at,
-        grid=CONTROL_GRID,
-        capture_radius=CAPTURE_RADIUS,
+        plan=plan,
         signed=signed,
     )
 
