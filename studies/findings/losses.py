@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Final
 
@@ -16,6 +17,7 @@ from flockesc_env.common.stats import Estimate, mean
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View, env_options
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
+from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.models.sweep import FLOCK_RANGES
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, approach
@@ -109,44 +111,28 @@ def play(
 
     Agents that count neighbors have the grid of the robustness study. Slow scenarios have fewer flocks.
     """
-    actions = {
-        name: NEIGHBORS.actions if grid_of(scenario) is NEIGHBORS else FLOCK_RANGES
-        for name, scenario in tried.items()
-    }
-    counts = {name: num_flocks * _share(scenario) for name, scenario in tried.items()}
-    held_out = {name: share_of(HELD_OUT, round(count), scale) for name, count in counts.items()}
-    seeds = {
-        name: (share_of(TUNING, 2 * round(count), scale), held_out[name]) for name, count in counts.items()
-    }
-    fixed = runner.run(
-        {
-            (name, at): seed_jobs(OUTCOMES, scenario, actions[name], flocks)
-            for name, scenario in tried.items()
-            for at, flocks in enumerate(seeds[name])
-        },
-        "Fixed ranges",
-    )
-    jobs = {
-        (headline.task.name, headline.task.spec.name, name): play_jobs(
-            headline.content, scenario, headline.task.spec.name, held_out[name]
-        )
-        for headline in headlines
-        for name, scenario in tried.items()
-        if can_run(headline, scenario)
-    }
-    tables = []
-    for (task, column, name), played in runner.run(jobs, "Policies in other scenarios").items():
-        best = int(fixed[name, 0][column].mean(axis=1).argmax())
-        labels = {"task": task, "scenario": name, "interaction_range": actions[name][best]}
-        values = {**played, "fixed": fixed[name, 1][column][best]}
-        tables.append(pl.DataFrame({**labels, "seed": held_out[name], **values}))
+    jobs: dict[tuple[str, str], list[Job]] = {}
+    plans: dict[str, tuple[tuple[float, ...], range]] = {}
+    for name, scenario in tried.items():
+        is_counted = grid_of(scenario) is NEIGHBORS
+        share = _LARGE_SHARE if scenario.num_agents > SIZES[1] else _SLOW_SHARE if is_counted else 1.0
+        count, actions = round(num_flocks * share), NEIGHBORS.actions if is_counted else FLOCK_RANGES
+        flocks = share_of(HELD_OUT, count, scale)
+        plans[name] = actions, flocks
+        jobs["tuning", name] = seed_jobs(OUTCOMES, scenario, actions, share_of(TUNING, 2 * count, scale))
+        jobs["held out", name] = seed_jobs(OUTCOMES, scenario, actions, flocks)
+        for one in headlines:
+            if can_run(one, scenario):
+                jobs[one.task.name, name] = play_jobs(one.content, scenario, one.task.spec.name, flocks)
+    found, tables = runner.run(jobs, "Other scenarios"), []
+    for one, name in product(headlines, tried):
+        if (one.task.name, name) in found:
+            (actions, flocks), column = plans[name], one.task.spec.name
+            best = int(found["tuning", name][column].mean(axis=1).argmax())
+            labels = {"task": one.task.name, "scenario": name, "interaction_range": actions[best]}
+            values = {**found[one.task.name, name], "fixed": found["held out", name][column][best]}
+            tables.append(pl.DataFrame({**labels, "seed": flocks, **values}))
     return pl.concat(tables)
-
-
-def _share(scenario: FlockScenario) -> float:
-    if scenario.num_agents > max(SIZES[:2]):
-        return _LARGE_SHARE
-    return _SLOW_SHARE if grid_of(scenario) is NEIGHBORS else 1.0
 
 
 def gains(file: Path) -> dict[tuple[str, str], tuple[Estimate, float]]:
