@@ -174,24 +174,3 @@ class Measured:
     samples: int = 0
     cpu_seconds: float = 0.0
     curve: list[tuple[int, float]] = field(default_factory=list)
-
-
-def train(run: Run, *, resume: bool = False) -> Path:
-    """Train, or continue an unfinished run, and return the path of the policy.
-
-    Raises:
-        InputError: if a hyperparameter is unknown or out of bounds, or if the folder holds a finished run,
-            another run, or an unfinished one and ``resume`` is false.
-    """
-    match run.learner.algorithm:  # importing torch takes seconds
-        case "search":
-            from training.search import SearchRounds
-
-            return SearchRounds(run).train(resume=resume)
-        case "imitation":
-            from training.imitation import ImitationRounds
-
-            return ImitationRounds(run).train(resume=resume)
-    from training import sb3
-
-    return sb3.train(run, resume=resume)

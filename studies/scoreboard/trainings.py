@@ -24,7 +24,7 @@ from flockesc_env.models.records import versions
 from flockesc_env.policies.files import POLICY_FILE
 from flockesc_env.tasks.learners import learner_of, learners
 from training.run import RUN_FILE, Run
-from training.run import train as train_run
+from training.train import train as train_run
 
 _SECONDS: Final = 60.0
 """Estimated processor time of a training run."""

@@ -22,7 +22,7 @@ from flockesc_env.tasks import tasks
 from flockesc_env.tasks.comparison import ORACLE, grid_of
 from training.__main__ import TRAINING
 from training.compare import compare
-from training.run import train
+from training.train import train
 
 HELD_OUT = splits.HELD_OUT[:6]
 

@@ -17,8 +17,9 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.policies import Architecture, WinStayLoseShift
 from training.families import Family, Networks, Rules
 from training.imitation import ImitationRounds
-from training.run import Run, train
+from training.run import Run
 from training.search import SearchRounds
+from training.train import train
 
 SEEDS = [4, 5]
 INPUTS = ("time", "predator_sensed", "predator_direction_ahead", "predator_direction_left")
