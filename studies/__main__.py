@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from msgspec import to_builtins
 from tyro.conf import Positional, arg
 
+from flockesc_env import jobs
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.exits import Exit
 from flockesc_env.cli.flags import Backend, Json, Progress, optional
@@ -17,8 +18,6 @@ from flockesc_env.cli.output import check_folder, check_output, note, show, show
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
-from flockesc_env.jobs import Backend as BackEnd
-from flockesc_env.jobs import Cache, find_backend
 from studies.paper.plan import BATCH, LEAST_FLOCKS, Trials
 from studies.robustness.plan import attacked_presets
 from studies.validation import PARTS
@@ -38,9 +37,11 @@ _Parts = Annotated[Path, arg(help="folder that keeps finished parts")]
 _RUNS = Path("runs/scoreboard")
 
 
-def prepare(folder: Path | None, extra: str, *, page: Path | None = None, backend: str = "serial") -> BackEnd:
+def prepare(
+    folder: Path | None, extra: str, *, page: Path | None = None, backend: str = "serial"
+) -> jobs.Backend:
     """Check that files can be written and libraries are installed; return the back end."""
-    found = find_backend(backend)
+    found = jobs.find_backend(backend)
     check_output(page, [".md"], field="page")
     if folder is not None:
         check_folder(folder)
@@ -314,18 +315,15 @@ def _runner(folder: Path, backend: str) -> Runner:
     runs_on = prepare(folder, "train", backend=backend)
     from studies.measurements import Runner
 
-    return Runner(Cache(folder / "cache"), runs_on, progress=True)
+    return Runner(jobs.Cache(folder / "cache"), runs_on, progress=True)
 
 
 _COMMANDS: tuple[Callable[..., Exit], ...] = (
     *(paper, robustness, validation, arms_race, findings, findings_page),
     *(scoreboard_freeze, scoreboard_train, scoreboard_rewards, scoreboard_page),
 )
-STUDIES = Application(
-    "python -m studies",
-    "Studies made with flockesc_env.",
-    {command.__name__.replace("_", "-"): command for command in _COMMANDS},
-)
+_BY_NAME = {command.__name__.replace("_", "-"): command for command in _COMMANDS}
+STUDIES = Application("python -m studies", "Studies made with flockesc_env.", _BY_NAME)
 
 if __name__ == "__main__":
     sys.exit(STUDIES.main())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flockesc_env.common.stats import Estimate, FloatArray, argmax
 from flockesc_env.jobs import Arrays
@@ -115,7 +114,10 @@ def line_claims(results: dict[str, Arrays]) -> list[Claim]:
 
 
 def _figure_3(free: Arrays) -> list[Claim]:
-    counts = {rho: _counts(free, rho) for rho in plan.FREE_RANGES}
+    counts = {
+        rho: 1 + (np.diff(finals, axis=1) > rho).sum(axis=1)
+        for rho, finals in zip(plan.FREE_RANGES, free["final"], strict=True)
+    }
     rows = [
         claim(
             "IV, Fig. 3a",
@@ -162,8 +164,8 @@ def _figure_3(free: Arrays) -> list[Claim]:
 def _figure_4(attacked: Arrays) -> list[Claim]:
     distance = np.abs(attacked["final"] - plan.LINE.predator_position).min(axis=-1)
     best = plan.SHOWN_RANGES.index(0.1)
-    by_range = zip(plan.SHOWN_RANGES, distance, strict=True)
-    measured = [mean(f"mean d_ss, rho = {rho:g}", row, digits=3) for rho, row in by_range]
+    rows = zip(plan.SHOWN_RANGES, distance, strict=True)
+    measured = [mean(f"mean d_ss, rho = {rho:g}", row, digits=3) for rho, row in rows]
     return [
         claim(
             "IV, Fig. 4",
@@ -277,12 +279,6 @@ def edge_claim(results: dict[str, Arrays]) -> Claim:
         in_expectation=(components[0.0] == 1).all(),
         is_reading=True,
     )
-
-
-def _counts(free: Arrays, rho: float) -> NDArray[np.int64]:
-    finals = free["final"][plan.FREE_RANGES.index(rho)]
-    counts: NDArray[np.int64] = 1 + (np.diff(finals, axis=1) > rho).sum(axis=1)
-    return counts
 
 
 def _batches(values: FloatArray) -> FloatArray:
