@@ -17,15 +17,13 @@ from speed import flocks, instructions, page, peers, plots
 from speed.environments import environments
 from speed.frameworks import frameworks
 from speed.line import line
-from speed.measure import Comparison, Measurements, Record, machine, measure
+from speed.measure import Comparison, Measurements, machine, measure
 
 Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "floor"]
 _RESULTS = Path("speed/results")
 _FILE = "benchmarks.json"
 _REPEATED = ("kernel", "environments")  # measured again at the end of a run
 
-
-# A benchmark takes the peers, and ``quick`` for few and small cases, and yields what to measure.
 BENCHMARKS: dict[Section, Callable[..., Iterator[Comparison]]] = {
     "kernel": flocks.kernel,
     "size": flocks.size,
@@ -35,6 +33,7 @@ BENCHMARKS: dict[Section, Callable[..., Iterator[Comparison]]] = {
     "rules": flocks.rules,
     "floor": flocks.floor,
 }
+"""Functions that take the peers, and ``quick`` for few and small cases, and yield what to measure."""
 
 app = tyro.extras.SubcommandApp()
 
@@ -50,19 +49,16 @@ def run(only: tuple[Section, ...] = get_args(Section), quick: bool = False, outp
     """
     from threadpoolctl import threadpool_limits
 
-    def measured(names: tuple[Section, ...]) -> list[Record]:
-        records = []
-        for name in names:
-            print(f"measuring: {name}", flush=True)
-            for comparison in BENCHMARKS[name](others, quick=quick):
-                records += measure(name, comparison, quick=quick)
-        return records
-
+    measurements = Measurements(machine(), [], [])
     with threadpool_limits(1):  # of BLAS: all candidates use one thread
         others = peers.installed()
         peers.check(others)
-        repeated = tuple(name for name in only if name in _REPEATED)
-        measurements = Measurements(machine(), measured(only), measured(repeated))
+        runs = [(measurements.records, name) for name in only]
+        runs += [(measurements.again, name) for name in only if name in _REPEATED]
+        for records, name in runs:
+            print(f"measuring: {name}", flush=True)
+            for comparison in BENCHMARKS[name](others, quick=quick):
+                records += measure(name, comparison, quick=quick)
     output.mkdir(parents=True, exist_ok=True)
     write_text(output / _FILE, json.dumps(asdict(measurements), indent=1) + "\n")
     rows = [

@@ -8,17 +8,15 @@ its value. To measure another learner, copy a document and change what describes
 from __future__ import annotations
 
 import json
-import os
 import re
 import statistics
-import subprocess
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from flockesc_env.common.files import write_text
-from speed.measure import machine
+from speed.measure import machine, output
 from speed.page import table, with_table
 
 RESULTS = Path("speed/results/frameworks")
@@ -95,7 +93,7 @@ def _measured(document: Document, python: str) -> Document:
     text = Path(example).read_text("utf-8")
     packages = list(document["versions"])
     script = "import sys, importlib.metadata as m; print(*map(m.version, sys.argv[1:]))"
-    versions = _output(python, "-c", script, *packages).split()
+    versions = output(python, "-c", script, *packages).split()
     document["versions"] = dict(zip(packages, versions, strict=True))
     document["processor"] = machine()["cpu"]
     for entry in document.get("changes", [document]):
@@ -107,19 +105,14 @@ def _measured(document: Document, python: str) -> Document:
     if "lines" in document:
         document["lines"] = sum(bool(line.strip()) for line in text.splitlines())
         if arguments := document["pettingzoo"].split():
-            _, speed = _SPEED.findall(_output(python, example, *arguments))[0]
+            _, speed = _SPEED.findall(output(python, example, *arguments))[0]
             document["pettingzoo_samples_per_second"] = int(speed)
     return document
 
 
 def _run(command: list[str], seed: int) -> Document:
-    printed = _output("env", *command, "--seed", str(seed))
+    printed = output("env", *command, "--seed", str(seed))
     samples, speed = map(int, _SPEED.findall(printed)[0])
     gain, low, high = map(float, _GAIN.findall(printed)[0])
     interval = [low, high]
     return {"seed": seed, "samples": samples, "samples_per_second": speed, "gain": gain, "interval": interval}
-
-
-def _output(*command: str) -> str:
-    environment = {**os.environ, "PYTHONPATH": str(Path.cwd())}
-    return subprocess.check_output(command, text=True, env=environment)

@@ -9,7 +9,7 @@ import numpy as np
 
 from flockesc_env import LineScenario, simulate_line, sweep
 from speed.measure import PROJECT, Candidate, Comparison
-from speed.peers import TOLERANCE, DisagreementError, Floats, Peer, plain_rust
+from speed.peers import TOLERANCE, DisagreementError, Floats, Peer, rust
 
 RANGES = (0.05, 0.1, 0.2, 0.5)
 LINES = 200
@@ -25,10 +25,8 @@ def line(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
     for rho in RANGES:
         lines = [simulate_line(scenario, rho, seed=seed) for seed in seeds]
         starts, steps = [line.states[0] for line in lines], [line.steps for line in lines]
-        whole, first = (
-            partial(sweep, each, [rho], seeds, num_threads=1)
-            for each in (scenario, scenario.replace(max_steps=1))
-        )
+        whole = partial(sweep, scenario, [rho], seeds, num_threads=1)
+        first = partial(sweep, scenario.replace(max_steps=1), [rho], seeds, num_threads=1)
         candidates = [Candidate(PROJECT, whole, sum(steps) - len(lines), before=first)]
         for name, peer in PEERS.items():
             check(name, peer, rho)
@@ -68,5 +66,5 @@ def _numpy(states: Floats, scenario: LineScenario, interaction_range: float, ste
 
 PEERS: dict[str, Run] = {
     "NumPy, all pairs": _numpy,
-    "plain Rust, all pairs": lambda *args: plain_rust.module().line_all_pairs(*args),
+    "plain Rust, all pairs": lambda *args: rust().line_all_pairs(*args),
 }

@@ -160,12 +160,14 @@ def machine() -> dict[str, Any]:
         "instruction_sets": [flag for flag in _FLAGS if flag in flags],
         "system": platform.platform(),
         "python": platform.python_version(),
-        "rust": _output("rustc", "--version"),
-        "commit": _output("git", "describe", "--always", "--dirty", "--abbrev=40"),
+        "rust": output("rustc", "--version"),
+        "commit": output("git", "describe", "--always", "--dirty", "--abbrev=40"),
         "packages": dict(sorted(pair for pair in versions if pair[0] in _PACKAGES)),
         "command": "python -m speed " + " ".join(sys.argv[1:]),
     }
 
 
-def _output(*command: str) -> str:
-    return subprocess.check_output(command, text=True).strip()
+def output(*command: str) -> str:
+    """Return what a command prints; it can import this project."""
+    environment = {**os.environ, "PYTHONPATH": str(Path.cwd())}
+    return subprocess.check_output(command, text=True, env=environment).strip()

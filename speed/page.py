@@ -83,9 +83,9 @@ def _rules(records: list[Record]) -> str:
     names = {"topological": "nearest neighbors: {:,.0f}", "voronoi": "Voronoi neighbors within {:,.0f} m"}
     rows: dict[str, list[str]] = {}
     for record in _of(records, "rules"):
-        row = rows.setdefault(names[record.case["rule"]].format(record.case["rho"]), [])
-        row.append(_number(1e6 * record.median))
-    return table(["other neighbor rules", PROJECT, "SciPy"], [[name, *row] for name, row in rows.items()])
+        name = names[record.case["rule"]].format(record.case["rho"])
+        rows.setdefault(name, [name]).append(_number(1e6 * record.median))
+    return table(["other neighbor rules", PROJECT, "SciPy"], [*rows.values()])
 
 
 def _size(records: list[Record]) -> str:

@@ -1,28 +1,328 @@
-"""The command line ``python -m studies``."""
+"""The command line ``python -m studies``: its commands, without their heavy imports."""
+
+from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
+from msgspec import to_builtins
+from tyro.conf import Positional, arg
+
+from flockesc_env import jobs
 from flockesc_env.cli.application import Application
-from flockesc_env.cli.output import Exit
-from studies import commands
-from studies.findings import command as findings
-from studies.scoreboard import command as scoreboard
+from flockesc_env.cli.flags import Backend, Json, Progress, optional
+from flockesc_env.cli.output import Exit, check_folder, check_output, note, show, show_json
+from flockesc_env.common.checks import as_count
+from flockesc_env.common.errors import InputError
+from flockesc_env.common.extras import require
+from studies.paper.plan import BATCH, LEAST_FLOCKS, Trials
+from studies.robustness.plan import attacked_presets
+from studies.validation import PARTS
 
-COMMANDS: dict[str, Callable[..., Exit]] = {
-    "paper": commands.paper,
-    "robustness": commands.robustness,
-    "validation": commands.validation,
-    "arms-race": commands.arms_race,
-    "findings": findings.run,
-    "findings-page": findings.page,
-    "scoreboard-freeze": scoreboard.freeze,
-    "scoreboard-train": scoreboard.train,
-    "scoreboard-rewards": scoreboard.rewards,
-    "scoreboard-page": scoreboard.page,
+if TYPE_CHECKING:  # slow to import
+    from studies.measurements import Runner
+
+_LIBRARIES = {
+    "analysis": ["matplotlib", "scipy", "jinja2", "markdown"],
+    "train": ["matplotlib", "polars", "rliable", "jinja2", "cmaes"],
 }
 
-STUDIES = Application("python -m studies", "Studies made with flockesc_env.", COMMANDS)
+_Output = Annotated[Path, arg(help="folder of results and figures; made if it is missing")]
+_Page = Annotated[Path, arg(help="file of the Markdown page")]
+_OwnPage = Annotated[Path | None, *optional("file of the Markdown page", "in the output folder")]
+_Parts = Annotated[Path, arg(help="folder that keeps finished parts")]
+_RUNS = Path("runs/scoreboard")
+
+
+def prepare(
+    folder: Path | None, extra: str, *, page: Path | None = None, backend: str = "serial"
+) -> jobs.Backend:
+    """Check that files can be written and libraries are installed; return the back end."""
+    found = jobs.find_backend(backend)
+    check_output(page, [".md"], field="page")
+    if folder is not None:
+        check_folder(folder)
+    require(extra, _LIBRARIES[extra])
+    return found
+
+
+def paper(
+    *,
+    output: _Output = Path("runs/paper"),
+    flocks: Annotated[int, arg(help=f"flocks per range, at least {LEAST_FLOCKS}")] = Trials.flocks,
+    lines: Annotated[int, arg(help=f"lines per range, at least {BATCH}")] = Trials.lines,
+    figures: Annotated[
+        tuple[str, ...],
+        arg(
+            help="write only these figures, 2 to 10, edge, force or anatomy, and measure only what they show",
+            metavar="[NUMBER ..]",
+            help_behavior_hint="(default: all, and the page)",
+        ),
+    ] = (),
+    page: _OwnPage = None,
+    backend: Backend = "processes",
+    progress: Progress = False,
+    json: Json = False,
+) -> Exit:
+    """Set the paper's claims and figures beside what this package measures.
+
+    Writes paper.html (self-contained), paper.md, figures (PNG, SVG), results.json.
+
+    Takes about a quarter of an hour on two cores; interrupted, run it again to continue.
+
+    Example: python -m studies paper --output runs/paper --figures 5 9
+    """
+    trials = Trials(flocks=flocks, lines=lines)
+    runs_on = prepare(output, "analysis", page=page, backend=backend)
+    from studies.paper.figures import measure_and_draw
+    from studies.paper.page import PAPER, summary
+
+    if figures:
+        for file in measure_and_draw(output, figures, trials, runs_on, progress=progress):
+            note(f"saved: {file}")
+        return Exit.DONE
+    results = PAPER.run(output, page or output / "paper.md", runs_on, progress=progress, trials=trials)
+    note(f"saved: {output / 'paper.html'}")
+    if json:
+        show_json({"command": "paper", "output": str(output), **to_builtins(results)})
+    else:
+        show(*summary(results))
+    return Exit.DONE
+
+
+def robustness(
+    *,
+    output: _Output = Path("runs/robustness"),
+    num_flocks: Annotated[
+        int, arg(help="flocks to choose the best range on, and again as many to measure it on, at least 2")
+    ] = 500,
+    presets: Annotated[
+        tuple[str, ...] | None,
+        *optional(
+            "which presets or scenario files (.toml, .json)",
+            "all flock presets that have predators",
+            metavar="NAME|FILE ..",
+        ),
+    ] = None,
+    page: _OwnPage = None,
+    backend: Backend = "processes",
+    progress: Progress = False,
+    json: Json = False,
+) -> Exit:
+    """Find the best fixed range in every preset: does the paper's finding survive?
+
+    Writes robustness.md, robustness.png and robustness.svg, results.json.
+
+    About 35 minutes on two cores; interrupted, run it again to continue.
+
+    Example: python -m studies robustness --num-flocks 50 --presets paper-flock pursuit
+    """
+    as_count(num_flocks, "num_flocks", least=2)  # without two there is no interval
+    attacked_presets(presets)  # refuses unknown ones before heavy imports
+    runs_on = prepare(output, "analysis", page=page, backend=backend)
+    from studies.robustness.survey import ROBUSTNESS, summary
+
+    page = page or output / "robustness.md"
+    results = ROBUSTNESS.run(output, page, runs_on, progress=progress, num_flocks=num_flocks, names=presets)
+    note(f"saved: {page}")
+    if json:
+        show_json({"command": "robustness", "output": str(output), "results": to_builtins(results)})
+    else:
+        show(*summary(results))
+    return Exit.DONE
+
+
+def validation(
+    *,
+    output: _Output = Path("results/validation"),
+    only: Annotated[
+        tuple[str, ...],
+        arg(
+            help="measure these results; the others keep their stored ones",
+            metavar="NAME ..",
+            help_behavior_hint=f"(default: all: {', '.join(PARTS)})",
+        ),
+    ] = PARTS,
+    scale: Annotated[float, arg(help="share of the flocks that run")] = 1.0,
+    page: _Page = Path("docs/validation.md"),
+    backend: Backend = "processes",
+    progress: Progress = False,
+) -> Exit:
+    """Published results of other models and flocks, measured again with this simulator.
+
+    Interrupted, run it again to continue.
+
+    Example: python -m studies validation --only vicsek --scale 0.1
+    """
+    for name in only:
+        if name not in PARTS:
+            raise InputError("only", f"any of {', '.join(PARTS)}", repr(name))
+    _check_share(scale)
+    runs_on = prepare(output, "analysis", page=page, backend=backend)
+    from studies.validation.survey import VALIDATION
+
+    VALIDATION.run(output, page, runs_on, progress=progress, only=only, scale=scale)
+    return _saved(page)
+
+
+def arms_race(
+    *,
+    output: _Output = Path("results/arms_race"),
+    rounds: Annotated[int, arg(help="rounds, in which a flock policy and then a predator is trained")] = 3,
+    num_flocks: Annotated[int, arg(help="held-out flocks of the cross-play, at least 2")] = 1000,
+    page: _Page = Path("docs/arms-race.md"),
+    backend: Backend = "processes",
+    progress: Progress = False,
+) -> Exit:
+    """Train predators and flock policies against each other in turns, and play all against all.
+
+    About 40 minutes on one core; interrupted, run it again to continue.
+
+    Example: python -m studies arms-race --backend serial
+    """
+    as_count(rounds, "rounds")
+    as_count(num_flocks, "num_flocks", least=2)
+    runs_on = prepare(output, "train", page=page, backend=backend)
+    from studies.arms_race.page import ARMS_RACE
+
+    ARMS_RACE.run(output, page, runs_on, progress=progress, rounds=rounds, num_flocks=num_flocks)
+    return _saved(page)
+
+
+def findings(
+    *,
+    output: _Output = Path("results/findings"),
+    scale: Annotated[float, arg(help="share of the flocks that play")] = 1.0,
+    page: _Page = Path("docs/findings.md"),
+    backend: Backend = "processes",
+    progress: Progress = False,
+) -> Exit:
+    """Choose the best trained policy of each task, and measure how it works and where it loses.
+
+    Interrupted, run it again to continue.
+
+    Example: python -m studies findings --scale 0.1
+    """
+    _check_share(scale)
+    runs_on = prepare(output, "train", page=page, backend=backend)
+    require("video", ["pygame", "imageio_ffmpeg"])
+    from studies.findings.page import FINDINGS
+
+    FINDINGS.run(output, page, runs_on, progress=progress, scale=scale)
+    return _saved(page)
+
+
+def findings_page(
+    *,
+    output: Annotated[Path, arg(help="folder of results and figures")] = Path("results/findings"),
+    page: _Page = Path("docs/findings.md"),
+) -> Exit:
+    """Write the page and its figures from the results.
+
+    Example: python -m studies findings-page
+    """
+    prepare(None, "train", page=page)
+    from studies.findings.page import FINDINGS
+
+    FINDINGS.write(output, page)
+    return _saved(page)
+
+
+def scoreboard_freeze(
+    names: Annotated[Positional[tuple[str, ...]], arg(help="tasks; none: all", metavar="TASK")] = (),
+    *,
+    output: Annotated[Path, arg(help="file of the tasks")] = Path("flockesc_env/tasks/v1.toml"),
+    runs: _Parts = _RUNS,
+    backend: Backend = "processes",
+) -> Exit:
+    """Measure again what normalizes scores, and write it into the file of the tasks (about an hour).
+
+    Example: python -m studies scoreboard-freeze one-range
+    """
+    runner = _runner(runs, backend)
+    from studies.scoreboard.freeze import freeze
+
+    freeze(output, names, runner)
+    return _saved(output)
+
+
+def scoreboard_train(
+    *,
+    learners: Annotated[tuple[str, ...], arg(help="some of the learners; none: all")] = (),
+    tasks: Annotated[tuple[str, ...], arg(help="some of the tasks; none: all")] = (),
+    most_seeds: Annotated[int, arg(help="at most this number of training seeds")] = 10,
+    runs: Annotated[
+        Path, arg(help="folder of training runs; finished ones are kept, others continued")
+    ] = _RUNS,
+    backend: Backend = "processes",
+) -> Exit:
+    """Train learners (hours for all), and score them and the rules that have no result yet.
+
+    Interrupted, it continues.
+
+    Example: python -m studies scoreboard-train --learners ppo --tasks one-range
+    """
+    runner = _runner(runs, backend)
+    from studies.scoreboard.board import write_scores
+    from studies.scoreboard.trainings import trainings
+
+    write_scores(runner.run(trainings(learners, tasks, most_seeds, runs), "Training"))
+    return Exit.DONE
+
+
+def scoreboard_rewards(*, runs: _Parts = _RUNS, backend: Backend = "processes") -> Exit:
+    """Measure which ranges the individual reward prefers, and which the flock does (minutes).
+
+    Example: python -m studies scoreboard-rewards
+    """
+    runner = _runner(runs, backend)
+    from studies.scoreboard.rewards import FILE, write
+
+    write(runner)
+    return _saved(FILE)
+
+
+def scoreboard_page(*, page: _Page = Path("docs/scoreboard.md")) -> Exit:
+    """Write the page of the scoreboard, print the README's table, and copy the policies of the wheel.
+
+    Example: python -m studies scoreboard-page
+    """
+    prepare(None, "train", page=page)
+    from studies.scoreboard.board import load_board, ship
+    from studies.scoreboard.page import write_page
+
+    board = load_board()
+    ship(board)
+    show(*write_page(board, page).split("\n"))
+    return _saved(page)
+
+
+def _saved(path: Path) -> Exit:
+    note(f"saved: {path}")
+    return Exit.DONE
+
+
+def _check_share(scale: float) -> None:
+    if not 0 < scale <= 1:
+        raise InputError("scale", "a number in (0, 1]", scale)
+
+
+def _runner(folder: Path, backend: str) -> Runner:
+    """Return a runner of jobs that keeps their results in a folder."""
+    runs_on = prepare(folder, "train", backend=backend)
+    from studies.measurements import Runner
+
+    return Runner(jobs.Cache(folder / "cache"), runs_on, progress=True)
+
+
+_COMMANDS: tuple[Callable[..., Exit], ...] = (
+    *(paper, robustness, validation, arms_race, findings, findings_page),
+    *(scoreboard_freeze, scoreboard_train, scoreboard_rewards, scoreboard_page),
+)
+_BY_NAME = {command.__name__.replace("_", "-"): command for command in _COMMANDS}
+STUDIES = Application("python -m studies", "Studies made with flockesc_env.", _BY_NAME)
 
 if __name__ == "__main__":
     sys.exit(STUDIES.main())

@@ -1,34 +1,27 @@
-"""Measurements as jobs: runs of fixed ranges and policies on many seeds."""
+"""Measurements: jobs and their results, policies on flocks as jobs, and columns of tables by flock."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from itertools import islice
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
+import polars as pl
 
-from flockesc_env import FlockScenario, LineScenario
-from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env import FlockScenario, LineScenario, rollout
+from flockesc_env.common.stats import Estimate, FloatArray, mean
+from flockesc_env.episodes.splits import first_seeds
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
-from flockesc_env.jobs.sweeps import seed_jobs
+from flockesc_env.policies import BasePolicy, load_policy
+from flockesc_env.policies.registry import parse_policy
 
 Key = TypeVar("Key")
 
-
-@dataclass(frozen=True)
-class Measurement:
-    """Runs of one scenario on seeds from 0 on, by a function of scenario, ranges and seeds."""
-
-    function: str
-    scenario: FlockScenario | LineScenario
-    ranges: tuple[float, ...]
-    num_seeds: int
-
-    def jobs(self) -> list[Job]:
-        """Cut the measurement into jobs of some seconds."""
-        return seed_jobs(self.function, self.scenario, self.ranges, range(self.num_seeds))
+_AGENT_STEP = 200e-9
+"""Estimated seconds of a step of one agent under a policy."""
 
 
 @dataclass(frozen=True)
@@ -39,21 +32,26 @@ class Runner:
     backend: Backend
     progress: bool = False
 
-    def each(self, jobs: Mapping[Key, Job], title: str) -> dict[Key, Arrays]:
-        """Run a job per key, and return the results."""
-        found = run(list(jobs.values()), self.cache, self.backend, title=title, progress=self.progress)
-        return dict(zip(jobs, found, strict=True))
+    def run(self, jobs: Mapping[Key, Job | Sequence[Job]], title: str) -> dict[Key, Arrays]:
+        """Run the jobs of every key; several of them differ in their seeds, and their results are joined."""
+        groups = {key: [group] if isinstance(group, Job) else group for key, group in jobs.items()}
+        every = [job for group in groups.values() for job in group]
+        found = iter(run(every, self.cache, self.backend, title=title, progress=self.progress))
+        return {key: _joined([*islice(found, len(group))]) for key, group in groups.items()}
 
-    def groups(self, jobs: Mapping[Key, Sequence[Job]], title: str) -> dict[Key, Arrays]:
-        """Run the jobs of all groups; jobs of a group differ in their seeds, and their results are joined."""
-        parts = {(key, at): job for key, group in jobs.items() for at, job in enumerate(group)}
-        found = self.each(parts, title)
-        return {key: _joined([found[key, at] for at in range(len(group))]) for key, group in jobs.items()}
+    def join(self, jobs: Sequence[Job], title: str) -> Arrays:
+        """Run jobs that differ in their seeds, and return their joined results."""
+        return self.run({None: jobs}, title)[None]
 
-    def measure(self, measurements: Mapping[str, Measurement]) -> dict[str, Arrays]:
-        """Return the results of every measurement."""
-        jobs = {name: measurement.jobs() for name, measurement in measurements.items()}
-        return self.groups(jobs, "Measuring")
+
+def _joined(parts: Sequence[Arrays]) -> Arrays:
+    """Join the axes of seeds: the second ones, or the only ones of arrays with one axis."""
+    if len(parts) == 1:
+        return parts[0]
+    return {
+        name: np.concatenate([part[name] for part in parts], axis=min(1, values.ndim - 1))
+        for name, values in parts[0].items()
+    }
 
 
 def chunks(flocks: range, size: int) -> list[range]:
@@ -61,14 +59,59 @@ def chunks(flocks: range, size: int) -> list[range]:
     return [flocks[start : start + size] for start in range(0, len(flocks), size)]
 
 
+def share_of(purpose: range, count: int, scale: float, least: int = 2) -> range:
+    """Return the first seeds of a purpose: a share of their number, at least ``least``."""
+    return first_seeds(purpose, max(least, round(count * scale)))
+
+
+def split(function: str, arguments: tuple[Any, ...], flocks: range, size: int, seconds: float) -> list[Job]:
+    """Return jobs that call a function with arguments and at most ``size`` flocks, ``seconds`` for each."""
+    return [Job(function, (*arguments, part), seconds * len(part)) for part in chunks(flocks, size)]
+
+
 def means(rows: Iterable[FloatArray]) -> tuple[Estimate, ...]:
     """Return the mean of every row with its interval."""
-    return tuple(map(stats.mean, rows))
+    return tuple(map(mean, rows))
 
 
-def _joined(parts: Sequence[Arrays]) -> Arrays:
-    """Join the axes of seeds: the second ones, or the only ones of arrays with one axis."""
+def sign(estimate: Estimate) -> int:
+    """Return 1 or -1 if the interval lies above or below 0, and 0 if it contains 0."""
+    return int(estimate.low > 0) - int(estimate.high < 0)
+
+
+def policy_of(policy: str | bytes) -> BasePolicy:
+    """Return a built-in policy, or the one in the bytes of a policy file."""
+    return load_policy(policy) if isinstance(policy, str) else parse_policy(policy, Path("policy.npz"))
+
+
+def play(
+    policy: str | bytes,
+    scenario: FlockScenario | LineScenario,
+    column: str,
+    flocks: range,
+    options: Mapping[str, Any] | None = None,
+) -> Arrays:
+    """Return an objective of every flock; ``options`` replace some of those that the policy was made for."""
+    found = policy_of(policy).with_options(**(options or {}))
+    return {"objective": getattr(rollout(scenario, found, flocks), column)}
+
+
+def play_jobs(
+    policy: str | bytes, scenario: FlockScenario | LineScenario, column: str, flocks: range, **options: Any
+) -> list[Job]:
+    """Return the jobs of ``play``."""
+    steps, slowness = 100, 1
+    if isinstance(scenario, FlockScenario):
+        steps, slowness = scenario.num_steps, 30 if scenario.neighbor_rule.kind == "topological" else 1
+    seconds = steps * scenario.num_agents * _AGENT_STEP * slowness
+    return [
+        Job(f"{__name__}:play", (policy, scenario, column, part, options), seconds * len(part))
+        for part in chunks(flocks, 250)
+    ]
+
+
+def values_by(table: pl.DataFrame, *keys: str, column: str = "objective") -> dict[Any, FloatArray]:
+    """Return a column, flocks in rising order, by the values of several other columns."""
     return {
-        name: np.concatenate([part[name] for part in parts], axis=min(1, values.ndim - 1))
-        for name, values in parts[0].items()
+        key: part.sort("seed")[column].to_numpy() for key, part in table.group_by(*keys, maintain_order=True)
     }

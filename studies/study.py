@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 import os
-import platform
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
 import msgspec
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from matplotlib.figure import Figure
 
 from flockesc_env.common.files import write_text
+from flockesc_env.common.stats import Estimate
 from flockesc_env.jobs import Backend, Cache
 from studies.measurements import Runner
 from training.figure_style import save_figure
@@ -21,56 +22,44 @@ from training.figure_style import save_figure
 RESULTS_FILE = "results.json"
 
 
+def document(fields: Any) -> str:
+    """Return a JSON document as the studies write it: equal fields give equal bytes."""
+    return json.dumps(msgspec.to_builtins(fields), indent=1) + "\n"
+
+
 class Results:
-    """Results that a JSON document holds; equal results give equal bytes."""
-
-    def to_json(self) -> str:
-        """Return the results as a JSON document."""
-        return document(msgspec.to_builtins(self))
-
-    @classmethod
-    def from_json(cls, text: str) -> Self:
-        """Build results from their JSON document."""
-        return msgspec.json.decode(text, type=cls)
+    """Results that the JSON document ``RESULTS_FILE`` in a folder holds."""
 
     @classmethod
     def load(cls, folder: Path) -> Self:
         """Read the results in a folder."""
-        return cls.from_json((folder / RESULTS_FILE).read_text("utf-8"))
-
-
-def document(fields: Any) -> str:
-    """Return a JSON document as the studies write it."""
-    return json.dumps(fields, indent=1) + "\n"
-
-
-def machine() -> str:
-    """Return a description of this machine."""
-    return f"{os.cpu_count()} cores, {platform.machine()}"
+        return msgspec.json.decode((folder / RESULTS_FILE).read_bytes(), type=cls)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
     """A study: how it measures, and its figures and pages, which are made from the results in a folder.
 
-    ``measure`` takes the study's options, runs jobs and writes results into a folder. ``figures`` returns
-    figures by the names of their files. ``pages`` takes results, their folder and the main page, and returns
-    texts by files.
+    ``measure`` takes a runner of jobs, the folder of the results and the study's options, and writes results.
+    ``figures`` returns figures by the names of their files. ``pages`` takes results, their folder and the
+    main page, and returns texts by files.
     """
 
-    measure: Callable[[Any, Runner, Path], Any]
+    measure: Callable[..., Any]
     load: Callable[[Path], Any]
     figures: Callable[[Any], Mapping[str, Figure]]
     pages: Callable[[Any, Path, Path], Mapping[Path, str]]
     formats: tuple[str, ...] = ("png",)
 
-    def run(self, options: Any, output: Path, page: Path, backend: Backend, *, progress: bool = False) -> Any:
+    def run(
+        self, output: Path, page: Path, backend: Backend, *, progress: bool = False, **options: Any
+    ) -> Any:
         """Measure, and write results, figures and pages; return the results.
 
         Called again after an interrupt, it continues where it stopped and ends with the same bytes.
         """
         output.mkdir(parents=True, exist_ok=True)
-        self.measure(options, Runner(Cache(output / "cache"), backend, progress), output)
+        self.measure(Runner(Cache(output / "cache"), backend, progress), output, **options)
         return self.write(output, page)
 
     def write(self, output: Path, page: Path) -> Any:
@@ -82,3 +71,27 @@ class Study:
         for file, text in self.pages(results, output, page).items():
             write_text(file, text)
         return results
+
+
+def template(name: str) -> Template:
+    """Return the template of a page, such as ``"paper/templates/page.md"``."""
+    # No text that a user typed gets onto the pages unchecked, so nothing has to be escaped.
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        autoescape=False,  # noqa: S701
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    return environment.get_template(name)
+
+
+def path_from(page: Path, target: Path) -> str:
+    """Return the path of a file or folder in links on a page."""
+    return Path(os.path.relpath(target.resolve(), page.resolve().parent)).as_posix()
+
+
+def signed(estimate: Estimate) -> str:
+    """Return an estimate with its interval as text, with signs."""
+    return f"{estimate:+.2f}"

@@ -1,8 +1,8 @@
-"""Style of the studies' figures: letters of panels, colors of components."""
+"""Style of the studies' figures: letters of panels, colors of components, curves and forest plots."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,22 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.render.palette import LABELS, LIGHT
+from studies.measurements import sign
+from training.figure_style import WIDTH
+
+ROW = 0.235
+"""Height of a row of a forest plot in inches."""
 
 
-def letter(axes: Axes, index: int, title: str = "") -> None:
+def subplots(height: float, *grid: int, **options: Any) -> tuple[Figure, Any]:
+    """Return a figure of the common width and its axes; arguments are those of ``Figure.subplots``."""
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    return figure, figure.subplots(*grid, **options)
+
+
+def letter(axes: Axes, index: int, title: str) -> None:
     """Title a panel as in the paper: (a), (b), .., and what it shows."""
-    axes.set_title(f"({chr(ord('a') + index)}) {title}".rstrip())
+    axes.set_title(f"({chr(ord('a') + index)}) {title}")
 
 
 def component_colors(labels: NDArray[np.int64]) -> list[Any]:
@@ -53,7 +64,45 @@ def curve(
     **style: Any,
 ) -> None:
     """Draw estimates as a line with a band of their intervals; ``band`` is its opacity."""
-    axes.fill_between(
-        at, [e.low for e in estimates], [e.high for e in estimates], color=color, alpha=band, lw=0
-    )
+    low, high = [e.low for e in estimates], [e.high for e in estimates]
+    axes.fill_between(at, low, high, color=color, alpha=band, lw=0)
     axes.plot(at, [e.mean for e in estimates], *form, color=color, **style)
+
+
+def draw_forest(axes: Axes, groups: Mapping[str, Mapping[str, Estimate]]) -> None:
+    """Draw estimates by title of their group and name, one per row: filled dots if intervals exclude 0.
+
+    The mean stands at the right end of each row.
+    """
+    labels: list[str] = []
+    for title, rows in groups.items():
+        labels.append(title)
+        for name, estimate in rows.items():
+            _row(axes, len(labels), estimate)
+            labels.append(name)
+    axes.axvline(0, color=LIGHT.ink, lw=0.8, zorder=1)
+    axes.set_yticks(range(len(labels)), labels)
+    for tick, label in zip(axes.get_yticklabels(), labels, strict=True):
+        tick.set_fontweight("bold" if label in groups else "normal")
+    axes.set_ylim(len(labels) - 0.4, -0.6)
+    axes.tick_params(axis="y", length=0)
+    axes.spines["left"].set_visible(False)
+    axes.grid(axis="x")
+    axes.set_axisbelow(True)
+    low, high = axes.get_xlim()
+    axes.set_xlim(low, high + 0.02 * (high - low))
+
+
+def _row(axes: Axes, place: int, estimate: Estimate) -> None:
+    color, face = LIGHT.fixed, LIGHT.fixed if sign(estimate) else LIGHT.page
+    axes.plot([estimate.low, estimate.high], [place, place], color=color, lw=2, solid_capstyle="butt")
+    axes.plot(estimate.mean, place, "o", color=color, mfc=face, ms=5.5, zorder=3)
+    axes.annotate(
+        f"{estimate.mean:+z.1f}",
+        (1.0, place),
+        xytext=(4, 0),
+        xycoords=("axes fraction", "data"),
+        textcoords="offset points",
+        va="center",
+        annotation_clip=False,
+    )

@@ -48,12 +48,10 @@ def _learners(task: _Task) -> Exit:
     Example: python -m training learners per-agent-visible
     """
     chosen = tasks[task]
-    rows = [
-        [name, one.algorithm, str(one.seeds), f"{one.samples or chosen.samples:,}", one.note]
-        if one.algorithm not in {"search", "imitation"}
-        else [name, one.algorithm, str(one.seeds), "-", one.note]
-        for name, one in learners_of(chosen).items()
-    ]
+    rows = []
+    for name, one in learners_of(chosen).items():
+        samples = "-" if one.algorithm in {"search", "imitation"} else f"{one.samples or chosen.samples:,}"
+        rows.append([name, one.algorithm, str(one.seeds), samples, one.note])
     show(*table(["learner", "algorithm", "seeds", "samples", "note"], rows))
     return Exit.DONE
 

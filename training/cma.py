@@ -31,13 +31,8 @@ def maximize(optimizer: CMA, value: Callable[..., FloatArray], *args: Any) -> Fl
 
 
 def growing(first: int, last: int, share: float) -> int:
-    """Return a number of flocks per vector, which grows geometrically from ``first`` to ``last``.
+    """Return the flocks per vector after a share of a search, which grow geometrically to ``last``.
 
     Later generations need more flocks, because their policies differ by less than the noise.
-
-    Args:
-        first: number in the first generation.
-        last: number after the last generation.
-        share: share of the search that is over.
     """
     return round(first * float((last / first) ** share))

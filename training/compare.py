@@ -12,12 +12,11 @@ from typing import cast
 
 import numpy as np
 
-from flockesc_env import FlockScenario, save_run, simulate
-from flockesc_env.common.errors import InputError
+from flockesc_env import FlockScenario, InputError, load_policy, save_run, simulate
 from flockesc_env.common.files import check_writable, write_text
 from flockesc_env.models import FlockSweepResult
 from flockesc_env.models.records import versions
-from flockesc_env.policies import BasePolicy, load_policy
+from flockesc_env.policies import BasePolicy
 from flockesc_env.tasks import Task
 from flockesc_env.tasks.comparison import ORACLE, Comparison
 from training import plots

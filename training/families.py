@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import NetworkPolicy, Policy
-from flockesc_env.common.errors import InputError
+from flockesc_env import InputError, NetworkPolicy, Policy
 from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.options import options_in
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import Architecture, ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
+from flockesc_env.policies.playing import rollout_networks
 from flockesc_env.policies.registry import Rule
 from training.run import Run
 
@@ -47,12 +48,7 @@ RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
 
 @dataclass(frozen=True)
 class Networks:
-    """Networks of one architecture. The search starts at the vector 0.
-
-    Attributes:
-        run: the run, whose task is played.
-        architecture: inputs and layers.
-    """
+    """Networks of one architecture, on the task of a run. The search starts at the vector 0."""
 
     run: Run
     architecture: Architecture
@@ -72,20 +68,35 @@ class Networks:
         Returns:
             The objective, shape (k, seeds), and the number of actions, per agent or per flock.
         """
-        return self.run.play_networks(self.architecture, vectors, seeds)
+        task, options = self.run.task, cast("Any", self.run.options)
+        model = cast("Any", task.scenario)
+        columns = rollout_networks(
+            self.architecture,
+            np.repeat(vectors.astype(np.float32), len(seeds), axis=0),
+            list(seeds) * len(vectors),
+            model,
+            options_in(model, options),
+            per_agent=task.per_agent,
+            num_threads=1,
+        )
+        values = columns[task.spec.name].reshape(len(vectors), -1)
+        return values, (model.num_agents if task.per_agent else 1) * int(columns["num_actions"].sum())
 
 
 @dataclass(frozen=True)
 class Rules:
-    """A rule with its parameters. The vector 0 stands for parameters that were chosen by hand.
+    """A rule with its parameters, on the task of a run. The vector 0 stands for those chosen by hand.
 
-    Attributes:
-        run: the run, whose task is played.
-        name: name of the rule.
+    Raises:
+        InputError: if the rule is unknown.
     """
 
     run: Run
     name: str
+
+    def __post_init__(self) -> None:
+        if self.name not in RULES:
+            raise InputError("rule", f"one of {', '.join(RULES)}", repr(self.name))
 
     @property
     def size(self) -> int:
@@ -133,14 +144,3 @@ class Population:
         parts = np.split(observations, len(self.policies))
         chosen = [policy.act(part, spec) for policy, part in zip(self.policies, parts, strict=True)]
         return np.concatenate(chosen)
-
-
-def rule_family(run: Run, rule: str) -> Rules:
-    """Return the family of a rule.
-
-    Raises:
-        InputError: if the rule is unknown.
-    """
-    if rule not in RULES:
-        raise InputError("rule", f"one of {', '.join(RULES)}", repr(rule))
-    return Rules(run, rule)

@@ -9,9 +9,11 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from matplotlib.transforms import offset_copy
 
 from flockesc_env.common.files import atomic_write
+from flockesc_env.common.stats import FloatArray
 from flockesc_env.render.palette import LIGHT
 
 WIDTH = 8.3
@@ -89,6 +91,14 @@ def label_points(
             arrowprops={**_LEADER, "color": color} if has_moved else None,
             annotation_clip=False,
         )
+
+
+def draw_predator(axes: Axes, path: FloatArray, reach: float) -> None:
+    """Draw the path of a predator, shape (times, 2), and the disc around its end within which agents flee."""
+    here = (path[-1, 0], path[-1, 1])
+    axes.plot(*path.T, color=LIGHT.predator, lw=1)
+    axes.plot(*here, "o", color=LIGHT.predator, ms=4)
+    axes.add_patch(Circle(here, reach, color=LIGHT.predator, alpha=0.15, lw=0))
 
 
 def save_figure(figure: Figure, stem: Path, suffixes: tuple[str, ...] = ("svg", "png")) -> Path:

@@ -16,9 +16,8 @@ import numpy as np
 import torch
 from torch import nn
 
-from flockesc_env import NetworkPolicy
+from flockesc_env import InputError, NetworkPolicy
 from flockesc_env.cli.flags import policy_of
-from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import Observations
 from flockesc_env.episodes.spaces import PolicySpec

@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
-from flockesc_env.common import stats
-from flockesc_env.common.stats import FloatArray
+from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.episodes.objectives import ObjectiveSpec
 from flockesc_env.models import FlockSweepResult, Trajectory
 from flockesc_env.render.frames import policy_title
 from flockesc_env.render.palette import LIGHT
-from training.figure_style import BAND, RANGES, WIDTH, label_ends, save_figure
+from training.figure_style import BAND, RANGES, WIDTH, draw_predator, label_ends, save_figure
 
 Run = tuple[str, Trajectory]
 """Name of a policy, and the run of the flock under it."""
@@ -48,10 +46,9 @@ def objective_against_range(
     axes.fill_between(ranges, low, high, color=BAND, lw=0)
     axes.plot(ranges, center, color=LIGHT.fixed, lw=1.5)
     labels = [(float(center[-1]), "one fixed range", LIGHT.fixed)]
-    for place, ((name, values), color) in enumerate(
-        zip(outcomes.items(), _colors(len(outcomes)), strict=True)
-    ):
-        level = stats.mean(values)
+    colors = _colors(len(outcomes))
+    for place, (name, values) in enumerate(outcomes.items()):
+        level, color = mean(values), colors[place]
         axes.axhspan(level.low, level.high, color=color, alpha=0.15, lw=0)
         axes.axhline(level.mean, color=color, lw=1.5, ls="--" if place == 0 else "-")
         title = _title(name, place, len(outcomes))
@@ -148,13 +145,8 @@ def _frame(shown: list[tuple[Trajectory, int]], margin: float = 15.0) -> tuple[A
 def _snapshot(axes: Axes, trajectory: Trajectory, step: int, top: float) -> Any:
     positions, velocities = trajectory.positions[step, :, :2], trajectory.velocities[step, :, :2]
     colors = np.broadcast_to(trajectory.interaction_ranges[step], len(positions))
-    for path in trajectory.predator_positions[: step + 1, :, :2].transpose(1, 2, 0):
-        axes.plot(*path, color=LIGHT.predator, lw=1)
-        here = (path[0, -1], path[1, -1])
-        axes.plot(*here, "o", color=LIGHT.predator, markersize=4)
-        axes.add_patch(
-            Circle(here, trajectory.scenario.predator_range, color=LIGHT.predator, alpha=0.15, lw=0)
-        )
+    for path in trajectory.predator_positions[: step + 1, :, :2].swapaxes(0, 1):
+        draw_predator(axes, path, trajectory.scenario.predator_range)
     arrows = axes.quiver(
         *positions.T, *velocities.T, colors, cmap=RANGES, clim=(0, top), scale=220, width=0.009, headwidth=4
     )

@@ -9,27 +9,22 @@ from __future__ import annotations
 
 import json
 import pickle
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 
-from flockesc_env import Policy, rollout, save_policy
-from flockesc_env.common.errors import InputError
+from flockesc_env import InputError, LineScenario, Policy, rollout, save_policy, tasks
 from flockesc_env.common.files import check_writable, read_sealed, write_sealed, write_text
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.options import options_in
 from flockesc_env.models.records import versions
-from flockesc_env.policies import Architecture, PolicySpec
-from flockesc_env.policies.playing import rollout_networks
+from flockesc_env.policies import PolicySpec
 from flockesc_env.policies.registry import POLICY_FILE, Stored
-from flockesc_env.scenario.line import LineScenario
+from flockesc_env.tasks import Task
 from flockesc_env.tasks.learners import Learner, learner_of
-from flockesc_env.tasks.task import Task, tasks
 
 CONFIG_FILE = "config.json"
 RUN_FILE = "run.json"
@@ -90,34 +85,6 @@ class Run:
             options["per_agent"] = self.task.per_agent
         model: Any = self.task.scenario
         return self.task.spec.values(rollout(model, policy, seeds, **options))
-
-    def play_networks(
-        self, architecture: Architecture, vectors: FloatArray, seeds: Sequence[int]
-    ) -> tuple[FloatArray, int]:
-        """Play networks on the same flocks, on one thread.
-
-        Args:
-            architecture: inputs and layers of the networks.
-            vectors: parameters of the networks, shape (networks, size).
-            seeds: seeds of the flocks.
-
-        Returns:
-            The objective, shape (networks, seeds), and the number of actions, per agent or per flock.
-        """
-        model: Any = self.task.scenario
-        options: Any = self.options
-        per_agent = self.task.per_agent
-        columns = rollout_networks(
-            architecture,
-            np.repeat(vectors.astype(np.float32), len(seeds), axis=0),
-            list(seeds) * len(vectors),
-            model,
-            options_in(model, options),
-            per_agent=per_agent,
-            num_threads=1,
-        )
-        values = columns[self.task.spec.name].reshape(len(vectors), -1)
-        return values, (model.num_agents if per_agent else 1) * int(columns["num_actions"].sum())
 
     def record(self) -> dict[str, Any]:
         """Return what decides the results of the run."""
@@ -181,8 +148,9 @@ class Run:
         """Write the policy, if a file can hold it, and the measurements; return the policy's path."""
         path = self.folder / POLICY_FILE
         if policy is not None:
-            known: dict[str, Any] = {"per_agent": self.task.per_agent, "scenario": self.task.scenario}
-            known |= {"action_mode": "normalized", "range_grid": None, **stored_options(self)}
+            known = {name: value for name, value in self.options.items() if name != "reward"}
+            known |= {"per_agent": self.task.per_agent, "scenario": self.task.scenario}
+            known |= {"action_mode": "normalized", "range_grid": None}
             save_policy(policy.with_options(name=self.folder.name or self.name, **known), path)
         write_text(self.folder / RUN_FILE, json.dumps(vars(measured), indent=1) + "\n")
         (self.folder / CHECKPOINT_FILE).unlink(missing_ok=True)
@@ -206,12 +174,3 @@ class Measured:
     samples: int = 0
     cpu_seconds: float = 0.0
     curve: list[tuple[int, float]] = field(default_factory=list)
-
-
-def stored_options(run: Run) -> dict[str, Any]:
-    """Return the options that a policy file needs: without the reward, and with continuous actions."""
-    return {
-        name: value
-        for name, value in run.options.items()
-        if name not in {"reward", "action_mode", "range_grid"}
-    }

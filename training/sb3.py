@@ -17,8 +17,7 @@ from stable_baselines3.common.callbacks import CheckpointCallback
 from stable_baselines3.common.logger import Logger, make_output_format
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
-from flockesc_env import SB3Policy
-from flockesc_env.common.errors import InputError
+from flockesc_env import InputError, SB3Policy
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies.registry import Stored
 from flockesc_env.sb3 import FlockEvalCallback

@@ -14,7 +14,7 @@ from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies import Architecture
 from flockesc_env.policies.registry import Stored
 from training.cma import growing, maximize
-from training.families import Family, Networks, rule_family
+from training.families import Family, Networks, Rules
 from training.rounds import Arguments, Rounds, hyperparameters_of
 from training.run import Run
 
@@ -65,7 +65,10 @@ class SearchRounds(Rounds[SearchArguments]):
         args = hyperparameters_of(run, SearchArguments)
         super().__init__(run, args, args.generations)
         self.measures_start = bool(args.rule)
-        self._family = _family(run, args)
+        candidates = args.candidate_inputs
+        inputs = args.inputs if args.inputs or candidates else run.policy_spec.layout.names
+        network = Architecture(inputs, args.hidden, args.memory, args.mirror, candidate_inputs=candidates)
+        self._family: Family = Rules(run, args.rule) if args.rule else Networks(run, network)
         self._optimizer = self._new_optimizer()
         self._best: FloatArray = np.zeros(0)  # the best center of a checkpoint on tuning flocks
 
@@ -115,15 +118,5 @@ class SearchRounds(Rounds[SearchArguments]):
         return values
 
     def _new_optimizer(self) -> CMA:
-        args = self.args
-        zero = np.zeros(self._family.size)
+        zero, args = np.zeros(self._family.size), self.args
         return CMA(zero, args.step_size, population_size=args.population, seed=self.run.seed)
-
-
-def _family(run: Run, args: SearchArguments) -> Family:
-    if args.rule:
-        return rule_family(run, args.rule)
-    candidates = args.candidate_inputs
-    inputs = args.inputs if args.inputs or candidates else run.policy_spec.layout.names
-    architecture = Architecture(inputs, args.hidden, args.memory, args.mirror, candidate_inputs=candidates)
-    return Networks(run, architecture)

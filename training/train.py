@@ -11,8 +11,7 @@ def train(run: Run, *, resume: bool = False) -> Path:
     """Train, or continue an unfinished run, and return the path of the policy.
 
     Raises:
-        InputError: if a hyperparameter is unknown or out of bounds, or if the folder holds a finished run,
-            another run, or an unfinished one and ``resume`` is false.
+        InputError: if a hyperparameter is unknown or out of bounds, or see ``Run.begin``.
     """
     match run.learner.algorithm:  # importing torch takes seconds
         case "search":

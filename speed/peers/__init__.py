@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
+from importlib.machinery import ExtensionFileLoader, ModuleSpec
+from importlib.util import module_from_spec
+from pathlib import Path
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +19,8 @@ from numpy.typing import NDArray
 from flockesc_env import FlockScenario, simulate
 from flockesc_env.scenario import ConstantVelocity, Metric, NeighborRule
 
-_MODULES = ("numpy_flocks", "numba_cells", "jax_all_pairs", "plain_rust")
+_ROOT = Path(__file__).parents[2]
+_MODULES = ("numpy_flocks", "numba_cells", "jax_all_pairs")
 
 TOLERANCE = 1e-9
 """Largest allowed difference in m. Sums in another order differ by rounding errors."""
@@ -109,6 +116,28 @@ def one_by_one(run: RunOne) -> Run:
     return run_all
 
 
+@cache
+def rust() -> ModuleType:
+    """Compile the crate ``flockesc-peers`` with this project's release profile and import it.
+
+    Raises:
+        CalledProcessError: if the compilation fails.
+    """
+    command = ["cargo", "build", "--release", "--locked", "--quiet", "--package", "flockesc-peers"]
+    subprocess.run(command, cwd=_ROOT, check=True)
+    loader = ExtensionFileLoader("flockesc_peers", str(_ROOT / "target/release/libflockesc_peers.so"))
+    built = module_from_spec(ModuleSpec(loader.name, loader, origin=loader.path))
+    loader.exec_module(built)
+    return built
+
+
+RUST = (
+    Peer("plain Rust, all pairs", one_by_one(lambda *args: rust().flock_all_pairs(*args)), largest=30_000),
+    Peer("plain Rust, cell list", one_by_one(lambda *args: rust().flock_cells(*args))),
+)
+"""Peers in plain scalar Rust (rust/peers): all pairs and a cell list."""
+
+
 def installed() -> list[Peer]:
     """Return the peers whose packages are installed; print which are not."""
     peers: list[Peer] = []
@@ -117,7 +146,7 @@ def installed() -> list[Peer]:
             peers += import_module(f"{__name__}.{name}").PEERS
         except ModuleNotFoundError as error:
             print(f"skipped {name}: {error.name} is not installed")
-    return peers
+    return [*peers, *RUST]
 
 
 def check(

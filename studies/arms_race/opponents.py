@@ -9,10 +9,10 @@ from typing import Any, Final, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import FlockScenario, NetworkPolicy
+from flockesc_env import FlockScenario, NetworkPolicy, load_policy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import Observations, PredatorPolicy, PredatorPolicySpec
-from flockesc_env.policies import BasePolicy, FlyStraight, Pursue, load_policy
+from flockesc_env.policies import BasePolicy, FlyStraight, Pursue
 from flockesc_env.policies.network import tanh_layers
 from flockesc_env.scenario import Learned
 
@@ -25,10 +25,7 @@ INPUTS: Final = (
 
 WIDTHS: Final = (len(INPUTS), 8, 2)  # of the layers of a ``NetworkPredator``
 SIZE: Final = sum((rows + 1) * columns for rows, columns in pairwise(WIDTHS))  # number of its parameters
-
-
-STEPS_PER_ACTION: Final = 4
-"""Number of model steps per action of the rules."""
+STEPS_PER_ACTION: Final = 4  # of the rules
 
 
 @dataclass(frozen=True)

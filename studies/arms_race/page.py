@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +18,12 @@ from matplotlib.patches import Rectangle
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.render.palette import LIGHT
+from studies.arms_race import race
 from studies.arms_race.opponents import WIDTHS
-from studies.arms_race.race import SCENARIO, UNTRAINED, arms_race
-from studies.pages import path_from, render, signed
-from studies.study import Study
-from studies.tables import values_by
-from training.figure_style import WIDTH
+from studies.arms_race.race import UNTRAINED
+from studies.measurements import sign, values_by
+from studies.study import Study, path_from, signed, template
+from studies.style import subplots
 
 _LABELS = {"straight": "straight", "lead": "lead pursuit"}
 _LABELS |= {target: f"pursuit of {target}" for target in ("nearest", "centroid")}
@@ -32,8 +33,8 @@ _LABELS |= {target: f"pursuit of {target}" for target in ("nearest", "centroid")
 class RaceResults:
     """Files of an arms race; ``trainings`` has a row per check of a training run.
 
-    ``objective`` holds J_mean in m by flock policy and predator, shape (flocks,), and ``cells`` its mean. The
-    rounds of a flock policy follow it, also among the predators that were trained against them.
+    ``objective`` holds J_mean in m by flock policy and predator, shape (flocks,). The rounds of a flock
+    policy follow it, also among the predators that were trained against them.
     """
 
     record: dict[str, Any]
@@ -41,7 +42,11 @@ class RaceResults:
     flocks: list[str]
     predators: list[str]
     objective: dict[tuple[str, str], FloatArray]
-    cells: dict[tuple[str, str], Estimate]
+
+    @cached_property
+    def cells(self) -> dict[tuple[str, str], Estimate]:
+        """The mean of ``objective``."""
+        return {pair: stats.mean(values) for pair, values in self.objective.items()}
 
     def distinct(self) -> list[str]:
         """Return the flock policies that differ from all earlier ones: training may keep its start."""
@@ -55,6 +60,10 @@ class RaceResults:
     def loss(self, flock: str, predator: str, other: str) -> Estimate:
         """Return by how much J_mean is smaller against the second predator than against the first."""
         return stats.mean(self.objective[flock, predator] - self.objective[flock, other])
+
+    def losses(self, predator: str, other: str = "") -> dict[str, Any]:
+        """Return ``grouped`` losses of distinct policies to the second predator, or to their own ones."""
+        return grouped({flock: self.loss(flock, predator, other or flock) for flock in self.distinct()})
 
     def excess(self, flock: str, other: str) -> Estimate:
         """Return the difference of what two flock policies lose to their worst predators."""
@@ -78,7 +87,6 @@ def load_race(folder: Path) -> RaceResults:
         sorted(flocks, key=lambda name: flocks.index(name.split(", round")[0])),
         sorted(predators, key=lambda name: predators.index(name.split(", round")[0])),
         objective,
-        {pair: stats.mean(values) for pair, values in objective.items()},
     )
 
 
@@ -94,8 +102,7 @@ def cross_play_figure(results: RaceResults) -> Figure:
     changes = means - means[:, [columns.index("straight")]]
     most = np.abs(changes).max()
     colors = LinearSegmentedColormap.from_list("distance", (LIGHT.predator, LIGHT.page, LIGHT.accent))
-    figure = Figure(figsize=(WIDTH, 0.34 * (len(rows) + 5.5)), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = subplots(0.34 * (len(rows) + 5.5))
     axes.imshow(changes, cmap=colors, vmin=-most, vmax=most, aspect="auto", alpha=0.75)
     for (row, column), mean in np.ndenumerate(means):
         text = axes.text(column, row, f"{mean:.1f}", ha="center", va="center")
@@ -116,7 +123,6 @@ def cross_play_figure(results: RaceResults) -> Figure:
 
 def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
-    (predator,) = SCENARIO.predators
     distinct = results.distinct()
     worst = {flock: results.cells[flock, results.worst(flock)] for flock in results.flocks}
     losses = {flock: results.loss(flock, "straight", results.worst(flock)) for flock in results.flocks}
@@ -125,19 +131,16 @@ def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
         values = run.sort("measurement")["objective"]
         best = values.min() if kind == "predator" else values.max()
         trained = f"predator {label(str(name))}" if kind == "predator" else f"flock policy {name}"
-        trainings.append({"name": trained, "first": values[0], "best": best, "minutes": run["minutes"][0]})
-    return render(
-        "arms_race/arms_race.md",
+        row = {"name": trained, "first": values[0], "best": best, "minutes": run["minutes"][0]}
+        trainings.append({**row, "is_unchanged": values[0] == best})
+    return template("arms_race/templates/arms_race.md").render(
         results=results,
-        record=results.record,
+        race=race,
+        hidden=WIDTHS[1],
         trainings=trainings,
-        unchanged=sum(row["first"] == row["best"] for row in trainings),
-        measurements=results.trainings["measurement"].n_unique(),
         picture=f"{path_from(page, figures)}/cross_play.png",
         label=label,
         difference=signed,
-        untrained=list(UNTRAINED),
-        tracks={track: results.in_turns(track) for track in results.record["tracks"]},
         grouped=grouped,
         worst=worst,
         losses=losses,
@@ -145,33 +148,20 @@ def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
         by_loss=sorted(distinct, key=lambda flock: losses[flock].mean),
         by_straight=sorted(distinct, key=lambda flock: -results.cells[flock, "straight"].mean),
         by_objective=sorted(distinct, key=lambda flock: -worst[flock].mean),
-        lead_gains=grouped({flock: results.loss(flock, "centroid", "lead") for flock in distinct}),
-        training_gains=grouped({flock: results.loss(flock, "lead", flock) for flock in distinct}),
-        nearest_gains=grouped({flock: results.loss(flock, "straight", "nearest") for flock in distinct}),
         not_worst=[flock for flock in distinct if worst[flock].mean < results.cells[flock, flock].mean],
-        predator=predator,
-        agent_speed=SCENARIO.speed,
-        hidden=WIDTHS[1],
     )
 
 
 def grouped(changes: Mapping[str, Estimate]) -> dict[str, Any]:
     """Return names by what their interval says, and the names with the most and the least change."""
     ordered = sorted(changes.items(), key=lambda pair: pair[1].mean)
-    larger = [name for name, change in changes.items() if change.low > 0]
-    smaller = [name for name, change in changes.items() if change.high < 0]
-    neither = [name for name in changes if name not in {*larger, *smaller}]
-    return {
-        "larger": larger,
-        "smaller": smaller,
-        "neither": neither,
-        "most": ordered[-1],
-        "least": ordered[0],
-    }
+    kinds = {"larger": 1, "smaller": -1, "neither": 0}
+    names = {kind: [name for name in changes if sign(changes[name]) == at] for kind, at in kinds.items()}
+    return {**names, "most": ordered[-1], "least": ordered[0]}
 
 
 ARMS_RACE = Study(
-    measure=arms_race,
+    measure=race.measure,
     load=load_race,
     figures=lambda results: {"cross_play": cross_play_figure(results)},
     pages=lambda results, output, page: {page: markdown_page(results, output, page)},

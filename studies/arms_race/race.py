@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import os
+import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, cast
 
@@ -22,9 +24,8 @@ from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models import records
 from flockesc_env.policies import BasePolicy, as_policy
 from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
-from studies.measurements import Runner, chunks
-from studies.study import document, machine
-from studies.tables import rows
+from studies.measurements import Runner, split
+from studies.study import document
 from training.cma import growing, maximize
 from training.families import Population
 
@@ -48,7 +49,6 @@ FIRST_SEED: Final = 100  # of training runs; the study of learned ranges uses sm
 BATCH: Final = 32  # flocks that are stepped together: larger batches leave the cache
 CHUNK: Final = 100  # flocks of a job of the cross-play
 EPISODE: Final = 5e-3  # estimated seconds
-
 
 Value = Callable[[FloatArray, range], FloatArray]
 """J_mean in m, shape (k, flocks), by changes of one side's parameters, shape (k, size), and by flocks."""
@@ -80,15 +80,6 @@ class Budget:
         """Return the number of episodes, those on tuning flocks included."""
         checks = 1 + self.generations // self.check_every
         return self.population * sum(self.schedule()) + checks * self.tuning_flocks
-
-
-@dataclass(frozen=True)
-class RaceOptions:
-    """The rounds, the held-out flocks, and the budget of a training run."""
-
-    rounds: int = 3
-    num_flocks: int = 1000
-    budget: Budget = field(default_factory=Budget)
 
 
 def play(flock: Flock, predator: Predator, flocks: range) -> Arrays:
@@ -151,8 +142,8 @@ def learner(kind: str, flock: Flock, predator: Predator) -> tuple[FloatArray, Va
     return origin, value
 
 
-def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
-    """Train in turns, play all flock policies against all predators, and write the files.
+def measure(runner: Runner, output: Path, rounds: int, num_flocks: int, budget: Budget = Budget()) -> None:
+    """Train in turns, play all flock policies against all predators on held-out flocks; write the files.
 
     A trained predator has the name of the flock policy that it was trained against. Each round trains a flock
     policy of each track against its predator, and then a predator against the new policy.
@@ -160,8 +151,11 @@ def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
     flocks = {FIXED: Flock("fixed:12"), "stubborn leaders": Flock("stubborn-leaders")}
     flocks |= {name: Flock(file) for name, file in LEARNED.items()}
     tuning = first_seeds(TUNING, LEAD_FLOCKS)
-    tried = {value: _play_job(flocks[FIXED], Predator("lead", value), tuning) for value in LEADS}
-    leads = {value: float(found["objective"].mean()) for value, found in runner.each(tried, "Lead").items()}
+    tried = {
+        value: split(f"{__name__}:play", (flocks[FIXED], Predator("lead", value)), tuning, CHUNK, EPISODE)
+        for value in LEADS
+    }
+    leads = {value: float(found["objective"].mean()) for value, found in runner.run(tried, "Lead").items()}
     lead = min(leads, key=lambda value: leads[value])
     predators = {kind: Predator(kind, lead if kind == "lead" else 0.0) for kind in UNTRAINED}
     trainings: list[dict[str, object]] = []
@@ -170,70 +164,68 @@ def arms_race(options: RaceOptions, runner: Runner, output: Path) -> None:
         jobs = {}
         for name, start in starts.items():
             flock = flocks[start if kind == "flock" else name]
-            arguments = (kind, flock, predators[start], options.budget, seed)
-            jobs[name] = Job(f"{__name__}:train", arguments, options.budget.episodes() * EPISODE)
-        for name, found in runner.each(jobs, f"Training: {kind}").items():
+            arguments = (kind, flock, predators[start], budget, seed)
+            jobs[name] = Job(f"{__name__}:train", arguments, budget.episodes() * EPISODE)
+        for name, found in runner.run(jobs, f"Training: {kind}").items():
             parameters = tuple(found["parameters"].tolist())
             if kind == "flock":
                 flocks[name] = Flock(flocks[starts[name]].spec, parameters)
             else:
                 predators[name] = Predator("lead", lead, parameters)
             run = {"kind": kind, "name": name, "minutes": float(found["minutes"])}
-            curve = enumerate(found["curve"].tolist())
-            trainings.extend({**run, "measurement": at, "objective": value} for at, value in curve)
+            for at, value in enumerate(found["curve"].tolist()):
+                trainings.append({**run, "measurement": at, "objective": value})
 
     train_each("predator", dict.fromkeys(flocks, "lead"), FIRST_SEED)
     newest = {track: track for track in TRACKS}
-    for number in range(1, options.rounds + 1):
+    for number in range(1, rounds + 1):
         starts = {f"{track}, round {number}": start for track, start in newest.items()}
         train_each("flock", starts, FIRST_SEED + 2 * number - 1)
         train_each("predator", starts, FIRST_SEED + 2 * number)
         newest = dict(zip(newest, starts, strict=True))
 
-    held_out = first_seeds(HELD_OUT, options.num_flocks)
+    held_out = first_seeds(HELD_OUT, num_flocks)
     jobs = {
-        (name, other): [_play_job(flock, predator, some) for some in chunks(held_out, CHUNK)]
+        (name, other): split(f"{__name__}:play", (flock, predator), held_out, CHUNK, EPISODE)
         for name, flock in flocks.items()
         for other, predator in predators.items()
     }
     table = pl.concat(
-        rows(held_out, found["objective"], flock_policy=name, predator=other)
-        for (name, other), found in runner.groups(jobs, "Cross-play").items()
+        pl.DataFrame({"flock_policy": name, "predator": other, "seed": held_out, **found})
+        for (name, other), found in runner.run(jobs, "Cross-play").items()
     )
     (output / "policies").mkdir(parents=True, exist_ok=True)
     write_table(table, output / "cross_play.parquet")
     write_table(pl.DataFrame(trainings), output / "trainings.parquet")
-    for name, flock in flocks.items():
-        if flock.parameters:
-            entry = flock.entry().with_options(name=name, scenario=SCENARIO)
-            save_policy(entry, output / "policies" / f"{name.replace(',', '').replace(' ', '-')}.npz")
-    trained = {name: np.array(each.parameters) for name, each in predators.items() if each.parameters}
-    write_npz(output / "policies" / "predators.npz", trained)
     policies = {}
     for name, flock in flocks.items():
         entry = flock.entry()
-        size, steps = len(getattr(entry, "parameters", ())), (entry.options or {})["steps_per_action"]
-        about = {"from": flock.spec, "learner": TRACKS.get(name), "parameters": size}
-        policies[name] = {**about, "steps_per_action": steps}
+        policies[name] = {
+            "from": flock.spec,
+            "learner": TRACKS.get(name),
+            "parameters": len(getattr(entry, "parameters", ())),
+            "steps_per_action": (entry.options or {})["steps_per_action"],
+        }
+        if flock.parameters:
+            file = output / "policies" / f"{name.replace(',', '').replace(' ', '-')}.npz"
+            save_policy(entry.with_options(name=name, scenario=SCENARIO), file)
+    trained = {name: np.array(each.parameters) for name, each in predators.items() if each.parameters}
+    write_npz(output / "policies" / "predators.npz", trained)
     record = {
-        "command": f"python -m studies arms-race --rounds {options.rounds} --num-flocks {options.num_flocks}",
-        "rounds": options.rounds,
+        "command": f"python -m studies arms-race --rounds {rounds} --num-flocks {num_flocks}",
+        "rounds": rounds,
         "tracks": list(TRACKS),
-        "held_out_flocks": options.num_flocks,
-        "budget": dataclasses.asdict(options.budget),
-        "episodes_per_training": options.budget.episodes(),
+        "held_out_flocks": num_flocks,
+        "budget": dataclasses.asdict(budget),
+        "episodes_per_training": budget.episodes(),
         "lead_flocks": LEAD_FLOCKS,
         "leads": {f"{value:g}": objective for value, objective in leads.items()},
         "lead": lead,
         "flock_policies": policies,
         "versions": records.versions("cmaes"),
-        "machine": machine(),
+        "machine": f"{os.cpu_count()} cores, {platform.machine()}",
     }
     write_text(output / "arms_race.json", document(record))
-
-
-def _play_job(flock: Flock, predator: Predator, flocks: range) -> Job:
-    return Job(f"{__name__}:play", (flock, predator, flocks), len(flocks) * EPISODE)
 
 
 def _played(entry: BasePolicy, predator: Any, seeds: list[int]) -> FloatArray:

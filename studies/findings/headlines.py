@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Final
 
 from flockesc_env.common.files import write_text
-from flockesc_env.episodes.splits import TUNING, first_seeds
+from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import BasePolicy
 from flockesc_env.tasks import Task, tasks
 from flockesc_env.tasks.results import is_file
-from studies.measurements import Runner
-from studies.playing import play_job, policy_of
+from studies.measurements import Runner, play_jobs, policy_of, share_of
 from studies.scoreboard.board import BOARD, load_board
 from studies.study import document
 
@@ -68,11 +67,6 @@ class Headline:
         return float((self.entry.options or {})["max_range"])
 
 
-def share_of(purpose: range, count: int, scale: float) -> range:
-    """Return the first seeds of a purpose: a share of their number, at least 2."""
-    return first_seeds(purpose, max(2, round(count * scale)))
-
-
 def candidates(task: str) -> dict[str, list[str]]:
     """Return the policy files of the trained learners of a task, relative to the scoreboard, by learner."""
     found = {
@@ -92,7 +86,7 @@ def measure(names: Iterable[str], scale: float, runner: Runner, output: Path) ->
     """
     flocks = share_of(TUNING, TUNING_FLOCKS, scale)
     jobs = {
-        (name, learner, file): play_job(
+        (name, learner, file): play_jobs(
             (BOARD / file).read_bytes(), tasks[name].scenario, tasks[name].spec.name, flocks
         )
         for name in names
@@ -100,7 +94,7 @@ def measure(names: Iterable[str], scale: float, runner: Runner, output: Path) ->
         for file in files
     }
     values: dict[str, dict[str, dict[str, float]]] = {}
-    for (name, learner, file), played in runner.each(jobs, "Headline policies").items():
+    for (name, learner, file), played in runner.run(jobs, "Headline policies").items():
         values.setdefault(name, {}).setdefault(learner, {})[file] = float(played["objective"].mean())
     chosen = {}
     for name, by_learner in values.items():

@@ -10,15 +10,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario
-from flockesc_env.common.array_files import write_npz
+from flockesc_env.common.array_files import read_npz, write_npz
 from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
-from studies.findings.ablation import watch
-from studies.findings.headlines import Headline, share_of
-from studies.measurements import Runner
-from studies.playing import policy_of
-from training.figure_style import RANGES, WIDTH
+from studies.findings.controls import watch
+from studies.findings.headlines import Headline
+from studies.measurements import Runner, policy_of, share_of
+from studies.style import subplots
+from training.figure_style import RANGES
 
 FLOCKS: Final = 50
 WATCHED: Final = ("per-agent-local", "per-agent-visible")
@@ -71,7 +71,7 @@ def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output:
         for headline in headlines
         if headline.task.name in WATCHED
     }
-    for name, kept in runner.each(jobs, "Listening").items():
+    for name, kept in runner.run(jobs, "Listening").items():
         write_npz(output / f"{name}.npz", kept)
 
 
@@ -82,17 +82,15 @@ def silence(file: Path) -> tuple[float, float]:
         Mean range in m of agents that head more than 120 degrees off the direction away from the predator,
         over the cells of the figure; share of all actions by which agents listen to nobody.
     """
-    with np.load(file, allow_pickle=False) as source:
-        toward = source["range_by_place"][source["cosines"][1:] <= -0.5 + 1e-9]
-        return float(np.nanmean(toward)), float(source["silent"].mean())
+    kept = read_npz(file, "ranges")
+    toward = kept["range_by_place"][kept["cosines"][1:] <= -0.5 + 1e-9]
+    return float(np.nanmean(toward)), float(kept["silent"].mean())
 
 
 def figure(file: Path, *, by_place: bool) -> Figure:
     """Draw the mean range by predator distance and heading, or the ranges of the agents against time."""
-    with np.load(file, allow_pickle=False) as source:
-        kept = {name: source[name] for name in source.files}
-    figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
-    axes = figure.subplots()
+    kept = read_npz(file, "ranges")
+    figure, axes = subplots(3.6)
     if by_place:
         mean, top = kept["range_by_place"], float(np.nanmax(kept["range_by_place"]))
         mesh = axes.pcolormesh(kept["distances"], kept["cosines"], mean, cmap=RANGES, vmin=0, vmax=top)

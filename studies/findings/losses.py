@@ -4,28 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import product
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import polars as pl
 from scipy.optimize import brentq
 
-from flockesc_env import FlockScenario
+from flockesc_env import FlockScenario, InputError
 from flockesc_env.common.array_files import write_table
-from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import Estimate, mean
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View, options_in
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
+from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.models.sweep import FLOCK_RANGES
-from flockesc_env.scenario import AlignedHeadings, ConstantVelocity
-from flockesc_env.scenario.predators import approach
-from studies.findings.headlines import Headline, share_of
-from studies.measurements import Runner, chunks
-from studies.playing import play_job
+from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, approach
+from studies.findings.headlines import Headline
+from studies.measurements import Runner, play_jobs, share_of, values_by
 from studies.robustness.plan import NEIGHBORS, attacked_presets, grid_of
-from studies.tables import rows, values_by
 
 STARTS_FILE: Final = "starts.parquet"
 TRANSFER_FILE: Final = "transfer.parquet"
@@ -45,25 +43,20 @@ SIZES: Final = (100, 1_000, 10_000)
 _SLOW_SHARE, _LARGE_SHARE = 0.2, 0.06
 """Share of the flocks for agents that count neighbors, and for more than 1,000 agents."""
 
-_CHUNK = 50
-"""Flocks of a job."""
-
 
 def starts() -> dict[str, FlockScenario]:
     """Return other starts of the paper's flock: polarization, direction of attack, speed and density."""
-    aligned = {
-        f"polarization {polarization:g}, {attack}": FlockScenario(
-            initial_headings=AlignedHeadings(direction, max_angle(polarization))
-        )
-        for polarization in POLARIZATIONS
-        for attack, direction in ATTACKS.items()
-    }
+    faster = ConstantVelocity(*approach(speed=20 * math.sqrt(2)))
     return {
         "random headings": FlockScenario(),
-        **aligned,
-        "predator twice as fast": FlockScenario(
-            predators=(ConstantVelocity(*approach(speed=20 * math.sqrt(2))),)
-        ),
+        **{
+            f"polarization {polarization:g}, {attack}": FlockScenario(
+                initial_headings=AlignedHeadings(direction, max_angle(polarization))
+            )
+            for polarization in POLARIZATIONS
+            for attack, direction in ATTACKS.items()
+        },
+        "predator twice as fast": FlockScenario(predators=(faster,)),
         "half the side": FlockScenario(initial_side=50.0),
     }
 
@@ -118,55 +111,37 @@ def play(
 
     Agents that count neighbors have the grid of the robustness study. Slow scenarios have fewer flocks.
     """
-    actions = {
-        name: NEIGHBORS.actions if grid_of(scenario) is NEIGHBORS else FLOCK_RANGES
-        for name, scenario in tried.items()
-    }
-    counts = {name: num_flocks * _share(scenario) for name, scenario in tried.items()}
-    held_out = {name: share_of(HELD_OUT, round(count), scale) for name, count in counts.items()}
-    seeds = {
-        name: (share_of(TUNING, 2 * round(count), scale), held_out[name]) for name, count in counts.items()
-    }
-    fixed = runner.groups(
-        {
-            (name, at): seed_jobs(OUTCOMES, scenario, actions[name], flocks)
-            for name, scenario in tried.items()
-            for at, flocks in enumerate(seeds[name])
-        },
-        "Fixed ranges",
-    )
-    jobs = {
-        (headline.task.name, headline.task.spec.name, name): [
-            play_job(headline.content, scenario, headline.task.spec.name, part)
-            for part in chunks(held_out[name], _CHUNK)
-        ]
-        for headline in headlines
-        for name, scenario in tried.items()
-        if can_run(headline, scenario)
-    }
-    tables = []
-    for (task, column, name), played in runner.groups(jobs, "Policies in other scenarios").items():
-        best = int(fixed[name, 0][column].mean(axis=1).argmax())
-        labels: dict[str, Any] = {"scenario": name, "interaction_range": actions[name][best]}
-        table = rows(held_out[name], played["objective"], task=task, **labels)
-        tables.append(table.with_columns(fixed=fixed[name, 1][column][best]))
+    jobs: dict[tuple[str, str], list[Job]] = {}
+    plans: dict[str, tuple[tuple[float, ...], range]] = {}
+    for name, scenario in tried.items():
+        is_counted = grid_of(scenario) is NEIGHBORS
+        share = _LARGE_SHARE if scenario.num_agents > SIZES[1] else _SLOW_SHARE if is_counted else 1.0
+        count, actions = round(num_flocks * share), NEIGHBORS.actions if is_counted else FLOCK_RANGES
+        flocks = share_of(HELD_OUT, count, scale)
+        plans[name] = actions, flocks
+        jobs["tuning", name] = seed_jobs(OUTCOMES, scenario, actions, share_of(TUNING, 2 * count, scale))
+        jobs["held out", name] = seed_jobs(OUTCOMES, scenario, actions, flocks)
+        for one in headlines:
+            if can_run(one, scenario):
+                jobs[one.task.name, name] = play_jobs(one.content, scenario, one.task.spec.name, flocks)
+    found, tables = runner.run(jobs, "Other scenarios"), []
+    for one, name in product(headlines, tried):
+        if (one.task.name, name) in found:
+            (actions, flocks), column = plans[name], one.task.spec.name
+            best = int(found["tuning", name][column].mean(axis=1).argmax())
+            labels = {"task": one.task.name, "scenario": name, "interaction_range": actions[best]}
+            values = {**found[one.task.name, name], "fixed": found["held out", name][column][best]}
+            tables.append(pl.DataFrame({**labels, "seed": flocks, **values}))
     return pl.concat(tables)
-
-
-def _share(scenario: FlockScenario) -> float:
-    if scenario.num_agents > max(SIZES[:2]):
-        return _LARGE_SHARE
-    return _SLOW_SHARE if grid_of(scenario) is NEIGHBORS else 1.0
 
 
 def gains(file: Path) -> dict[tuple[str, str], tuple[Estimate, float]]:
     """Return the paired gain over the best fixed range, and that range, by task and scenario."""
-    table = pl.read_parquet(file)
-    best = values_by(table, "task", "scenario", column="interaction_range")
-    changed = values_by(
-        table.with_columns(gain=pl.col("objective") - pl.col("fixed")), "task", "scenario", column="gain"
+    table = pl.read_parquet(file).with_columns(gain=pl.col("objective") - pl.col("fixed"))
+    gain, best = (
+        values_by(table, "task", "scenario", column=column) for column in ("gain", "interaction_range")
     )
-    return {key: (mean(values), float(best[key][0])) for key, values in changed.items()}
+    return {key: (mean(values), float(best[key][0])) for key, values in gain.items()}
 
 
 def unit_of(scenario: str) -> str:

@@ -7,22 +7,20 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, load_policy
-from flockesc_env.common.array_files import write_npz
+from flockesc_env.common.array_files import read_npz, write_npz
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BasePolicy
 from flockesc_env.render.palette import LIGHT
-from studies.findings.ablation import watch
+from studies.findings.controls import watch
 from studies.findings.headlines import Headline
-from studies.measurements import Runner
-from studies.playing import policy_of
-from training.figure_style import RANGES, WIDTH
+from studies.measurements import Runner, policy_of
+from studies.style import subplots
+from training.figure_style import RANGES
 
 FILE: Final = "one_agent.npz"
 CANDIDATES: Final = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
@@ -44,7 +42,7 @@ def measure(headlines: Sequence[Headline], runner: Runner, output: Path) -> None
         for one in headlines
         if one.task.name == BLIND
     }
-    for kept in runner.each(jobs, "One agent").values():
+    for kept in runner.run(jobs, "One agent").values():
         write_npz(output / FILE, kept)
 
 
@@ -102,11 +100,8 @@ def _degrees(cosines: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def arrivals(file: Path) -> dict[str, float]:
     """Return the time in s after which the agent first heads its way, by policy."""
-    with np.load(file, allow_pickle=False) as source:
-        return {
-            name: float(source[f"{name}_times"][(source[f"{name}_own"] < _AHEAD).argmax()])
-            for name in _TITLES
-        }
+    kept = read_npz(file, "headings")
+    return {name: float(kept[f"{name}_times"][(kept[f"{name}_own"] < _AHEAD).argmax()]) for name in _TITLES}
 
 
 def largest_turn(neighbors: int) -> float:
@@ -124,31 +119,22 @@ def largest_turn(neighbors: int) -> float:
 
 def figure(file: Path) -> Figure:
     """Draw the agent's heading, and below what it would hear under each range and the ranges that it sets."""
-    with np.load(file, allow_pickle=False) as source:
-        kept = {name: source[name] for name in source.files}
-    figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
-    panels = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(2, 3))
+    kept = read_npz(file, "headings")
+    figure, panels = subplots(4.2, 2, 2, sharex=True, sharey="row", height_ratios=(2, 3))
     for (heading, choice), (name, title) in zip(panels.T, _TITLES.items(), strict=True):
         times = kept[f"{name}_times"]
         heading.plot(times, kept[f"{name}_own"], "o-", color=LIGHT.learned, lw=2, ms=3)
         heading.axhline(0, color=LIGHT.muted, lw=0.8)
         heading.set(ylim=(-8, 188), yticks=(0, 90, 180), title=title)
-        mesh = _choices(choice, times, kept[f"{name}_heard"], kept[f"{name}_chosen"])
-        choice.set_xlabel("time (s)")
+        edges, rows = np.append(times, times[-1] + times[1]), np.arange(len(CANDIDATES) + 1) - 0.5
+        heard, colors = kept[f"{name}_heard"].T, RANGES.reversed()
+        mesh = choice.pcolormesh(edges, rows, heard, cmap=colors, vmin=0, vmax=180)
+        places = np.interp(kept[f"{name}_chosen"], CANDIDATES, range(len(CANDIDATES)))
+        choice.plot(times + times[1] / 2, places, "o", mfc=LIGHT.page, mec=LIGHT.ink, ms=4.5, mew=0.8)
+        names = ["0: fly straight", *(f"{rho:g} m" for rho in CANDIDATES[1:])]
+        choice.set_yticks(range(len(CANDIDATES)), names)
+        choice.set(xlim=(0, _SHOWN), xlabel="time (s)")
     panels[0, 0].set_ylabel("own heading,\ndegrees off")
     panels[1, 0].set_ylabel("range")
     figure.colorbar(mesh, ax=panels[1], label="heading that it\nwould hear,\ndegrees off", ticks=(0, 90, 180))
     return figure
-
-
-def _choices(axes: Axes, times: NDArray[Any], heard: NDArray[Any], chosen: NDArray[Any]) -> QuadMesh:
-    """Draw the angles of the candidates as cells, and a dot on the range that the agent sets."""
-    step = times[1]
-    edges = np.append(times, times[-1] + step)
-    rows = np.arange(len(CANDIDATES) + 1) - 0.5
-    mesh = axes.pcolormesh(edges, rows, heard.T, cmap=RANGES.reversed(), vmin=0, vmax=180)
-    places = np.interp(chosen, CANDIDATES, range(len(CANDIDATES)))
-    axes.plot(times + step / 2, places, "o", mfc=LIGHT.page, mec=LIGHT.ink, ms=4.5, mew=0.8)
-    axes.set_yticks(range(len(rows) - 1), ["0: fly straight", *(f"{rho:g} m" for rho in CANDIDATES[1:])])
-    axes.set_xlim(0, _SHOWN)
-    return mesh

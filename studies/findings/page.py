@@ -13,20 +13,18 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env import FlockScenario, simulate
+from flockesc_env import FlockScenario, RenderOptions, simulate, tasks
 from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 from flockesc_env.episodes import splits
-from flockesc_env.render import RenderOptions
 from flockesc_env.render.video import write_video
-from flockesc_env.tasks import Task, tasks
+from flockesc_env.tasks import Task
 from flockesc_env.tasks.statistics import difference
-from studies.findings import ablation, blocking, headlines, listening, losses, one_agent
+from studies.findings import controls, headlines, listening, losses, one_agent
 from studies.findings.headlines import Headline
-from studies.measurements import Runner
-from studies.pages import path_from, render
+from studies.measurements import Runner, sign
 from studies.scoreboard.board import ANY_RATE, load_board
 from studies.scoreboard.page import Entry, entries_of
-from studies.study import Study
+from studies.study import Study, path_from, template
 
 FIGURES: Final = "figures"
 FILM: Final = f"{FIGURES}/policies.gif"
@@ -61,32 +59,6 @@ class Row:
         """The paired difference of the learned policies to the untrained rule."""
         return difference(values(self.learned), values(self.best[RULE]))
 
-    @property
-    def outcome(self) -> str:
-        """Whether the learned policies lose to the rule, tie with it or win."""
-        return outcome(self.gain)
-
-    @property
-    def score_gain(self) -> float:
-        """The same as a difference of scores, which compares tasks."""
-        return self.learned.row.score.mean - self.best[RULE].row.score.mean
-
-    @property
-    def fixed(self) -> str:
-        """The mean objective of the best fixed range."""
-        return self.shown(float(np.mean([scale.zero for scale in self.task.scales.values()])))
-
-    def shown(self, number: float | Estimate, sign: str = "") -> str:
-        """Return a number, or an estimate with its interval, with the digits of the objective."""
-        return f"{number:{sign}.{self.task.spec.digits}f}"
-
-    def cell(self, kind: str) -> str:
-        """Return the mean objective of the best entry of a kind."""
-        if kind not in self.best:
-            return "-"
-        name = f" `{self.best[kind].result.learner}`" if kind == RULE else ""
-        return f"{self.shown(float(values(self.best[kind]).mean()))}{name}"
-
 
 def values(entry: Entry) -> FloatArray:
     """Return the objective, shape (training seeds, flocks), the mean over the scenarios of the task."""
@@ -112,17 +84,13 @@ def rows_of(entries: dict[str, list[Entry]]) -> list[Row]:
         for entry in ranked:
             best.setdefault(kind_of(entry), entry)
         found.append(Row(tasks[name], best))
-    return sorted(found, key=lambda row: row.score_gain)
+    # Differences of scores compare tasks.
+    return sorted(found, key=lambda row: row.learned.row.score.mean - row.best[RULE].row.score.mean)
 
 
 def outcome(gain: Estimate) -> str:
     """Return "loss", "win", or "tie" if the interval includes 0."""
-    return "loss" if gain.high < 0 else "win" if gain.low > 0 else "tie"
-
-
-def plus_minus(gain: Estimate) -> str:
-    """Return a gain with half the width of its interval."""
-    return f"{round(gain.mean, 1) + 0.0:+.1f} ± {(gain.high - gain.low) / 2:.1f}"
+    return OUTCOMES[1 + sign(gain)]
 
 
 @dataclass(frozen=True)
@@ -144,13 +112,13 @@ class Findings:
         return f"{difference(found[learner], found[over]):+.2f} m"
 
 
-def measure(scale: float, runner: Runner, output: Path) -> None:
+def measure(runner: Runner, output: Path, scale: float) -> None:
     """Measure everything; ``scale`` is the share of the flocks that play."""
     chosen = headlines.measure(headlines.EXPLAINED, scale, runner, output)
-    ablation.measure(chosen, scale, runner, output)
+    controls.measure_hidden(chosen, scale, runner, output)
     listening.measure(chosen, scale, runner, output)
     one_agent.measure(chosen, runner, output)
-    blocking.measure(chosen, scale, runner, output)
+    controls.measure_blocked(chosen, scale, runner, output)
     losses.measure(chosen, scale, runner, output)
     write_film(chosen, output / FILM)
 
@@ -178,12 +146,12 @@ def figures(results: Findings) -> dict[str, Figure]:
 def markdown_page(results: Findings, output: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``."""
     starts, transfer = (losses.gains(output / file) for file in (losses.STARTS_FILE, losses.TRANSFER_FILE))
-    every = {**starts, **transfer}
+    every, by_task = {**starts, **transfer}, {one.task.name: one for one in results.headlines}
     lost = sorted((gain.mean, key) for key, (gain, _) in every.items() if outcome(gain) == "loss")
-    by_task = {one.task.name: one for one in results.headlines}
-    return render(
-        "findings/findings.md",
-        rows=rows_of(results.entries),
+    rows = rows_of(results.entries)
+    return template("findings/templates/findings.md").render(
+        rows=rows,
+        outcomes={kind: [row.task.name for row in rows if outcome(row.gain) == kind] for kind in OUTCOMES},
         kinds=KINDS,
         tasks=tasks,
         results=results,
@@ -195,13 +163,12 @@ def markdown_page(results: Findings, output: Path, page: Path) -> str:
         lost=[key for _, key in lost],
         longer=sum(every[key][1] > by_task[key[0]].max_range for _, key in lost),
         counts=_counts(transfer),
-        plus_minus=plus_minus,
+        values=values,
         random_polarization=math.sqrt(math.pi / (4 * FlockScenario().num_agents)),
         confidence=CONFIDENCE,
         splits=splits,
         any_rate=json.loads(ANY_RATE.read_text("utf-8"))["per-agent-visible-derived"],
-        ablation=ablation,
-        blocking=blocking,
+        controls=controls,
         listening=listening,
         losses=losses,
         one_agent=one_agent,

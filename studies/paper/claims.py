@@ -48,11 +48,6 @@ def judge(is_so: Bools, *, in_expectation: bool, mean_is_clear: bool = True) -> 
     return Judgment(Verdict.SOMETIMES if is_so.any() else Verdict.FAILS, found, mean_is_clear)
 
 
-def is_clear(estimate: Estimate, low: float, high: float) -> bool:
-    """Return whether an interval lies inside or outside the bounds, and not across one of them."""
-    return not any(estimate.low < bound < estimate.high for bound in (low, high))
-
-
 @dataclass(frozen=True)
 class Quantity:
     """A measured quantity; its unit is "m", "%" (then ``value`` is a share) or ""."""
@@ -119,15 +114,22 @@ def claim(
     is_so: Bools,
     *measured: Quantity | str,
     in_expectation: bool | np.bool | None = None,
+    between: tuple[Estimate, float, float] | None = None,
     mean_is_clear: bool = True,
     trials: int | None = None,
     is_reading: bool = False,
 ) -> Claim:
     """Return a claim from whether it is true of every realization, and of the mean; None: of all of them.
 
-    A string in ``measured`` is the label of the share of realizations for which the claim holds.
+    A string in ``measured`` is the label of the share of realizations for which the claim holds. With
+    ``between`` it is true of the mean if an estimate lies between two bounds, which is clear if its interval
+    contains neither of them.
     """
     quantities = tuple(share(each, is_so) if isinstance(each, str) else each for each in measured)
+    if between is not None:
+        estimate, low, high = between
+        in_expectation = low <= estimate.mean <= high
+        mean_is_clear = not any(estimate.low < bound < estimate.high for bound in (low, high))
     expected = bool(is_so.all() if in_expectation is None else in_expectation)
     judgment = judge(is_so, in_expectation=expected, mean_is_clear=mean_is_clear)
     return Claim(where, says, quantities, trials or len(is_so), holds_if, judgment, is_reading)

@@ -45,18 +45,6 @@ def flock_seed(measured: Measured) -> int:
     return int(np.argmin(np.where(suits | ~suits.any(), np.abs(best - PRINTED_BEST), np.inf)))
 
 
-def _lines(*, is_attacked: bool) -> Callable[[Measured], Figure]:
-    return lambda m: line_figures.lines_over_time(line_seed(m), is_attacked=is_attacked)
-
-
-def _snapshots(rho: float) -> Callable[[Measured], Figure]:
-    return lambda m: flock_figures.snapshots(flock_seed(m), rho)
-
-
-def _distances(objective: str) -> Callable[[Measured], Figure]:
-    return lambda m: flock_figures.distances(objective, m["curves"], m["grid flock"], flock_seed(m))
-
-
 _FLOCKS = ("curves", "grid flock")
 _OFFSETS = {offset: f"aimed {offset:g}" for offset in plan.OFFSETS}
 _FORCES = {force: f"grid {force}" for force in plan.FORCES}
@@ -66,17 +54,17 @@ _STRENGTHS = tuple(
 
 FIGURES: Final[dict[str, tuple[Iterable[str], Callable[[Measured], Figure]]]] = {
     "2": ((), lambda _: line_figures.escape_forces()),
-    "3": (("free line",), _lines(is_attacked=False)),
-    "4": (("free line",), _lines(is_attacked=True)),
+    "3": (("free line",), lambda m: line_figures.lines_over_time(line_seed(m), is_attacked=False)),
+    "4": (("free line",), lambda m: line_figures.lines_over_time(line_seed(m), is_attacked=True)),
     "5": (
         _FORCES.values(),
         lambda m: line_figures.distance_against_range({force: m[name] for force, name in _FORCES.items()}),
     ),
-    "6": (_FLOCKS, _snapshots(100.0)),
-    "7": (_FLOCKS, _snapshots(10.0)),
-    "8": (_FLOCKS, _snapshots(0.0)),
-    "9": (_FLOCKS, _distances("min_mean_distance")),
-    "10": (_FLOCKS, _distances("min_min_distance")),
+    "6": (_FLOCKS, lambda m: flock_figures.snapshots(flock_seed(m), 100.0)),
+    "7": (_FLOCKS, lambda m: flock_figures.snapshots(flock_seed(m), 10.0)),
+    "8": (_FLOCKS, lambda m: flock_figures.snapshots(flock_seed(m), 0.0)),
+    "9": (_FLOCKS, lambda m: flock_figures.distances("min_mean_distance", m, flock_seed(m))),
+    "10": (_FLOCKS, lambda m: flock_figures.distances("min_min_distance", m, flock_seed(m))),
     "edge": (
         _OFFSETS.values(),
         lambda m: flock_figures.aimed_beside({offset: m[name] for offset, name in _OFFSETS.items()}),
@@ -107,5 +95,5 @@ def measure_and_draw(
     known = plan.measurements(trials)
     needed = {need: known[need] for name in names for need in FIGURES[name][0]}
     output.mkdir(parents=True, exist_ok=True)
-    measured = Runner(Cache(output / "cache"), backend, progress).measure(needed)
+    measured = Runner(Cache(output / "cache"), backend, progress).run(needed, "Measuring")
     return draw_figures(output, measured, names)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import astuple
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
 from flockesc_env import simulate
 from flockesc_env.common import stats
@@ -15,8 +17,8 @@ from flockesc_env.jobs import Arrays
 from flockesc_env.models.graph import component_labels
 from flockesc_env.render.palette import LIGHT
 from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, OFFSETS, PAPER_OBJECTIVES, SHOWN_FLOCK_RANGES
-from studies.style import caption, component_colors, letter
-from training.figure_style import BAND, RANGES, WIDTH, label_ends
+from studies.style import caption, component_colors, letter, subplots
+from training.figure_style import BAND, RANGES, draw_predator, label_ends
 
 _TIMES = (0.0, 4.0, 8.0, 12.0)
 _COLORS = {rho: to_hex(RANGES((rho / 100.0) ** 0.5)) for rho in SHOWN_FLOCK_RANGES}
@@ -27,16 +29,12 @@ _GRID, _AIMED = np.array(FLOCK_GRID), np.array(AIMED_GRID)
 def snapshots(seed: int, rho: float) -> Figure:
     """Figures 6, 7 and 8: one flock at four times; agents have the color of their component."""
     run = simulate(FLOCK, rho, seed=seed)
-    figure = Figure(figsize=(WIDTH, 2.75), layout="constrained")
-    panels = figure.subplots(1, len(_TIMES), sharex=True, sharey=True)
+    figure, panels = subplots(2.75, 1, len(_TIMES), sharex=True, sharey=True)
     for axes, time in zip(panels, _TIMES, strict=True):
         step = round(time / FLOCK.time_step)
         positions, path = run.positions[step], run.predator_positions[: step + 1, 0]
         colors = component_colors(component_labels(None, positions, rho))
-        axes.plot(*path.T, color=LIGHT.predator, lw=1)
-        axes.plot(*path[-1], "o", color=LIGHT.predator, ms=4)
-        here = (path[-1, 0], path[-1, 1])
-        axes.add_patch(Circle(here, FLOCK.predator_range, color=LIGHT.predator, alpha=0.15, lw=0))
+        draw_predator(axes, path, FLOCK.predator_range)
         axes.quiver(*positions.T, *run.velocities[step].T, color=colors, scale=240, width=0.008)
         axes.set_aspect("equal")
         axes.set(xlim=(-130, 230), ylim=(-130, 230), xlabel="x (m)")
@@ -48,16 +46,15 @@ def snapshots(seed: int, rho: float) -> Figure:
     return figure
 
 
-def distances(objective: str, curves: Arrays, grid: Arrays, seed: int) -> Figure:
+def distances(objective: str, measured: Mapping[str, Arrays], seed: int) -> Figure:
     """Figures 9 and 10: distance against time, objective against range, and the best ranges of flocks."""
     spec = FLOCK_OBJECTIVES[objective]
-    symbol, values = spec.symbol, grid[spec.name]
-    figure = Figure(figsize=(WIDTH, 6.0), layout="constrained")
-    (over_time, over_range), (best, spare) = figure.subplots(2, 2)
+    symbol, values = spec.symbol, measured["grid flock"][spec.name]
+    figure, ((over_time, over_range), (best, spare)) = subplots(6.0, 2, 2)
     spare.set_axis_off()
     times = np.arange(FLOCK.num_steps + 1) * FLOCK.time_step
     ends = []
-    for row, (rho, color) in zip(curves[spec.series], _COLORS.items(), strict=True):
+    for row, (rho, color) in zip(measured["curves"][spec.series], _COLORS.items(), strict=True):
         over_time.plot(times, row[seed], color=color, lw=1.5)
         over_time.plot(times, row.mean(axis=0), color=color, ls=":", lw=1.2)
         ends.append((float(row[seed][-1]), f"{rho:g} m", color))
@@ -98,8 +95,7 @@ def distances(objective: str, curves: Arrays, grid: Arrays, seed: int) -> Figure
 
 def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
     """Draw the best range, and 100 m minus 10 m, against the predator's distance from the center."""
-    figure = Figure(figsize=(WIDTH, 5.6), layout="constrained")
-    panels = figure.subplots(2, 2, sharex=True)
+    figure, panels = subplots(5.6, 2, 2, sharex=True)
     for column, spec in enumerate(PAPER_OBJECTIVES):
         symbol = spec.symbol
         above, below = panels[:, column]
@@ -119,7 +115,5 @@ def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
 
 
 def _points(axes: Axes, estimates: list[stats.Estimate]) -> None:
-    means, low, high = (
-        np.array([getattr(estimate, name) for estimate in estimates]) for name in ("mean", "low", "high")
-    )
+    means, low, high = np.array([astuple(estimate) for estimate in estimates]).T
     axes.errorbar(OFFSETS, means, (means - low, high - means), fmt="o", ms=5, lw=1.5, color=LIGHT.fixed)

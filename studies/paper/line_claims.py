@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import Estimate, FloatArray, argmax
 from flockesc_env.jobs import Arrays
 from studies.paper import plan
 from studies.paper.claims import Claim, Quantity, claim, exactly, mean, share
@@ -116,7 +114,10 @@ def line_claims(results: dict[str, Arrays]) -> list[Claim]:
 
 
 def _figure_3(free: Arrays) -> list[Claim]:
-    counts = {rho: _counts(free, rho) for rho in plan.FREE_RANGES}
+    counts = {
+        rho: 1 + (np.diff(finals, axis=1) > rho).sum(axis=1)
+        for rho, finals in zip(plan.FREE_RANGES, free["final"], strict=True)
+    }
     rows = [
         claim(
             "IV, Fig. 3a",
@@ -163,8 +164,8 @@ def _figure_3(free: Arrays) -> list[Claim]:
 def _figure_4(attacked: Arrays) -> list[Claim]:
     distance = np.abs(attacked["final"] - plan.LINE.predator_position).min(axis=-1)
     best = plan.SHOWN_RANGES.index(0.1)
-    by_range = zip(plan.SHOWN_RANGES, distance, strict=True)
-    measured = [mean(f"mean d_ss, rho = {rho:g}", row, digits=3) for rho, row in by_range]
+    rows = zip(plan.SHOWN_RANGES, distance, strict=True)
+    measured = [mean(f"mean d_ss, rho = {rho:g}", row, digits=3) for rho, row in rows]
     return [
         claim(
             "IV, Fig. 4",
@@ -190,7 +191,7 @@ def _figure_4(attacked: Arrays) -> list[Claim]:
 def _best_range(force: str, grid: Arrays) -> Claim:
     distance = grid["escape_distance"]
     chosen = np.argmax(_batches(distance[plan.COARSE]), axis=0) == 1
-    everywhere = stats.argmax(_GRID[plan.COARSE], distance[plan.COARSE])
+    everywhere = argmax(_GRID[plan.COARSE], distance[plan.COARSE])
     return claim(
         "IV, Fig. 5a",
         f"rho* = 0.1 on the grid 0, 0.1, .., 1 with {plan.BATCH} trials, under `{force}`.",
@@ -208,7 +209,7 @@ def _best_range(force: str, grid: Arrays) -> Claim:
 
 
 def _second_peak(distance: FloatArray) -> Claim:
-    best, upper = stats.argmax(_GRID, distance), plan.LINE_GRID.index(0.5)
+    best, upper = argmax(_GRID, distance), plan.LINE_GRID.index(0.5)
     # Peaks are compared on other lines than those on which the second one is found.
     chosen, reported = distance[:, ::2], distance[:, 1::2]
     peak = reported[upper + int(np.argmax(chosen[upper:].mean(axis=1)))]
@@ -218,7 +219,7 @@ def _second_peak(distance: FloatArray) -> Claim:
         f"a batch of {plan.BATCH} lines has its best range below 0.5; that of all lines rounds to 0.1",
         np.argmax(_batches(distance), axis=0) < upper,
         Quantity("best range", best),
-        Quantity("best range above 0.5, a second peak", stats.argmax(_GRID[upper:], distance[upper:])),
+        Quantity("best range above 0.5, a second peak", argmax(_GRID[upper:], distance[upper:])),
         mean("mean d_ss at the second peak", peak, digits=4),
         mean("d_ss(0.1) - d_ss(second peak), paired", reported[_FIRST] - peak, digits=4),
         f"batches of {plan.BATCH} whose best range is below 0.5",
@@ -261,7 +262,7 @@ def edge_claim(results: dict[str, Arrays]) -> Claim:
     measured, components = [], {}
     for place in plan.PREDATOR_POSITIONS:
         study = results[f"predator at {place}"]
-        best = stats.argmax(_GRID, study["escape_distance"])
+        best = argmax(_GRID, study["escape_distance"])
         components[place] = study["num_components"][plan.LINE_GRID.index(float(best.mean))]
         measured += [
             Quantity(f"best range, x_p = {place:g}", best),
@@ -278,12 +279,6 @@ def edge_claim(results: dict[str, Arrays]) -> Claim:
         in_expectation=(components[0.0] == 1).all(),
         is_reading=True,
     )
-
-
-def _counts(free: Arrays, rho: float) -> NDArray[np.int64]:
-    finals = free["final"][plan.FREE_RANGES.index(rho)]
-    counts: NDArray[np.int64] = 1 + (np.diff(finals, axis=1) > rho).sum(axis=1)
-    return counts
 
 
 def _batches(values: FloatArray) -> FloatArray:

@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env.common import stats
-from flockesc_env.common.stats import FloatArray
+from flockesc_env.common.stats import CONFIDENCE, FloatArray, mean_with_interval
 from flockesc_env.jobs import Arrays
 from flockesc_env.models.simulate import simulate_line
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.line import EscapeForce
 from studies.paper.plan import COARSE, FORCES, FREE_LINE, LINE, LINE_GRID, SHOWN_RANGES
-from studies.style import caption, cluster_colors, letter
-from training.figure_style import BAND, WIDTH
+from studies.style import caption, cluster_colors, letter, subplots
+from training.figure_style import BAND
 
 _FORCES: dict[EscapeForce, tuple[str, str, tuple[float, float]]] = {
     "constant": ("Eq. 8 (constant)", LIGHT.others[1], (0.01, 1.8)),
@@ -28,8 +27,7 @@ _GRID = np.array(LINE_GRID)
 
 def escape_forces() -> Figure:
     """Figure 2: what one step adds to a lone agent, against its offset from the predator."""
-    figure = Figure(figsize=(WIDTH, 3.8), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = subplots(3.8)
     inset = axes.inset_axes((0.53, 0.07, 0.45, 0.36))
     assert LINE.predator_position is not None  # noqa: S101, the paper's line has one
     offsets = np.linspace(-0.4, 0.4, 801)
@@ -59,8 +57,7 @@ def lines_over_time(seed: int, *, is_attacked: bool) -> Figure:
     """Figures 3 and 4: one line under four ranges, without and with the predator."""
     scenario = LINE if is_attacked else FREE_LINE
     place, reach = scenario.predator_position, scenario.predator_range
-    figure = Figure(figsize=(WIDTH, 5.6), layout="constrained")
-    panels = figure.subplots(2, 2, sharex=True, sharey=True)
+    figure, panels = subplots(5.6, 2, 2, sharex=True, sharey=True)
     for index, (axes, rho) in enumerate(zip(panels.flat, SHOWN_RANGES, strict=True)):
         run = simulate_line(scenario, rho, seed=seed)
         steps = np.minimum(np.arange(_SHOWN_STEPS + 1), run.steps)
@@ -86,12 +83,11 @@ def lines_over_time(seed: int, *, is_attacked: bool) -> Figure:
 
 def distance_against_range(grids: dict[EscapeForce, Arrays]) -> Figure:
     """Figure 5: mean steady-state distance and mean number of clusters against the range, by escape force."""
-    figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
-    panels = figure.subplots(2, len(FORCES), sharex=True, squeeze=False)
+    figure, panels = subplots(5.2, 2, len(FORCES), sharex=True, squeeze=False)
     for column, force in enumerate(FORCES):
         grid = grids[force]
         above, below = panels[:, column]
-        center, low, high = stats.mean_with_interval(grid["escape_distance"], stats.CONFIDENCE)
+        center, low, high = mean_with_interval(grid["escape_distance"], CONFIDENCE)
         above.fill_between(_GRID, low, high, color=BAND, lw=0)
         best = int(np.argmax(center))
         clusters: FloatArray = grid["num_components"].mean(axis=1)

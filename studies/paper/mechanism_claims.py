@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
 from flockesc_env.jobs import Arrays
 from studies.measurements import means
 from studies.paper import plan
 from studies.paper.claims import Claim, Quantity, claim
-from studies.robustness.survey import Choice, Finding, choose
+from studies.robustness.survey import Finding, choose
+
+WARNING = "Some connectivity helps because agents close to the predator pass information on to others."
 
 SECTION = "I, "
 """What the places of these claims start with: the paper's introduction."""
@@ -48,14 +49,10 @@ class Controlled:
 
     def quantity(self, what: str, value: Estimate | FloatArray) -> Quantity:
         """Return an estimate, or the mean of values, in the unit of the objective."""
-        value = value if isinstance(value, Estimate) else stats.mean(value)
-        if self.spec.unit:
-            return Quantity(what, value, self.spec.unit)
-        return (
-            Quantity(what, value, "%")
-            if self.spec.name == "fraction_surviving"
-            else Quantity(what, value, digits=4)
-        )
+        value = value if isinstance(value, Estimate) else mean(value)
+        if self.spec.name == "fraction_surviving":
+            return Quantity(what, value, "%")
+        return Quantity(what, value, self.spec.unit, 2 if self.spec.unit else 4)
 
 
 def flock_values(
@@ -89,9 +86,7 @@ def mechanism_claims(results: Mapping[str, Arrays]) -> list[Claim]:
     rows = []
     for spec in OBJECTIVES:
         others = {
-            f"with s = {strength:g}": choose(
-                plan.CONTROL_GRID, flock_values(results, plan.PAPER, strength, spec)
-            )
+            f"with s = {strength:g}": flock_values(results, plan.PAPER, strength, spec)
             for strength in plan.STRENGTHS
             if strength not in {plan.NO_FORCE, plan.PAPER_FORCE}
         }
@@ -105,10 +100,8 @@ def mechanism_claims(results: Mapping[str, Arrays]) -> list[Claim]:
     spec = LINE_OBJECTIVES["escape_distance"]
     both = (results[name][spec.name] for name in ("fearless line", "grid linear"))
     line = Controlled(f"{SECTION}the line", spec, plan.LINE_GRID, 0.1, 1.0, *both)
-    return [*rows, _warning(line), _masking(line), _trade_off(line)]
-
-
-WARNING = "Some connectivity helps because agents close to the predator pass information on to others."
+    adds = "the force adds more under 0.1 than under 0; so it does in the mean"
+    return [*rows, _difference(line, WARNING, 0.0, adds), _masking(line), _trade_off(line)]
 
 
 def _blocking(found: Controlled, results: Mapping[str, Arrays]) -> Claim:
@@ -122,7 +115,7 @@ def _blocking(found: Controlled, results: Mapping[str, Arrays]) -> Claim:
     ):
         gains[f"{spec.symbol} at {short} minus that at {nobody}, {control}"] = values[1] - values[0]
     hearing, blocked = gains.values()
-    more = stats.mean(hearing / 2 - blocked)
+    more = mean(hearing / 2 - blocked)
     return claim(
         found.where,
         WARNING,
@@ -137,68 +130,56 @@ def _blocking(found: Controlled, results: Mapping[str, Arrays]) -> Claim:
     )
 
 
-def _warning(found: Controlled) -> Claim:
-    short = found.shown(found.short)
-    return _difference(
-        found,
-        WARNING,
-        (found.short, 0.0),
-        f"what the force adds, at {short} minus at 0",
-        f"the force adds more under {short} than under 0; so it does in the mean",
-    )
-
-
 def _masking(found: Controlled) -> Claim:
+    says = "Too much connectivity hurts because the consensus force masks the repulsive force."
     short, full = found.shown(found.short), found.shown(found.full)
-    return _difference(
-        found,
-        "Too much connectivity hurts because the consensus force masks the repulsive force.",
-        (found.short, found.full),
-        f"what the force adds, at {short} minus at {full}",
-        f"the force adds less under {full} than under {short}; so it does in the mean",
+    adds = f"the force adds less under {full} than under {short}; so it does in the mean"
+    return _difference(found, says, found.full, adds)
+
+
+def _difference(found: Controlled, says: str, other: float, holds_if: str) -> Claim:
+    """Return the claim that the force adds more under the paper's best range than under another one."""
+    ends = (found.short, other)
+    without, fleeing = (
+        {rho: rows[found.grid.index(rho)] for rho in ends} for rows in (found.without, found.fleeing)
     )
-
-
-def _difference(found: Controlled, says: str, ends: tuple[float, float], what: str, holds_if: str) -> Claim:
-    """Return the claim that the force adds more under the first of two ranges than under the second."""
-    first, second = (found.grid.index(rho) for rho in ends)
-    added = {rho: found.fleeing[found.grid.index(rho)] - found.without[found.grid.index(rho)] for rho in ends}
-    values = added[ends[0]] - added[ends[1]]
-    average = stats.mean(values)
-    pair = f"{found.spec.symbol} at {' minus that at '.join(map(found.shown, ends))}"
+    added = {rho: fleeing[rho] - without[rho] for rho in ends}
+    values = added[found.short] - added[other]
+    average, symbol = mean(values), found.spec.symbol
+    short, second = map(found.shown, ends)
+    pair = f"{symbol} at {short} minus that at {second}"
     return claim(
         found.where,
         says,
         holds_if,
         values > 0,
-        found.quantity(what, average),
+        found.quantity(f"what the force adds, at {short} minus at {second}", average),
         f"{found.trials} in which it is above 0",
         *(found.quantity(f"what the force adds at {found.shown(rho)}", added[rho]) for rho in ends),
-        found.quantity(f"{pair}, without the force", found.without[first] - found.without[second]),
-        found.quantity(f"{pair}, with the force", found.fleeing[first] - found.fleeing[second]),
+        found.quantity(f"{pair}, without the force", without[found.short] - without[other]),
+        found.quantity(f"{pair}, with the force", fleeing[found.short] - fleeing[other]),
         in_expectation=average.mean > 0,
         mean_is_clear=not average.low < 0 < average.high,
         is_reading=found.spec.name != "min_min_distance",  # which favors the claim most
     )
 
 
-def _trade_off(found: Controlled, others: Mapping[str, Choice] | None = None) -> Claim:
-    without, fleeing = choose(found.grid, found.without), choose(found.grid, found.fleeing)
+def _trade_off(found: Controlled, others: Mapping[str, FloatArray] | None = None) -> Claim:
+    without, fleeing = (choose(found.grid, values) for values in (found.without, found.fleeing))
     half = found.without.shape[1] // 2
     margins = [
         values[fleeing.index, half:] - np.maximum(values[0, half:], values[-1, half:])
         for values in (found.fleeing, found.without)
     ]
     both = found.fleeing[fleeing.index, half:] - found.without[without.index, half:]
-    ends = {"without": without, "with": fleeing}
-    ranges = {f"{name} the force": choice for name, choice in ends.items()} | dict(others or {})
+    ends = {"without the force": without, "with the force": fleeing}
+    ranges = ends | {name: choose(found.grid, values) for name, values in (others or {}).items()}
     unit = ("m", 0) if found.spec.model == "flock" else ("", 2)
-    longest = found.shown(found.grid[-1])
-    gains = []
+    longest, gains = found.shown(found.grid[-1]), []
     for name, choice in ends.items():
         gains += [
-            found.quantity(f"its gain over 0 {name} the force", choice.gain_over_zero),
-            found.quantity(f"its gain over {longest} {name} the force", choice.gain_over_longest),
+            found.quantity(f"its gain over 0 {name}", choice.gain_over_zero),
+            found.quantity(f"its gain over {longest} {name}", choice.gain_over_longest),
         ]
     return claim(
         found.where,

@@ -16,9 +16,9 @@ from flockesc_env.render.palette import LIGHT
 from studies.measurements import means
 from studies.paper.jobs import with_parts
 from studies.paper.mechanism_claims import flock_values
-from studies.paper.plan import CAPTURE_RADIUS, CONTROL_GRID, NO_FORCE, PAPER, PAPER_FORCE, STRENGTHS
-from studies.style import caption, curve, letter
-from training.figure_style import RANGES, WIDTH, label_ends
+from studies.paper.plan import ANATOMIES, CAPTURE_RADIUS, CONTROL_GRID, NO_FORCE, PAPER, PAPER_FORCE
+from studies.style import caption, curve, letter, subplots
+from training.figure_style import RANGES, label_ends
 
 _TICKS = (0, 2, 5, 10, 20, 50, 100)
 _FORCES = {NO_FORCE: LIGHT.accent, 1.0: LIGHT.alone, PAPER_FORCE: LIGHT.fixed, 100.0: to_hex(RANGES(0.95))}
@@ -26,17 +26,14 @@ _FORCES = {NO_FORCE: LIGHT.accent, 1.0: LIGHT.alone, PAPER_FORCE: LIGHT.fixed, 1
 
 def by_force(results: Mapping[str, Arrays]) -> Figure:
     """Draw the three objectives against the range, one curve per escape force."""
-    figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
-    panels = figure.subplots(1, len(FLOCK_OBJECTIVES))
+    figure, panels = subplots(3.3, 1, len(FLOCK_OBJECTIVES))
     for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
-        ends = []
-        for strength in STRENGTHS:
-            rows = (1 if spec.unit else 100) * flock_values(results, PAPER, strength, spec)
-            _curve(axes, rows, _FORCES[strength], "-" if strength == PAPER_FORCE else "--")
-            ends.append((float(rows[-1].mean()), f"s = {strength:g}", _FORCES[strength]))
+        rows = []
+        for strength, color in _FORCES.items():
+            values = (1 if spec.unit else 100) * flock_values(results, PAPER, strength, spec)
+            rows.append((f"s = {strength:g}", values, color, "-" if strength == PAPER_FORCE else "--"))
+        _draw(axes, rows)
         letter(axes, index, f"{spec.symbol} ({spec.unit or '%'})")
-        _ranges(axes)
-        label_ends(axes, ends)
     caption(
         figure,
         "Escape force s (0: nobody flees; 10: the paper's)."
@@ -47,44 +44,38 @@ def by_force(results: Mapping[str, Arrays]) -> Figure:
 
 def anatomy(results: Mapping[str, Arrays]) -> Figure:
     """Draw where flocks are at their smallest mean distance, and what makes it."""
-    names = ("anatomy", "anatomy fleeing", "anatomy frozen")
-    still, fleeing, frozen = (with_parts(results[name]) for name in names)
+    still, fleeing, frozen = (with_parts(results[name]) for name in ANATOMIES)
     ink, fixed, alone, accent = LIGHT.ink, LIGHT.fixed, LIGHT.alone, LIGHT.accent
-    curves: dict[str, list[tuple[FloatArray, str, str, str]]] = {
+    curves: dict[str, list[tuple[str, FloatArray, str, str]]] = {
         "center to predator, and spread (m)": [
-            (still["center"], "center", fixed, "-"),
-            (still["dispersion"], "spread", accent, "-"),
-            (fleeing["center"], "center, s = 10", fixed, ":"),
-            (fleeing["dispersion"], "spread, s = 10", accent, ":"),
+            ("center", still["center"], fixed, "-"),
+            ("spread", still["dispersion"], accent, "-"),
+            ("center, s = 10", fleeing["center"], fixed, ":"),
+            ("spread, s = 10", fleeing["dispersion"], accent, ":"),
         ],
         "headings and flights (no unit)": [
-            (still["polarization"], "polarization", fixed, "-"),
-            (still["straightness"], "straightness", alone, "-"),
-            (still["outwardness"], "outwardness", accent, "-"),
-            (frozen["outwardness"], "the same,\nfrozen graph", accent, ":"),
+            ("polarization", still["polarization"], fixed, "-"),
+            ("straightness", still["straightness"], alone, "-"),
+            ("outwardness", still["outwardness"], accent, "-"),
+            ("the same,\nfrozen graph", frozen["outwardness"], accent, ":"),
         ],
         "J_mean minus that at 0 m, and its parts (m)": [
-            (still["sorting"], "sorting", accent, "-"),
-            (still["turning"], "turning", alone, "-"),
-            (still["agreement"], "agreement", fixed, "-"),
-            (still["gain"], "sum", ink, "-"),
+            ("sorting", still["sorting"], accent, "-"),
+            ("turning", still["turning"], alone, "-"),
+            ("agreement", still["agreement"], fixed, "-"),
+            ("sum", still["gain"], ink, "-"),
         ],
         "J_mean and its controls (m)": [
-            (still["mean_distance"], "measured", ink, "-"),
-            (still["aligned"], "aligned only", fixed, "-"),
-            (still["stopped_1"], "stop after 1 s", alone, "-"),
-            (frozen["mean_distance"], "frozen graph", accent, ":"),
+            ("measured", still["mean_distance"], ink, "-"),
+            ("aligned only", still["aligned"], fixed, "-"),
+            ("stop after 1 s", still["stopped_1"], alone, "-"),
+            ("frozen graph", frozen["mean_distance"], accent, ":"),
         ],
     }
-    figure = Figure(figsize=(WIDTH, 6.2), layout="constrained")
-    panels = figure.subplots(2, 2)
+    figure, panels = subplots(6.2, 2, 2)
     for index, (axes, (title, rows)) in enumerate(zip(panels.flat, curves.items(), strict=True)):
-        for values, _, color, style in rows:
-            _curve(axes, values, color, style)
+        _draw(axes, rows, gap=0.11)
         letter(axes, index, title)
-        _ranges(axes)
-        ends = [(float(values[-1].mean()), label, color) for values, label, color, _ in rows]
-        label_ends(axes, ends, gap=0.11)
     panels[1, 0].axhline(0, color=LIGHT.muted, lw=0.8)
     caption(
         figure,
@@ -93,12 +84,11 @@ def anatomy(results: Mapping[str, Arrays]) -> Figure:
     return figure
 
 
-def _curve(axes: Axes, values: FloatArray, color: str, style: str) -> None:
-    curve(axes, CONTROL_GRID, means(values), color, style, band=0.2, lw=1.6)
-
-
-def _ranges(axes: Axes) -> None:
-    """Scale the axis of ranges by the square root, which keeps short ranges apart."""
+def _draw(axes: Axes, rows: list[tuple[str, FloatArray, str, str]], gap: float = 0.075) -> None:
+    """Draw named curves over the ranges; the square root of the axis keeps short ranges apart."""
+    for _, values, color, style in rows:
+        curve(axes, CONTROL_GRID, means(values), color, style, band=0.2, lw=1.6)
     axes.set_xscale("function", functions=(lambda x: np.sqrt(np.maximum(x, 0)), np.square))
     axes.set_xticks(_TICKS, [str(tick) for tick in _TICKS])
     axes.set(xlabel="interaction range (m)", xlim=(0, CONTROL_GRID[-1]))
+    label_ends(axes, [(float(values[-1].mean()), name, color) for name, values, color, _ in rows], gap)

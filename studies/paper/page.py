@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import re
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -15,15 +16,15 @@ from flockesc_env.cli.output import note
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate
 from studies.measurements import Runner
-from studies.pages import path_from, render, signed
+from studies.paper import plan
 from studies.paper.claims import MOST, Claim, Quantity, Verdict
 from studies.paper.figures import draw_figures, flock_seed, line_seed
 from studies.paper.flock_claims import RangeRow, by_range, flock_claims
 from studies.paper.jobs import anatomy_table
 from studies.paper.line_claims import edge_claim, line_claims, theory_claims
 from studies.paper.mechanism_claims import SECTION, force_table, mechanism_claims
-from studies.paper.plan import ANATOMIES, CAPTURE_RADIUS, CONTROL_GRID, Trials, measurements
-from studies.study import RESULTS_FILE, Results, Study
+from studies.paper.plan import Trials
+from studies.study import RESULTS_FILE, Results, Study, document, path_from, signed, template
 
 _SECTIONS = {
     "III": "Theory of the line (Section III)",
@@ -61,13 +62,13 @@ class PaperResults(Results):
 
     def at(self, table: str, column: str, rho: float, scale: float = 1.0) -> Estimate:
         """Return an estimate of a table under a range, multiplied by ``scale``."""
-        value = self.tables[table][column][CONTROL_GRID.index(rho)]
+        value = self.tables[table][column][plan.CONTROL_GRID.index(rho)]
         return Estimate(scale * value.mean, scale * value.low, scale * value.high)
 
 
-def measure(trials: Trials, runner: Runner, output: Path) -> None:
+def measure(runner: Runner, output: Path, trials: Trials) -> None:
     """Measure all claims; write the results and the figures, which show more than the results hold."""
-    measured = runner.measure(measurements(trials))
+    measured = runner.run(plan.measurements(trials), "Measuring")
     note("measured; statistics and figures take another two minutes")
     results = PaperResults(
         trials=trials,
@@ -83,12 +84,21 @@ def measure(trials: Trials, runner: Runner, output: Path) -> None:
         by_range=by_range(measured["grid flock"]),
         tables={
             "force": force_table(measured),
-            **{name: anatomy_table(measured[name]) for name in ANATOMIES},
+            **{name: anatomy_table(measured[name]) for name in plan.ANATOMIES},
         },
         versions={name: version(name) for name in ("flockesc-env", "numpy", "scipy")},
     )
     draw_figures(output, measured)
-    write_text(output / RESULTS_FILE, results.to_json())
+    write_text(output / RESULTS_FILE, document(results))
+
+
+def summary(results: PaperResults) -> list[str]:
+    """Return every claim with its verdict and key figure, and the numbers of the verdicts."""
+    lines = []
+    for row in results.claims:
+        lines += [f"{row.where}: {row.claim}", f"    {row.judgment.verdict}: {row.measured[0]}"]
+    counts = Counter(row.judgment.verdict for row in results.claims)
+    return [*lines, "; ".join(f"{verdict}: {number}" for verdict, number in counts.items())]
 
 
 def markdown_page(results: PaperResults, figures: Path, page: Path) -> str:
@@ -111,20 +121,19 @@ def html_page(results: PaperResults, figures: Path) -> str:
         extensions=["tables", "fenced_code", "toc"], extension_configs={"toc": {"toc_depth": "2-3"}}
     )
     body = converter.convert(text)
-    return render("paper/page.html", body=body, contents=converter.toc)
+    return template("paper/templates/page.html").render(body=body, contents=converter.toc)
 
 
 def _render(
     results: PaperResults, page: Path, picture: Callable[[str], str], mark: Callable[[str], str]
 ) -> str:
-    sections: dict[str, list[tuple[int, Claim]]] = {title: [] for title in _SECTIONS.values()}
+    sections: dict[str, list[tuple[int, Claim]]] = {}
     for number, row in enumerate(results.claims, start=1):
         title = next(title for start, title in _SECTIONS.items() if row.where.startswith(start))
-        sections[title].append((number, row))
+        sections.setdefault(title, []).append((number, row))
     judged = [(row.judgment.verdict, row.is_reading) for row in results.claims]
     unclear = " (sample too small to tell)"
-    return render(
-        "paper/page.md",
+    return template("paper/templates/page.md").render(
         results=results,
         sections=sections,
         counts={
@@ -135,10 +144,7 @@ def _render(
         figure_link=_figure_link,
         root=path_from(page, Path(__file__).parents[2]),
         most=MOST,
-        measured=results.measured,
-        at=results.at,
-        grid=CONTROL_GRID,
-        capture_radius=CAPTURE_RADIUS,
+        plan=plan,
         signed=signed,
     )
 

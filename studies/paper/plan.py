@@ -9,13 +9,19 @@ from typing import Final
 
 from flockesc_env.common.checks import as_count
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.jobs.sweeps import OUTCOMES
-from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.line import EscapeForce, LineScenario
-from flockesc_env.scenario.parts import AlignedHeadings
-from flockesc_env.scenario.predators import ConstantVelocity, Intercept, PurePursuit, approach
+from flockesc_env.jobs import Job
+from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
+from flockesc_env.scenario import (
+    AlignedHeadings,
+    ConstantVelocity,
+    FlockScenario,
+    Intercept,
+    LineScenario,
+    PurePursuit,
+    approach,
+)
+from flockesc_env.scenario.line import EscapeForce
 from flockesc_env.scenario.presets import as_scenario
-from studies.measurements import Measurement
 
 CURVES, CONSENSUS, ANATOMY = (f"studies.paper.jobs:{name}" for name in ("curves", "consensus", "anatomy"))
 PAPER_OBJECTIVES: Final = (FLOCK_OBJECTIVES["min_mean_distance"], FLOCK_OBJECTIVES["min_min_distance"])
@@ -89,11 +95,6 @@ def aimed(offset: float) -> FlockScenario:
     return FLOCK.replace(predators=(ConstantVelocity(*approach(offset)),))
 
 
-def threshold(rho: float) -> LineScenario:
-    """Return the line of Theorem 2 under exactly its strength s* = rho_p + rho."""
-    return LINE.replace(escape_force="constant", repulsion_strength=LINE.predator_range + rho)
-
-
 def control(scenario: str, strength: float) -> str:
     """Return the name of the measurement of a scenario under an escape force."""
     return f"control {scenario} {strength:g}"
@@ -104,37 +105,39 @@ def captures(scenario: str, strength: float) -> str:
     return f"captures {scenario} {strength:g}"
 
 
-def measurements(trials: Trials) -> dict[str, Measurement]:
-    """Return all measurements by name."""
-    flocks, lines = trials.flocks, trials.lines
-    plan = {}
-    for force in FORCES:
-        plan[f"grid {force}"] = Measurement(OUTCOMES, LINE.replace(escape_force=force), LINE_GRID, lines)
-    plan["free line"] = Measurement(CONSENSUS, FREE_LINE, FREE_RANGES, lines)
-    plan["attacked line"] = Measurement(CONSENSUS, LINE, SHOWN_RANGES, lines)
-    for rho in THRESHOLD_RANGES:
-        plan[f"threshold {rho}"] = Measurement(CONSENSUS, threshold(rho), (rho,), lines)
-    for place in PREDATOR_POSITIONS:
-        attacked = LINE.replace(predator_position=place)
-        plan[f"predator at {place}"] = Measurement(OUTCOMES, attacked, LINE_GRID, lines)
+def measurements(trials: Trials) -> dict[str, list[Job]]:
+    """Return the jobs of all measurements by name."""
+    flocks, lines = range(trials.flocks), range(trials.lines)
     fearless = LINE.replace(repulsion_strength=NO_FORCE)
-    plan["fearless line"] = Measurement(OUTCOMES, fearless, LINE_GRID, lines)
-    plan["curves"] = Measurement(CURVES, FLOCK, SHOWN_FLOCK_RANGES, flocks)
-    plan["grid flock"] = Measurement(OUTCOMES, FLOCK, FLOCK_GRID, flocks)
-    plan["literal flock"] = Measurement(OUTCOMES, FLOCK.replace(constant_speed=False), (10.0,), flocks)
+    blocked = FLOCK.replace(blocks_warnings=True)
+    caught = {"capture_radius": CAPTURE_RADIUS}
+    plan = {
+        "free line": seed_jobs(CONSENSUS, FREE_LINE, FREE_RANGES, lines),
+        "attacked line": seed_jobs(CONSENSUS, LINE, SHOWN_RANGES, lines),
+        "fearless line": seed_jobs(OUTCOMES, fearless, LINE_GRID, lines),
+        "curves": seed_jobs(CURVES, FLOCK, SHOWN_FLOCK_RANGES, flocks),
+        "grid flock": seed_jobs(OUTCOMES, FLOCK, FLOCK_GRID, flocks),
+        "literal flock": seed_jobs(OUTCOMES, FLOCK.replace(constant_speed=False), (10.0,), flocks),
+        "blocked": seed_jobs(OUTCOMES, blocked, SHORT_RANGES, flocks),
+        "blocked captures": seed_jobs(OUTCOMES, blocked.replace(**caught), SHORT_RANGES, flocks),
+    }
+    for force in FORCES:
+        plan[f"grid {force}"] = seed_jobs(OUTCOMES, LINE.replace(escape_force=force), LINE_GRID, lines)
+    for rho in THRESHOLD_RANGES:  # the line of Theorem 2 under exactly its strength s* = rho_p + rho
+        line = LINE.replace(escape_force="constant", repulsion_strength=LINE.predator_range + rho)
+        plan[f"threshold {rho}"] = seed_jobs(CONSENSUS, line, (rho,), lines)
+    for place in PREDATOR_POSITIONS:
+        line = LINE.replace(predator_position=place)
+        plan[f"predator at {place}"] = seed_jobs(OUTCOMES, line, LINE_GRID, lines)
     for offset in OFFSETS:
-        plan[f"aimed {offset:g}"] = Measurement(OUTCOMES, aimed(offset), AIMED_GRID, flocks)
+        plan[f"aimed {offset:g}"] = seed_jobs(OUTCOMES, aimed(offset), AIMED_GRID, flocks)
     for name, scenario in SCENARIOS.items():
         for strength in STRENGTHS if name == PAPER else (NO_FORCE, PAPER_FORCE):
-            forced = scenario.replace(repulsion_strength=strength)
-            plan[control(name, strength)] = Measurement(OUTCOMES, forced, CONTROL_GRID, flocks)
+            flock = scenario.replace(repulsion_strength=strength)
+            plan[control(name, strength)] = seed_jobs(OUTCOMES, flock, CONTROL_GRID, flocks)
             if name in SURVIVAL_SCENARIOS:
-                catching = forced.replace(capture_radius=CAPTURE_RADIUS)
-                plan[captures(name, strength)] = Measurement(OUTCOMES, catching, CONTROL_GRID, flocks)
-    blocked = FLOCK.replace(blocks_warnings=True)
-    plan["blocked"] = Measurement(OUTCOMES, blocked, SHORT_RANGES, flocks)
-    catching = blocked.replace(capture_radius=CAPTURE_RADIUS)
-    plan["blocked captures"] = Measurement(OUTCOMES, catching, SHORT_RANGES, flocks)
+                flock = flock.replace(**caught)
+                plan[captures(name, strength)] = seed_jobs(OUTCOMES, flock, CONTROL_GRID, flocks)
     for name, scenario in ANATOMIES.items():
-        plan[name] = Measurement(ANATOMY, scenario, CONTROL_GRID, flocks)
+        plan[name] = seed_jobs(ANATOMY, scenario, CONTROL_GRID, flocks)
     return plan

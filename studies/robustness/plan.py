@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, TypeGuard
+from typing import Any, Final
 
 import numpy as np
 
 from flockesc_env.cli.flags import scenario_named
 from flockesc_env.common.errors import InputError
-from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.predators import ConstantVelocity, Learned
-from flockesc_env.scenario.presets import LITERATURE, OF_TASKS, PRESETS
+from flockesc_env.scenario import PRESETS, ConstantVelocity, FlockScenario, Learned
+from flockesc_env.scenario.presets import LITERATURE, OF_TASKS
 
 
 @dataclass(frozen=True)
@@ -38,21 +37,22 @@ def grid_of(scenario: FlockScenario) -> Grid:
 
 def attacked_presets(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
     """Return scenarios of presets or files by name; ``None``: every attacked variation of the paper's."""
-    excluded = LITERATURE | OF_TASKS
-    variations = {name: entry.scenario for name, entry in PRESETS.items() if name not in excluded}
-    known = {name: scenario for name, scenario in variations.items() if _is_attacked(scenario)}
-    chosen = known if names is None else {}
+    known = {
+        name: entry.scenario
+        for name, entry in PRESETS.items()
+        if name not in LITERATURE | OF_TASKS and _is_attacked(entry.scenario)
+    }
+    chosen: dict[str, Any] = known if names is None else {}
     for name in names or ():
-        scenario = scenario_named(name) if Path(name).suffix else known.get(name)
-        if not _is_attacked(scenario):
+        chosen[name] = scenario_named(name) if Path(name).suffix else known.get(name)
+        if not _is_attacked(chosen[name]):
             raise InputError("presets", f"any of {', '.join(known)}, or files of such flocks", repr(name))
-        chosen[name] = scenario
     if not chosen:
         raise InputError("presets", f"any of {', '.join(known)}", "none")
     return chosen
 
 
-def _is_attacked(scenario: object) -> TypeGuard[FlockScenario]:
+def _is_attacked(scenario: object) -> bool:
     kinds = [type(each) for each in scenario.predators] if isinstance(scenario, FlockScenario) else []
     return bool(kinds) and Learned not in kinds
 
@@ -69,30 +69,24 @@ def _misses_the_center(scenario: FlockScenario) -> bool:
     return False
 
 
-def _cooperate(scenario: FlockScenario) -> bool:
-    return any(
-        predator.kind in {"encircle", "herd"} or getattr(predator, "target", None) == "assigned"
-        for predator in scenario.predators
-    )
-
-
-def _moves_otherwise(scenario: FlockScenario) -> bool:
-    fields = ("motion", "angular_noise", "sensing_noise", "sensing_delay", "alignment_strength")
-    return any(getattr(scenario, field) != getattr(FlockScenario(), field) for field in fields)
-
-
 _BLIND = ("constant_velocity", "wandering", "prescribed_path")
+_LAWS = ("motion", "angular_noise", "sensing_noise", "sensing_delay", "alignment_strength")
 QUESTIONS: Final[dict[str, Callable[[FlockScenario], bool]]] = {
     "the paper's own scenario": lambda scenario: scenario == FlockScenario(),
     "an attack on the edge": _misses_the_center,
     "predators that catch agents": lambda scenario: scenario.capture_radius is not None,
-    "predators that cooperate": _cooperate,
+    "predators that cooperate": lambda scenario: any(
+        each.kind in {"encircle", "herd"} or getattr(each, "target", None) == "assigned"
+        for each in scenario.predators
+    ),
     "several predators on their own": lambda scenario: len(scenario.predators) > 1,
     "a predator that steers": lambda scenario: any(each.kind not in _BLIND for each in scenario.predators),
     "other neighbor rules": lambda scenario: (
         scenario.neighbor_rule.kind != "metric" or scenario.blind_angle > 0 or scenario.mutual
     ),
-    "other laws of motion, noise, delay, unlike agents": _moves_otherwise,
+    "other laws of motion, noise, delay, unlike agents": lambda scenario: any(
+        getattr(scenario, field) != getattr(FlockScenario(), field) for field in _LAWS
+    ),
     "controls: a frozen graph, no flight": lambda scenario: (
         scenario.frozen_graph or scenario.repulsion_strength == 0
     ),

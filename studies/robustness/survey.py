@@ -10,23 +10,18 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env.cli.output import note
-from flockesc_env.common import stats
+from flockesc_env.cli.output import note, table
 from flockesc_env.common.files import write_text
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import Estimate, FloatArray, argmax, mean
 from flockesc_env.jobs import Arrays
-from flockesc_env.jobs.sweeps import OUTCOMES
+from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.models import records
-from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.presets import PRESETS
-from studies.forest import ROW, Group, draw_forest, num_lines
-from studies.measurements import Measurement, Runner, means
-from studies.pages import path_from, render
+from studies.measurements import Runner, means
 from studies.paper.plan import PAPER_OBJECTIVES
 from studies.robustness.plan import QUESTIONS, Grid, attacked_presets, grid_of
-from studies.study import RESULTS_FILE, Results, Study
-from studies.style import caption
-from training.figure_style import WIDTH
+from studies.study import RESULTS_FILE, Results, Study, document, path_from, template
+from studies.style import ROW, caption, draw_forest, subplots
 
 FIGURE = "robustness"
 OBJECTIVES = {spec.symbol: spec.name for spec in PAPER_OBJECTIVES}
@@ -74,10 +69,10 @@ def choose(actions: tuple[float, ...], values: FloatArray) -> Choice:
     """Choose the best action of a grid; ``values`` holds the objective, shape (actions, flocks)."""
     half = values.shape[1] // 2
     measured = values[:, half:]
-    best = stats.argmax(np.array(actions), values[:, :half])
+    best = argmax(np.array(actions), values[:, :half])
     at = actions.index(best.mean)
-    over_zero, over_longest = (stats.mean(measured[at] - measured[end]) for end in (0, -1))
-    return Choice(best, at, stats.mean(measured[at]), over_zero, over_longest)
+    over_zero, over_longest = (mean(measured[at] - measured[end]) for end in (0, -1))
+    return Choice(best, at, mean(measured[at]), over_zero, over_longest)
 
 
 @dataclass(frozen=True)
@@ -106,7 +101,7 @@ def outcome(symbol: str, actions: tuple[float, ...], results: Arrays) -> Outcome
     choice, curve = choose(actions, values), means(values[:, half:])
     return Outcome(
         best=choice.best,
-        **{name: stats.mean(results[name][choice.index, half:]) for name in OBJECTIVES.values()},
+        **{name: mean(results[name][choice.index, half:]) for name in OBJECTIVES.values()},
         at_zero=curve[0],
         at_longest=curve[-1],
         gain_over_zero=choice.gain_over_zero,
@@ -141,23 +136,17 @@ class RobustnessResults(Results):
         return {question: presets for question, presets in rows.items() if presets}
 
 
-@dataclass(frozen=True)
-class SurveyOptions:
-    """The number of flocks in each half, and the presets or scenario files; None: all that are attacked."""
+def measure(runner: Runner, output: Path, num_flocks: int, names: Sequence[str] | None) -> None:
+    """Run presets under every action on ``2 num_flocks`` seeds from 0 on, and write the results.
 
-    num_flocks: int
-    presets: Sequence[str] | None = None
-
-
-def measure(options: SurveyOptions, runner: Runner, output: Path) -> None:
-    """Run every preset under every action on ``2 num_flocks`` seeds from 0 on, and write the results."""
-    scenarios = attacked_presets(options.presets)
-    measured = runner.measure(
-        {
-            name: Measurement(OUTCOMES, scenario, grid_of(scenario).actions, 2 * options.num_flocks)
-            for name, scenario in scenarios.items()
-        }
-    )
+    ``names`` are those of presets or scenario files; None: all presets that are attacked.
+    """
+    scenarios, seeds = attacked_presets(names), range(2 * num_flocks)
+    jobs = {
+        name: seed_jobs(OUTCOMES, scenario, grid_of(scenario).actions, seeds)
+        for name, scenario in scenarios.items()
+    }
+    measured = runner.run(jobs, "Measuring")
     note("measured; statistics take some seconds per preset")
     presets = []
     for name, scenario in scenarios.items():
@@ -166,43 +155,39 @@ def measure(options: SurveyOptions, runner: Runner, output: Path) -> None:
         question = next(question for question, is_so in QUESTIONS.items() if is_so(scenario))
         outcomes = {symbol: outcome(symbol, grid.actions, measured[name]) for symbol in OBJECTIVES}
         presets.append(PresetResult(name, description, question, grid, outcomes))
-    chosen = "" if options.presets is None else f" --presets {' '.join(options.presets)}"
-    command = f"python -m studies robustness --num-flocks {options.num_flocks}{chosen}"
-    results = RobustnessResults(command, options.num_flocks, tuple(presets), records.versions("scipy"))
-    write_text(output / RESULTS_FILE, results.to_json())
+    chosen = "" if names is None else f" --presets {' '.join(names)}"
+    command = f"python -m studies robustness --num-flocks {num_flocks}{chosen}"
+    results = RobustnessResults(command, num_flocks, tuple(presets), records.versions("scipy"))
+    write_text(output / RESULTS_FILE, document(results))
 
 
-def answers(results: RobustnessResults, symbol: str) -> dict[str, str]:
-    """Return the answers to all questions for one objective."""
-    texts = {}
-    for question, rows in results.by_question().items():
-        findings = {row.name: row.outcomes[symbol].finding for row in rows}
-        interior = [name for name, finding in findings.items() if finding is Finding.INTERIOR]
-        others = [f"{name} ({finding})" for name, finding in findings.items() if name not in interior]
-        if not others:
-            texts[question] = f"yes: {', '.join(interior)}"
-        elif not interior:
-            texts[question] = f"not shown: {'; '.join(others)}"
-        else:
-            counts = f"in {len(interior)} of {len(findings)}: {', '.join(interior)}"
-            texts[question] = f"{counts}; not shown for {'; '.join(others)}"
-    return texts
+def summary(results: RobustnessResults) -> list[str]:
+    """Return the lines of a text table of the outcomes for J_mean."""
+    head = ["preset", "best range", "J_mean (m)", "over 0 (m)", "over the longest (m)", "best range is"]
+    rows: list[list[str]] = []
+    for row in results.presets:
+        found = row.outcomes["J_mean"]
+        shown = found.min_mean_distance, found.gain_over_zero, found.gain_over_longest, found.finding
+        rows.append([row.name, f"{found.best:g} {row.grid.unit}", *map(str, shown)])
+    return table(head, rows)
 
 
 def figure(results: RobustnessResults) -> Figure:
     """Draw both gains in ``J_mean`` of every preset, side by side; presets are grouped by question."""
-
-    def groups(gain: str) -> list[Group]:
-        return [
-            Group(question, [(_label(row), getattr(row.outcomes["J_mean"], gain)) for row in rows])
-            for question, rows in results.by_question().items()
-        ]
-
-    over_zero, over_longest = groups("gain_over_zero"), groups("gain_over_longest")
-    figure = Figure(figsize=(WIDTH, ROW * (num_lines(over_zero) + 4)), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    for axes, panel, end in ((left, over_zero, "range 0"), (right, over_longest, "the longest range")):
-        draw_forest(axes, panel, LIGHT.fixed)
+    groups = results.by_question()
+    num_rows = len(groups) + len(results.presets)
+    figure, (left, right) = subplots(ROW * (num_rows + 4), 1, 2)
+    for axes, gain, end in (
+        (left, "gain_over_zero", "range 0"),
+        (right, "gain_over_longest", "the longest range"),
+    ):
+        rows: dict[str, dict[str, Estimate]] = {}
+        for question, presets in groups.items():
+            for row in presets:
+                found = row.outcomes["J_mean"]
+                name = f"{row.name} ({found.best.mean:g} {row.grid.unit})"
+                rows.setdefault(question, {})[name] = getattr(found, gain)
+        draw_forest(axes, rows)
         axes.set_xlabel(f"gain over {end} (m)")
     right.set_yticklabels([])
     caption(
@@ -213,16 +198,10 @@ def figure(results: RobustnessResults) -> Figure:
     return figure
 
 
-def _label(preset: PresetResult) -> str:
-    return f"{preset.name} ({preset.outcomes['J_mean'].best.mean:g} {preset.grid.unit})"
-
-
 def markdown_page(results: RobustnessResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
-    return render(
-        "robustness/robustness.md",
+    return template("robustness/templates/robustness.md").render(
         results=results,
-        answers={symbol: answers(results, symbol) for symbol in OBJECTIVES},
         grids=sorted({str(row.grid) for row in results.presets}),
         picture=path_from(page, figures / f"{FIGURE}.png"),
     )

@@ -10,32 +10,25 @@ from typing import Any, Final, Literal
 
 import msgspec
 
-from flockesc_env import InputError
+from flockesc_env import InputError, load_policy, tasks
 from flockesc_env.cli.output import note
 from flockesc_env.common.files import atomic_write
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Arrays
-from flockesc_env.policies import NAMES, load_policy
-from flockesc_env.policies.registry import parse_policy
-from flockesc_env.tasks import fitting
-from flockesc_env.tasks.results import Result, Training, read_result, write_result
-from flockesc_env.tasks.scoring import LoadedPolicy, score
-from flockesc_env.tasks.task import Task, tasks
+from flockesc_env.policies import NAMES
+from flockesc_env.policies.registry import TRAINED, parse_policy
+from flockesc_env.tasks import LoadedPolicy, Result, Task, Training, fitting, read_result, score, write_result
 from studies.scoreboard.trainings import Key, hyperparameters_of, versions_of
 
 BOARD: Final = Path("scoreboard")
-CARD: Final = "card.toml"
 ANY_RATE: Final = Path("results/scoreboard/any_rate.json")
 """What rules reach with their own options, by task and rule: the mean score with its interval."""
-
-Kind = Literal["rule", "search", "imitation", "reinforcement learning"]
 
 CHOOSING, CONTROLLING = first_seeds(TUNING, 200), TUNING[1000:2000]
 """Tuning flocks that choose the shortcuts, and those of the controls, on which nothing was chosen."""
 
 TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
 """Tasks on which nobody trains: they score the policies of ``per-agent-visible`` that the wheel ships."""
-
 
 SHIPPED: Final = ("search", "searched-rule", "schedule", "imitation", "ppo")
 """Learners with policies in the wheel, one of each kind."""
@@ -44,15 +37,10 @@ SHIPPED: Final = ("search", "searched-rule", "schedule", "imitation", "ppo")
 class Card(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What a person says about a learner: the file ``card.toml`` in its folder.
 
-    Attributes:
-        kind: ``"rule"`` (nobody trained it), ``"search"``, ``"imitation"`` or ``"reinforcement learning"``.
-        summary: one or two sentences.
-        authors: names.
-        code: where the code is; a link or a command.
-        license: license of the policy files.
+    Nobody trained a ``"rule"``. ``code`` is a link or a command, ``license`` that of the policy files.
     """
 
-    kind: Kind
+    kind: Literal["rule", "search", "imitation", "reinforcement learning"]
     summary: str
     authors: str
     code: str
@@ -76,7 +64,7 @@ def load_board(folder: Path = BOARD) -> list[Entrant]:
     """
     found = []
     for path in sorted(folder.iterdir()):
-        card = path / CARD
+        card = path / "card.toml"
         try:
             read = msgspec.toml.decode(card.read_bytes(), type=Card)
         except (FileNotFoundError, msgspec.DecodeError) as error:
@@ -99,14 +87,13 @@ def write_scores(trained: Mapping[Key, Arrays], folder: Path = BOARD) -> None:
         write_result(result, output)
 
 
-def shipped(board: Sequence[Entrant]) -> dict[str, bytes]:
-    """Return the policies that the wheel ships, by name: that of the first training seed of ``SHIPPED``."""
-    return {
-        f"{task}/{entrant.name}": (BOARD / entrant.name / result.policies[0].policy).read_bytes()
-        for entrant in board
-        if entrant.name in SHIPPED
-        for task, result in entrant.results.items()
-    }
+def ship(board: Sequence[Entrant]) -> None:
+    """Copy the policies that the wheel ships: those of the first training seed of ``SHIPPED``."""
+    for entrant in board:
+        for task, result in entrant.results.items() if entrant.name in SHIPPED else ():
+            file = TRAINED / task / f"{entrant.name}.npz"
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes((BOARD / entrant.name / result.policies[0].policy).read_bytes())
 
 
 _Scored = tuple[str, Task, list[str], Training | None]

@@ -21,7 +21,6 @@ from flockesc_env import FlockScenario
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.splits import TUNING, first_seeds
-from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.policies import load_policy
 from flockesc_env.scenario.presets import Scenario
@@ -31,41 +30,35 @@ from flockesc_env.tasks.fitting import fitted
 from flockesc_env.tasks.report import with_reference_error
 from flockesc_env.tasks.statistics import means
 from flockesc_env.tasks.task import Task, read_tasks, tasks
-from studies.measurements import Runner, chunks
-from studies.playing import play_job
+from studies.measurements import Runner, play_jobs, split
 from studies.scoreboard import references
 from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, rules_of
+from studies.study import document
 
 _SIMULATED_FLOCKS: Final = {"paper-flock": 200, "startled": 60, "varied": 60}
 """Number of held-out flocks for the search of clairvoyant schedules, by scenario. One takes seconds."""
 
-_REFERENCES: Final = {
-    "free headings": references.free_headings,
-    "informed greedy": references.informed_greedy,
-    "clairvoyant": references.clairvoyant,
-}
-
 
 def freeze(path: Path, names: Sequence[str], runner: Runner) -> None:
     """Measure the numbers of some tasks again, all if no name is given, and write them into the file."""
-    document, rates = tomllib.loads(path.read_text("utf-8")), json.loads(ANY_RATE.read_text("utf-8"))
+    frozen, rates = tomllib.loads(path.read_text("utf-8")), json.loads(ANY_RATE.read_text("utf-8"))
     for name in names or tasks:
-        task, entry = tasks[name], document["tasks"][name]
+        task, entry = tasks[name], frozen["tasks"][name]
         entry["scales"] = {scenario: _scale(task, scenario, runner) for scenario in task.scenarios}
-        task = read_tasks(tomli_w.dumps(document))[name]
+        task = read_tasks(tomli_w.dumps(frozen))[name]
         entry["shortcut"] = _shortcut(task, runner)
         rates[name] = {rule: astuple(_score(task, rule, runner, own=True)) for rule in rules_of(task)}
         for control in entry.get("controls", ()):
             control |= _control(task, control["policy"], control["baseline"], runner)
-    write_text(path, tomli_w.dumps(document))
-    write_text(ANY_RATE, json.dumps({name: rates[name] for name in tasks if name in rates}, indent=1) + "\n")
+    write_text(path, tomli_w.dumps(frozen))
+    write_text(ANY_RATE, document({name: rates[name] for name in tasks if name in rates}))
 
 
 def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
     grid, model = grid_of(task), task.scenarios[scenario]
     tuning = first_seeds(TUNING, 200 if model.num_agents > 500 else 1000)  # large flocks are slow
-    jobs = {"": seed_jobs(OUTCOMES, model, grid, tuning)}
-    tuned = runner.groups(jobs, f"Fixed ranges in {scenario}")[""][task.spec.name]
+    jobs = seed_jobs(OUTCOMES, model, grid, tuning)
+    tuned = runner.join(jobs, f"Fixed ranges in {scenario}")[task.spec.name]
     best = grid[int(tuned.mean(axis=1).argmax())]
     fixed = _play(task, f"fixed:{best:.12g}", model, FLOCKS, runner)
     kind = _kind(task, model)
@@ -89,8 +82,8 @@ def _play(
     """Return the objective of every flock with the task's options; ``own``: with the policy's own ones."""
     entry = fitted(load_policy(policy), task)
     options = {} if own else {"per_agent": task.per_agent, **(entry.options or {})}
-    jobs = {part: play_job(policy, model, task.spec.name, part, options) for part in chunks(flocks, 250)}
-    return np.concatenate([found["objective"] for found in runner.each(jobs, policy).values()])
+    jobs = play_jobs(policy, model, task.spec.name, flocks, **options)
+    return runner.join(jobs, policy)["objective"]
 
 
 def _score(task: Task, policy: str, runner: Runner, *, own: bool = False) -> Estimate:
@@ -134,21 +127,19 @@ def _reference(task: Task, kind: str, scenario: str, runner: Runner) -> FloatArr
     if kind == "hindsight":
         return _hindsight(task, scenario, runner)
     flocks = FLOCKS[: _SIMULATED_FLOCKS.get(scenario, 200)] if kind == "clairvoyant" else FLOCKS
-    name = f"{references.__name__}:{_REFERENCES[kind].__name__}"
-    parts = chunks(flocks, 5 if kind == "clairvoyant" else 100)
-    jobs = {part: Job(name, (task.name, scenario, part), 10.0) for part in parts}
-    found = runner.each(jobs, f"{kind} in {scenario}")
-    return np.concatenate([values["objective"] for values in found.values()])
+    name = f"{references.__name__}:{kind.replace(' ', '_')}"
+    jobs = split(name, (task.name, scenario), flocks, 5 if kind == "clairvoyant" else 100, 0.1)
+    return runner.join(jobs, f"{kind} in {scenario}")["objective"]
 
 
 def _hindsight(task: Task, scenario: str, runner: Runner) -> FloatArray:
     """Return the largest objective on every line, of all fixed ranges and all policies of the scoreboard."""
     model = task.scenarios[scenario]
-    jobs = {"": seed_jobs(OUTCOMES, model, grid_of(task), FLOCKS)}
-    fixed = runner.groups(jobs, "Fixed ranges on held-out lines")[""][task.spec.name]
+    jobs = seed_jobs(OUTCOMES, model, grid_of(task), FLOCKS)
+    fixed = runner.join(jobs, "Fixed ranges on held-out lines")[task.spec.name]
     files = sorted(BOARD.glob(f"*/policies/{task.name}-*.npz"))
-    plays = {file: play_job(file.read_bytes(), model, task.spec.name, FLOCKS) for file in files}
-    learned = [found["objective"] for found in runner.each(plays, "Policies of the scoreboard").values()]
+    plays = {file: play_jobs(file.read_bytes(), model, task.spec.name, FLOCKS) for file in files}
+    learned = [found["objective"] for found in runner.run(plays, "Policies of the scoreboard").values()]
     drawn = _play(task, "random", model, FLOCKS, runner)
     best: FloatArray = np.max([*fixed, *learned, drawn], axis=0)
     return best

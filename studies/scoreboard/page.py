@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate
+from flockesc_env.tasks import Result, tasks
 from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.report import Row, rows, scores_of, with_reference_error
-from flockesc_env.tasks.results import Result
 from flockesc_env.tasks.statistics import difference
-from flockesc_env.tasks.task import Task, tasks
-from studies.pages import path_from, render
 from studies.scoreboard import rewards
 from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, Entrant
+from studies.study import path_from, template
 
 RESULTS: Final = Path("results/scoreboard")
 
@@ -52,25 +50,6 @@ class Entry:
         return self.result.training is not None and "rule" not in self.result.learner
 
     @property
-    def episodes(self) -> str:
-        """Episodes of a training run, and those on tuning flocks."""
-        training = self.result.training
-        counts = (training.episodes, training.evaluations) if training else (0, 0)
-        return " + ".join(f"{count:,}" for count in counts if count) or "-"
-
-    @property
-    def minutes(self) -> str:
-        """Median processor time of a training run in minutes."""
-        training = self.result.training
-        return f"{np.median(training.cpu_minutes):.1f}" if training else "-"
-
-    @property
-    def ablation(self) -> str:
-        """What an ablation changes; empty for other learners."""
-        note = self.result.training.hyperparameters.get("note", "") if self.result.training else ""
-        return note.removeprefix("ablation: ") if note.startswith("ablation: ") else ""
-
-    @property
     def group(self) -> int:
         """Place of the row's table: 0 for rules, 1 at the task's samples (within 2 %), 2 at others."""
         training, samples = self.result.training, tasks[self.result.task].samples
@@ -81,13 +60,16 @@ def entries_of(board: Sequence[Entrant]) -> dict[str, list[Entry]]:
     """Return the rows of every task, the highest score first."""
     by_name = {entrant.name: entrant for entrant in board}
     found = rows([result for entrant in board for result in entrant.results.values()])
-    return {
-        name: [
-            Entry(by_name[row.result.learner], row, _over(row.result, _shortcut(task, found[name])))
-            for row in found[name]
-        ]
-        for name, task in tasks.items()
-    }
+    entries: dict[str, list[Entry]] = {}
+    for name, task in tasks.items():
+        (shortcut,) = (
+            row.result for row in found[name] if row.result.policies[0].policy == task.shortcut.policy
+        )
+        for row in found[name]:
+            over = difference(scores_of(row.result), scores_of(shortcut))
+            entry = Entry(by_name[row.result.learner], row, with_reference_error(over, task))
+            entries.setdefault(name, []).append(entry)
+    return entries
 
 
 def write_page(board: Sequence[Entrant], page: Path) -> str:
@@ -95,8 +77,7 @@ def write_page(board: Sequence[Entrant], page: Path) -> str:
     entries = entries_of(board)
     every = [(name, entry) for name, shown in entries.items() for entry in shown if entry.result.training]
     gains = json.loads(rewards.FILE.read_text())
-    text = render(
-        "scoreboard/scoreboard.md",
+    text = template("scoreboard/templates/scoreboard.md").render(
         tasks=tasks,
         entries=entries,
         lost=[(name, entry) for name, entry in every if entry.over_shortcut.high < 0],
@@ -109,7 +90,7 @@ def write_page(board: Sequence[Entrant], page: Path) -> str:
         flocks=FLOCKS,
         choosing=len(CHOOSING),
         controlling=CONTROLLING,
-        seen=_seen,
+        median=np.median,
         estimate=lambda triple: Estimate(*triple),
         compat=json.loads((RESULTS / "compat.json").read_text()),
         any_rate=json.loads(ANY_RATE.read_text()),
@@ -133,26 +114,3 @@ def readme_table(entries: Mapping[str, Sequence[Entry]]) -> str:
         lines.append((gain.mean, f"| {title} | {' | '.join(map(spec.number, means))} | {gain:+.1f} |"))
     head = "| mean predator distance in m | best fixed | best untrained rule | learned | learned minus rule |"
     return "\n".join([head, "|---|---|---|---|---|", *(line for _, line in sorted(lines))])
-
-
-def _shortcut(task: Task, shown: Sequence[Row]) -> Result:
-    (shortcut,) = (row.result for row in shown if row.result.policies[0].policy == task.shortcut.policy)
-    return shortcut
-
-
-def _over(result: Result, other: Result) -> Estimate:
-    return with_reference_error(difference(scores_of(result), scores_of(other)), tasks[result.task])
-
-
-def _seen(task: Task) -> str:
-    """Return what a policy observes of the predator, in words."""
-    if task.spec.model == "line":
-        return "whole line"
-    words: list[Any] = [
-        "predator" if task.options["predator_sensing_range"] == math.inf else "predator within 30 m"
-    ]
-    if "profile_ranges" in task.options:
-        words.append(f"{len(task.options['profile_ranges'])} candidate ranges")
-    elif "extra_entries" in task.options:
-        words.append("escape direction")
-    return "; ".join(words)

@@ -1,10 +1,6 @@
 """References: what could be reached with knowledge that no policy has, flock by flock.
 
-- ``clairvoyant``: a schedule of ranges that was optimized on the flock itself, in the true simulator.
-- ``informed_greedy``: a rule for agents that know at every step what each of 15 ranges would bring.
-- ``free_headings``: an upper bound for agents that can head anywhere at any time.
-
-Every function takes the names of a task and of one of its scenarios. They are jobs.
+Every reference is a job that takes the names of a task and of one of its scenarios.
 """
 
 from __future__ import annotations
@@ -15,13 +11,12 @@ from typing import Any
 import numpy as np
 from cmaes import CMA
 
-from flockesc_env import FlockEscapeEnv, FlockScenario, InputError, rollout
+from flockesc_env import FlockEscapeEnv, FlockScenario, InputError, rollout, tasks
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.jobs import Arrays
 from flockesc_env.policies import BestCandidate
 from flockesc_env.scenario import ConstantVelocity, RandomApproach
-from flockesc_env.tasks.task import tasks
 from training.cma import maximize
 
 NUM_SEGMENTS, SEGMENT_STEPS = 12, 12
@@ -49,8 +44,7 @@ def _search(task: str, scenario: str, flock: int) -> float:
 
     The search varies numbers x in [0, 1]; the ranges are x^2 ``max_range``.
     """
-    constants = np.linspace(0, 1, _CONSTANTS)
-    schedules = np.repeat(constants[:, np.newaxis], NUM_SEGMENTS, axis=1)
+    schedules = np.repeat(np.linspace(0, 1, _CONSTANTS)[:, np.newaxis], NUM_SEGMENTS, axis=1)
     values = _Replays(task, scenario, flock, _CONSTANTS).objectives(schedules)
     start, best = schedules[values.argmax()], values.max()
     bounds = np.array([[0.0, 1.0]] * NUM_SEGMENTS)
@@ -129,20 +123,17 @@ def free_headings(task: str, scenario: str, flocks: range) -> Arrays:
     if not is_bounded(model):
         raise InputError("scenario", "predators that fly straight on and a constant speed", scenario)
     env, is_mean = FlockEscapeEnv(model), tasks[task].spec.name == "min_mean_distance"
-    return {"objective": np.array([_bound(env, flock, is_mean=is_mean) for flock in flocks])}
-
-
-def _bound(env: FlockEscapeEnv, flock: int, *, is_mean: bool) -> float:
-    env.reset(seed=flock)
-    times = np.arange(env.scenario.num_steps + 1) * env.scenario.time_step
-    state = env.flock
-    flown = times[:, np.newaxis] * state.predator_velocities[:, np.newaxis]
-    paths = state.predator_positions[:, np.newaxis] + flown
-    offsets = state.positions[:, np.newaxis, np.newaxis] - paths  # (agents, predators, times, D)
-    nearest = np.linalg.norm(offsets, axis=-1).min(axis=1)
-    speeds = np.linalg.norm(state.velocities, axis=1)
-    farthest = nearest + speeds[:, np.newaxis] * times
-    return float((farthest.mean(axis=0) if is_mean else farthest).min())
+    times, bounds = np.arange(model.num_steps + 1) * model.time_step, []
+    for seed in flocks:
+        env.reset(seed=seed)
+        flock = env.flock
+        flown = times[:, np.newaxis] * flock.predator_velocities[:, np.newaxis]
+        paths = flock.predator_positions[:, np.newaxis] + flown
+        offsets = flock.positions[:, np.newaxis, np.newaxis] - paths  # (agents, predators, times, D)
+        nearest = np.linalg.norm(offsets, axis=-1).min(axis=1)
+        farthest = nearest + np.linalg.norm(flock.velocities, axis=1)[:, np.newaxis] * times
+        bounds.append((farthest.mean(axis=0) if is_mean else farthest).min())
+    return {"objective": np.array(bounds)}
 
 
 def is_bounded(model: FlockScenario) -> bool:

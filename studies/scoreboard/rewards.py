@@ -8,23 +8,22 @@ teaches a range that harms the flock: a social dilemma.
 
 from __future__ import annotations
 
-import json
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flockesc_env.common.files import write_text
-from flockesc_env.common.stats import FloatArray, mean
+from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View, options_in
 from flockesc_env.episodes.splits import TUNING
-from flockesc_env.jobs import Arrays, Job
+from flockesc_env.jobs import Arrays
 from flockesc_env.tasks.learners import learners
 from flockesc_env.tasks.task import Task, tasks
-from studies.measurements import Runner, chunks
+from studies.measurements import Runner, sign, split
+from studies.study import document
 
 FILE: Final = Path("results/scoreboard/rewards.json")
 FLOCKS: Final = TUNING[3000:4000]
@@ -34,20 +33,17 @@ FLOCKS: Final = TUNING[3000:4000]
 def write(runner: Runner, file: Path = FILE) -> None:
     """Measure the pairs of every task with one range per agent on which people train."""
     pairs = {(name, *pair): pair for name, task in tasks.items() for pair in pairs_of(task)}
-    jobs = {
-        key: [Job(f"{__name__}:gains", (*key, part), 5.0) for part in chunks(FLOCKS, 50)] for key in pairs
-    }
+    jobs = {key: split(f"{__name__}:gains", key, FLOCKS, 50, 0.1) for key in pairs}
     rows: dict[str, list[Any]] = {}
-    for (name, a, b), found in runner.groups(jobs, "Gains").items():
+    for (name, a, b), found in runner.run(jobs, "Gains").items():
         gains = {kind: astuple(mean(values)) for kind, values in found.items()}
         rows.setdefault(name, []).append({"a": a, "b": b, **gains})
-    write_text(file, json.dumps(rows, indent=1) + "\n")
+    write_text(file, document(rows))
 
 
 def is_opposite(row: dict[str, Any]) -> bool:
     """Return whether both intervals of a pair exclude 0, with opposite signs."""
-    (_, *own), (_, *team) = row["own"], row["team"]
-    return bool((min(own) > 0 and max(team) < 0) or (max(own) < 0 and min(team) > 0))
+    return sign(Estimate(*row["own"])) * sign(Estimate(*row["team"])) < 0
 
 
 def pairs_of(task: Task) -> list[tuple[float, float]]:
@@ -61,17 +57,13 @@ def pairs_of(task: Task) -> list[tuple[float, float]]:
 def gains(name: str, a: float, b: float, flocks: range) -> Arrays:
     """Return ``own`` and ``team`` of the ranges ``a`` and ``b``, in m, shape (flocks,)."""
     count = tasks[name].scenario.num_agents
-    drawn = [np.random.default_rng(seed).permutation(count) < count // 2 for seed in flocks]
-    holds = np.array(drawn)
-    own = [_gain(name, roles, a, b, flocks) for roles in (holds, ~holds)]
+    holds = np.array([np.random.default_rng(seed).permutation(count) < count // 2 for seed in flocks])
+    own = []
+    for holds_a in (holds, ~holds):
+        returns, _ = _play(name, np.where(holds_a, a, b), flocks)
+        own.append(returns.mean(axis=1, where=holds_a) - returns.mean(axis=1, where=~holds_a))
     team = [_play(name, np.full(holds.shape, value), flocks)[1] for value in (a, b)]
     return {"own": np.mean(own, axis=0), "team": team[0] - team[1]}
-
-
-def _gain(name: str, holds_a: NDArray[np.bool], a: float, b: float, flocks: range) -> FloatArray:
-    returns, _ = _play(name, np.where(holds_a, a, b), flocks)
-    gain: FloatArray = returns.mean(axis=1, where=holds_a) - returns.mean(axis=1, where=~holds_a)
-    return gain
 
 
 def _play(name: str, ranges: FloatArray, flocks: range) -> tuple[FloatArray, FloatArray]:

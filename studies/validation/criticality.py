@@ -10,28 +10,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario, simulate
-from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate
-from flockesc_env.episodes.splits import HELD_OUT, first_seeds
+from flockesc_env.common.stats import Estimate, argmax, mean
+from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import AlignedHeadings, Disc, PreferredDistance, PurePursuit, Voronoi
-from studies.measurements import chunks, means
-from studies.style import curve, letter
-from studies.validation.parts import Verdict, scaled
-from training.figure_style import WIDTH
-
-TITLE: Final = "Evasion near the order transition"
-PUBLISHED: Final = (
-    "the capture rate is smallest at the transition, because of the shape of the school"
-    " ([Klamser and Romanczuk 2021](https://doi.org/10.1371/journal.pcbi.1008832))"
-)
+from studies.measurements import means, share_of, split
+from studies.style import curve, letter, subplots
+from studies.validation import Verdict
 
 ALIGNMENTS: Final = (0.0, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 5.0)
 """Strengths of alignment."""
@@ -73,28 +65,23 @@ class Criticality:
     average_avoided: Estimate
 
 
-def scenario(alignment: float, **changes: Any) -> FlockScenario:
-    """Return the school of the paper, in its units of length and speed, without a predator."""
-    return FlockScenario(
-        **{
-            "num_agents": NUM_AGENTS,
-            "num_steps": SETTLING,
-            "time_step": STEP,
-            "mass": 1.0,
-            "speed": 1.0,
-            "alignment_strength": alignment,
-            "motion": PreferredDistance(strength=2.0, distance=1.0, width=0.5),
-            # The variance of a step's uniform error is that of the diffusion.
-            "angular_noise": math.sqrt(24 * DIFFUSION * STEP),
-            "neighbor_rule": Voronoi(),
-            "initial_side": 20.0,
-            "initial_positions": Disc(radius=8.0),
-            "initial_headings": AlignedHeadings(direction=(1.0, 0.0), max_angle=1.0),
-            "predator_range": 2.0,
-            "predators": (),
-            **changes,
-        }
-    )
+SCHOOL: Final = FlockScenario(
+    num_agents=NUM_AGENTS,
+    num_steps=SETTLING,
+    time_step=STEP,
+    mass=1.0,
+    speed=1.0,
+    motion=PreferredDistance(strength=2.0, distance=1.0, width=0.5),
+    # The variance of a step's uniform error is that of the diffusion.
+    angular_noise=math.sqrt(24 * DIFFUSION * STEP),
+    neighbor_rule=Voronoi(),
+    initial_side=20.0,
+    initial_positions=Disc(radius=8.0),
+    initial_headings=AlignedHeadings(direction=(1.0, 0.0), max_angle=1.0),
+    predator_range=2.0,
+    predators=(),
+)
+"""The school of the paper, in its units of length and speed, without a predator."""
 
 
 def measure(alignment: float, seeds: range) -> Arrays:
@@ -103,7 +90,8 @@ def measure(alignment: float, seeds: range) -> Arrays:
 
 
 def _measure(alignment: float, seed: int) -> tuple[float, ...]:
-    settled = simulate(scenario(alignment), EVERYWHERE, seed=seed)
+    school = SCHOOL.replace(alignment_strength=alignment)
+    settled = simulate(school, EVERYWHERE, seed=seed)
     order = settled.polarization[SETTLING // 2 :]
     positions, velocities = settled.positions[-1], settled.velocities[-1]
     distances = np.linalg.norm(positions[:, None] - positions, axis=2)
@@ -113,29 +101,27 @@ def _measure(alignment: float, seed: int) -> tuple[float, ...]:
     # It starts 4.5 outside of the school, as in the authors' code.
     start = center + outward * (((positions - center) @ outward).max() + 4.5)
     predator = PurePursuit(tuple(start.tolist()), tuple((-2 * outward).tolist()), max_turn_rate=1.0)
-    attack = {"num_steps": ATTACK, "predators": (predator,), "capture_radius": CAPTURE_RADIUS}
+    attacked = school.replace(num_steps=ATTACK, predators=(predator,), capture_radius=CAPTURE_RADIUS)
     state = {"initial_positions": positions, "initial_velocities": velocities}
     caught = []
     for strength in FLEEING:
-        attacked = scenario(alignment, repulsion_strength=strength, **attack)
-        run = simulate(attacked, EVERYWHERE, seed=seed, **state)
+        run = simulate(attacked.replace(repulsion_strength=strength), EVERYWHERE, seed=seed, **state)
         caught.append(float((run.caught_at >= 0).sum()))
     return order.mean(), NUM_AGENTS * order.var(), *caught, np.sort(distances)[:, 1].mean()
 
 
 def jobs(scale: float) -> dict[float, list[Job]]:
     """Return the jobs by alignment, for ``results``."""
-    seeds = chunks(first_seeds(HELD_OUT, scaled(FLOCKS, scale)), 4)
-    call = f"{__name__}:measure"
-    return {a: [Job(call, (a, some), 4.0 * len(some)) for some in seeds] for a in ALIGNMENTS}
+    seeds = share_of(HELD_OUT, FLOCKS, scale, 4)
+    return {a: split(f"{__name__}:measure", (a,), seeds, 4, 4.0) for a in ALIGNMENTS}
 
 
 def results(measured: Mapping[float, Arrays]) -> Criticality:
     """Return the results of the jobs of ``jobs``."""
-    numbers = np.stack([measured[alignment]["numbers"] for alignment in ALIGNMENTS], axis=1)
-    order, variance, captured, still, spacing = numbers
+    numbers = [measured[alignment]["numbers"] for alignment in ALIGNMENTS]
+    order, variance, captured, still, spacing = np.stack(numbers, axis=1)
     at = np.array(ALIGNMENTS)
-    transition = stats.argmax(at, variance)
+    transition = argmax(at, variance)
     critical = captured[ALIGNMENTS.index(transition.mean)]
     avoided = (still - captured) / still.mean(axis=1, keepdims=True)
     return Criticality(
@@ -146,33 +132,24 @@ def results(measured: Mapping[float, Arrays]) -> Criticality:
         captured_still=means(still),
         spacing=means(spacing),
         transition=transition,
-        best=stats.argmax(at, -captured),
-        best_still=stats.argmax(at, -still),
-        disordered=stats.mean(captured[0] - critical),
-        ordered=stats.mean(captured[-1] - critical),
+        best=argmax(at, -captured),
+        best_still=argmax(at, -still),
+        disordered=mean(captured[0] - critical),
+        ordered=mean(captured[-1] - critical),
         avoided=means(avoided),
-        average_avoided=stats.mean(avoided.mean(axis=0)),
-    )
-
-
-def here(results: Criticality) -> str:
-    """Return where the transition and the fewest captures are, and how many captures flight avoids."""
-    return (
-        f"transition at {results.transition:g}, fewest captures at {results.best:g}"
-        f" and, without flight, at {results.best_still:g};"
-        f" flight avoids a share of {results.average_avoided} of the captures"
+        average_avoided=mean(avoided.mean(axis=0)),
     )
 
 
 def obstacles(results: Criticality) -> list[str]:
     """Return why the result cannot be judged: the conditions that fail."""
-    avoided, best = results.average_avoided, results.best
+    found, avoided, best = [], results.average_avoided, results.best
+    if avoided.low <= 0:
+        found.append(f"flight avoids a share of {avoided} of the captures")
     covered, count = sum(best.low <= each <= best.high for each in ALIGNMENTS), len(ALIGNMENTS)
-    conditions = {
-        f"flight avoids a share of {avoided} of the captures": avoided.low > 0,
-        f"the interval of the fewest captures covers {covered} of {count} alignments": 2 * covered < count,
-    }
-    return [condition for condition, is_met in conditions.items() if not is_met]
+    if 2 * covered >= count:
+        found.append(f"the interval of the fewest captures covers {covered} of {count} alignments")
+    return found
 
 
 def verdict(results: Criticality) -> Verdict:
@@ -187,22 +164,21 @@ def verdict(results: Criticality) -> Verdict:
 
 def figure(results: Criticality) -> Figure:
     """Draw order, captures and spacing against the alignment; the line is the transition."""
-    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
-    panels = figure.subplots(1, 3)
-    for index, rows, color, label in (
-        (0, results.order, LIGHT.ink, "polarization"),
-        (0, results.variance, LIGHT.others[0], "N x variance"),
-        (1, results.captured, LIGHT.predator, "prey flee"),
-        (1, results.captured_still, LIGHT.muted, "they do not"),
-        (2, results.spacing, LIGHT.ink, ""),
+    figure, panels = subplots(2.9, 1, 3)
+    for axes, rows, color, label in (
+        (panels[0], results.order, LIGHT.ink, "polarization"),
+        (panels[0], results.variance, LIGHT.others[0], "N x variance"),
+        (panels[1], results.captured, LIGHT.predator, "prey flee"),
+        (panels[1], results.captured_still, LIGHT.muted, "they do not"),
+        (panels[2], results.spacing, LIGHT.ink, ""),
     ):
-        curve(panels[index], ALIGNMENTS, rows, color, ".-", band=0.15, label=label)
+        curve(axes, ALIGNMENTS, rows, color, ".-", band=0.15, label=label)
     titles = ("order", "caught agents", "distance to the nearest")
     for index, (axes, title) in enumerate(zip(panels, titles, strict=True)):
         axes.axvline(results.transition.mean, color=LIGHT.muted, ls="--", lw=1)
         axes.set_xlabel("strength of alignment")
         axes.set_ylim(bottom=0)
         letter(axes, index, title)
-    panels[0].legend()
-    panels[1].legend()
+    for axes in panels[:2]:
+        axes.legend()
     return figure

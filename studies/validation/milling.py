@@ -15,23 +15,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario, simulate
-from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.episodes.splits import HELD_OUT, first_seeds
+from flockesc_env.common.stats import Estimate, mean
+from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models import rotation
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import Disc, Zones
-from studies.measurements import means
-from studies.style import curve, letter
-from studies.validation.parts import Verdict, scaled
-from training.figure_style import WIDTH
-
-TITLE: Final = "Swarm, torus and parallel group"
-PUBLISHED: Final = (
-    "swarm, torus and parallel group as the zone of orientation grows; no torus as it shrinks again"
-    " ([Couzin et al. 2002](https://doi.org/10.1006/jtbi.2002.3065))"
-)
+from studies.measurements import means, share_of, split
+from studies.style import curve, letter, subplots
+from studies.validation import Verdict
 
 WIDTHS: Final = tuple(0.5 * step for step in range(13))
 """Widths of the zone of orientation, in radii of the zone of repulsion."""
@@ -67,7 +59,7 @@ class Milling:
     """Ramps with rising and falling widths, both in the order of ``WIDTHS``; rotation of the control.
 
     ``memory`` is the paired difference of the polarization on the way down and up, by width. ``torus`` has
-    the positions of the agents and their headings at the largest rotation, shape (n, 3) each.
+    the positions of the agents and their headings at the largest rotation, shape (2, n, 3).
     """
 
     num_flocks: int
@@ -76,22 +68,16 @@ class Milling:
     memory: tuple[Estimate, ...]
     slow_rotation: Estimate
     fast_rotation: Estimate
-    torus: tuple[tuple[tuple[float, float, float], ...], tuple[tuple[float, float, float], ...]]
+    torus: list[list[list[float]]]
 
-    def _ups(self) -> zip[tuple[float, Estimate, Estimate]]:
-        return zip(WIDTHS, self.up.rotation, self.up.polarization, strict=True)
-
-    def swarms(self) -> list[float]:
-        """Return the widths of swarms on the way up."""
-        return [width for width, m, p in self._ups() if max(m.high, p.high) < LITTLE]
-
-    def tori(self) -> list[float]:
-        """Return the widths of tori on the way up."""
-        return [width for width, m, p in self._ups() if m.low > max(TURNING, p.high)]
-
-    def parallel(self) -> list[float]:
-        """Return the widths of parallel groups on the way up."""
-        return [width for width, _, p in self._ups() if p.low > PARALLEL]
+    def states(self) -> dict[str, list[float]]:
+        """Return the widths of swarms, tori and parallel groups on the way up."""
+        ups = [*zip(WIDTHS, self.up.rotation, self.up.polarization, strict=True)]
+        return {
+            "swarm": [width for width, m, p in ups if max(m.high, p.high) < LITTLE],
+            "torus": [width for width, m, p in ups if m.low > max(TURNING, p.high)],
+            "parallel": [width for width, _, p in ups if p.low > PARALLEL],
+        }
 
     def remembered(self) -> list[float]:
         """Return the widths at which groups have more polarization and less rotation on the way down."""
@@ -116,8 +102,13 @@ def scenario(width: float, speed: float = SPEED) -> FlockScenario:
     )
 
 
-def ramp(seed: int) -> Arrays:
-    """Return polarization, rotation and number of groups on the way up and down, shape (2, widths, 3)."""
+def ramp(seeds: range) -> Arrays:
+    """Return measures of one flock on the way up and down, and its positions and headings in a torus.
+
+    ``ramp`` has polarization, rotation and number of groups, shape (2, 1, widths, 3), ``torus`` the shape
+    (2, 1, n, 3).
+    """
+    (seed,) = seeds
     found, states = [], []
     state: dict[str, Any] = {}
     for number, width in enumerate((*WIDTHS, *WIDTHS[::-1])):
@@ -128,72 +119,50 @@ def ramp(seed: int) -> Arrays:
         states.append((run.positions[-1], run.velocities[-1] / SPEED))
     up, down = found[: len(WIDTHS)], found[len(WIDTHS) :][::-1]
     at = int(np.argmax([turning for _, turning, _ in up]))
-    return {"ramp": np.array([up, down]), "torus": np.array(states[at])}
+    return {"ramp": np.array([[up], [down]]), "torus": np.array(states[at])[:, np.newaxis]}
 
 
-def turning(speed: float, seed: int) -> Arrays:
-    """Return the rotation at the width of the control from a random start, shape (1,)."""
-    run = simulate(scenario(TORUS, speed), 1.0 + TORUS + ATTRACTION, seed=seed)
+def turning(speed: float, seeds: range) -> Arrays:
+    """Return the rotation of one flock at the width of the control from a random start, shape (1,)."""
+    run = simulate(scenario(TORUS, speed), 1.0 + TORUS + ATTRACTION, seed=seeds[0])
     return {"rotation": rotation(run)[-MEASURED:].mean(keepdims=True)}
 
 
-def jobs(scale: float) -> dict[tuple[str, int], Job]:
-    """Return the jobs by purpose and seed, for ``results``."""
-    found = {}
-    for seed in first_seeds(HELD_OUT, scaled(FLOCKS, scale, 2)):
-        found["ramp", seed] = Job(f"{__name__}:ramp", (seed,), 20)
-        found["slow", seed] = Job(f"{__name__}:turning", (SPEED, seed), 1)
-        found["fast", seed] = Job(f"{__name__}:turning", (FAST, seed), 1)
-    return found
+def jobs(scale: float) -> dict[str, list[Job]]:
+    """Return the jobs by purpose, for ``results``."""
+    seeds = share_of(HELD_OUT, FLOCKS, scale)
+    return {
+        "ramp": split(f"{__name__}:ramp", (), seeds, 1, 20),
+        "slow": split(f"{__name__}:turning", (SPEED,), seeds, 1, 1),
+        "fast": split(f"{__name__}:turning", (FAST,), seeds, 1, 1),
+    }
 
 
-def results(measured: Mapping[tuple[str, int], Arrays]) -> Milling:
+def results(measured: Mapping[str, Arrays]) -> Milling:
     """Return the results of the jobs of ``jobs``."""
-
-    def stacked(purpose: str, name: str) -> FloatArray:
-        return np.stack([found[name] for (each, _), found in measured.items() if each == purpose])
-
-    ramps = stacked("ramp", "ramp")
-    up, down = ramps[:, 0], ramps[:, 1]
-    positions, headings = stacked("ramp", "torus")[0]
+    up, down = measured["ramp"]["ramp"]
+    positions, headings = measured["ramp"]["torus"][:, 0]
     return Milling(
-        num_flocks=len(ramps),
+        num_flocks=len(up),
         up=Ramp(*(means(rows) for rows in up.T)),
         down=Ramp(*(means(rows) for rows in down.T)),
         memory=means((down - up)[..., 0].T),
-        slow_rotation=stats.mean(stacked("slow", "rotation")[:, 0]),
-        fast_rotation=stats.mean(stacked("fast", "rotation")[:, 0]),
-        torus=(_rows(positions - positions.mean(axis=0)), _rows(headings)),
-    )
-
-
-def _rows(vectors: FloatArray) -> tuple[tuple[float, float, float], ...]:
-    return tuple((float(x), float(y), float(z)) for x, y, z in vectors)
-
-
-def here(results: Milling) -> str:
-    """Return the widths of the torus."""
-    tori, parallel = results.tori(), results.parallel()
-    if not tori or not parallel:
-        return "no torus" if not tori else "no parallel group"
-    less = ", ".join(f"{width:g}" for width in results.remembered()) or "no width"
-    return (
-        f"a torus at widths {tori[0]:g} to {tori[-1]:g}, parallel from {parallel[0]:g}"
-        f"; less rotation on the way back at {less}"
+        slow_rotation=mean(measured["slow"]["rotation"]),
+        fast_rotation=mean(measured["fast"]["rotation"]),
+        torus=[(positions - positions.mean(axis=0)).tolist(), headings.tolist()],
     )
 
 
 def verdict(results: Milling) -> Verdict:
     """Return the verdict: three states in the published order, and memory of a parallel group."""
-    swarms, tori, parallel = results.swarms(), results.tori(), results.parallel()
+    swarms, tori, parallel = results.states().values()
     is_ordered = bool(swarms and tori and parallel) and swarms[-1] < tori[0] and tori[-1] < parallel[0]
     return Verdict.of(is_ordered, results.remembered())
 
 
 def figure(results: Milling) -> Figure:
     """Draw a torus, and both measures against the width on the way up and down."""
-    figure = Figure(figsize=(WIDTH, 3.0), layout="constrained")
-    picture, *panels = figure.subplots(1, 3)
+    figure, (picture, *panels) = subplots(3.0, 1, 3)
     positions, headings = np.array(results.torus)
     # Look along the axis of rotation.
     axis = np.cross(positions, headings).sum(axis=0)

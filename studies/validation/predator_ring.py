@@ -23,19 +23,14 @@ from scipy.stats import t as student
 
 from flockesc_env import FlockScenario, simulate
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.episodes.splits import HELD_OUT, first_seeds
+from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import Attracted, Disc, FirstOrder
+from studies.measurements import share_of, split
 from studies.style import letter
-from studies.validation.parts import Verdict, scaled
+from studies.validation import Verdict
 from training.figure_style import WIDTH
-
-TITLE: Final = "Ring of prey around a predator"
-PUBLISHED: Final = (
-    "closed forms of both radii and of the predator strengths between which the ring is stable"
-    " ([Chen and Kolokolnikov 2014](https://doi.org/10.1098/rsif.2013.1208))"
-)
 
 REPULSION: Final = 0.2  # b, in units of the repulsion between prey
 EXPONENT: Final = 3.0  # p
@@ -89,7 +84,7 @@ class PredatorRing:
 
     limits: dict[str, Limit]
     num_flocks: tuple[int, ...]
-    ring: tuple[tuple[float, float], ...]
+    ring: list[list[float]]
 
 
 def scenario(
@@ -116,7 +111,7 @@ def scenario(
 
 
 def measure(num_agents: int, seeds: range) -> Arrays:
-    """Return the numbers of ``CLOSED_FORMS``, shape (4, seeds), and rings, shape (seeds, n, 2)."""
+    """Return the numbers of ``CLOSED_FORMS``, shape (4, seeds), and rings, shape (n, seeds, 2)."""
     relaxing = scenario(num_agents, RELAXING, np.ones(2), step=0.05, time=100.0)
     runs = (simulate(relaxing, UNBOUNDED, seed=seed) for seed in seeds)
     rings = [(run.positions[-1], run.predator_positions[-1, 0]) for run in runs]
@@ -129,7 +124,7 @@ def measure(num_agents: int, seeds: range) -> Arrays:
     for (first, second), part in ((STRENGTHS[:2], 1), (STRENGTHS[2:], 0)):
         values = [[_dynamics(ring, strength)[part] for strength in (first, second)] for ring in rings]
         limits.append([first - low * (second - first) / (high - low) for low, high in values])
-    return {"numbers": np.array([*radii, *limits]), "rings": offsets}
+    return {"numbers": np.array([*radii, *limits]), "rings": offsets.swapaxes(0, 1)}
 
 
 def _dynamics(ring: tuple[FloatArray, FloatArray], strength: float) -> tuple[float, float]:
@@ -152,25 +147,22 @@ def _dynamics(ring: tuple[FloatArray, FloatArray], strength: float) -> tuple[flo
     return float(eigenvalues.sum().real), float(eigenvalues.prod().real)
 
 
-def jobs(scale: float) -> dict[tuple[int, int], Job]:
-    """Return a job per number of agents and seed, for ``results``."""
+def jobs(scale: float) -> dict[int, list[Job]]:
+    """Return the jobs by number of agents, for ``results``."""
+    call = f"{__name__}:measure"
     return {
-        (n, seed): Job(f"{__name__}:measure", (n, range(seed, seed + 1)), 70 * (n / 800) ** 2)
+        n: split(call, (n,), share_of(HELD_OUT, count, scale), 1, 70 * (n / 800) ** 2)
         for n, count in SIZES.items()
-        for seed in first_seeds(HELD_OUT, scaled(count, scale, 2))
     }
 
 
-def results(measured: Mapping[tuple[int, int], Arrays]) -> PredatorRing:
+def results(measured: Mapping[int, Arrays]) -> PredatorRing:
     """Return the results of the jobs of ``jobs``."""
-    numbers = {
-        n: np.hstack([found["numbers"] for (size, _), found in measured.items() if size == n]) for n in SIZES
-    }
-    (ring,) = next(found["rings"] for (size, _), found in measured.items() if size == max(SIZES))
+    numbers = [measured[n]["numbers"] for n in SIZES]
     return PredatorRing(
-        limits={name: _limit(name, [numbers[n][at] for n in SIZES]) for at, name in enumerate(CLOSED_FORMS)},
-        num_flocks=tuple(numbers[n].shape[1] for n in SIZES),
-        ring=tuple((float(x), float(y)) for x, y in ring),
+        limits={name: _limit(name, [rows[at] for rows in numbers]) for at, name in enumerate(CLOSED_FORMS)},
+        num_flocks=tuple(rows.shape[1] for rows in numbers),
+        ring=measured[max(SIZES)]["rings"][:, 0].tolist(),
     )
 
 
@@ -181,12 +173,6 @@ def _limit(name: str, values: list[FloatArray]) -> Limit:
     half = student.ppf(0.975, len(correction) - 2) * fit.intercept_stderr
     limit = Estimate(float(fit.intercept), float(fit.intercept - half), float(fit.intercept + half))
     return Limit(CLOSED_FORMS[name], limit, tuple(float(found.mean()) for found in values))
-
-
-def here(results: PredatorRing) -> str:
-    """Return the largest deviation."""
-    worst = max(results.limits.values(), key=lambda limit: abs(limit.deviation))
-    return f"all four within {100 * abs(worst.deviation):.1f} % in the limit of many agents"
 
 
 def verdict(results: PredatorRing) -> Verdict:

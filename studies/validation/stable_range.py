@@ -5,7 +5,7 @@ Maynard Smith and Price, "The logic of animal conflict" (1973), define stability
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, Final
@@ -16,24 +16,17 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario
-from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import Estimate, FloatArray, argmax, mean
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import EnvOptions, View
-from flockesc_env.episodes.splits import HELD_OUT, TUNING, first_seeds
+from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.presets import as_scenario
-from studies.measurements import chunks, means
+from studies.measurements import means, share_of, sign, split
 from studies.style import letter
-from studies.validation.parts import Verdict, scaled
+from studies.validation import Verdict
 from training.figure_style import WIDTH
-
-TITLE: Final = "Stability of the best range"
-PUBLISHED: Final = (
-    "the paper optimizes the range of all agents together; whether agents that look after themselves keep it"
-    " is an open question"
-)
 
 RANGES: Final = (0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0, 60.0, 100.0, 150.0)
 """Interaction ranges of residents and mutants in m."""
@@ -139,11 +132,9 @@ def measure(resident: float, seeds: range) -> Arrays:
 
 def jobs(scale: float) -> dict[tuple[str, float], list[Job]]:
     """Return the jobs by split and range of the residents, for ``results``."""
-    count, call = scaled(FLOCKS, scale), f"{__name__}:measure"
-    seeds = {split: chunks(first_seeds(purpose, count), 10) for split, purpose in SPLITS.items()}
     return {
-        (split, a): [Job(call, (a, some), 0.2 * len(some)) for some in seeds[split]]
-        for split, a in product(SPLITS, RANGES)
+        (name, a): split(f"{__name__}:measure", (a,), share_of(purpose, FLOCKS, scale, 4), 10, 0.2)
+        for (name, purpose), a in product(SPLITS.items(), RANGES)
     }
 
 
@@ -154,10 +145,10 @@ def results(measured: Mapping[tuple[str, float], Arrays]) -> StableRange:
 
 
 def _game(measured: Mapping[tuple[str, float], Arrays], payoff: int) -> Game:
-    def values(split: str, name: str) -> FloatArray:  # shape (residents, [mutants,] flocks)
-        return np.array([measured[split, a][name][payoff].T for a in RANGES])
+    def values(purpose: str, name: str) -> FloatArray:  # shape (residents, [mutants,] flocks)
+        return np.array([measured[purpose, a][name][payoff].T for a in RANGES])
 
-    best = stats.argmax(np.array(RANGES), values("tuning", "group"))
+    best = argmax(np.array(RANGES), values("tuning", "group"))
     replies = [_reply(at, rows) for at, rows in enumerate(values("tuning", "advantage"))]
     start = RANGES.index(best.mean)
     path = [start]
@@ -171,9 +162,9 @@ def _game(measured: Mapping[tuple[str, float], Arrays], payoff: int) -> Game:
         advantage=tuple(means(rows) for rows in values("held_out", "advantage")),
         replies=tuple(RANGES[reply] for reply in replies),
         cycle=tuple(RANGES[at] for at in cycle),
-        price=stats.mean(group[start] - group[cycle].mean(axis=0)),
-        gain=stats.mean(values("held_out", "gain")[start, replies[start]]),
-        control=stats.mean(values("held_out", "shuffled").mean(axis=(0, 1))),
+        price=mean(group[start] - group[cycle].mean(axis=0)),
+        gain=mean(values("held_out", "gain")[start, replies[start]]),
+        control=mean(values("held_out", "shuffled").mean(axis=(0, 1))),
     )
 
 
@@ -181,21 +172,6 @@ def _reply(resident: int, advantages: FloatArray) -> int:
     """Return the index of the reply to a range from the advantages, shape (mutants, flocks)."""
     invaders = [at for at, advantage in enumerate(means(advantages)) if advantage.low > 0]
     return max(invaders, key=lambda at: advantages[at].mean(), default=resident)
-
-
-def here(results: StableRange) -> str:
-    """Return the group's best range, the advantage of the reply to it, and where repeated replies lead."""
-    game = results.games["distance"]
-    reply, advantage = game.reply(game.best.mean)
-    return (
-        f"among residents with the group's best range, {game.best.mean:g} m, mutants with {reply:g} m are"
-        f" farther from the predator by {advantage} m; repeated replies lead to {listed(game.cycle)}"
-    )
-
-
-def listed(ranges: Sequence[float]) -> str:
-    """Return ranges as text."""
-    return ", ".join(f"{a:g}" for a in ranges) + " m"
 
 
 def verdict(results: StableRange) -> Verdict:
@@ -210,7 +186,7 @@ def figure(results: StableRange) -> Figure:
     names = [f"{a:g}" for a in RANGES]
     for index, (name, game) in enumerate(results.games.items()):
         axes = figure.add_subplot(1, 3, index + 1)
-        values = np.array([[e.mean * (e.low * e.high > 0) for e in row] for row in game.advantage])
+        values = np.array([[e.mean * abs(sign(e)) for e in row] for row in game.advantage])
         most = np.abs(values).max()
         mesh = axes.imshow(
             values, cmap=colors, norm=SymLogNorm(most / 20, vmin=-most, vmax=most), origin="lower"

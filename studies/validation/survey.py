@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self, get_type_hints
 
@@ -15,9 +15,8 @@ from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models import records
 from studies.measurements import Runner
-from studies.pages import path_from, render, signed
-from studies.study import RESULTS_FILE, Results, Study
-from studies.validation.parts import PARTS, part
+from studies.study import RESULTS_FILE, Results, Study, document, path_from, signed, template
+from studies.validation import PARTS, part
 
 _SECONDS = "processor_seconds"
 
@@ -39,24 +38,13 @@ class ValidationResults(Results):
     parts: dict[str, Measured]
 
     @classmethod
-    def from_json(cls, text: str) -> Self:
-        """Build results from their JSON document."""
-        stored = msgspec.json.decode(text, type=cls).parts
-        kinds = {name: get_type_hints(part(name).results)["return"] for name in PARTS if name in stored}
-        return cls(
-            {
-                name: dataclasses.replace(stored[name], results=msgspec.convert(stored[name].results, kind))
-                for name, kind in kinds.items()
-            }
-        )
-
-
-@dataclass(frozen=True)
-class ValidationOptions:
-    """The parts that are measured, and the share of their flocks; others keep their stored results."""
-
-    only: tuple[str, ...]
-    scale: float
+    def load(cls, folder: Path) -> Self:
+        """Read the results in a folder."""
+        found = super().load(folder)
+        for name, stored in found.parts.items():
+            kind = get_type_hints(part(name).results)["return"]
+            found.parts[name] = replace(stored, results=msgspec.convert(stored.results, kind))
+        return found
 
 
 def timed(function: str, arguments: tuple[Any, ...]) -> Arrays:
@@ -66,40 +54,43 @@ def timed(function: str, arguments: tuple[Any, ...]) -> Arrays:
     return found | {_SECONDS: np.array([time.process_time() - begun])}
 
 
-def measure(options: ValidationOptions, runner: Runner, output: Path) -> None:
-    """Measure parts, and write the results of all after each."""
+def measure(runner: Runner, output: Path, only: Iterable[str], scale: float) -> None:
+    """Measure parts with a share of their flocks, and write the results of all after each.
+
+    Other parts keep their stored results.
+    """
     file = output / RESULTS_FILE
     parts = ValidationResults.load(output).parts if file.exists() else {}
-    scale = "" if options.scale == 1 else f" --scale {options.scale:g}"
-    for name in options.only:
+    share = "" if scale == 1 else f" --scale {scale:g}"
+    for name in only:
         groups = {
             key: [
                 Job(f"{__name__}:timed", (job.function, job.arguments), job.seconds)
                 for job in ([group] if isinstance(group, Job) else group)
             ]
-            for key, group in part(name).jobs(options.scale).items()
+            for key, group in part(name).jobs(scale).items()
         }
-        measured = runner.groups(groups, part(name).TITLE)
+        measured = runner.run(groups, f"Measuring {name}")
         seconds = sum(found.pop(_SECONDS).sum() for found in measured.values())
         parts[name] = Measured(
-            command=f"python -m studies validation --only {name}{scale}",
+            command=f"python -m studies validation --only {name}{share}",
             versions=records.versions("scipy"),
             minutes=round(float(seconds) / 60, 1),
             results=part(name).results(measured),
         )
         ordered = {each: parts[each] for each in PARTS if each in parts}
-        write_text(file, ValidationResults(ordered).to_json())
+        write_text(file, document(ValidationResults(ordered)))
 
 
 def markdown_page(results: ValidationResults, figures: Path, page: Path) -> str:
     """Return the page as Markdown, for the file ``page``, with the pictures in the folder ``figures``."""
     sections = []
     for name, measured in results.parts.items():
-        module, found = part(name), measured.results
-        picture = path_from(page, figures / f"{name}.png")
-        section = render(f"validation/{name}.md", part=module, results=found, picture=picture, signed=signed)
-        sections.append((module, module.here(found), module.verdict(found), measured, section.strip()))
-    return render("validation/validation.md", sections=sections)
+        module, picture = part(name), path_from(page, figures / f"{name}.png")
+        values = {"part": module, "results": measured.results, "picture": picture, "signed": signed}
+        section = template(f"validation/templates/{name}.md").make_module(values)
+        sections.append((section, module.verdict(measured.results), measured))
+    return template("validation/templates/validation.md").render(sections=sections)
 
 
 VALIDATION = Study(

@@ -16,20 +16,14 @@ from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario, scan
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.episodes.splits import HELD_OUT, first_seeds
+from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import AlignedHeadings, RandomHeadings, Vicsek
-from studies.measurements import chunks, means
-from studies.style import curve, letter
-from studies.validation.parts import Verdict, scaled
-from training.figure_style import WIDTH, label_ends
-
-TITLE: Final = "Order against noise"
-PUBLISHED: Final = (
-    "order falls with noise, and more sharply in larger flocks"
-    " ([Vicsek et al. 1995](https://doi.org/10.1103/PhysRevLett.75.1226))"
-)
+from studies.measurements import means, share_of, split
+from studies.style import curve, letter, subplots
+from studies.validation import Verdict
+from training.figure_style import label_ends
 
 DENSITY: Final = 4.0  # agents per square of the interaction range
 SIZES: Final = {40: 10, 100: 10, 400: 10, 4_000: 5, 10_000: 5}
@@ -68,11 +62,11 @@ class OrderAgainstNoise:
 
 def periodic_flock(num_agents: int, **fields: Any) -> FlockScenario:
     """Return the Vicsek model with time step 1 and interaction range 1, which starts aligned."""
-    side = (num_agents / DENSITY) ** 0.5
-    aligned = AlignedHeadings((1.0, 0.0), 0.0)
-    start = {"initial_side": side, "periodic_side": side, "initial_headings": aligned, "predators": ()}
+    side, aligned = (num_agents / DENSITY) ** 0.5, AlignedHeadings((1.0, 0.0), 0.0)
+    fields = {"initial_headings": aligned, **fields}
+    sides = {"initial_side": side, "periodic_side": side}
     return FlockScenario(
-        **{"num_agents": num_agents, "time_step": 1.0, "motion": Vicsek(), **start, **fields}
+        num_agents=num_agents, time_step=1.0, motion=Vicsek(), predators=(), **sides, **fields
     )
 
 
@@ -86,13 +80,15 @@ def jobs(scale: float) -> dict[str, list[Job]]:
     """Return the jobs by flock, for ``results``."""
     fields: dict[str, Any] = {"speed": 0.03, "num_steps": NUM_STEPS}
     flocks = {str(size): periodic_flock(size, **fields) for size in SIZES}
-    random = {"initial_headings": RandomHeadings()}
-    flocks["random"] = periodic_flock(CONTROL, **fields, **random)
+    flocks["random"] = periodic_flock(CONTROL, **fields, initial_headings=RandomHeadings())
     return {
-        name: [
-            Job(f"{__name__}:mean_order", (flock, NOISES, SKIP, seeds), 5e-3 * flock.num_agents)
-            for seeds in chunks(first_seeds(HELD_OUT, scaled(SIZES[flock.num_agents], scale)), 1)
-        ]
+        name: split(
+            f"{__name__}:mean_order",
+            (flock, NOISES, SKIP),
+            share_of(HELD_OUT, SIZES[flock.num_agents], scale, 4),
+            1,
+            5e-3 * flock.num_agents,
+        )
         for name, flock in flocks.items()
     }
 
@@ -116,13 +112,6 @@ def exact(num_agents: int) -> float:
     return float(np.sqrt(np.pi / num_agents) / 2)
 
 
-def here(results: OrderAgainstNoise) -> str:
-    """Return the order between order and disorder, in the smallest and the largest flock."""
-    at = NOISES.index(4.0)
-    small, large = (results.order[index][at] for index in (0, -1))
-    return f"at noise 4, {small:.2f} for {min(SIZES)} agents and {large:.2f} for {max(SIZES):,}"
-
-
 def verdict(results: OrderAgainstNoise) -> Verdict:
     """Return the verdict by the rule on the page."""
     falls_with_noise = all(
@@ -135,8 +124,7 @@ def verdict(results: OrderAgainstNoise) -> Verdict:
 
 def figure(results: OrderAgainstNoise) -> Figure:
     """Draw order against noise by size, and the order of independent headings with its exact value."""
-    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = subplots(3.4, 1, 2)
     ends = []
     for color, size, row in zip(LIGHT.ranges, SIZES, results.order, strict=False):
         curve(left, NOISES, row, color, "o-", band=0.25, lw=1.5, ms=3)

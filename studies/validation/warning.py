@@ -15,24 +15,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario, sweep
-from flockesc_env.common import stats
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import Estimate, mean
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.episodes.splits import HELD_OUT, TUNING, first_seeds
+from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, PurePursuit, RandomHeadings, approach
 from flockesc_env.scenario.parts import InitialHeadings
-from studies.measurements import chunks
-from studies.style import letter
-from studies.validation.parts import Verdict, scaled
-from training.figure_style import WIDTH
-
-TITLE: Final = "What a warning is worth"
-PUBLISHED: Final = (
-    "some connectivity helps because information spreads from the agents closest to the predator"
-    " ([Saleh, abstract](paper.md))"
-)
+from studies.measurements import share_of, split
+from studies.style import letter, subplots
+from studies.validation import Verdict
 
 RANGES: Final = (0.0, 3.0, 6.0, 10.0, 15.0, 25.0, 40.0, 150.0)
 """Fixed ranges in m. A gain is over both ends: hearing nobody and hearing all."""
@@ -63,16 +55,6 @@ class World:
     sensing: float
     alignment: float
     captures: bool
-
-    @property
-    def row(self) -> tuple[str, str, float]:
-        """The row of the map: start headings, predator and its speed."""
-        return self.headings, self.predator, self.speed
-
-    @property
-    def column(self) -> tuple[float, float]:
-        """The column of the map: the distance within which agents flee, and the strength of alignment."""
-        return self.sensing, self.alignment
 
     @property
     def scenario(self) -> FlockScenario:
@@ -137,13 +119,6 @@ class ValueOfWarnings:
         return [each for each in self.worlds if each.world == PAPER]
 
     @property
-    def valued(self) -> dict[str, list[Warned]]:
-        """The worlds in which a warning is worth more than 0, by start headings, the most valuable first."""
-        ranked = sorted(self.worlds, key=lambda each: -each.value.mean)
-        above = [each for each in ranked if each.value.low > 0]
-        return {start: [each for each in above if each.world.headings == start] for start in HEADINGS}
-
-    @property
     def decided(self) -> list[Warned]:
         """The worlds in which hearing the warned decides, the clearest first."""
         return sorted((each for each in self.worlds if each.decides), key=lambda each: -each.value.low)
@@ -160,57 +135,34 @@ def play(world: World, seeds: range) -> Arrays:
 
 def jobs(scale: float) -> dict[tuple[World, str], list[Job]]:
     """Return the jobs by world and split, for ``results``."""
-    counts = {world: PAPER_FLOCKS if world == PAPER else FLOCKS for world in WORLDS}
     return {
-        (world, split): [
-            Job(f"{__name__}:play", (world, seeds), 0.3 * len(seeds))
-            for seeds in chunks(first_seeds(of, scaled(count, scale)), 50)
-        ]
-        for world, count in counts.items()
-        for split, of in (("tuning", TUNING), ("held-out", HELD_OUT))
+        (world, purpose): split(f"{__name__}:play", (world,), share_of(of, count, scale, 4), 50, 0.3)
+        for world in WORLDS
+        for count in [PAPER_FLOCKS if world == PAPER else FLOCKS]
+        for purpose, of in (("tuning", TUNING), ("held-out", HELD_OUT))
     }
 
 
 def results(measured: Mapping[tuple[World, str], Arrays]) -> ValueOfWarnings:
     """Return the results of the jobs of ``jobs``."""
-    worlds = tuple(
-        _warned(world, objective, measured[world, "tuning"], measured[world, "held-out"])
-        for world in WORLDS
-        for objective in world.objectives
-    )
+    worlds = tuple(_warned(world, one, measured) for world in WORLDS for one in world.objectives)
     few, many = (measured[world, "held-out"]["hearing min_mean_distance"] for world in (WORLDS[1], PAPER))
     return ValueOfWarnings(worlds, (len(few[0]), len(many[0])))
 
 
-def _warned(world: World, objective: str, tuned: Arrays, played: Arrays) -> Warned:
-    def gains(name: str) -> tuple[FloatArray, FloatArray]:
-        values = played[f"{name} {objective}"]
-        return values[at["hearing"]] - values[0], values[at["hearing"]] - values[-1]
-
-    at = {name: int(tuned[f"{name} {objective}"].mean(axis=1).argmax()) for name in ("hearing", "blocked")}
-    best, without = (played[f"{name} {objective}"][place] for name, place in at.items())
-    hearing, blocked = gains("hearing"), gains("blocked")
+def _warned(world: World, objective: str, measured: Mapping[tuple[World, str], Arrays]) -> Warned:
+    names = f"hearing {objective}", f"blocked {objective}"
+    best, without = (int(measured[world, "tuning"][name].mean(axis=1).argmax()) for name in names)
+    hearing, blocked = (measured[world, "held-out"][name] for name in names)
+    gains, left = hearing[best] - hearing[[0, -1]], blocked[best] - blocked[[0, -1]]
     return Warned(
         world=world,
         objective=objective,
-        best=RANGES[at["hearing"]],
-        value=stats.mean(best - without),
-        hearing=(stats.mean(hearing[0]), stats.mean(hearing[1])),
-        blocked=(stats.mean(blocked[0]), stats.mean(blocked[1])),
-        removed=stats.mean(hearing[0] / 2 - blocked[0]),
-    )
-
-
-def here(results: ValueOfWarnings) -> str:
-    """Return what blocking removes in the paper's flock, and where warnings decide."""
-    gains = ", ".join(
-        f"{spec.symbol} {each.hearing[0].mean:+.2f} m, without warnings {each.blocked[0].mean:+.2f} m"
-        for each in results.paper
-        for spec in [FLOCK_OBJECTIVES[each.objective]]
-    )
-    return (
-        f"gain over 0 m in the paper's flock: {gains}; a warning decides {len(results.decided)} of"
-        f" {len(results.worlds)} cases"
+        best=RANGES[best],
+        value=mean(hearing[best] - blocked[without]),
+        hearing=(mean(gains[0]), mean(gains[1])),
+        blocked=(mean(left[0]), mean(left[1])),
+        removed=mean(gains[0] / 2 - left[0]),
     )
 
 
@@ -221,15 +173,15 @@ def verdict(results: ValueOfWarnings) -> Verdict:
 
 def figure(results: ValueOfWarnings) -> Figure:
     """Draw the map: what a warning is worth in every world, one panel per objective."""
-    figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
-    panels = figure.subplots(1, 3)
+    figure, panels = subplots(5.0, 1, 3)
     columns = tuple(product(SENSING, ALIGNMENTS))
     for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
         shown = [each for each in results.worlds if each.objective == spec.name]
-        rows = list(dict.fromkeys(each.world.row for each in shown))
+        worlds = [(each.world.headings, each.world.predator, each.world.speed) for each in shown]
+        rows = list(dict.fromkeys(worlds))
         values = np.full((len(rows), len(columns)), np.nan)
-        for each in shown:
-            row, column = rows.index(each.world.row), columns.index(each.world.column)
+        for each, world in zip(shown, worlds, strict=True):
+            row, column = rows.index(world), columns.index((each.world.sensing, each.world.alignment))
             values[row, column] = each.value.mean
             if each.decides:
                 axes.plot(column, row, "o", color=LIGHT.ink, ms=5)
@@ -237,13 +189,10 @@ def figure(results: ValueOfWarnings) -> Figure:
                 axes.plot(column, row, "s", mfc="none", mec=LIGHT.ink, ms=12)
         most = np.nanmax(np.abs(values))
         image = axes.imshow(values, cmap="PuOr_r", vmin=-most, vmax=most, aspect="auto")
-        unit = f" ({spec.unit})" if spec.unit else ""
-        ticks = (-most, 0, most)
-        label = f"value of a warning{unit}"
+        label, ticks = spec.with_unit("value of a warning"), (-most, 0, most)
         figure.colorbar(image, ax=axes, location="bottom", label=label, ticks=ticks, format="%.2g")
         axes.set_xticks(range(len(columns)), [f"{sensing:g} m, {a:g}" for sensing, a in columns], rotation=90)
-        axes.set_yticks(
-            range(len(rows)), [f"{start}, {kind}, {speed:.0f} m/s" for start, kind, speed in rows]
-        )
+        names = [f"{start}, {kind}, {speed:.0f} m/s" for start, kind, speed in rows]
+        axes.set_yticks(range(len(rows)), names)
         letter(axes, index, spec.symbol)
     return figure

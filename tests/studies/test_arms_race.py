@@ -17,7 +17,7 @@ from flockesc_env.policies import Pursue
 from studies.arms_race import race
 from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
 from studies.arms_race.page import ARMS_RACE, load_race, markdown_page
-from studies.arms_race.race import FIXED, LEARNED, Budget, RaceOptions, learner, play, train
+from studies.arms_race.race import FIXED, LEARNED, Budget, learner, play, train
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "arms_race"
@@ -83,9 +83,9 @@ def test_training_begins_with_the_stored_policy_and_never_ends_below_it() -> Non
 
 @pytest.mark.usefixtures("small")
 def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None:
-    options = RaceOptions(rounds=1, num_flocks=4, budget=BUDGET)
+    options: dict[str, Any] = {"rounds": 1, "num_flocks": 4, "budget": BUDGET}
     output, page = tmp_path / "race", tmp_path / "page.md"
-    results = ARMS_RACE.run(options, output, page, find_backend("serial"))
+    results = ARMS_RACE.run(output, page, find_backend("serial"), **options)
     flocks = list(range(2_000_000, 2_000_004))
     for _, rows in pl.read_parquet(output / "cross_play.parquet").group_by("flock_policy", "predator"):
         assert rows["seed"].to_list() == flocks
@@ -101,7 +101,7 @@ def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None
 
     files = [*output.glob("*.*"), *output.glob("policies/*"), page]
     before = {file: file.read_bytes() for file in files}
-    ARMS_RACE.run(options, output, page, find_backend("serial"))
+    ARMS_RACE.run(output, page, find_backend("serial"), **options)
     assert {file: file.read_bytes() for file in files} == before
 
 

@@ -20,10 +20,9 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.scenario import GivenHeadings, GivenPositions
 from flockesc_env.tasks.fitting import check_fits
 from studies.__main__ import STUDIES
-from studies.findings import ablation, blocking, headlines, losses, one_agent
-from studies.findings.page import Findings, markdown_page, rows_of
-from studies.measurements import Runner
-from studies.playing import play
+from studies.findings import controls, headlines, losses, one_agent
+from studies.findings.page import Findings, markdown_page, outcome, rows_of
+from studies.measurements import Runner, play
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "findings"
@@ -35,7 +34,7 @@ def test_the_committed_page_follows_from_the_committed_results() -> None:
     results, page = Findings.load(COMMITTED), ROOT / "docs" / "findings.md"
     assert page.read_text("utf-8") == markdown_page(results, COMMITTED, page)
     rows = rows_of(results.entries)
-    lost = sum(row.outcome == "loss" for row in rows)
+    lost = sum(outcome(row.gain) == "loss" for row in rows)
     readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
     assert f"in {lost} of {len(rows)} tasks to an untrained rule" in readme
 
@@ -45,8 +44,8 @@ def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> 
     one = HEADLINES[task]
     check_fits(one.entry, one.task)
     assert str(one.file.relative_to("scoreboard")) in headlines.candidates(task)[one.file.parts[-3]]
-    flocks, table = HELD_OUT[:2], pl.read_parquet(COMMITTED / blocking.FILE).filter(policy=task)
-    for blocked in blocking.CONTROLS:
+    flocks, table = HELD_OUT[:2], pl.read_parquet(COMMITTED / controls.BLOCKED_FILE).filter(policy=task)
+    for blocked in controls.BLOCKED:
         scenario = one.task.scenario.replace(blocks_warnings=blocked)
         kept = table.filter(blocked=blocked)[: len(flocks)]
         played = play(one.content, scenario, one.task.spec.name, flocks)["objective"]
@@ -109,8 +108,8 @@ def test_hidden_entries_are_constants(tmp_path: Path) -> None:
     entry = policy.with_options(name="it", per_agent=True, scenario=SCENARIO, **options)
     save_policy(entry, tmp_path / "it.npz")
     content, flocks = (tmp_path / "it.npz").read_bytes(), HELD_OUT[:3]
-    column = ablation.watch(entry, flocks)[0].index("predator_distance")
-    found = ablation.hide(content, "min_mean_distance", ((column, 0.7),), flocks)["objective"]
+    column = controls.watch(entry, flocks)[0].index("predator_distance")
+    found = controls.hide(content, "min_mean_distance", ((column, 0.7),), flocks)["objective"]
     env = fe.parallel_env(SCENARIO, **entry.options)
     for flock, objective in zip(flocks, found, strict=True):
         act = entry.bind(env)
@@ -178,7 +177,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_work(
     def never(*_: Any) -> None:
         raise AssertionError("continued before the folder was checked")
 
-    monkeypatch.setattr("studies.flags.require", never)
+    monkeypatch.setattr("studies.__main__.require", never)
     (tmp_path / "file").touch()
     ran = Ran(capsys, study, "--output", tmp_path / "file" / "folder", run=STUDIES.main)
     assert (ran.code, ran.out) == (Exit.REFUSED, "")

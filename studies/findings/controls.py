@@ -1,10 +1,11 @@
-"""What hidden entries of the observation cost a policy, and recordings of what a policy observes and sets."""
+"""Controls of the headline policies: hidden entries of the observation, and blocked warnings."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,26 +13,31 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from flockesc_env import Policy, rollout
-from flockesc_env.common import stats
+from flockesc_env import Policy, rollout, tasks
 from flockesc_env.common.array_files import write_table
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import ObservationLayout
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BasePolicy, PolicySpec, as_policy
-from studies.findings.headlines import Headline, share_of
-from studies.measurements import Runner
-from studies.playing import policy_of
-from studies.tables import rows, values_by
+from studies.findings.headlines import Headline
+from studies.measurements import Runner, play_jobs, policy_of, share_of, values_by
 
 Observations = NDArray[np.float32]
 
-FILE: Final = "ablation.parquet"
-FLOCKS: Final = 100
+HIDDEN_FILE: Final = "ablation.parquet"
+BLOCKED_FILE: Final = "blocking.parquet"
+HIDING_FLOCKS: Final = 100
+BLOCKING_FLOCKS: Final = 200
 TUNED: Final = 20
 """Tuning flocks over which a hidden entry has its mean."""
+
+RULES: Final = ("head-away", "stubborn-leaders")
+"""Rules that play ``per-agent-visible`` beside the headline policies."""
+
+BLOCKED: Final = (False, True)
+"""Whether warnings are blocked."""
 
 NOTHING: Final = "nothing"
 
@@ -115,9 +121,9 @@ def _instead(policy: Policy, replaced: BasePolicy) -> BasePolicy:
     return as_policy(policy).with_options(**known, **replaced.all_options())
 
 
-def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:
+def measure_hidden(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:
     """Play the headline policies with groups of entries replaced by their means over tuning flocks."""
-    flocks, jobs = share_of(HELD_OUT, FLOCKS, scale), {}
+    flocks, jobs = share_of(HELD_OUT, HIDING_FLOCKS, scale), {}
     for headline in headlines:
         layout, seen, _ = watch(headline.entry, share_of(TUNING, TUNED, scale))
         means = seen.reshape(-1, seen.shape[-1]).mean(axis=0)
@@ -127,18 +133,63 @@ def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output:
             if shown or group == NOTHING:
                 arguments = (headline.content, headline.task.spec.name, tuple(shown), flocks)
                 jobs[headline.task.name, group] = Job(f"{__name__}:hide", arguments, len(flocks) * 0.05)
-    played = runner.each(jobs, "Hidden entries")
     tables = [
-        rows(flocks, found["objective"], task=task, removed=group) for (task, group), found in played.items()
+        pl.DataFrame({"task": task, "removed": group, "seed": flocks, **found})
+        for (task, group), found in runner.run(jobs, "Hidden entries").items()
     ]
-    write_table(pl.concat(tables), output / FILE)
+    write_table(pl.concat(tables), output / HIDDEN_FILE)
 
 
 def changes(output: Path) -> dict[str, dict[str, Estimate]]:
     """Return the paired change of the objective by task and hidden group, in the order of ``GROUPS``."""
-    values = values_by(pl.read_parquet(output / FILE), "task", "removed")
+    values = values_by(pl.read_parquet(output / HIDDEN_FILE), "task", "removed")
     return {
-        task: {group: stats.mean(values[task, group] - whole) for group in GROUPS if (task, group) in values}
+        task: {group: mean(values[task, group] - whole) for group in GROUPS if (task, group) in values}
         for (task, removed), whole in values.items()
         if removed == NOTHING
+    }
+
+
+def measure_blocked(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:
+    """Play the headline policies, ``RULES`` and the best fixed ranges, with and without warnings.
+
+    The table has the columns policy (a task or a rule), blocked, seed, and objective and fixed in m. The best
+    fixed range of each task was chosen with warnings.
+    """
+    flocks, visible = share_of(HELD_OUT, BLOCKING_FLOCKS, scale), Headline(tasks["per-agent-visible"], Path())
+    played: dict[str, tuple[str | bytes, Headline]] = {
+        **{headline.task.name: (headline.content, headline) for headline in headlines},
+        **{rule: (rule, visible) for rule in RULES},
+    }
+    jobs = {}
+    for (name, (policy, headline)), blocked in product(played.items(), BLOCKED):
+        scenario: Any = headline.task.scenario.replace(blocks_warnings=blocked)
+        fixed = f"fixed:{headline.best_fixed_range:.12g}"
+        for column, one in (("objective", policy), ("fixed", fixed)):
+            jobs[name, blocked, column] = play_jobs(one, scenario, headline.task.spec.name, flocks)
+    found = {key: values["objective"] for key, values in runner.run(jobs, "Warnings").items()}
+    tables = []
+    for name, blocked in product(played, BLOCKED):
+        values = {column: found[name, blocked, column] for column in ("objective", "fixed")}
+        tables.append(pl.DataFrame({"policy": name, "blocked": blocked, "seed": flocks, **values}))
+    write_table(pl.concat(tables), output / BLOCKED_FILE)
+
+
+def estimates(output: Path) -> dict[str, dict[str, Estimate]]:
+    """Return estimates in m for every task and rule in the table of ``measure_blocked``.
+
+    ``hearing`` and ``blocked`` are the policy's objective with and without warnings, ``warning`` their paired
+    difference. ``gain_hearing`` and ``gain_blocked`` are the paired gains over the best fixed range.
+    """
+    table = pl.read_parquet(output / BLOCKED_FILE).with_columns(gain=pl.col("objective") - pl.col("fixed"))
+    policy, gain = (values_by(table, "policy", "blocked", column=one) for one in ("objective", "gain"))
+    return {
+        name: {
+            "hearing": mean(policy[name, False]),
+            "blocked": mean(policy[name, True]),
+            "warning": mean(policy[name, False] - policy[name, True]),
+            "gain_hearing": mean(gain[name, False]),
+            "gain_blocked": mean(gain[name, True]),
+        }
+        for name in table["policy"].unique(maintain_order=True)
     }
