@@ -12,7 +12,7 @@ from typing import Any, get_type_hints
 import gymnasium
 import numpy as np
 import pytest
-from envs import FLOCK, FLOCKS, REMEMBERING, Weave, adapters, draw, has_ended, play, start, step
+from envs import FLOCK, FLOCKS, REMEMBERING, Weave, adapters, draw, has_ended, play, start
 from gymnasium.error import ResetNeeded
 from gymnasium.wrappers import RescaleAction
 from option_table import small_flock
@@ -20,7 +20,7 @@ from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.vec_env import VecMonitor
 
 import flockesc_env as fe
-from flockesc_env.common.errors import FlockescError, InputError
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict
 from flockesc_env.policies import Pursue
 from flockesc_env.sb3 import vec_env
@@ -103,23 +103,6 @@ def test_nan_is_not_told_to_clip() -> None:
     for bad, hint in ((np.nan, "a policy that returns NaN has diverged"), (np.inf, "ClipAction clips it")):
         with pytest.raises(InputError, match=hint):
             env.step(np.array([bad]))
-
-
-@adapters(lambda adapter: adapter.has_states)
-def test_step_before_reset_and_after_the_end(make: Any) -> None:
-    environment, ready = make(), make()
-    start(ready)
-    rng = np.random.default_rng(0)
-    with pytest.raises(ResetNeeded, match=r"reset\(\)"):
-        step(environment, draw(ready, rng))
-    start(environment)
-    for _ in range(10):
-        actions = draw(environment, rng)
-        if has_ended(environment, step(environment, actions)):
-            for _ in range(2):
-                with pytest.raises(FlockescError, match="after the end"):
-                    step(environment, actions)
-            start(environment)
 
 
 @pytest.mark.parametrize("interface", REMEMBERING)

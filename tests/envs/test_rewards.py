@@ -1,13 +1,21 @@
-"""Returns of episodes: sums of every reward, through every interface."""
+"""Returns of episodes: sums of every reward. Other interfaces return the same as the two of FLOCKS here."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pytest
 from envs import FLOCKS, has_ended, same_action, start, step
 from objective_values import SERIES
-from option_table import EVERY_STEP, OBJECTIVES, STEPS_PER_ACTION, every_pair, small_flock
-from stable_baselines3.common.vec_env import VecEnv
+from option_table import (
+    EVERY_STEP,
+    FLOCK_REWARDS,
+    OBJECTIVES,
+    STEPS_PER_ACTION,
+    doomed,
+    every_pair,
+    hunted,
+    small_flock,
+)
 
 import flockesc_env as fe
 from flockesc_env.policies import FixedRange
@@ -15,59 +23,46 @@ from flockesc_env.scenario import ConstantVelocity
 
 RHO = 25.0  # exact in every interface: action -0.5 of [0, 100]
 SEED = 8
-SCENARIO = small_flock(num_agents=7, num_steps=20)
-
-Play = Callable[..., np.ndarray]
-
-
-def played(interface: str) -> Play:
-    """Return a function that plays an episode and returns its rewards, shape (actions, rows)."""
-
-    def play(scenario: fe.FlockScenario, **options: Any) -> np.ndarray:
-        env = FLOCKS[interface](scenario, **EVERY_STEP | options)
-        start(env, SEED)
-        rewards: list[Any] = []
-        is_over = False
-        while not is_over:
-            returned = step(env, same_action(env, np.array([-0.5], np.float32)))
-            paid = returned[1]
-            rewards.append(list(paid.values()) if isinstance(paid, dict) else np.atleast_1d(paid))
-            is_over = returned[2].any() if isinstance(env, VecEnv) else has_ended(env, returned)
-        return np.array(rewards, np.float64)
-
-    return play
-
-
-def play_rollout(per_agent: bool) -> Play:
-    def play(scenario: fe.FlockScenario, **options: Any) -> np.ndarray:
-        given = {**EVERY_STEP, **options, "per_agent": per_agent}
-        episodes = fe.rollout(scenario, FixedRange(RHO), [SEED], **given)
-        return episodes.mean_return[None]
-
-    return play
-
-
-INTERFACES: dict[str, Play] = {
-    **{name: played(name) for name in ("gymnasium", "parallel", "flock slots", "agent slots")},
-    "flock rollout": play_rollout(per_agent=False),
-    "agent rollout": play_rollout(per_agent=True),
-}
-PER_AGENT: dict[str, Play] = {name: INTERFACES[name] for name in ("parallel", "agent slots", "agent rollout")}
-SLOTS_ARE_FLOAT32 = {"rtol": 0, "atol": 1e-4}
-
-# Survival: tests/envs/test_capture_interfaces.py.
+PER_AGENT = ("parallel", "rollout of agents")
+INTERFACES = ("gymnasium", "rollout of flocks", *PER_AGENT)
 DISTANCES = sorted({*OBJECTIVES} - {"fraction_surviving"})
 SPEEDS = (4.0, 14.0)
 """Of the agents, in m/s: predators come near."""
+TWO_WAVES = (ConstantVelocity((-20.0, 35.0), (150.0, 0.0)), ConstantVelocity((180.0, 15.0), (-180.0, 0.0)))
+"""Two predators: the first passes by, and the second comes nearer later."""
+SCENARIOS = {
+    "one predator": small_flock(num_agents=7, num_steps=20),
+    "two waves": small_flock(num_agents=7, num_steps=20, predators=TWO_WAVES),
+    "capture": hunted(),
+}
 
 
-def tolerance(interface: str) -> dict[str, float]:
-    return SLOTS_ARE_FLOAT32 if "slots" in interface else {"rtol": 0, "atol": 1e-9}
+def rewards_of(interface: str, scenario: fe.FlockScenario, **options: Any) -> np.ndarray:
+    """Play an episode and return its rewards, shape (actions, rows), or its mean return, shape (1, 1)."""
+    options = EVERY_STEP | options
+    if interface.startswith("rollout"):
+        options["per_agent"] = interface in PER_AGENT
+        return fe.rollout(scenario, FixedRange(RHO), [SEED], **options).mean_return[None]
+    env = FLOCKS[interface](scenario, **options)
+    start(env, SEED)
+    rewards: list[Any] = []
+    is_over = False
+    while not is_over:
+        returned = step(env, same_action(env, np.array([-0.5], np.float32)))
+        paid = returned[1]
+        rewards.append(
+            [paid.get(agent, 0.0) for agent in env.possible_agents] if isinstance(paid, dict) else [paid]
+        )
+        is_over = has_ended(env, returned)
+    return np.array(rewards)
 
 
-def distances(objective: str, scenario: fe.FlockScenario = SCENARIO) -> np.ndarray:
-    curve: np.ndarray = getattr(fe.simulate(scenario, RHO, seed=SEED), SERIES[objective])
-    return curve
+def own_distances(scenario: fe.FlockScenario) -> tuple[np.ndarray, np.ndarray]:
+    """Return the distance of every agent, 0 if it is caught, and who is caught; shape (times, agents)."""
+    run = fe.simulate(scenario, RHO, seed=SEED)
+    offsets = run.positions[:, :, None] - run.predator_positions[:, None]
+    is_caught = (run.caught_at >= 0) & (run.caught_at <= np.arange(len(run.times))[:, None])
+    return np.where(is_caught, 0.0, np.linalg.norm(offsets, axis=3).min(axis=2)), is_caught
 
 
 @every_pair(
@@ -80,21 +75,15 @@ def distances(objective: str, scenario: fe.FlockScenario = SCENARIO) -> np.ndarr
 def test_return_is_the_change_of_the_objective_or_its_time_mean(
     interface: str, objective: str, reward: str, steps_per_action: int, speed: float
 ) -> None:
-    scenario = SCENARIO.replace(speed=speed)
+    scenario = SCENARIOS["one predator"].replace(speed=speed)
     options = {"objective": objective, "reward": reward, "steps_per_action": steps_per_action}
-    rewards = INTERFACES[interface](scenario, **options)
-    curve = distances(objective, scenario)
+    rewards = rewards_of(interface, scenario, **options)
+    curve = getattr(fe.simulate(scenario, RHO, seed=SEED), SERIES[objective])
     assert curve.min() < curve[0] - 1  # the objective does change
     expected = curve[1:].mean() if reward == "distance" else curve.min() - curve[0]
-    np.testing.assert_allclose(rewards.sum(axis=0), expected, **tolerance(interface))
-    if reward == "terminal" and "rollout" not in interface:
+    np.testing.assert_allclose(rewards.sum(axis=0), expected, rtol=0, atol=1e-9)
+    if reward == "terminal" and not interface.startswith("rollout"):
         assert (rewards[:-1] == 0).all()
-
-
-def agent_distances(scenario: fe.FlockScenario = SCENARIO) -> np.ndarray:
-    run = fe.simulate(scenario, RHO, seed=SEED)
-    offsets = run.positions[:, :, None] - run.predator_positions[:, None]
-    return np.linalg.norm(offsets, axis=3).min(axis=2)
 
 
 @every_pair(
@@ -105,43 +94,50 @@ def agent_distances(scenario: fe.FlockScenario = SCENARIO) -> np.ndarray:
 )
 def test_individual_returns(interface: str, objective: str, reward: str, steps_per_action: int) -> None:
     """Each agent gets the time mean of its distance, or what it gained."""
-    options = {"objective": objective, "steps_per_action": steps_per_action}
-    rewards = PER_AGENT[interface](SCENARIO, reward=reward, **options)
-    own = agent_distances()
+    scenario = SCENARIOS["one predator"]
+    rewards = rewards_of(
+        interface, scenario, reward=reward, objective=objective, steps_per_action=steps_per_action
+    )
+    own, _ = own_distances(scenario)
     expected = own[1:].mean(axis=0) if reward == "individual_distance" else own[-1] - own[0]
-    if interface == "agent rollout":
+    if interface not in FLOCKS:
         expected = expected.mean()
-    np.testing.assert_allclose(rewards.sum(axis=0), expected, **tolerance(interface))
+    np.testing.assert_allclose(rewards.sum(axis=0), expected, rtol=0, atol=1e-9)
 
 
-TWO_WAVES = (ConstantVelocity((-20.0, 35.0), (150.0, 0.0)), ConstantVelocity((180.0, 15.0), (-180.0, 0.0)))
-"""Two predators: the first passes by, and the second comes nearer later."""
-
-
-def falls(curve: np.ndarray) -> np.ndarray:
-    """Return the times at which the running minimum of a curve falls."""
-    return np.flatnonzero(np.diff(np.minimum.accumulate(curve)) < 0) + 1
-
-
-@every_pair(interface=PER_AGENT, objective=DISTANCES, steps_per_action=STEPS_PER_ACTION, speed=SPEEDS)
+@every_pair(
+    interface=PER_AGENT,
+    objective=DISTANCES,
+    steps_per_action=STEPS_PER_ACTION,
+    speed=SPEEDS,
+    kind=("two waves", "capture"),
+)
 def test_individual_reward_pays_what_agents_lost_since_it_fell_last(
-    interface: str, objective: str, steps_per_action: int, speed: float
+    interface: str, objective: str, steps_per_action: int, speed: float, kind: str
 ) -> None:
-    scenario = SCENARIO.replace(speed=speed, predators=TWO_WAVES)
+    """A caught agent gets 0, unless the minimum falls in the step of its capture."""
+    scenario = SCENARIOS[kind].replace(speed=speed)
+    steps_per_action = 1 if kind == "capture" else steps_per_action
     options = {"objective": objective, "steps_per_action": steps_per_action}
-    rewards = PER_AGENT[interface](scenario, reward="individual", **options)
-    own, times = agent_distances(scenario), falls(distances(objective, scenario))
-    assert sorted(set(np.diff(times)))[0] == 1 < np.diff(times).max()  # it falls, rests and falls again
-    expected = np.zeros((scenario.num_steps, scenario.num_agents))
-    expected[times - 1] = np.diff(own[[0, *times]], axis=0)
-    if interface == "agent rollout":
-        expected = expected.sum(axis=0, keepdims=True).mean(axis=1, keepdims=True)
+    rewards = rewards_of(interface, scenario, reward="individual", **options)
+    curve = getattr(fe.simulate(scenario, RHO, seed=SEED), SERIES[objective])
+    falls = np.flatnonzero(np.diff(np.minimum.accumulate(curve)) < 0) + 1
+    own, is_caught = own_distances(scenario)
+    if kind == "two waves":
+        assert sorted(set(np.diff(falls)))[0] == 1 < np.diff(falls).max()  # it falls, rests and falls again
     else:
+        times = np.flatnonzero((is_caught[1:] & ~is_caught[:-1]).any(axis=1)) + 1
+        assert set(times) - set(falls)
+    expected = np.zeros((scenario.num_steps, scenario.num_agents))
+    expected[falls - 1] = np.where(is_caught[falls - 1], 0.0, np.diff(own[[0, *falls]], axis=0))
+    if interface in FLOCKS:
         expected = np.add.reduceat(expected, range(0, scenario.num_steps, steps_per_action))
         at_rest = (expected == 0).all(axis=1)
         assert at_rest.any()
-        assert (rewards[at_rest] == 0).all()
-    np.testing.assert_allclose(rewards, expected, **tolerance(interface))
+        assert (rewards[at_rest[: len(rewards)]] == 0).all()
+    else:
+        expected = expected.sum(axis=0, keepdims=True).mean(axis=1, keepdims=True)
+    np.testing.assert_allclose(rewards, expected[: len(rewards)], rtol=0, atol=1e-9)
 
 
 @every_pair(
@@ -166,3 +162,30 @@ def test_line_return_is_the_change_of_the_escape_distance(
     assert terminated == fe.simulate_line(scenario, 0.25, seed=SEED).converged
     if reward == "terminal":
         assert set(rewards[:-1]) <= {0.0}
+
+
+@pytest.mark.parametrize("reward", FLOCK_REWARDS)
+@pytest.mark.parametrize("steps_per_action", [1, 4])
+def test_survival_rewards_the_fraction_surviving(reward: str, steps_per_action: int) -> None:
+    seen = set()
+    for seed in range(12):
+        scenario = doomed()
+        run = fe.simulate(scenario, 3.0, seed=seed)
+        options: dict[str, Any] = {"reward": reward, "steps_per_action": steps_per_action}
+        env = fe.FlockEscapeEnv(scenario, objective="fraction_surviving", action_mode="range", **options)
+        env.reset(seed=seed)
+        total, is_over, steps = 0.0, False, 0
+        while not is_over:
+            observation, paid, terminated, truncated, info = env.step(np.array([3.0], np.float32))
+            at = env.policy_spec.layout.index("running_minimum")
+            assert observation[at] == np.float32(info["fraction_surviving"])
+            total, steps, is_over = total + paid, steps + 1, terminated or truncated
+        left = run.fraction_surviving[-1]
+        assert info["fraction_surviving"] == left
+        assert (terminated, truncated) == (left == 0, left > 0)
+        if left == 0:
+            assert -(-run.caught_at.max() // steps_per_action) == steps
+        expected = run.fraction_surviving[1:].mean() if reward == "distance" else left - 1
+        assert total == pytest.approx(expected, abs=1e-12)
+        seen.add(terminated)
+    assert seen == {True, False}

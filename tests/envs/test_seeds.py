@@ -1,13 +1,11 @@
 """A seed gives the same flock in every interface and determines all following episodes."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
-from envs import FLOCKS, RANDOM, adapters, info_of, same_action, start, step
+from envs import FLOCKS, RANDOM, info_of, same_action, start, step
 from option_table import EVERY_STEP, hunted, small_flock
-from same import plain
 
 import flockesc_env as fe
 from flockesc_env.policies import FixedRange
@@ -77,12 +75,6 @@ def test_given_positions_leave_the_drawn_headings() -> None:
     np.testing.assert_array_equal(both.positions, drawn.positions)
     assert both.is_start_given
     assert not drawn.is_start_given
-
-
-@adapters(lambda adapter: adapter.has_states)
-def test_unseeded_resets_differ(make: Callable[[], Any]) -> None:
-    seen = [str(plain(start(environment))) for environment in (make(), make()) for _ in range(4)]
-    assert len(set(seen)) == len(seen)
 
 
 @pytest.mark.parametrize("interface", [*FLOCKS, "line"])

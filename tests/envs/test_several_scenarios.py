@@ -1,4 +1,7 @@
-"""One scenario per flock: slots equal environments of one flock; scenarios that do not agree are rejected."""
+"""One scenario per flock: slots of agents, scenarios that do not agree, snapshots and predator policies.
+
+Slots of flocks: ``test_vector_env.py``.
+"""
 
 import pickle
 from functools import partial
@@ -7,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
-from option_table import AGENT_REWARDS, FLOCK_REWARDS, UNLIKE, covering, label, small_flock
+from option_table import ACTION_MODES, AGENT_REWARDS, HUNTED, SEVERAL, covering, label, small_flock
 from same import plain, same
 
 import flockesc_env as fe
@@ -15,96 +18,51 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import Pursue
 from flockesc_env.sb3 import vec_env
-from flockesc_env.scenario import Learned, PurePursuit, Topological, Uniform, Voronoi
+from flockesc_env.scenario import Learned, Topological
 
-HUNTED = small_flock(
-    num_steps=7,
-    capture_radius=6.0,
-    predators=[
-        PurePursuit((0.0, 0.0), (20.0, 20.0), max_turn_rate=6.0),
-        PurePursuit((30.0, 30.0), (-9.0, 0.0)),
-    ],
-)
-DRAWN = small_flock(
-    num_steps=16, randomization=[Uniform("predator_range", 5.0, 25.0)], neighbor_rule=Voronoi()
-)
-SCENARIOS = [small_flock(**UNLIKE), HUNTED, DRAWN, HUNTED]
-FLOCKS, AGENTS = len(SCENARIOS), 5
-
-Slots = list[Any]
-"""What an environment returned to each slot."""
-
-
-def gymnasium_slots(infos: dict[str, Any], count: int) -> list[dict[str, Any]]:
-    """Return the info of each slot. A scenario without captures has no mask; all its agents are active."""
-    slots: list[dict[str, Any]] = [{} for _ in range(count)]
-    for name, column in infos.items():
-        if not name.startswith("_"):
-            column = gymnasium_slots(column, count) if isinstance(column, dict) else column
-            for slot in np.flatnonzero(infos[f"_{name}"]):
-                slots[slot][name] = column[slot]
-    for info in slots:
-        if "interaction_range" in info:
-            info.setdefault("active", True)
-    return slots
-
-
-class Gymnasium:
-    """A vector environment of Gymnasium. In mode ``DISABLED`` it is reset after the end of an episode."""
-
-    def __init__(
-        self, per_agent: bool, mode: AutoresetMode, scenarios: list[fe.FlockScenario], **options: Any
-    ) -> None:
-        count = len(scenarios) * (AGENTS if per_agent else 1)
-        self.env = BatchVectorEnv(count, scenarios, per_agent=per_agent, autoreset_mode=mode, **options)
-        self.rows = count // len(scenarios)
-
-    def reset(self, seed: int) -> Slots:
-        observations, infos = self.env.reset(seed=seed)
-        return list(zip(observations, gymnasium_slots(infos, len(observations)), strict=True))
-
-    def step(self, actions: np.ndarray) -> Slots:
-        *returned, infos = self.env.step(actions)
-        count = len(actions)
-        slots = [list(row) for row in zip(*returned, gymnasium_slots(infos, count), strict=True)]
-        flocks = (returned[2] | returned[3]).reshape(-1, self.rows).any(axis=1)
-        if self.env.autoreset_mode is AutoresetMode.DISABLED and flocks.any():
-            mask = np.repeat(flocks, self.rows)
-            observations, infos = self.env.reset(options={"reset_mask": mask})
-            began = gymnasium_slots(infos, count)
-            for slot in np.flatnonzero(mask):
-                slots[slot] += [observations[slot], began[slot]]
-        return slots
-
-
-OPTIONS: dict[str, tuple[Any, ...]] = {
-    "per_agent": (False, True),
-    "reward": AGENT_REWARDS,
-    "num_threads": (1, 2),
-    "steps_per_action": (1, 3),
-    "extra_entries": ((), ("escape_direction",)),
-}
+FLOCKS, AGENTS = len(SEVERAL), 5
 
 
 @pytest.mark.parametrize("mode", AutoresetMode)
-@pytest.mark.parametrize("options", covering(**OPTIONS), ids=label)
-def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dict[str, Any]) -> None:
-    options = dict(options)
-    per_agent, reward = options.pop("per_agent"), options.pop("reward")
-    reward = reward if per_agent or reward in FLOCK_REWARDS else "team"
-    make = partial(Gymnasium, per_agent, mode, reward=reward, count_components=True, **options)
-    together, alone = make(scenarios=SCENARIOS), [make(scenarios=[scenario]) for scenario in SCENARIOS]
-    rng = np.random.default_rng(0)
-    rows = AGENTS if per_agent else 1
-    returned = together.reset(5)
-    for flock, env in enumerate(alone):
-        same(env.reset(5 + flock), returned[flock * rows : (flock + 1) * rows])
+@pytest.mark.parametrize(
+    "options",
+    covering(reward=AGENT_REWARDS, num_threads=(1, 2), steps_per_action=(1, 3), action_mode=ACTION_MODES[:2]),
+    ids=label,
+)
+def test_slots_of_agents_equal_parallel_environments(mode: AutoresetMode, options: dict[str, Any]) -> None:
+    """A caught agent keeps its slot to the end of the episode."""
+    together = BatchVectorEnv(None, SEVERAL, per_agent=True, autoreset_mode=mode, **options)
+    alone = [fe.parallel_env(scenario, **options) for scenario in SEVERAL]
+    started = [env.reset_array(seed=5 + flock)[0] for flock, env in enumerate(alone)]
+    same(together.reset(seed=5)[0], np.concatenate(started))
+    together.action_space.seed(0)
+    has_ended, seen = [False] * FLOCKS, set()
     for _ in range(40):
-        actions = rng.uniform(-1, 1, (FLOCKS * rows, 1)).astype(np.float32)
-        returned = together.step(actions)
+        if mode is AutoresetMode.DISABLED and any(has_ended):
+            rows, _ = together.reset(options={"reset_mask": np.repeat(has_ended, AGENTS)})
+            for flock in np.flatnonzero(has_ended):
+                same(rows.reshape(FLOCKS, AGENTS, -1)[flock], alone[flock].reset_array()[0])
+        actions = together.action_space.sample()
+        *returned, infos = together.step(actions)
         for flock, env in enumerate(alone):
-            slots = slice(flock * rows, (flock + 1) * rows)
-            same(env.step(actions[slots]), returned[slots])
+            slots = slice(AGENTS * flock, AGENTS * (flock + 1))
+            if mode is AutoresetMode.NEXT_STEP and has_ended[flock]:
+                has_ended[flock] = False
+                ignored = np.zeros(AGENTS), np.zeros(AGENTS, bool), np.zeros(AGENTS, bool)
+                expected = [env.reset_array()[0], *ignored]
+            else:
+                rows, rewards, terminations, truncations, info = env.step_array(actions[slots])
+                has_ended[flock] = not env.agents
+                expected = [rows, rewards, terminations & has_ended[flock], truncations & has_ended[flock]]
+                seen |= {*terminations.tolist(), *truncations.tolist()} if has_ended[flock] else set()
+                columns = infos
+                if has_ended[flock] and mode is AutoresetMode.SAME_STEP:
+                    same(np.stack(infos["final_obs"][slots]), rows)
+                    expected[0], columns = env.reset_array()[0], infos["final_info"]
+                same(columns["interaction_range"][slots], info["interaction_range"])
+                same(columns["mean_distance"][slots], np.full(AGENTS, info["mean_distance"]))
+            same([part[slots] for part in returned], expected)
+    assert seen == {False, True}
 
 
 @pytest.mark.parametrize(
@@ -124,12 +82,12 @@ def test_slots_equal_environments_of_one_flock(mode: AutoresetMode, options: dic
 )
 def test_scenarios_that_differ_too_much(make: Any, field: str, other: fe.FlockScenario) -> None:
     with pytest.raises(InputError) as raised:
-        make(scenario=[SCENARIOS[0], HUNTED, other], max_range=4.0)
+        make(scenario=[SEVERAL[0], HUNTED, other], max_range=4.0)
     assert raised.value.field == f"scenario[2].{field}"
 
 
 def test_snapshots_belong_to_scenarios() -> None:
-    envs, other = BatchVectorEnv(FLOCKS, SCENARIOS), BatchVectorEnv(FLOCKS, SCENARIOS[::-1])
+    envs, other = BatchVectorEnv(FLOCKS, SEVERAL), BatchVectorEnv(FLOCKS, SEVERAL[::-1])
     envs.reset(seed=3)
     other.reset(seed=8)
     actions = np.zeros((FLOCKS, 1), np.float32)
@@ -144,7 +102,7 @@ def test_snapshots_belong_to_scenarios() -> None:
     single = fe.FlockEscapeEnv(HUNTED)
     single.set_state(one)
     assert other.get_state(0) == other.get_state(2) == single.get_state() == one
-    twin = BatchVectorEnv(FLOCKS, list(SCENARIOS), num_threads=2)
+    twin = BatchVectorEnv(FLOCKS, list(SEVERAL), num_threads=2)
     twin.set_state(state)
     copy = pickle.loads(pickle.dumps(envs))  # noqa: S301
     for _ in range(20):

@@ -1,15 +1,15 @@
-"""Snapshots: an environment saved at any step and restored elsewhere continues bit for bit."""
+"""Snapshots of every preset, of policies with a memory and for planning; damaged and foreign snapshots.
+
+Snapshots of every interface: ``test_state_machine.py``. In other processes: ``test_processes.py``.
+"""
 
 import copy
-import multiprocessing
 import pickle
 from collections.abc import Callable
 from typing import Any
 
-import cloudpickle
 import numpy as np
 import pytest
-import resumed
 from envs import ADAPTERS, REMEMBERING, Weave, play, start
 from option_table import small_flock
 
@@ -18,47 +18,6 @@ from flockesc_env.envs.vector import BatchVectorEnv
 
 STEPS = 25
 """Number of steps, which reaches the third episode."""
-
-
-MAKERS = {
-    name: adapter.make
-    for name, adapter in ADAPTERS.items()
-    if adapter.has_states and not adapter.has_pictures
-}
-
-interfaces = pytest.mark.parametrize("interface", MAKERS)
-one_of_each_class = pytest.mark.parametrize(
-    "interface", ["gymnasium", "parallel", "line", "vector", "stable-baselines3"]
-)
-
-
-def continuations(env: Any, make: Callable[[], Any]) -> dict[str, Any]:
-    """Return environments that should continue as ``env`` does."""
-    restored, overwritten = make(), make()
-    restored.set_state(env.get_state())
-    start(overwritten, 77)
-    play(overwritten, np.random.default_rng(5), 3)
-    overwritten.set_state(env.get_state())
-    return {
-        "restored before a reset": restored,
-        "restored in mid-episode": overwritten,
-        "pickled": pickle.loads(pickle.dumps(env)),  # noqa: S301, our own
-        "cloudpickled": pickle.loads(cloudpickle.dumps(env)),  # noqa: S301, our own
-        "copied": copy.deepcopy(env),
-    }
-
-
-@interfaces
-@pytest.mark.parametrize("played", [1, 33])
-def test_all_continuations_are_equal(interface: str, played: int) -> None:
-    make = MAKERS[interface]
-    env = make()
-    start(env, 3)
-    play(env, np.random.default_rng(0), played)
-    ways = continuations(env, make)
-    expected = play(env, np.random.default_rng(1), STEPS)
-    for name, way in ways.items():
-        np.testing.assert_equal(play(way, np.random.default_rng(1), STEPS), expected, err_msg=name)
 
 
 @pytest.mark.parametrize("name", [name for name in fe.PRESETS if name != "order"])
@@ -72,13 +31,15 @@ def test_every_preset(name: str) -> None:
         is_line = isinstance(fe.PRESETS[name].scenario, fe.LineScenario)
         return fe.LineEscapeEnv(name) if is_line else fe.FlockEscapeEnv(name, max_range=20.0)
 
-    env = make()
+    env, restored = make(), make()
     env.reset(seed=3)
     play(env, np.random.default_rng(0), 15)
-    ways = continuations(env, make)
+    restored.reset(seed=77)
+    restored.set_state(env.get_state())
+    pickled = pickle.loads(pickle.dumps(env))  # noqa: S301, our own
     expected = play(env, np.random.default_rng(1), 15)
-    for way, other in ways.items():
-        np.testing.assert_equal(play(other, np.random.default_rng(1), 15), expected, err_msg=way)
+    for other in (restored, pickled):
+        np.testing.assert_equal(play(other, np.random.default_rng(1), 15), expected)
 
 
 @pytest.mark.parametrize("interface", REMEMBERING)
@@ -94,20 +55,6 @@ def test_two_restores_of_one_snapshot_are_equal(interface: str) -> None:
         continued.append(play(each, np.random.default_rng(1), STEPS))
     np.testing.assert_equal(continued[0], continued[1])
     np.testing.assert_equal(continued[0], continued[2])
-
-
-@pytest.mark.parametrize("method", ["fork", "spawn"])
-def test_in_another_process(method: str) -> None:
-    env = resumed.make()
-    env.reset(seed=1)
-    play(env, np.random.default_rng(0), 5)
-    context = multiprocessing.get_context(method)
-    receiver, sender = context.Pipe(duplex=False)
-    child = context.Process(target=resumed.go_on, args=(env.get_state(), sender), daemon=True)
-    child.start()
-    sender.close()  # if the child dies, recv() raises EOFError
-    np.testing.assert_equal(receiver.recv(), resumed.steps(env))
-    child.join()
 
 
 def test_one_state_in_all_slots() -> None:
@@ -145,9 +92,9 @@ def test_states_of_other_environments_are_refused(other: Callable[[], Any]) -> N
     assert env.get_state() == before
 
 
-@one_of_each_class
+@pytest.mark.parametrize("interface", ["gymnasium", "parallel", "line", "vector", "stable-baselines3"])
 def test_damaged_states_are_refused(interface: str) -> None:
-    env = MAKERS[interface]()
+    env = ADAPTERS[interface].make()
     start(env, 0)
     play(env, np.random.default_rng(0), 2)
     good = env.get_state()
@@ -160,13 +107,3 @@ def test_damaged_states_are_refused(interface: str) -> None:
             with pytest.raises(fe.InputError, match="state: expected"):
                 env.set_state(damaged)
     assert env.get_state() == good
-
-
-@one_of_each_class
-def test_saving_before_the_first_reset_is_refused(interface: str) -> None:
-    env = MAKERS[interface]()
-    with pytest.raises(fe.FlockescError, match="reset"):
-        env.get_state()
-    twin = pickle.loads(pickle.dumps(env))  # noqa: S301, our own
-    # An environment that was never seeded also continues identically.
-    np.testing.assert_equal(start(twin), start(env))

@@ -11,7 +11,7 @@ from multiprocessing.queues import SimpleQueue
 import gymnasium
 import numpy as np
 import pytest
-from forking import forked_while, played
+from forking import NOISY, forked_while, played, resumed
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 from option_table import small_flock
 
@@ -32,16 +32,21 @@ def test_a_child_can_sweep_and_step_after_its_parent(method: str) -> None:
     here_line = sweep(lines, [0.1], seeds)
     here_rollout = rollout(flocks, FixedRange(25.0), seeds, num_threads=2)
     here_steps = played(2)  # of a large flock and a batch
+    env = FlockEscapeEnv(NOISY, action_mode="range")
+    env.reset(seed=1)
+    env.step(np.array([10.0], np.float32))
     with multiprocessing.get_context(method).Pool(2) as pool:
         there = [pool.apply_async(sweep, (flocks, [0.0, 9.0], seeds), {"num_threads": 2}) for _ in range(3)]
         there_line = pool.apply_async(sweep, (lines, [0.1], seeds))
         there_rollout = pool.apply_async(rollout, (flocks, FixedRange(25.0), seeds))
         there_steps = [pool.apply_async(played, (num_threads,)) for num_threads in (1, 2, None, 2)]
+        there_resumed = pool.apply_async(resumed, (env.get_state(),))
         for result in there:
             np.testing.assert_array_equal(result.get(TIMEOUT).min_mean_distance, here.min_mean_distance)
         np.testing.assert_array_equal(there_line.get(TIMEOUT).escape_distance, here_line.escape_distance)
         np.testing.assert_array_equal(there_rollout.get(TIMEOUT).mean_return, here_rollout.mean_return)
         assert all(result.get(TIMEOUT) == here_steps for result in there_steps)
+        assert there_resumed.get(TIMEOUT) == resumed(env.get_state())
     # The parent's threads still work.
     assert played(2) == here_steps
     again = sweep(flocks, [0.0, 9.0], seeds, num_threads=2)

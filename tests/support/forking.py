@@ -22,6 +22,7 @@ from flockesc_env.envs.vector import BatchVectorEnv
 HANGS = 60.0  # seconds; reached only by a child that hangs
 LARGE = FlockScenario(num_agents=5000, initial_side=400.0)
 SMALL = FlockScenario(num_agents=20, num_steps=8, initial_side=40.0)
+NOISY = SMALL.replace(num_steps=20, angular_noise=1.0, sensing_noise=0.5, sensing_delay=2)
 
 
 def forked_while(*busy: str, count: int) -> dict[str, int]:
@@ -41,6 +42,15 @@ def played(num_threads: int | None) -> bytes:
     shown += [small.reset(seed=4)[0]]
     shown += [small.step(np.full((5, 1), 10.0, np.float32))[0] for _ in range(10)]
     return b"".join(observations.tobytes() for observations in shown)
+
+
+def resumed(state: bytes) -> bytes:
+    """Return the observations of a noisy flock after a snapshot, across the end of an episode."""
+    env = FlockEscapeEnv(NOISY, num_threads=2, action_mode="range")
+    shown = [env.set_state(state)]
+    while not (stepped := env.step(np.array([10.0], np.float32)))[3]:
+        shown.append(stepped[0])
+    return b"".join(observation.tobytes() for observation in (*shown, stepped[0], env.reset()[0]))
 
 
 def step_for_ever(stop: threading.Event) -> None:

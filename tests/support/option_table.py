@@ -13,7 +13,7 @@ from covertable import make
 import flockesc_env as fe
 from flockesc_env.episodes.objectives import Objective
 from flockesc_env.episodes.options import ActionMode, IndividualReward, LineReward, TeamReward
-from flockesc_env.scenario import ConstantVelocity, Intercept, PurePursuit
+from flockesc_env.scenario import ConstantVelocity, Intercept, PurePursuit, Uniform, Voronoi
 from flockesc_env.scenario.predators import PrescribedPath, Start
 
 # Read from the schema, so that a new variant is tested without a change here.
@@ -119,3 +119,18 @@ def hunted(dimension: int = 2, **changes: Any) -> fe.FlockScenario:
 def doomed(**changes: Any) -> fe.FlockScenario:
     """Return a flock that may lose all agents before the horizon, at a time that depends on the seed."""
     return hunted(**{"num_agents": 3, "num_steps": 40, **changes})
+
+
+HUNTED = small_flock(
+    num_steps=7,
+    capture_radius=6.0,
+    predators=(
+        PurePursuit((0.0, 0.0), (20.0, 20.0), max_turn_rate=6.0),
+        PurePursuit((30.0, 30.0), (-9.0, 0.0)),
+    ),
+)
+DRAWN = small_flock(
+    num_steps=16, randomization=[Uniform("predator_range", 5.0, 25.0)], neighbor_rule=Voronoi()
+)
+SEVERAL = [small_flock(**UNLIKE), HUNTED, DRAWN, HUNTED]
+"""Scenarios that differ as much as those of one batch may."""
