@@ -7,7 +7,6 @@ import gymnasium
 import numpy as np
 import pytest
 from envs import state
-from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
 from option_table import DIMENSIONS, EVERY_STEP, IDS, small_flock
@@ -43,11 +42,6 @@ def test_every_id(name: str) -> None:
             env = gymnasium.make(name, **options)
             assert len(play(env)) - 1 == env.spec.max_episode_steps == limit  # type: ignore[union-attr]
             assert len(play(gymnasium.make(name, max_episode_steps=2, **options))) - 1 == 2
-    if is_single:
-        env = gymnasium.make(name, steps_per_action=500)
-        again = gymnasium.make(EnvSpec.from_json(env.spec.to_json()))  # type: ignore[union-attr]
-        assert again.spec == env.spec
-        np.testing.assert_equal(play(again), play(env))
 
 
 def test_line_terminates_when_steady_and_is_truncated_otherwise() -> None:

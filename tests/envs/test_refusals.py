@@ -109,7 +109,7 @@ def test_nan_is_not_told_to_clip() -> None:
 def test_a_refused_step_leaves_the_memory_of_policies(interface: str) -> None:
     """A policy with a memory is asked after the checks of the action and of the episode."""
     weave = Weave()
-    environment, twin = (REMEMBERING[interface](policy) for policy in (weave, Weave()))
+    environment, twin = (REMEMBERING[interface](predator_policy=policy) for policy in (weave, Weave()))
     for each in (environment, twin):
         start(each, 3)
         play(each, np.random.default_rng(0), 3)

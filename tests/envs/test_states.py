@@ -45,7 +45,7 @@ def test_every_preset(name: str) -> None:
 @pytest.mark.parametrize("interface", REMEMBERING)
 def test_two_restores_of_one_snapshot_are_equal(interface: str) -> None:
     """Restoring clears the memory of policies, which a snapshot does not contain."""
-    env, other = REMEMBERING[interface](Weave()), REMEMBERING[interface](Weave())
+    env, other = (REMEMBERING[interface](predator_policy=Weave()) for _ in range(2))
     start(env, 3)
     play(env, np.random.default_rng(0), 4)
     state = env.get_state()

@@ -1,6 +1,7 @@
 """``approach``: the paper's predator bit for bit, and the geometry of all others."""
 
 import math
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from flockesc_env import FlockScenario
 from flockesc_env.scenario import ConstantVelocity, Intercept, approach, preset
 from studies.paper.plan import OFFSETS, aimed
 
-DIRECTIONS = [(1.0, 1.0), (0.0, -3.0), (-2.0, 0.5)]
+DIRECTIONS = [(1.0, 1.0), (0.0, -3.0), (-2.0, 0.5), (1.0, 1.0, 1.0), (0.0, -3.0, 4.0), (-2.0, 0.5, 0.0)]
 
 
 def test_the_default_is_the_papers_predator() -> None:
@@ -27,18 +28,21 @@ def test_aimed_predators_equal_those_of_the_studies(offset: float) -> None:
 
 
 @pytest.mark.parametrize("direction", DIRECTIONS)
-@pytest.mark.parametrize("aim", [0.0, 17.0, -5.0, "edge"])
-def test_the_path_misses_the_center_by_its_offset(aim: Any, direction: tuple[float, float]) -> None:
-    given = approach(aim, distance=60.0, speed=7.0, direction=direction, initial_side=30.0)
+@pytest.mark.parametrize("aim", ["center", "edge", "point", 0.0, 17.0, -5.0])
+def test_the_path_misses_its_aim_by_the_offset(aim: Any, direction: tuple[float, ...]) -> None:
+    """The whole region lies to the right of a path along the edge, and one corner lies on it."""
+    dimension = len(direction)
+    point, center = np.array([5.0, 6.0, 7.0])[:dimension], np.full(dimension, 15.0)
+    options: dict[str, Any] = {"distance": 60.0, "speed": 7.0, "direction": direction, "initial_side": 30.0}
+    given = approach(tuple(point) if aim == "point" else aim, dimension=dimension, **options)
     position, velocity = map(np.array, given)
-    heading = velocity / np.linalg.norm(velocity)
-    assert np.linalg.norm(velocity) == pytest.approx(7.0)
-    assert heading == pytest.approx(np.array(direction) / np.linalg.norm(direction))
-    left, from_center = np.array([-heading[1], heading[0]]), position - 15.0
-    assert from_center @ heading == pytest.approx(-60.0)
-    # The whole region lies to the right of a path along the edge, and one corner lies on it.
-    corners = np.array([[x, y] for x in (0.0, 30.0) for y in (0.0, 30.0)]) - 15.0
-    assert from_center @ left == pytest.approx((corners @ left).max() if aim == "edge" else aim)
+    heading = np.array(direction) / np.linalg.norm(direction)
+    assert velocity == pytest.approx(7.0 * heading)
+    left = np.array([-heading[1], heading[0], 0.0])[:dimension] / np.linalg.norm(heading[:2])
+    corners = np.array(list(product((-15.0, 15.0), repeat=dimension)))
+    offset = {"center": 0.0, "edge": (corners @ left).max(), "point": 0.0}.get(aim, aim)
+    target = point if aim == "point" else center
+    assert position + 60.0 * heading == pytest.approx(target + offset * left)
 
 
 def test_only_the_direction_of_a_vector_counts() -> None:
@@ -59,17 +63,3 @@ def test_in_space_the_default_flies_along_the_diagonal() -> None:
     )
     half_given = FlockScenario(dimension=3, predators=(Intercept(velocity=(1.0, 2.0, 3.0)),))
     assert half_given.predators == (Intercept((-30.0, -30.0, -30.0), (1.0, 2.0, 3.0)),)
-
-
-@pytest.mark.parametrize("direction", [(1.0, 1.0, 1.0), (0.0, -3.0, 4.0), (-2.0, 0.5, 0.0)])
-@pytest.mark.parametrize("aim", ["center", "edge", 17.0, (5.0, 6.0, 7.0)])
-def test_paths_in_space(aim: Any, direction: tuple[float, ...]) -> None:
-    position, velocity = map(np.array, approach(aim, distance=60.0, direction=direction, dimension=3))
-    heading = velocity / np.linalg.norm(velocity)
-    assert heading == pytest.approx(np.array(direction) / np.linalg.norm(direction))
-    assert np.linalg.norm(velocity) == pytest.approx(10 * math.sqrt(3))
-    left = np.array([-heading[1], heading[0], 0.0]) / np.linalg.norm(heading[:2])
-    target = np.array(aim if isinstance(aim, tuple) else (50.0, 50.0, 50.0))
-    assert (position - target) @ heading == pytest.approx(-60.0)
-    offset = {"edge": 50.0 * np.abs(left).sum(), 17.0: 17.0}.get(aim, 0.0)
-    assert position - target + 60.0 * heading == pytest.approx(offset * left)

@@ -7,6 +7,7 @@ rewards, actions and options over ``FLOCKS``.
 import copy
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -47,7 +48,7 @@ RANDOM = (
     PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
 )
 """Predators that draw random numbers."""
-CAPTURE = FLOCK.replace(capture_radius=6.0)
+CAPTURE, HUNTED = FLOCK.replace(capture_radius=6.0), FLOCK.with_learned_predators()
 LINE = fe.LineScenario(num_agents=30, escape_force="linear_as_printed", max_steps=10)
 PICTURES = {"render_mode": "rgb_array", "render_options": fe.RenderOptions(size=160)}
 
@@ -65,42 +66,42 @@ class Adapter:
     """Whether the next step overwrites the arrays that it returned."""
 
 
-def _vector(mode: str, **options: Any) -> BatchVectorEnv:
-    return BatchVectorEnv(3, FLOCK, autoreset_mode=mode, num_threads=2, **options)
-
-
+_vector = partial(BatchVectorEnv, 3, FLOCK, num_threads=2)
 ADAPTERS = {
-    "gymnasium": Adapter(lambda: fe.FlockEscapeEnv(FLOCK)),
+    "gymnasium": Adapter(partial(fe.FlockEscapeEnv, FLOCK)),
     "gymnasium.make": Adapter(
-        lambda: gymnasium.make("flockesc/FlockEscape-v1", scenario=FLOCK), has_states=False
+        partial(gymnasium.make, "flockesc/FlockEscape-v1", scenario=FLOCK), has_states=False
     ),
     "different agents with noise and delay": Adapter(
-        lambda: fe.FlockEscapeEnv(
-            small_flock(3, num_steps=40, predators=RANDOM, capture_radius=2.0, **UNLIKE)
+        partial(
+            fe.FlockEscapeEnv,
+            small_flock(3, num_steps=40, predators=RANDOM, capture_radius=2.0, **UNLIKE),
         )
     ),
-    "chased": Adapter(lambda: fe.FlockEscapeEnv(FLOCK.with_learned_predators(), predator_policy=Pursue())),
-    "discrete": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, action_mode="discrete", range_grid=[1.0, 5.0, 9.0])),
-    "pictures": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, **PICTURES), has_pictures=True),
-    "predator": Adapter(lambda: fe.PredatorEnv(FLOCK)),
-    "line": Adapter(lambda: fe.LineEscapeEnv(LINE)),
-    "line in pictures": Adapter(lambda: fe.LineEscapeEnv(LINE, **PICTURES), has_pictures=True),
-    "vector": Adapter(lambda: _vector("NextStep")),
-    "vector in the same step": Adapter(lambda: _vector("SameStep", action_mode="discrete")),
-    "vector without autoreset": Adapter(lambda: _vector("Disabled")),
-    "vector in pictures": Adapter(lambda: _vector("SameStep", **PICTURES), has_pictures=True),
-    "vector without copies": Adapter(lambda: _vector("NextStep", copy=False), reuses_buffers=True),
-    "vector of several scenarios": Adapter(
-        lambda: BatchVectorEnv(3, [FLOCK, CAPTURE, small_flock(num_steps=25)], num_threads=2)
+    "chased": Adapter(partial(fe.FlockEscapeEnv, HUNTED, predator_policy=Pursue())),
+    "discrete": Adapter(
+        partial(fe.FlockEscapeEnv, FLOCK, action_mode="discrete", range_grid=[1.0, 5.0, 9.0])
     ),
-    "a slot per agent": Adapter(lambda: BatchVectorEnv(10, CAPTURE, per_agent=True, num_threads=2)),
-    "parallel": Adapter(lambda: fe.parallel_env(small_flock(3, num_steps=40), reward="individual")),
-    "parallel with capture": Adapter(lambda: fe.parallel_env(CAPTURE, reward="difference")),
-    "parallel with predators": Adapter(lambda: fe.parallel_env(FLOCK.with_learned_predators())),
-    "agent by agent": Adapter(lambda: flockesc_v1.env(FLOCK), has_states=False),
-    "stable-baselines3": Adapter(lambda: vec_env(FLOCK, 3, num_threads=2)),
+    "pictures": Adapter(partial(fe.FlockEscapeEnv, FLOCK, **PICTURES), has_pictures=True),
+    "predator": Adapter(partial(fe.PredatorEnv, FLOCK)),
+    "line": Adapter(partial(fe.LineEscapeEnv, LINE)),
+    "line in pictures": Adapter(partial(fe.LineEscapeEnv, LINE, **PICTURES), has_pictures=True),
+    "vector": Adapter(_vector),
+    "vector in the same step": Adapter(partial(_vector, autoreset_mode="SameStep", action_mode="discrete")),
+    "vector without autoreset": Adapter(partial(_vector, autoreset_mode="Disabled")),
+    "vector in pictures": Adapter(partial(_vector, autoreset_mode="SameStep", **PICTURES), has_pictures=True),
+    "vector without copies": Adapter(partial(_vector, copy=False), reuses_buffers=True),
+    "vector of several scenarios": Adapter(
+        partial(BatchVectorEnv, 3, [FLOCK, CAPTURE, small_flock(num_steps=25)], num_threads=2)
+    ),
+    "a slot per agent": Adapter(partial(BatchVectorEnv, 10, CAPTURE, per_agent=True, num_threads=2)),
+    "parallel": Adapter(partial(fe.parallel_env, small_flock(3, num_steps=40), reward="individual")),
+    "parallel with capture": Adapter(partial(fe.parallel_env, CAPTURE, reward="difference")),
+    "parallel with predators": Adapter(partial(fe.parallel_env, HUNTED)),
+    "agent by agent": Adapter(partial(flockesc_v1.env, FLOCK), has_states=False),
+    "stable-baselines3": Adapter(partial(vec_env, FLOCK, 3, num_threads=2)),
     "stable-baselines3, a slot per agent": Adapter(
-        lambda: vec_env(CAPTURE, 2, per_agent=True, num_threads=2)
+        partial(vec_env, CAPTURE, 2, per_agent=True, num_threads=2)
     ),
 }
 
@@ -124,26 +125,16 @@ class Weave(RowMemory):
         return np.repeat(share[:, np.newaxis], spec.dimension, axis=1)
 
 
-HUNT, LONG_HUNT = (small_flock(num_steps=steps).with_learned_predators() for steps in (40, 4000))
-
-REMEMBERING: dict[str, Callable[[Weave], Any]] = {
-    "gymnasium": lambda weave: fe.FlockEscapeEnv(HUNT, predator_policy=weave),
-    "predator": lambda weave: fe.PredatorEnv(HUNT, flock_policy=weave, per_agent=True),
-    "vector": lambda weave: BatchVectorEnv(3, HUNT, predator_policy=weave),
-    "vector in the same step": lambda weave: BatchVectorEnv(
-        3, HUNT, autoreset_mode="SameStep", predator_policy=weave
-    ),
-    "vector without autoreset": lambda weave: BatchVectorEnv(
-        3, LONG_HUNT, autoreset_mode="Disabled", predator_policy=weave
-    ),
-    "a slot per agent": lambda weave: BatchVectorEnv(10, HUNT, per_agent=True, predator_policy=weave),
-    "parallel": lambda weave: fe.parallel_env(HUNT, predator_policy=weave),
-    "stable-baselines3": lambda weave: vec_env(HUNT, 3, predator_policy=weave),
-    "stable-baselines3, a slot per agent": lambda weave: vec_env(
-        HUNT, 2, per_agent=True, predator_policy=weave
-    ),
+REMEMBERING: dict[str, Callable[..., Any]] = {
+    "gymnasium": partial(fe.FlockEscapeEnv, HUNTED),
+    "predator": lambda predator_policy: fe.PredatorEnv(HUNTED, flock_policy=predator_policy, per_agent=True),
+    **{mode.value: partial(BatchVectorEnv, 3, HUNTED, autoreset_mode=mode) for mode in AutoresetMode},
+    "a slot per agent": partial(BatchVectorEnv, 10, HUNTED, per_agent=True),
+    "parallel": partial(fe.parallel_env, HUNTED),
+    "stable-baselines3": partial(vec_env, HUNTED, 3),
+    "stable-baselines3, a slot per agent": partial(vec_env, HUNTED, 2, per_agent=True),
 }
-"""Environments whose predator or flock follows a policy with a memory."""
+"""Environments whose predator or flock follows the argument ``predator_policy``."""
 
 
 def adapters(is_wanted: Callable[[Adapter], bool] = lambda _: True) -> pytest.MarkDecorator:
