@@ -50,32 +50,18 @@ def test_rollout(dimension: int, per_agent: bool) -> None:
         np.testing.assert_equal(result, first)
 
 
-def large_flock(dimension: int) -> fe.FlockScenario:
-    """Return a flock large enough to be split over threads, with 0.03 agents per m^D."""
-    side = (5000 / 0.03) ** (1 / dimension)
-    return fe.FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side)
-
-
 def simulated(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
-    own = np.linspace(0.0, 20.0, 5000)
-    names = ("positions", "velocities", "mean_distance", "min_distance", "num_components", "polarization")
-    return [
-        columns(fe.simulate(scenario, rho, seed=2, num_threads=num_threads), *names) for rho in (6.0, own)
-    ]
-
-
-def unlike_simulated(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
-    """Simulate different, noisy agents under two laws of motion."""
+    """Simulate equal agents, and different, noisy ones under two laws of motion."""
     names, rng = ("mass", "speed", "repulsion_strength", "alignment_strength"), np.random.default_rng(0)
     traits: dict[str, Any] = {name: rng.uniform(0.5, 2, 5000) * getattr(scenario, name) for name in names}
     noisy = scenario.replace(angular_noise=0.5, sensing_noise=0.5, sensing_delay=2, **traits)
-    return [simulated(noisy.replace(motion=law), num_threads) for law in (Inertial(), Reynolds())]
-
-
-def flock_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
-    env = fe.FlockEscapeEnv(scenario, num_threads=num_threads, **EVERY_STEP)
-    env.action_space.seed(0)
-    return [env.reset(seed=2), *(env.step(env.action_space.sample()) for _ in range(8))]
+    scenarios = (scenario, noisy.replace(motion=Inertial()), noisy.replace(motion=Reynolds()))
+    names = ("positions", "velocities", "mean_distance", "min_distance", "num_components", "polarization")
+    return [
+        columns(fe.simulate(each, rho, seed=2, num_threads=num_threads), *names)
+        for each in scenarios
+        for rho in (6.0, np.linspace(0.0, 20.0, 5000))
+    ]
 
 
 def agents_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
@@ -93,9 +79,11 @@ def flocks_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[A
 
 
 @dimensions
-@pytest.mark.parametrize("played", [simulated, unlike_simulated, flock_played, agents_played, flocks_played])
+@pytest.mark.parametrize("played", [simulated, agents_played, flocks_played])
 def test_threads_of_one_large_flock(played: Any, dimension: int) -> None:
-    scenario = large_flock(dimension)
+    """The flock is large enough to be split over threads, with 0.03 agents per m^D."""
+    side = (5000 / 0.03) ** (1 / dimension)
+    scenario = fe.FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side)
     serial = played(scenario, 1)
     for threads in (2, 7):
         np.testing.assert_equal(played(scenario, threads), serial)

@@ -4,11 +4,10 @@ import copy
 from typing import Any
 
 import numpy as np
-import pytest
 import reference
 from envs import state
 from objective_values import SERIES
-from option_table import DIMENSIONS, OBJECTIVES, small_flock
+from option_table import DIMENSIONS, OBJECTIVES, every_pair, small_flock
 
 import flockesc_env as fe
 from flockesc_env.envs.pettingzoo import FlockParallelEnv
@@ -17,9 +16,6 @@ from flockesc_env.scenario import ConstantVelocity, Learned, PurePursuit, Wander
 from flockesc_env.scenario.neighbors import Topological
 
 MAX_RANGE = 12.0
-
-dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
-objectives = pytest.mark.parametrize("objective", OBJECTIVES)
 
 HUNTERS = (
     PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0, confusion_rate=2.0, sight=1e3),
@@ -37,7 +33,6 @@ FLOCKS: dict[str, dict[str, Any]] = {
     "learned": {"predators": (Learned((0.0, 0.0), (8.0, 8.0)), HUNTERS[0]), "capture_radius": 7.0},
 }
 DENSE: dict[str, Any] = {"num_agents": 12, "num_steps": 30, "initial_side": 18.0}
-flocks = pytest.mark.parametrize("flock", FLOCKS)
 
 
 def played(scenario: fe.FlockScenario, reward: str, **options: Any) -> FlockParallelEnv:
@@ -52,9 +47,7 @@ def some_ranges(scenario: fe.FlockScenario, rng: np.random.Generator) -> np.ndar
     return np.where(rng.random(ranges.shape) < 0.2, 0.0, ranges)
 
 
-@dimensions
-@objectives
-@flocks
+@every_pair(flock=FLOCKS, objective=OBJECTIVES, dimension=DIMENSIONS)
 def test_difference_against_copies_of_the_flock(flock: str, objective: str, dimension: int) -> None:
     """In each copy of the environment one agent has range 0; random draws are the same, bit for bit."""
     scenario = small_flock(dimension, **DENSE, **FLOCKS[flock])
@@ -129,8 +122,7 @@ def test_agents_on_the_edge_of_a_neighborhood() -> None:
         assert rewards.tolist() == ([-16.0, -16.0] if is_near else [-32.0, 0.0])
 
 
-@dimensions
-@pytest.mark.parametrize("flock", [name for name in FLOCKS if name not in {"frozen graph", "learned"}])
+@every_pair(flock=[name for name in FLOCKS if name not in {"frozen graph", "learned"}], dimension=DIMENSIONS)
 def test_neighborhood_follows_the_neighbor_rule(flock: str, dimension: int) -> None:
     scenario = small_flock(dimension, **(DENSE | {"num_agents": 30}), **FLOCKS[flock])
     counts = assert_neighborhoods(scenario, lambda state: near(scenario, state))
