@@ -3,19 +3,19 @@
 import pickle
 from typing import Any
 
+import envs
 import gymnasium
 import numpy as np
 import pytest
-from envs import state
+from envs import FLOCKS, RANDOM, info_of, same_action, start, state
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
-from option_table import DIMENSIONS, EVERY_STEP, IDS, small_flock
+from option_table import EVERY_STEP, IDS, small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.spaces import RangeActions
-from flockesc_env.scenario import PurePursuit
 
 
 def play(env: Any) -> list[Any]:
@@ -108,34 +108,39 @@ def test_components_are_counted_on_request(count_components: bool) -> None:
     assert set(info) == (INFO_KEYS | {"num_components"} if count_components else INFO_KEYS)
 
 
-PREDATORS = (PurePursuit((0.0, 0.0), (8.0, 8.0)), PurePursuit((30.0, 0.0), (0.0, 9.0)))
-
-
-@pytest.mark.parametrize("dimension", DIMENSIONS)
-def test_a_flock_equals_the_simulation(dimension: int) -> None:
-    scenario = small_flock(dimension, predators=PREDATORS, capture_radius=4.0)
-    env = fe.FlockEscapeEnv(scenario, action_mode="range", max_range=9.0, steps_per_action=1)
+@pytest.mark.parametrize(("seed", "dimension"), [(7, 3), (2**64 - 1, 2)])
+@pytest.mark.parametrize("interface", ["gymnasium", "parallel", "aec"])
+def test_an_episode_equals_the_simulation(interface: str, seed: int, dimension: int) -> None:
+    """The view of the flock and the infos in every step."""
+    radius = 4.0 if interface == "gymnasium" else None
+    scenario = small_flock(dimension, predators=RANDOM, capture_radius=radius)
+    env = FLOCKS[interface](scenario, count_components=True, **EVERY_STEP)
     with pytest.raises(ResetNeeded):
-        _ = env.flock.positions
-    env.reset(seed=5)
-    run = fe.simulate(scenario, 9.0, seed=5)
-    speed = np.hypot(8.0, 8.0)  # for a predator that only turns
+        _ = env.unwrapped.flock.positions
+    info = info_of(env, start(env, seed))
+    run = fe.simulate(scenario, 25.0, seed=seed)
     for step in range(scenario.num_steps + 1):
-        flock = env.flock
+        flock = env.unwrapped.flock
         assert flock.step == step
-        np.testing.assert_array_equal(flock.positions, run.positions[step])
-        np.testing.assert_array_equal(flock.velocities, run.velocities[step])
-        np.testing.assert_array_equal(flock.predator_positions, run.predator_positions[step])
-        assert np.linalg.norm(flock.predator_velocities, axis=1) == pytest.approx([speed, 9.0])
-        np.testing.assert_array_equal(flock.interaction_range, [9.0 if step else 0.0])
-        assert flock.caught.mean() == pytest.approx(1 - run.fraction_surviving[step], abs=1e-12)
+        for name in ("positions", "velocities", "predator_positions"):
+            np.testing.assert_array_equal(getattr(flock, name), getattr(run, name)[step])
+        assert np.linalg.norm(flock.predator_velocities, axis=1) == pytest.approx(
+            [5.0, 9.0]
+        )  # they only turn
         assert not flock.distances[flock.caught].any()
+        assert not step or (flock.interaction_range == 25.0).all()
+        for name in ("mean_distance", "min_distance", "polarization", "fraction_surviving"):
+            assert info[name] == getattr(run, name)[step]
+        # Before the first action the range is 0, so every agent is alone.
+        assert info["num_components"] == (run.num_components[step] if step else 5)
         if step < scenario.num_steps:
-            env.step(np.float32([9.0]))
+            info = info_of(env, envs.step(env, same_action(env, np.float32([-0.5]))))
+    assert info["min_mean_distance"] == run.mean_distance.min()
+    assert info["min_min_distance"] == run.min_distance.min()
 
 
 def test_shapes_and_read_only_arrays() -> None:
-    scenario = small_flock(3, predators=PREDATORS)
+    scenario = small_flock(3, predators=RANDOM)
     for env, rows in ((fe.parallel_env(scenario), 5), (fe.PredatorEnv(small_flock(3)), 1)):
         env.reset(seed=0)
         now = state(env.flock)

@@ -1,7 +1,5 @@
 """A seed gives the same flock in every interface and determines all following episodes."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from envs import FLOCKS, RANDOM, info_of, same_action, start, step
@@ -13,37 +11,6 @@ from flockesc_env.policies import FixedRange
 RHO = 25.0
 ACTION = np.array([-0.5], np.float32)  # exactly RHO of [0, 100]
 SEEDS = [0, 7, 2**32, 2**63, 2**64 - 1]
-CURVES = ("mean_distance", "min_distance", "num_components", "polarization")
-
-
-def curves(infos: list[dict[str, Any]]) -> dict[str, list[Any]]:
-    return {name: [info[name] for info in infos] for name in CURVES}
-
-
-INTERFACES = [name for name in FLOCKS if name not in {"predator", "vector", "agent vector"}]
-
-
-@pytest.mark.parametrize(
-    ("seed", "dimension", "changes"), [(7, 3, {}), (2**64 - 1, 2, {"predators": RANDOM})], ids=["3D", "2D"]
-)
-@pytest.mark.parametrize("interface", INTERFACES)
-def test_environments_play_the_simulated_flock(
-    interface: str, seed: int, dimension: int, changes: dict[str, Any]
-) -> None:
-    scenario = small_flock(dimension, **changes)
-    run = fe.simulate(scenario, RHO, seed=seed)
-    environment = FLOCKS[interface](scenario, count_components=True, **EVERY_STEP)
-    infos = [info_of(environment, start(environment, seed))]
-    infos += [
-        info_of(environment, step(environment, same_action(environment, ACTION)))
-        for _ in range(scenario.num_steps)
-    ]
-    expected = {name: getattr(run, name).tolist() for name in CURVES}
-    # Before the first action the range is 0, so every agent is alone.
-    expected["num_components"][0] = scenario.num_agents
-    assert curves(infos) == expected
-    assert infos[-1]["min_mean_distance"] == run.mean_distance.min()
-    assert infos[-1]["min_min_distance"] == run.min_distance.min()
 
 
 @pytest.mark.parametrize(("seed", "dimension"), [(0, 2), (2**64 - 1, 3)])

@@ -84,27 +84,32 @@ def steered(
     r, v, names = flock
     dt, pack = scenario.time_step, scenario.predators
     minds.steps += 1
-    if not len(r):
-        return np.array([unled(*each, dt, minds) for each in zip(pack, places, velocities, strict=True)])
-    centroid = r.mean(axis=0)
+    centroid = r.mean(axis=0) if len(r) else None
     assigned, stations = assignment(pack, r, places), encirclement(pack, centroid, places)
     new = velocities.copy()
     for k, predator in enumerate(pack):
-        own, nearest = velocities[k], int(np.argmin(np.linalg.norm(r - places[k], axis=1)))
+        own = velocities[k]
         match predator:
             case sc.ConstantVelocity() | sc.Learned():  # no action: straight on
                 continue
             case sc.PrescribedPath():
                 new[k] = (path_position(predator, minds.steps + 1, dt) - places[k]) / dt
                 continue
+            case sc.Wandering():
+                new[k] = wandered(own, predator.angular_diffusion * dt, minds.draws)
+                continue
+            case sc.PurePursuit() if predator.confusion_rate and not len(r):
+                minds.draws.uniform()
+        if not len(r):
+            new[k] = sped_up(predator, own, dt)
+            continue
+        nearest = int(np.argmin(np.linalg.norm(r - places[k], axis=1)))
+        match predator:
             case sc.Attracted():
                 offsets = r - places[k]
                 distances = np.linalg.norm(offsets, axis=1, keepdims=True)
                 pull = predator.strength * (offsets / distances**predator.exponent).mean(axis=0)
                 new[k] = pull * min(1, predator.max_speed / np.linalg.norm(pull))
-                continue
-            case sc.Wandering():
-                new[k] = wandered(own, predator.angular_diffusion * dt, minds.draws)
                 continue
             case sc.Intercept():
                 rate = sight_rate(r[nearest] - places[k], v[nearest] - own)
@@ -129,18 +134,6 @@ def steered(
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
         new[k] = sped_up(predator, turned_own, dt)
     return new
-
-
-def unled(predator: Predator, place: Floats, own: Floats, dt: float, minds: Minds) -> Floats:
-    """Return the next velocity of a predator without agents: straight on, at random, or along its path."""
-    match predator:
-        case sc.PrescribedPath():
-            return (path_position(predator, minds.steps + 1, dt) - place) / dt
-        case sc.Wandering():
-            return wandered(own, predator.angular_diffusion * dt, minds.draws)
-        case sc.PurePursuit() if predator.confusion_rate:
-            minds.draws.uniform()
-    return sped_up(predator, own, dt)
 
 
 def sped_up(predator: Predator, own: Floats, dt: float) -> Floats:
@@ -171,19 +164,23 @@ def path_position(predator: sc.PrescribedPath, steps: int, dt: float) -> Floats:
 def assignment(pack: tuple, r: Floats, places: Floats) -> dict[int, int]:
     """Return the agent assigned to each predator, by an assignment over all agents without a shortlist."""
     hunters = [k for k, p in enumerate(pack) if isinstance(p, sc.PurePursuit) and p.target == "assigned"]
+    if not len(r):
+        return {}
     distances = np.linalg.norm(places[hunters, None] - r[None], axis=-1)
     agents = {k: int(row.argmin()) for k, row in zip(hunters, distances, strict=True)}
     rows, columns = linear_sum_assignment(distances)
     return agents | {hunters[row]: int(column) for row, column in zip(rows, columns, strict=True)}
 
 
-def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, float]:
+def encirclement(pack: tuple, centroid: Floats | None, places: Floats) -> dict[int, float]:
     """Return the angle of each encircling predator's station: evenly spaced, with the smallest turns."""
     ring = [k for k, p in enumerate(pack) if isinstance(p, sc.Encircle)]
+    if not ring or centroid is None:
+        return {}
     bearings = {k: np.arctan2(*(places[k] - centroid)[1::-1]) for k in ring}
     order = sorted(ring, key=bearings.__getitem__)
-    spaced = 2 * np.pi * np.arange(len(ring)) / max(len(ring), 1)
-    first = np.mean([bearings[k] for k in order] - spaced) if ring else 0.0
+    spaced = 2 * np.pi * np.arange(len(ring)) / len(ring)
+    first = np.mean([bearings[k] for k in order] - spaced)
     return {k: first + angle for k, angle in zip(order, spaced, strict=True)}
 
 
