@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 NUM_AGENTS = 2000
 SIDE = 80.0
 SPEED = 10.0
-AXES = pytest.mark.parametrize(("dimension", "plane"), [(2, False), (3, False), (3, True)])
+dimensions = pytest.mark.parametrize("dimension", [2, 3])
 
 STARTS: dict[str, InitialPositions] = {
     "square": sc.Square(),
@@ -37,15 +37,11 @@ HEADINGS: dict[str, InitialHeadings] = {
 }
 
 
-def start(dimension: int, plane: bool, **parts: Any) -> tuple[Floats, Floats]:
-    """Return positions relative to the center and unit headings, without the third axis for a plane flock."""
+def start(dimension: int, **parts: Any) -> tuple[Floats, Floats]:
+    """Return positions relative to the center and unit headings."""
     fields = {"num_agents": NUM_AGENTS, "num_steps": 1, "initial_side": SIDE, "speed": SPEED, **parts}
-    scenario = fe.FlockScenario(dimension=dimension, initial_plane=plane, **fields)
-    run = fe.simulate(scenario, 0.0, seed=3)
-    axes = 2 if plane else dimension
-    assert not run.positions[0, :, axes:].any()
-    assert not run.velocities[0, :, axes:].any()
-    return run.positions[0, :, :axes] - SIDE / 2, run.velocities[0, :, :axes] / SPEED
+    run = fe.simulate(fe.FlockScenario(dimension=dimension, **fields), 0.0, seed=3)
+    return run.positions[0] - SIDE / 2, run.velocities[0] / SPEED
 
 
 def assert_uniform(samples: Floats, low: float, high: float) -> None:
@@ -66,10 +62,10 @@ def assert_all_directions(vectors: Floats) -> None:
         assert_uniform(heights / np.linalg.norm(vectors, axis=1), -1.0, 1.0)
 
 
-@AXES
+@dimensions
 @pytest.mark.parametrize("shape", [sc.Square(), sc.Gaussian(7.0)], ids=repr)
-def test_square_and_gaussian(dimension: int, plane: bool, shape: sc.Square | sc.Gaussian) -> None:
-    offsets, _ = start(dimension, plane, initial_positions=shape)
+def test_square_and_gaussian(dimension: int, shape: sc.Square | sc.Gaussian) -> None:
+    offsets, _ = start(dimension, initial_positions=shape)
     for coordinates in offsets.T:
         if isinstance(shape, sc.Square):
             assert_uniform(coordinates, -SIDE / 2, SIDE / 2)
@@ -78,10 +74,10 @@ def test_square_and_gaussian(dimension: int, plane: bool, shape: sc.Square | sc.
     assert np.abs(np.corrcoef(offsets.T) - np.eye(offsets.shape[1])).max() < 3 / math.sqrt(NUM_AGENTS)
 
 
-@AXES
+@dimensions
 @pytest.mark.parametrize("shape", [sc.Disc(30.0), sc.Ring(30.0, 20.0), sc.Ring(30.0, 60.0)], ids=repr)
-def test_disc_and_ring(dimension: int, plane: bool, shape: sc.Disc | sc.Ring) -> None:
-    offsets, _ = start(dimension, plane, initial_positions=shape)
+def test_disc_and_ring(dimension: int, shape: sc.Disc | sc.Ring) -> None:
+    offsets, _ = start(dimension, initial_positions=shape)
     axes = offsets.shape[1]
     half = shape.width / 2 if isinstance(shape, sc.Ring) else 0.0
     inner, outer = (shape.radius - half, shape.radius + half) if half else (0.0, shape.radius)
@@ -93,19 +89,12 @@ def test_disc_and_ring(dimension: int, plane: bool, shape: sc.Disc | sc.Ring) ->
     assert_all_directions(offsets)
 
 
-@AXES
-def test_ring_without_width(dimension: int, plane: bool) -> None:
-    offsets, _ = start(dimension, plane, initial_positions=sc.Ring(30.0))
-    np.testing.assert_allclose(np.linalg.norm(offsets, axis=1), 30.0, rtol=1e-14)
-    assert_all_directions(offsets)
-
-
 @pytest.mark.parametrize(
     ("dimension", "begin", "end"),
     [(2, (-10.0, 5.0), (50.0, 60.0)), (3, (0.0, 50.0), (50.0, 0.0)), (3, (1.0, 2.0, 3.0), (9.0, 8.0, -7.0))],
 )
 def test_segment(dimension: int, begin: tuple[float, ...], end: tuple[float, ...]) -> None:
-    offsets, _ = start(dimension, False, initial_positions=sc.Segment(begin, end))
+    offsets, _ = start(dimension, initial_positions=sc.Segment(begin, end))
     a, b = np.zeros(dimension), np.zeros(dimension)
     a[: len(begin)], b[: len(end)] = begin, end
     along = offsets + SIDE / 2 - a
@@ -114,35 +103,36 @@ def test_segment(dimension: int, begin: tuple[float, ...], end: tuple[float, ...
     assert_uniform(part.clip(0, 1), 0.0, 1.0)
 
 
-@AXES
-def test_clusters(dimension: int, plane: bool) -> None:
+@dimensions
+def test_clusters(dimension: int) -> None:
     count = NUM_AGENTS // 8
-    offsets, _ = start(dimension, plane, initial_positions=sc.Clusters(8, 2.0))
+    offsets, _ = start(dimension, initial_positions=sc.Clusters(8, 2.0))
     groups = offsets.reshape(count, 8, -1)  # agent i belongs to center i modulo 8
     centers = groups.mean(axis=0)
     assert np.abs(centers).max() <= SIDE / 2 + 1
     for coordinates in (groups - centers).reshape(NUM_AGENTS, -1).T:
         assert_normal(coordinates * math.sqrt(count / (count - 1)), 2.0)
-    alone, _ = start(dimension, plane, initial_positions=sc.Clusters(NUM_AGENTS, 0.0))
+    alone, _ = start(dimension, initial_positions=sc.Clusters(NUM_AGENTS, 0.0))
     for coordinates in alone.T:
         assert_uniform(coordinates, -SIDE / 2, SIDE / 2)
-    one, _ = start(dimension, plane, initial_positions=sc.Clusters(1, 0.0))
+    one, _ = start(dimension, initial_positions=sc.Clusters(1, 0.0))
     assert len(np.unique(one, axis=0)) == 1
 
 
-@AXES
-def test_random_headings(dimension: int, plane: bool) -> None:
-    _, headings = start(dimension, plane)
-    assert_all_directions(headings)
-    _, anywhere = start(dimension, plane, initial_headings=sc.AlignedHeadings(max_angle=math.pi))
-    assert_all_directions(anywhere)
+@dimensions
+def test_all_directions(dimension: int) -> None:
+    ring, headings = start(dimension, initial_positions=sc.Ring(30.0))
+    np.testing.assert_allclose(np.linalg.norm(ring, axis=1), 30.0, rtol=1e-14)
+    _, anywhere = start(dimension, initial_headings=sc.AlignedHeadings(max_angle=math.pi))
+    for vectors in (ring, headings, anywhere):
+        assert_all_directions(vectors)
 
 
-@AXES
+@dimensions
 @pytest.mark.parametrize("max_angle", [0.0, 1e-9, 0.5, 2.5])
-def test_aligned_headings(dimension: int, plane: bool, max_angle: float) -> None:
-    direction = (3.0, -4.0) if plane or dimension == 2 else (3.0, -4.0, 12.0)
-    _, headings = start(dimension, plane, initial_headings=sc.AlignedHeadings(direction, max_angle))
+def test_aligned_headings(dimension: int, max_angle: float) -> None:
+    direction = (3.0, -4.0, 12.0)[:dimension]
+    _, headings = start(dimension, initial_headings=sc.AlignedHeadings(direction, max_angle))
     ahead = np.array(direction) / np.linalg.norm(direction)
     chord = np.linalg.norm(headings - ahead, axis=1)  # accurate for tiny angles, unlike the cosine
     if max_angle == 0.0:
@@ -159,11 +149,12 @@ def test_aligned_headings(dimension: int, plane: bool, max_angle: float) -> None
 
 
 def test_an_initial_plane_in_space_equals_the_plane() -> None:
-    for name, shape in STARTS.items():
-        flat = start(3, True, initial_positions=shape)
-        plane = start(2, False, initial_positions=shape)
-        for one, other in zip(flat, plane, strict=True):
-            np.testing.assert_array_equal(one, other, err_msg=name)
+    shapes = [{"initial_positions": shape} for shape in STARTS.values()]
+    for parts in (*shapes, *({"initial_headings": headings} for headings in HEADINGS.values())):
+        positions, velocities = start(3, initial_plane=True, **parts)
+        np.testing.assert_equal((positions[:, :2], velocities[:, :2]), start(2, **parts))
+        assert (positions[:, 2] == -SIDE / 2).all()
+        assert not velocities[:, 2].any()
 
 
 GOLDEN: dict[str, tuple[str, str, str]] = {
