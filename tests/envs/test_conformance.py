@@ -19,6 +19,11 @@ LINE_ID = "flockesc_env:flockesc/LineEscape-v1"
 
 Options = dict[str, Any]
 
+
+def every_option(**values: tuple[Any, ...]) -> pytest.MarkDecorator:
+    return pytest.mark.parametrize("options", table.covering(**values), ids=table.label)
+
+
 pytestmark = pytest.mark.filterwarnings(
     # PettingZoo's suites pass options={"options": 1}.
     "ignore:reset\\(\\) ignores unknown options:UserWarning",
@@ -65,12 +70,13 @@ def check_agents(scenario: FlockScenario, **options: Any) -> None:
         )
 
 
-@table.every_option(table.FLOCK)
-def test_flock(options: Options, dimension: int) -> None:
-    check_single(FLOCK_ID, table.small_flock(dimension), options)
+@every_option(**table.FLOCK, dimension=table.DIMENSIONS)
+def test_flock(options: Options) -> None:
+    options = dict(options)
+    check_single(FLOCK_ID, table.small_flock(options.pop("dimension")), options)
 
 
-@pytest.mark.parametrize("options", table.covering(**table.LINE), ids=table.label)
+@every_option(**table.LINE)
 def test_line(options: Options) -> None:
     check_single(LINE_ID, LineScenario(num_agents=5, max_steps=10), options)
 
@@ -81,9 +87,10 @@ def test_gymnasium_defaults(name: str) -> None:
     check_gymnasium(gymnasium.make(name).unwrapped)
 
 
-@table.every_option(table.AGENTS)
-def test_agents(options: Options, dimension: int) -> None:
-    check_agents(table.small_flock(dimension), **options)
+@every_option(**table.AGENTS, dimension=table.DIMENSIONS)
+def test_agents(options: Options) -> None:
+    options = dict(options)
+    check_agents(table.small_flock(options.pop("dimension")), **options)
 
 
 @table.every_pair(dimension=table.DIMENSIONS, objective=table.OBJECTIVES, capture_radius=(0.0, 4.0, 1e6))

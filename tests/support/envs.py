@@ -6,9 +6,8 @@ rewards, actions and options over ``FLOCKS``.
 
 import copy
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
@@ -53,56 +52,49 @@ LINE = fe.LineScenario(num_agents=30, escape_force="linear_as_printed", max_step
 PICTURES = {"render_mode": "rgb_array", "render_options": fe.RenderOptions(size=160)}
 
 
-@dataclass(frozen=True)
-class Adapter:
+class Adapter(NamedTuple):
     """How to create a small environment, and its capabilities."""
 
     make: Callable[[], Any]
-    has_states: bool = True
+    has_states: bool
     """Whether it has ``get_state`` and ``set_state``."""
-    has_pictures: bool = False
+    has_pictures: bool
     """Whether it renders, which SDL does only in one thread."""
-    reuses_buffers: bool = False
+    reuses_buffers: bool
     """Whether the next step overwrites the arrays that it returned."""
 
 
-_vector = partial(BatchVectorEnv, 3, FLOCK, num_threads=2)
+def adapter(make: Callable[..., Any], *arguments: Any, has_states: bool = True, **options: Any) -> Adapter:
+    """Return an adapter with arguments of an environment."""
+    called = partial(make, *arguments, **options)
+    return Adapter(called, has_states, "render_mode" in options, options.get("copy") is False)
+
+
+vector = partial(adapter, BatchVectorEnv, num_threads=2)
+unlike = small_flock(3, num_steps=40, predators=RANDOM, capture_radius=2.0, **UNLIKE)
 ADAPTERS = {
-    "gymnasium": Adapter(partial(fe.FlockEscapeEnv, FLOCK)),
-    "gymnasium.make": Adapter(
-        partial(gymnasium.make, "flockesc/FlockEscape-v1", scenario=FLOCK), has_states=False
-    ),
-    "different agents with noise and delay": Adapter(
-        partial(
-            fe.FlockEscapeEnv,
-            small_flock(3, num_steps=40, predators=RANDOM, capture_radius=2.0, **UNLIKE),
-        )
-    ),
-    "chased": Adapter(partial(fe.FlockEscapeEnv, HUNTED, predator_policy=Pursue())),
-    "discrete": Adapter(
-        partial(fe.FlockEscapeEnv, FLOCK, action_mode="discrete", range_grid=[1.0, 5.0, 9.0])
-    ),
-    "pictures": Adapter(partial(fe.FlockEscapeEnv, FLOCK, **PICTURES), has_pictures=True),
-    "predator": Adapter(partial(fe.PredatorEnv, FLOCK)),
-    "line": Adapter(partial(fe.LineEscapeEnv, LINE)),
-    "line in pictures": Adapter(partial(fe.LineEscapeEnv, LINE, **PICTURES), has_pictures=True),
-    "vector": Adapter(_vector),
-    "vector in the same step": Adapter(partial(_vector, autoreset_mode="SameStep", action_mode="discrete")),
-    "vector without autoreset": Adapter(partial(_vector, autoreset_mode="Disabled")),
-    "vector in pictures": Adapter(partial(_vector, autoreset_mode="SameStep", **PICTURES), has_pictures=True),
-    "vector without copies": Adapter(partial(_vector, copy=False), reuses_buffers=True),
-    "vector of several scenarios": Adapter(
-        partial(BatchVectorEnv, 3, [FLOCK, CAPTURE, small_flock(num_steps=25)], num_threads=2)
-    ),
-    "a slot per agent": Adapter(partial(BatchVectorEnv, 10, CAPTURE, per_agent=True, num_threads=2)),
-    "parallel": Adapter(partial(fe.parallel_env, small_flock(3, num_steps=40), reward="individual")),
-    "parallel with capture": Adapter(partial(fe.parallel_env, CAPTURE, reward="difference")),
-    "parallel with predators": Adapter(partial(fe.parallel_env, HUNTED)),
-    "agent by agent": Adapter(partial(flockesc_v1.env, FLOCK), has_states=False),
-    "stable-baselines3": Adapter(partial(vec_env, FLOCK, 3, num_threads=2)),
-    "stable-baselines3, a slot per agent": Adapter(
-        partial(vec_env, CAPTURE, 2, per_agent=True, num_threads=2)
-    ),
+    "gymnasium": adapter(fe.FlockEscapeEnv, FLOCK),
+    "gymnasium.make": adapter(gymnasium.make, "flockesc/FlockEscape-v1", scenario=FLOCK, has_states=False),
+    "different agents with noise and delay": adapter(fe.FlockEscapeEnv, unlike),
+    "chased": adapter(fe.FlockEscapeEnv, HUNTED, predator_policy=Pursue()),
+    "discrete": adapter(fe.FlockEscapeEnv, FLOCK, action_mode="discrete", range_grid=[1.0, 5.0, 9.0]),
+    "pictures": adapter(fe.FlockEscapeEnv, FLOCK, **PICTURES),
+    "predator": adapter(fe.PredatorEnv, FLOCK),
+    "line": adapter(fe.LineEscapeEnv, LINE),
+    "line in pictures": adapter(fe.LineEscapeEnv, LINE, **PICTURES),
+    "vector": vector(3, FLOCK),
+    "vector in the same step": vector(3, FLOCK, autoreset_mode="SameStep", action_mode="discrete"),
+    "vector without autoreset": vector(3, FLOCK, autoreset_mode="Disabled"),
+    "vector in pictures": vector(3, FLOCK, autoreset_mode="SameStep", **PICTURES),
+    "vector without copies": vector(3, FLOCK, copy=False),
+    "vector of several scenarios": vector(3, [FLOCK, CAPTURE, small_flock(num_steps=25)]),
+    "a slot per agent": vector(10, CAPTURE, per_agent=True),
+    "parallel": adapter(fe.parallel_env, small_flock(3, num_steps=40), reward="individual"),
+    "parallel with capture": adapter(fe.parallel_env, CAPTURE, reward="difference"),
+    "parallel with predators": adapter(fe.parallel_env, HUNTED),
+    "agent by agent": adapter(flockesc_v1.env, FLOCK, has_states=False),
+    "stable-baselines3": adapter(vec_env, FLOCK, 3, num_threads=2),
+    "stable-baselines3, a slot per agent": adapter(vec_env, CAPTURE, 2, per_agent=True, num_threads=2),
 }
 
 

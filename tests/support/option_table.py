@@ -59,30 +59,20 @@ def every_pair(**values: Iterable[Any]) -> pytest.MarkDecorator:
     return pytest.mark.parametrize(tuple(values), rows)
 
 
-def _values(rewards: tuple[str, ...]) -> dict[str, tuple[Any, ...]]:
-    return {
-        "action_mode": ACTION_MODES,
-        "objective": OBJECTIVES,
-        "reward": rewards,
-        "predator_sensing_range": SENSING_RANGES,
-        "steps_per_action": STEPS_PER_ACTION,
-    }
-
-
-FLOCK, AGENTS = _values(FLOCK_REWARDS), _values(AGENT_REWARDS)
+AGENTS: dict[str, tuple[Any, ...]] = {
+    "action_mode": ACTION_MODES,
+    "objective": OBJECTIVES,
+    "reward": AGENT_REWARDS,
+    "predator_sensing_range": SENSING_RANGES,
+    "steps_per_action": STEPS_PER_ACTION,
+}
+FLOCK = AGENTS | {"reward": FLOCK_REWARDS}
 LINE = {"action_mode": ACTION_MODES, "reward": get_args(LineReward), "steps_per_action": STEPS_PER_ACTION}
 
 
 def label(options: dict[str, Any]) -> str:
     """Return the test id of a combination."""
     return "-".join(str(value) for value in options.values())
-
-
-def every_option(values: dict[str, tuple[Any, ...]]) -> pytest.MarkDecorator:
-    """Return a mark that runs a test over ``options`` and ``dimension``."""
-    rows = covering(**values, dimension=DIMENSIONS)
-    cases = [pytest.param(row.pop("dimension"), row, id=label(row)) for row in rows]
-    return pytest.mark.parametrize(("dimension", "options"), cases)
 
 
 def small_flock(dimension: int = 2, **changes: Any) -> fe.FlockScenario:
