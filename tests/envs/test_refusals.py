@@ -15,16 +15,18 @@ import pytest
 from envs import FLOCK, FLOCKS, REMEMBERING, Weave, adapters, draw, has_ended, play, start
 from gymnasium.error import ResetNeeded
 from gymnasium.wrappers import RescaleAction
-from option_table import small_flock
+from option_table import DIMENSIONS, small_flock
 from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.vec_env import VecMonitor
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
+from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict
+from flockesc_env.models.simulate import run_flock
 from flockesc_env.policies import Pursue
 from flockesc_env.sb3 import vec_env
-from flockesc_env.scenario import PurePursuit, Topological
+from flockesc_env.scenario import Learned, PurePursuit, Topological
 
 # Entries that the action space rejects.
 BAD_ENTRIES = {
@@ -96,6 +98,20 @@ def test_bounds_are_actions_also_after_rounding_in_float32() -> None:
             np.testing.assert_allclose(found, [low, high], rtol=0, atol=1e-6 * high)
         for beyond in (low - 1e-6 * high, high + 1e-6 * high):
             assert refused_field(env, np.array([beyond])) == "action"
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+def test_rounding_of_predator_actions_in_float32_is_clipped(dimension: int) -> None:
+    hunters = (Learned((-10.0, -5.0), (6.0, 8.0)), Learned((40.0, 20.0), (-3.0, 1.0), max_speed=7.0))
+    scenario = small_flock(dimension, num_agents=12, predators=hunters)
+    ends = np.resize([1.0, 0.0, -1.0, 1.0, 0.0], (scenario.num_steps, 2, dimension))
+    exact, beyond = (run_flock(scenario, 9.0, seed=1, predator_actions=ends * by) for by in (1, 1 + 3e-7))
+    np.testing.assert_array_equal(exact.predator_positions, beyond.predator_positions)
+    spec = FlockBatch(scenario, fe.EnvOptions()).predator_policy_spec
+    np.testing.assert_array_equal(spec.plain(ends[0] * (1 + 3e-7), 2), ends[0])
+    for refused in (np.nan, 1 + 1e-6):
+        with pytest.raises(InputError, match=r"predator_actions\[1\]"):
+            spec.plain([[0.0] * dimension, [refused] * dimension], 2)
 
 
 def test_nan_is_not_told_to_clip() -> None:
