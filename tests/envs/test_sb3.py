@@ -79,20 +79,27 @@ def test_slots_equal_those_of_gymnasium_with_autoreset_in_the_same_step(
 
 @PER_AGENT
 def test_options_are_used_once(per_agent: bool) -> None:
-    scenario = small_flock()
-    start = np.arange(10.0).reshape(5, 2)
-    env, twin = (vec_env(scenario, FLOCKS, per_agent=per_agent) for _ in range(2))
-    single = fe.parallel_env(scenario) if per_agent else fe.FlockEscapeEnv(scenario)
+    """Every flock has its own: a start, or the episode with which its schedule begins."""
+    scenario = small_flock(angular_noise=0.5)
+    env = vec_env(scenario, FLOCKS, per_agent=per_agent)
+    singles = [fe.parallel_env(scenario) if per_agent else fe.FlockEscapeEnv(scenario) for _ in range(FLOCKS)]
     rows = env.num_envs // FLOCKS
+    options = [{"episode": 4}, {"initial_positions": np.arange(10.0).reshape(5, 2)}, {"episode": 2}]
+
+    def reset(seeds: Any = (None,) * FLOCKS, options: Any = (None,) * FLOCKS) -> np.ndarray:
+        """Return the rows of all flocks after resets of single environments."""
+        calls = zip(singles, seeds, options, strict=True)
+        starts = [single.reset(seed=seed, options=given)[0] for single, seed, given in calls]
+        return np.concatenate([[*rows.values()] if per_agent else [rows] for rows in starts])
+
     assert list(env.seed(1)) == [1 + slot // rows for slot in range(env.num_envs)]
-    env.set_options({"initial_positions": start})
-    given = env.reset()
-    expected, _ = single.reset(seed=2, options={"initial_positions": start})
-    expected = np.array(list(expected.values())) if per_agent else expected[np.newaxis]
-    np.testing.assert_array_equal(given[rows : 2 * rows], expected)
+    env.set_options([each for each in options for _ in range(rows)])
+    np.testing.assert_array_equal(env.reset(), reset([1, 2, 3], options))
+    for _ in range(3):
+        observations, *_ = env.step(np.zeros((env.num_envs, 1), np.float32))
+    np.testing.assert_array_equal(observations, reset())  # the next episodes
     env.seed(1)
-    twin.seed(1)
-    np.testing.assert_array_equal(env.reset(), twin.reset())
+    np.testing.assert_array_equal(env.reset(), reset([1, 2, 3]))
 
 
 @PER_AGENT

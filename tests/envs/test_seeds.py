@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from envs import FLOCKS, RANDOM, info_of, same_action, start, step
+from envs import FLOCKS, info_of, start
 from option_table import EVERY_STEP, hunted, small_flock
 
 import flockesc_env as fe
@@ -59,29 +59,6 @@ def test_every_episode_can_be_played_alone(interface: str, seed: int, first: int
             assert info["escape_distance"] == expected
         else:
             assert np.all(info["mean_distance"] == fe.simulate(scenario, RHO, seed=drawn).mean_distance[0])
-
-
-@pytest.mark.parametrize("interface", ["vector", "agent vector", "flock slots", "agent slots"])
-def test_a_schedule_goes_on_after_the_episode_that_a_reset_chose(interface: str) -> None:
-    """Every flock has its own number: flocks get apart if some of them lose all agents."""
-    scenario = small_flock(num_steps=4, predators=RANDOM, angular_noise=0.5)
-    single = interface.endswith("vector")  # one number for all slots
-    flocks = {} if interface == "agent vector" else {"num_flocks": 3}
-    environment = FLOCKS[interface](scenario, **flocks, **EVERY_STEP)
-    numbers = [4] if interface == "agent vector" else [4] * 3 if single else [4, 0, 2]
-    rows = environment.num_envs // len(numbers)
-    each = [{"episode": number} for number in numbers for _ in range(rows)]
-    start(environment, 11, each[0] if single else each)
-    for later in range(3):
-        # SB3 resets in the last step of an episode, a vector environment in a separate step.
-        steps = [
-            step(environment, same_action(environment, ACTION)) for _ in range(4 + (single and later > 0))
-        ]
-        for flock, number in enumerate(numbers):
-            run = fe.simulate(scenario, RHO, seed=fe.episode_seed(11 + flock, number + later))
-            at = flock * rows
-            infos = [info["mean_distance"][at] if single else info[at]["mean_distance"] for *_, info in steps]
-            assert infos[-4:] == run.mean_distance[1:].tolist()
 
 
 def test_schedule_of_seeds() -> None:

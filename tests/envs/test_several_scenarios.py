@@ -1,9 +1,8 @@
-"""One scenario per flock: slots of agents, scenarios that do not agree, snapshots and predator policies.
+"""One scenario per flock: slots of agents, scenarios that do not agree, and snapshots.
 
 Slots of flocks: ``test_vector_env.py``.
 """
 
-import pickle
 from functools import partial
 from typing import Any
 
@@ -11,12 +10,11 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 from option_table import ACTION_MODES, AGENT_REWARDS, HUNTED, SEVERAL, covering, label, small_flock
-from same import plain, same
+from same import same
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.policies import Pursue
 from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import Learned, Topological
 
@@ -90,11 +88,14 @@ def test_snapshots_belong_to_scenarios() -> None:
     envs, other = BatchVectorEnv(FLOCKS, SEVERAL), BatchVectorEnv(FLOCKS, SEVERAL[::-1])
     envs.reset(seed=3)
     other.reset(seed=8)
-    actions = np.zeros((FLOCKS, 1), np.float32)
-    envs.step(actions)
-    state, one = envs.get_state(), envs.get_state(1)
-    before = other.get_state()
-    for refused, flocks in ((state, None), (one, 3), (one, [0, 1]), (envs.get_state([0, 1]), [0, 1])):
+    envs.step(np.zeros((FLOCKS, 1), np.float32))
+    one, before = envs.get_state(1), other.get_state()
+    for refused, flocks in (
+        (envs.get_state(), None),
+        (one, 3),
+        (one, [0, 1]),
+        (envs.get_state([0, 1]), [0, 1]),
+    ):
         with pytest.raises(InputError, match="same scenario"):
             other.set_state(refused, flocks)
     assert other.get_state() == before
@@ -102,24 +103,3 @@ def test_snapshots_belong_to_scenarios() -> None:
     single = fe.FlockEscapeEnv(HUNTED)
     single.set_state(one)
     assert other.get_state(0) == other.get_state(2) == single.get_state() == one
-    twin = BatchVectorEnv(FLOCKS, list(SEVERAL), num_threads=2)
-    twin.set_state(state)
-    copy = pickle.loads(pickle.dumps(envs))  # noqa: S301
-    for _ in range(20):
-        expected = plain(envs.step(actions))
-        assert plain(twin.step(actions)) == plain(copy.step(actions)) == expected
-
-
-def test_predator_policies() -> None:
-    scenarios = [small_flock(predators=[Learned(max_speed=speed)]) for speed in (12.0, 24.0)]
-    options = {"action_mode": "range", "predator_policy": Pursue(), "autoreset_mode": "SameStep"}
-    together = BatchVectorEnv(2, scenarios, **options)
-    alone = [BatchVectorEnv(1, scenario, **options) for scenario in scenarios]
-    together.reset(seed=1)
-    for seed, env in enumerate(alone, 1):
-        env.reset(seed=seed)
-    for _ in range(25):
-        observations, rewards, *_ = together.step(np.full((2, 1), 5.0, np.float32))
-        steps = [env.step(np.full((1, 1), 5.0, np.float32)) for env in alone]
-        same(observations, np.concatenate([step[0] for step in steps]))
-        same(rewards, np.concatenate([step[1] for step in steps]))

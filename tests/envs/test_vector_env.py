@@ -14,6 +14,8 @@ from option_table import EVERY_STEP, SEVERAL, covering, doomed, small_flock
 
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.envs.vector import BatchVectorEnv
+from flockesc_env.policies import Pursue
+from flockesc_env.scenario import Learned
 
 NAME = "flockesc_env:flockesc/FlockEscape-v1"
 SLOTS = 4
@@ -60,6 +62,7 @@ class Twins:
 
 
 LONG: dict[str, Any] = {"scenario": small_flock(num_steps=100)}
+CHASED = small_flock(predators=[Learned(max_speed=24.0)])
 DOOMED: dict[str, Any] = {"scenario": doomed(), "objective": "fraction_surviving", "num_threads": 3}
 CASES: list[dict[str, Any]] = [
     *(
@@ -67,6 +70,7 @@ CASES: list[dict[str, Any]] = [
         for options in covering(**table.FLOCK, dimension=table.DIMENSIONS, count_components=(False, True))
     ),
     {"scenario": SEVERAL, "num_threads": 2, "extra_entries": ("escape_direction",), "max_range": 4.0},
+    {"scenario": 2 * [CHASED, CHASED.replace(num_steps=7)], "predator_policy": Pursue()},
     *({**DOOMED, "steps_per_action": steps} for steps in (1, 3)),
     {"max_episode_steps": 1, **LONG},
     {"max_episode_steps": 10, "action_mode": "range", "reward": "terminal", **LONG},
@@ -92,7 +96,8 @@ def test_slots_equal_environments(autoreset_mode: AutoresetMode, options: dict[s
     twins.reset(seed=[None, 9, None, None], mask=~MASK)
     twins.step(31)
     start = {"initial_positions": np.arange(float(agents * dimension)).reshape(agents, dimension)}
-    twins.reset(seed=40, mask=MASK, **start, predator_velocities=np.ones((predators, dimension)))
+    velocities = np.ones((predators, dimension))
+    twins.reset(seed=40, mask=MASK, **start, predator_velocities=velocities, episode=4)
     twins.step(25)
     twins.reset()
     twins.step(60)
