@@ -1,58 +1,75 @@
 """Every reward by its definition, through the environments that all other interfaces are compared with."""
 
+import copy
 from typing import Any
 
 import numpy as np
 import pytest
+import reference
 from objective_values import SERIES
 from option_table import (
     AGENT_REWARDS,
-    EVERY_STEP,
+    DIMENSIONS,
     INDIVIDUAL_REWARDS,
     OBJECTIVES,
     STEPS_PER_ACTION,
     doomed,
     every_pair,
-    hunted,
     small_flock,
 )
 
 import flockesc_env as fe
 from flockesc_env.models import Trajectory
+from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.policies import FixedRange
-from flockesc_env.scenario import ConstantVelocity
+from flockesc_env.scenario import ConstantVelocity, Learned, PurePursuit, Topological, Wandering
 
-RHO = 25.0  # exact in every interface: action -0.5 of [0, 100]
+RHO, MAX_RANGE = 5.0, 8.0
 SEED = 8
 PER_AGENT = ("parallel", "rollout of agents")
 INTERFACES = ("gymnasium", "rollout of flocks", *PER_AGENT)
-SPEEDS = (4.0, 14.0)
-"""Of the agents, in m/s: predators come near."""
 TWO_WAVES = (ConstantVelocity((-20.0, 35.0), (150.0, 0.0)), ConstantVelocity((180.0, 15.0), (-180.0, 0.0)))
 """Two predators: the first passes by, and the second comes nearer later."""
-SCENARIOS = {
-    "one predator": small_flock(num_agents=7, num_steps=20),
-    "two waves": small_flock(num_agents=7, num_steps=20, predators=TWO_WAVES),
-    "capture": hunted(),
-    "all are caught": doomed(),
+HUNTERS = (
+    PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0, confusion_rate=2.0, sight=1e3),
+    Wandering((25.0, 0.0), (0.0, 15.0), angular_diffusion=2.0),
+    ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
+)
+FLOCKS: dict[str, dict[str, Any]] = {
+    "paper": {},
+    "two waves": {"predators": TWO_WAVES, "speed": 4.0},
+    "noise and delay": {"angular_noise": 1.0, "sensing_noise": 0.5, "sensing_delay": 2},
+    "random predators": {"predators": HUNTERS},
+    "capture": {"predators": HUNTERS, "capture_radius": 7.0},
+    "all are caught": {"predators": HUNTERS, "capture_radius": 15.0},
+    "blind angle": {"blind_angle": 2.0},
+    "frozen graph": {"frozen_graph": True},
+    "nearest": {"neighbor_rule": Topological()},
+    "learned": {"predators": (Learned((0.0, 0.0), (8.0, 8.0)), HUNTERS[0]), "capture_radius": 7.0},
 }
+
+
+def flock_of(name: str, dimension: int) -> fe.FlockScenario:
+    return small_flock(dimension, num_agents=12, num_steps=30, initial_side=18.0, **FLOCKS[name])
 
 
 def rewards_of(interface: str, scenario: fe.FlockScenario, **options: Any) -> np.ndarray:
     """Play an episode and return its rewards, shape (actions, rows), or its mean return, shape (1, 1)."""
-    options = EVERY_STEP | options
+    options |= {"action_mode": "range", "max_range": MAX_RANGE}
     if interface.startswith("rollout"):
         options["per_agent"] = interface in PER_AGENT
         return fe.rollout(scenario, FixedRange(RHO), [SEED], **options).mean_return[None]
     is_flock = interface == "gymnasium"
     env: Any = fe.FlockEscapeEnv(scenario, **options) if is_flock else fe.parallel_env(scenario, **options)
     reset, act = (env.reset, env.step) if is_flock else (env.reset_array, env.step_array)
-    action = np.full(1 if is_flock else (scenario.num_agents, 1), -0.5)
+    actions = [np.full(1 if is_flock else (scenario.num_agents, 1), RHO)]
+    if not is_flock and scenario.num_learned:
+        actions.append(np.zeros((scenario.num_learned, scenario.dimension)))
     reset(seed=SEED)
     rewards: list[Any] = []
     is_over = False
     while not is_over:
-        _, paid, terminated, truncated, _ = act(action)
+        _, paid, terminated, truncated, _ = act(*actions)
         rewards.append(np.atleast_1d(paid))
         is_over = np.all(np.logical_or(terminated, truncated))
     return np.array(rewards)
@@ -65,62 +82,118 @@ def own_distances(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     return np.where(is_caught, 0.0, np.linalg.norm(offsets, axis=3).min(axis=2)), is_caught
 
 
-def defined(reward: str, curve: np.ndarray, own: np.ndarray, num_steps: int) -> np.ndarray:
-    """Return the reward of every step and agent, shape (steps, agents), or of every step, shape (steps, 1).
+def neighborhood(run: Trajectory, step: int) -> np.ndarray:
+    """Return whether agent j is a neighbor of agent i under the largest range, or in the frozen graph."""
+    if run.scenario.frozen_graph:
+        return reference.directed_graph(run.positions[0], np.full(run.scenario.num_agents, RHO))
+    positions, velocities = run.positions[step], run.velocities[step]
+    pairs = neighbor_pairs(run.scenario, positions, MAX_RANGE, velocities=velocities)
+    graph = np.eye(run.scenario.num_agents, dtype=bool)
+    graph[tuple(pairs.T)] = True
+    return graph
 
-    Args:
-        reward: name.
-        curve: the objective at every time, shape (steps + 1,).
-        own: distance of every agent from the predators, shape (steps + 1, agents); 0 if it is caught.
-        num_steps: of an episode in which some agents survive.
-    """
+
+def defined(reward: str, run: Trajectory, objective: str, end: int) -> np.ndarray:
+    """Return the reward of every step before the end and agent, shape (end, agents), or shape (end, 1)."""
+    curve, (own, is_caught) = getattr(run, SERIES[objective])[: end + 1], own_distances(run)
+    own = own[: end + 1]
     minimum = np.minimum.accumulate(curve)[:, np.newaxis]
-    rewards = np.zeros((len(curve) - 1, own.shape[1] if "individual" in reward else 1))
+    rewards = np.zeros((end, own.shape[1] if reward in INDIVIDUAL_REWARDS else 1))
     match reward:
         case "team":
             return np.diff(minimum, axis=0)
         case "terminal":
             rewards[-1] = minimum[-1] - minimum[0]
         case "distance":
-            return curve[1:, np.newaxis] / num_steps
+            return curve[1:, np.newaxis] / run.scenario.num_steps
         case "individual_distance":
-            return own[1:] / num_steps
+            return own[1:] / run.scenario.num_steps
         case "individual_distance_change":
             return np.diff(own, axis=0)
         case "individual":  # what agents lost since the minimum fell last
             falls = np.flatnonzero(np.diff(minimum[:, 0]) < 0) + 1
             rewards[falls - 1] = np.diff(own[[0, *falls]], axis=0)
+        case "neighborhood_distance_change":
+            for step, change in enumerate(np.diff(own, axis=0), 1):
+                neighbors = neighborhood(run, step) & ~is_caught[step]
+                for agent in np.flatnonzero(~is_caught[step]):
+                    rewards[step - 1, agent] = change[neighbors[agent]].mean()
     return rewards
 
 
-@pytest.mark.parametrize("kind", SCENARIOS)
 @every_pair(
+    flock=FLOCKS,
+    dimension=DIMENSIONS,
     interface=INTERFACES,
     objective=OBJECTIVES,
-    reward=AGENT_REWARDS[:6],
+    reward=[reward for reward in AGENT_REWARDS if reward != "difference"],
     steps_per_action=STEPS_PER_ACTION,
-    speed=SPEEDS,
 )
 def test_rewards_are_the_defined_ones(
-    kind: str, interface: str, objective: str, reward: str, steps_per_action: int, speed: float
+    flock: str, dimension: int, interface: str, objective: str, reward: str, steps_per_action: int
 ) -> None:
     """An action gets the sum over its steps, but 0 if the agent was caught before. Rollouts return means."""
     if reward in INDIVIDUAL_REWARDS and interface not in PER_AGENT:
         interface = "parallel"
-    scenario = SCENARIOS[kind].replace(speed=speed)
+    scenario = flock_of(flock, dimension)
     options = {"objective": objective, "reward": reward, "steps_per_action": steps_per_action}
     rewards = rewards_of(interface, scenario, **options)
     run = fe.simulate(scenario, RHO, seed=SEED)
-    own, is_caught = own_distances(run)
+    _, is_caught = own_distances(run)
+    assert is_caught.any() == (scenario.capture_radius is not None)
     end = is_caught.all(axis=1).argmax() or scenario.num_steps
     starts = np.arange(0, end, steps_per_action)
-    expected = defined(reward, getattr(run, SERIES[objective])[: end + 1], own[: end + 1], scenario.num_steps)
-    expected = np.add.reduceat(expected, starts)
+    expected = np.add.reduceat(defined(reward, run, objective, end), starts)
     if interface in PER_AGENT:
         expected = np.where(is_caught[starts], 0.0, expected)
     if interface.startswith("rollout"):
         expected = expected.sum(axis=0, keepdims=True).mean(axis=1, keepdims=True)
     np.testing.assert_allclose(rewards, np.broadcast_to(expected, rewards.shape), rtol=0, atol=1e-9)
+
+
+@every_pair(flock=FLOCKS, objective=OBJECTIVES, dimension=DIMENSIONS)
+def test_difference_against_copies_of_the_flock(flock: str, objective: str, dimension: int) -> None:
+    """In each copy of the environment one agent has range 0; random draws are the same, bit for bit."""
+    scenario = flock_of(flock, dimension)
+    options: Any = {"action_mode": "range", "max_range": MAX_RANGE, "steps_per_action": 4}
+    env = fe.parallel_env(scenario, reward="difference", objective=objective, **options)
+    env.reset_array(seed=SEED)
+    rng = np.random.default_rng(0)
+    alive, paid = np.ones(scenario.num_agents, bool), []
+    while env.agents:
+        ranges = rng.uniform(0, MAX_RANGE, (scenario.num_agents, 1))
+        ranges[rng.random(ranges.shape) < 0.2] = 0.0
+        steering = rng.uniform(-1, 1, (env.predator_policy_spec.count, dimension))
+        pushes = steering if len(steering) else None
+        copies = [copy.deepcopy(env) for _ in range(scenario.num_agents)]
+        _, rewards, terminations, _, info = env.step_array(ranges, pushes)
+        for agent, alone in enumerate(copies):
+            ranges_without = np.where(np.arange(scenario.num_agents) == agent, 0, ranges.T).T
+            without = alone.step_array(ranges_without, pushes)[-1]
+            gain = info[SERIES[objective]] - without[SERIES[objective]] if alive[agent] else 0.0
+            assert rewards[agent] == gain
+            assert gain == 0.0 or ranges[agent] > 0
+        alive = ~terminations
+        paid.append(rewards)
+    assert np.any(paid) or objective != "min_mean_distance"
+    assert alive.all() == ("capture_radius" not in FLOCKS[flock])
+
+
+def test_agents_on_the_edge_of_a_neighborhood() -> None:
+    """An agent at exactly the largest range counts; an agent slightly farther away does not."""
+    scenario = small_flock(
+        num_agents=2, num_steps=1, time_step=1.0, predators=(ConstantVelocity((0, 0), (0, 0)),)
+    )
+    env = fe.parallel_env(scenario, reward="neighborhood_distance_change", max_range=MAX_RANGE)
+    for gap, is_near in ((MAX_RANGE, True), (np.nextafter(MAX_RANGE, 99.0), False)):
+        # The second agent approaches the predator, the first one moves away from it.
+        start = {
+            "initial_positions": [[0.0, 32.0], [gap, 0.0]],
+            "initial_velocities": [[0.0, -32.0], [0.0, 0.0]],
+        }
+        env.reset_array(seed=0, options=start)
+        rewards = env.step_array(np.ones((2, 1), np.float32))[1]
+        assert rewards.tolist() == ([-16.0, -16.0] if is_near else [-32.0, 0.0])
 
 
 @every_pair(
