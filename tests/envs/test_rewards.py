@@ -41,7 +41,7 @@ FLOCKS: dict[str, dict[str, Any]] = {
     "noise and delay": {"angular_noise": 1.0, "sensing_noise": 0.5, "sensing_delay": 2},
     "random predators": {"predators": HUNTERS},
     "capture": {"predators": HUNTERS, "capture_radius": 7.0},
-    "all are caught": {"predators": HUNTERS, "capture_radius": 15.0},
+    "all or most are caught": {"predators": HUNTERS, "capture_radius": 12.0},
     "blind angle": {"blind_angle": 2.0},
     "frozen graph": {"frozen_graph": True},
     "nearest": {"neighbor_rule": Topological()},
