@@ -1,6 +1,7 @@
 """Official test suites of Gymnasium, PettingZoo and stable-baselines3, over all pairs of options."""
 
 import warnings
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -61,13 +62,8 @@ def check_agents(scenario: FlockScenario, **options: Any) -> None:
     suites.state_test(in_turn(), in_parallel())
     if scenario.capture_radius is None:
         # A cycle is one action of every agent, which here holds for one model step.
-        cycle = {"steps_per_action": 1}
-        suites.max_cycles_test(
-            SimpleNamespace(
-                parallel_env=lambda max_cycles: in_parallel(max_cycles, **cycle),
-                env=lambda max_cycles: in_turn(max_cycles, **cycle),
-            )
-        )
+        together, apart = (partial(make, steps_per_action=1) for make in (in_parallel, in_turn))
+        suites.max_cycles_test(SimpleNamespace(parallel_env=together, env=apart))
 
 
 @every_option(**table.FLOCK, dimension=table.DIMENSIONS)

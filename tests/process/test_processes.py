@@ -1,11 +1,13 @@
 """Child processes work after their parent has used threads, under every start method."""
 
-import functools
 import multiprocessing
 import os
 import platform
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -13,6 +15,7 @@ import pytest
 from forking import LARGE, NOISY, forked_while, played, resumed
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 from option_table import small_flock
+from same import same
 
 from flockesc_env import FlockEscapeEnv, LineScenario, rollout, sweep
 from flockesc_env.policies import FixedRange
@@ -26,30 +29,22 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:De
 
 @METHODS
 def test_a_child_can_sweep_and_step_after_its_parent(method: str) -> None:
-    flocks, lines, seeds = small_flock(num_agents=30), LineScenario(), range(8)
-    here = sweep(flocks, [0.0, 9.0], seeds, num_threads=2)
-    here_line = sweep(lines, [0.1], seeds)
-    here_rollout = rollout(flocks, FixedRange(25.0), seeds, num_threads=2)
-    here_steps = played(2)  # of a large flock and a batch
     env = FlockEscapeEnv(NOISY, action_mode="range")
     env.reset(seed=1)
     env.step(np.array([10.0], np.float32))
+    flocks, seeds = small_flock(num_agents=30), range(8)
+    calls: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
+        *[(partial(sweep, num_threads=2), (flocks, [0.0, 9.0], seeds))] * 3,
+        (sweep, (LineScenario(), [0.1], seeds)),
+        (rollout, (flocks, FixedRange(25.0), seeds)),
+        *((played, (num_threads,)) for num_threads in (1, 2, None, 2)),
+        (resumed, (env.get_state(),)),
+    ]
+    here = [call(*arguments) for call, arguments in calls]
     with multiprocessing.get_context(method).Pool(2) as pool:
-        there = [pool.apply_async(sweep, (flocks, [0.0, 9.0], seeds), {"num_threads": 2}) for _ in range(3)]
-        there_line = pool.apply_async(sweep, (lines, [0.1], seeds))
-        there_rollout = pool.apply_async(rollout, (flocks, FixedRange(25.0), seeds))
-        there_steps = [pool.apply_async(played, (num_threads,)) for num_threads in (1, 2, None, 2)]
-        there_resumed = pool.apply_async(resumed, (env.get_state(),))
-        for result in there:
-            np.testing.assert_array_equal(result.get(TIMEOUT).min_mean_distance, here.min_mean_distance)
-        np.testing.assert_array_equal(there_line.get(TIMEOUT).escape_distance, here_line.escape_distance)
-        np.testing.assert_array_equal(there_rollout.get(TIMEOUT).mean_return, here_rollout.mean_return)
-        assert all(result.get(TIMEOUT) == here_steps for result in there_steps)
-        assert there_resumed.get(TIMEOUT) == resumed(env.get_state())
-    # The parent's threads still work.
-    assert played(2) == here_steps
-    again = sweep(flocks, [0.0, 9.0], seeds, num_threads=2)
-    np.testing.assert_array_equal(again.min_mean_distance, here.min_mean_distance)
+        there = [pool.apply_async(*each) for each in calls]
+        same([result.get(TIMEOUT) for result in there], here)
+    same([call(*arguments) for call, arguments in calls], here)  # the parent's threads still work
 
 
 @pytest.mark.parametrize(
@@ -57,7 +52,7 @@ def test_a_child_can_sweep_and_step_after_its_parent(method: str) -> None:
 )
 def test_async_vector_env_equals_sync_vector_env(method: str, name: str) -> None:
     scenario = small_flock(num_steps=24) if name == "FlockEscape" else LineScenario(num_agents=6, max_steps=6)
-    make = functools.partial(gymnasium.make, f"flockesc_env:flockesc/{name}-v1", scenario=scenario)
+    make = partial(gymnasium.make, f"flockesc_env:flockesc/{name}-v1", scenario=scenario)
     sweep(small_flock(), [1.0], range(4), num_threads=2)
     sync, parallel = SyncVectorEnv([make] * 3), AsyncVectorEnv([make] * 3, context=method)
     try:

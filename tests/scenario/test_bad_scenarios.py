@@ -62,6 +62,7 @@ CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
         ({"predators": (sc.ConstantVelocity(), predator)}, f"predators[1].{field}")
         for predator, field in (
             (sc.ConstantVelocity((1.0, 2.0, 3.0, 4.0)), "constant_velocity.position"),
+            (sc.PurePursuit(velocity=(1.0, 2.0, 3.0)), "pure_pursuit.velocity"),
             (sc.PurePursuit(target="centroid", confusion_rate=1.0), "pure_pursuit.confusion_rate"),
             (sc.PurePursuit(acceleration=1.0), "pure_pursuit.acceleration"),
             (sc.PurePursuit(max_speed=14.1), "pure_pursuit.max_speed"),
@@ -108,6 +109,10 @@ def test_documents(document: Any, field: str) -> None:
         ({"mass": (0.1, "heavy")}, "mass[1]: expected a number, got 'heavy'"),
         ({"predators": sc.PurePursuit()}, "predators: expected a tuple of predators, got PurePursuit"),
         ({"motion": {"reynolds": {"cohesion": 1}}}, "got 'cohesion' (did you mean cohesion_strength?)"),
+        (
+            {"dimension": 3, "predators": (sc.Wandering((1.0, 2.0)),)},
+            "predators[0].wandering.position: expected 3 numbers, because the dimension is 3, got (1.0, 2.0)",
+        ),
         ({"predators": (sc.ConstantVelocity(),) * 10_001}, "expected at most 10000 predators, got 10001"),
     ],
 )

@@ -78,19 +78,6 @@ def test_a_part_may_be_given_as_its_document() -> None:
     assert given == fe.FlockScenario(motion=sc.Vicsek(), predators=(sc.PurePursuit(max_turn_rate=2.0),))
 
 
-@pytest.mark.parametrize("make", [sc.ConstantVelocity, sc.PurePursuit, sc.Wandering, sc.Learned])
-@pytest.mark.parametrize("name", ["position", "velocity"])
-def test_predators_have_as_many_coordinates_as_the_scenario(make: Any, name: str) -> None:
-    with pytest.raises(
-        fe.InputError, match=r"expected 3 numbers, because the dimension is 3, got \(1.0, 2.0\)"
-    ) as caught:
-        fe.FlockScenario(dimension=3, predators=(sc.ConstantVelocity(), make(**{name: (1.0, 2.0)})))
-    assert caught.value.field == f"predators[1].{make.kind}.{name}"
-    with pytest.raises(fe.InputError) as caught:
-        fe.FlockScenario().replace(dimension=3)
-    assert caught.value.field == "predators[0].constant_velocity.position"
-
-
 def test_learned_predators_keep_their_starts() -> None:
     swift = sc.Learned((1.0, 2.0), max_speed=40.0)
     made = fe.FlockScenario(predators=(sc.PurePursuit((5.0, 6.0)), swift)).with_learned_predators()
