@@ -16,7 +16,7 @@ from typing import Any
 import cloudpickle
 import numpy as np
 import pytest
-from envs import ADAPTERS, Adapter, draw, has_ended, plain, start
+from envs import ADAPTERS, Adapter, draw, has_ended, start
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 from hypothesis import settings
@@ -29,7 +29,7 @@ from hypothesis.stateful import (
     rule,
     run_state_machine_as_test,
 )
-from same import spoil
+from same import plain, spoil
 from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
@@ -40,7 +40,7 @@ PACKAGE = str(Path(fe.__file__).parent)
 seeds = st.integers(0, 2**64 - 4)
 draws = st.integers(0, 2**32 - 1)
 
-Save = tuple[bytes, list[tuple[str, Any, Any]], bool]
+Save = tuple[bytes, list[tuple[str, Any, Any]], bool, bool]
 
 
 def attributes(env: Any) -> list[Any]:
@@ -87,6 +87,8 @@ class Machine(RuleBasedStateMachine):
         self.env = self.adapter.make()
         self.log: list[tuple[str, Any, Any]] = []
         self.has_ended = False
+        self.checks_actions = False
+        """Whether the next step takes an action. It takes none if it resets all slots."""
 
     def do(self, call: str, argument: Any) -> None:
         """Run one operation, log its result, and change in place all that was given and returned."""
@@ -97,17 +99,15 @@ class Machine(RuleBasedStateMachine):
             returned = self.env.step_wait()
         else:
             returned = play(self.env, call, given)
-        self.log.append((call, argument, plain(copy.deepcopy(returned))))
+        self.log.append((call, argument, plain(returned)))
         self.has_ended = call == "step" and has_ended(self.env, returned)
+        mode = getattr(self.env, "autoreset_mode", None)
+        self.checks_actions = not self.has_ended
+        if call == "step" and mode is AutoresetMode.NEXT_STEP:
+            self.checks_actions = not np.all(returned[2] | returned[3])
         spoil((given, getattr(self.env, "reset_infos", None)))
         if not self.adapter.reuses_buffers:
             spoil(returned)
-
-    def ignores_actions(self) -> bool:
-        """Return whether the next step resets every slot of a vector environment."""
-        call, _, returned = self.log[-1]
-        resets_in_a_step = getattr(self.env, "autoreset_mode", None) is AutoresetMode.NEXT_STEP
-        return call == "step" and resets_in_a_step and bool(np.all(returned[2] | returned[3]))
 
     def action(self, drawn: int) -> Any:
         return draw(self.env, np.random.default_rng(drawn))
@@ -121,7 +121,7 @@ class Machine(RuleBasedStateMachine):
         started = plain(start(ready))
         with pytest.raises(ResetNeeded, match=r"reset\(\)"):
             self.env.step(draw(ready, np.random.default_rng(drawn)))
-        np.testing.assert_equal(plain(start(self.env)), started)
+        assert plain(start(self.env)) == started
         self.do("reset", seed)
 
     @rule(seed=seeds | st.none())
@@ -139,7 +139,7 @@ class Machine(RuleBasedStateMachine):
         with pytest.raises(FlockescError, match="after the end"):
             self.env.step(self.action(drawn))
 
-    @precondition(lambda self: not self.has_ended and not self.ignores_actions())
+    @precondition(lambda self: self.checks_actions)
     @rule(drawn=draws, part=st.sampled_from([np.nan, np.inf, -1.5, 1e300]))
     def step_out_of_bounds(self, drawn: int, part: float) -> None:
         actions = self.action(drawn)
@@ -150,7 +150,7 @@ class Machine(RuleBasedStateMachine):
         with pytest.raises(InputError):
             self.env.step(actions)
 
-    @precondition(lambda self: not self.has_ended and not self.ignores_actions())
+    @precondition(lambda self: self.checks_actions)
     @rule(seed=seeds, drawn=draws)
     def interrupt_a_step(self, seed: int, drawn: int) -> None:
         """Ctrl-C arrives after half of the lines. A reset is needed, and sufficient."""
@@ -177,9 +177,19 @@ class Machine(RuleBasedStateMachine):
     @rule()
     def look(self) -> None:
         if self.adapter.has_pictures:
-            picture = copy.deepcopy(self.env.render())
+            picture = plain(self.env.render())
             spoil(self.env.render())
-            np.testing.assert_equal(self.env.render(), picture)
+            assert plain(self.env.render()) == picture
+
+    @rule(
+        name=st.sampled_from(["scenario", "options", "policy_spec", "num_envs", "render_mode", "max_range"])
+    )
+    def assign_a_setting(self, name: str) -> None:
+        env, before = self.env, getattr(self.env, name, None)
+        with pytest.raises(InputError, match=f"^{name}: expected no assignment after creation"):
+            setattr(env, name, "another")
+        assert getattr(env, name, None) is before
+        env.note = getattr(env, "note", 0) + 1  # other names are free
 
     @rule()
     def close(self) -> None:
@@ -202,11 +212,11 @@ class Machine(RuleBasedStateMachine):
         state = self.env.get_state()
         assert isinstance(state, bytes)
         assert self.env.get_state() == state
-        return state, self.log.copy(), self.has_ended
+        return state, self.log.copy(), self.has_ended, self.checks_actions
 
     @rule(saved=saves)
     def restore(self, saved: Save) -> None:
-        state, log, self.has_ended = saved
+        state, log, self.has_ended, self.checks_actions = saved
         spoil(self.env.set_state(state))
         self.log = log.copy()
         assert self.env.get_state() == state
@@ -222,8 +232,7 @@ class Machine(RuleBasedStateMachine):
             spoil(attribute)
         assert self.env.metadata == metadata
         for place, (call, argument, returned) in enumerate(self.log):
-            expected = plain(play(twin, call, argument))
-            np.testing.assert_equal(returned, expected, err_msg=f"{place}: {call}")
+            assert plain(play(twin, call, argument)) == returned, f"{place}: {call}"
 
 
 def play(env: Any, call: str, argument: Any) -> Any:

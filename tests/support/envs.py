@@ -4,7 +4,6 @@ The tests of lifecycles, threads, snapshots, copies and aliasing run over ``ADAP
 rewards, actions and options over ``FLOCKS``.
 """
 
-import copy
 from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
@@ -16,6 +15,7 @@ from gymnasium.spaces import Box, MultiDiscrete
 from gymnasium.vector import AutoresetMode
 from option_table import UNLIKE, small_flock
 from pettingzoo import AECEnv, ParallelEnv
+from same import plain
 from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
@@ -209,20 +209,13 @@ def has_ended(env: Any, returned: Any) -> bool:
 
 
 def play(env: Any, rng: np.random.Generator, num_steps: int) -> list[Any]:
-    """Take random actions, reset after each episode, and return copies of all results."""
+    """Take random actions, reset after each episode, and return all results, comparable by ==."""
     seen: list[Any] = []
     for _ in range(num_steps):
         returned = step(env, draw(env, rng))
-        seen.append(plain(copy.deepcopy(returned)))
+        seen.append(plain(returned))
         if getattr(env, "render_mode", None) == "rgb_array":
-            seen.append(copy.deepcopy(env.render()))
+            seen.append(plain(env.render()))
         if has_ended(env, returned):
-            seen.append(copy.deepcopy(env.reset()))
+            seen.append(plain(env.reset()))
     return seen
-
-
-def plain(returned: Any) -> Any:
-    """Return the results of a step without nested object arrays, which NumPy cannot compare."""
-    if isinstance(returned, tuple) and isinstance(returned[-1], dict) and "final_obs" in returned[-1]:
-        returned[-1]["final_obs"] = list(returned[-1]["final_obs"])
-    return returned
