@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from argument_table import PARTS, SLOTS
 from cli_runs import Ran
 from envs import FLOCKS
 from extreme_scenarios import Bounds, flocks
 from hypothesis import given
 from hypothesis import strategies as st
+from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env import scenario as sc
@@ -21,26 +23,9 @@ from flockesc_env.common.errors import InputError
 from studies.paper.plan import aimed
 
 BOUNDS = Bounds()
-PARTS: dict[str, Any] = {
-    "initial_positions": st.sampled_from([sc.Square(), sc.Clusters(10**7, 0.1)])
-    | st.builds(sc.Gaussian, BOUNDS.computed)
-    | st.builds(sc.Segment, *[st.tuples(BOUNDS.coordinate, BOUNDS.coordinate)] * 2),
-    "initial_headings": st.builds(
-        sc.AlignedHeadings, st.tuples(*[st.floats(1e-3, 1e3)] * 2), st.floats(0, 3)
-    ),
-    "num_steps": st.integers(1, 10**9),
-    "initial_plane": st.booleans(),
-}
-
-
-@st.composite
-def varied(draw: st.DrawFn) -> fe.FlockScenario:
-    scenario = draw(flocks(BOUNDS))
-    each = st.lists(BOUNDS.dividing, min_size=scenario.num_agents, max_size=scenario.num_agents)
-    fields = st.fixed_dictionaries({}, optional={"mass": each, "speed": each, **PARTS})
-    return scenario.replace(**draw(fields))
-
-
+parts = st.sampled_from(
+    [small_flock(**{slot: SLOTS[slot][0](part)}) for slot, part in (case.values for case in PARTS)]
+)
 lines = st.builds(
     fe.LineScenario,
     num_agents=st.integers(1, 10**7),
@@ -53,7 +38,7 @@ lines = st.builds(
 )
 
 
-@given(varied() | lines)
+@given(flocks(BOUNDS) | parts | lines)
 def test_documents_keep_every_bit(scenario: Any) -> None:
     document = scenario.to_json()
     again = type(scenario).from_json(document)
