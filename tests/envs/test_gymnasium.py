@@ -1,7 +1,6 @@
-"""The Gymnasium contract: ids, wrappers, whole episodes, and views of the current state."""
+"""The Gymnasium contract: actions, whole episodes, and views of the current state."""
 
 import pickle
-from typing import Any
 
 import envs
 import gymnasium
@@ -10,38 +9,12 @@ import pytest
 from envs import FLOCKS, RANDOM, info_of, same_action, start, state
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
-from option_table import EVERY_STEP, IDS, small_flock
+from option_table import EVERY_STEP, small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.spaces import RangeActions
-
-
-def play(env: Any) -> list[Any]:
-    """Return all results of an episode under the highest action."""
-    steps = [env.reset(seed=0)]
-    while len(steps) == 1 or not (steps[-1][2] or steps[-1][3]):
-        steps.append(env.step(env.action_space.high))
-    return steps
-
-
-@pytest.mark.parametrize("name", IDS)
-def test_every_id(name: str) -> None:
-    is_line, is_single = "Line" in name, "Agents" not in name
-    short, long = (fe.LineScenario(max_steps=t) if is_line else small_flock(num_steps=t) for t in (7, 9))
-    for scenario, limit in ((short, 4), (long, 5)):
-        options: dict[str, Any] = {"scenario": scenario, "steps_per_action": 2}
-        for mode in ("sync", None) if is_single else (None,):
-            slots = gymnasium.make_vec(name, num_envs=5, vectorization_mode=mode, **options)
-            slots.reset(seed=0)
-            slots.step(slots.action_space.sample())
-            specs = [env.spec for env in getattr(slots, "envs", [slots])]
-            assert {spec.max_episode_steps for spec in specs} == {limit}
-        if is_single:
-            env = gymnasium.make(name, **options)
-            assert len(play(env)) - 1 == env.spec.max_episode_steps == limit  # type: ignore[union-attr]
-            assert len(play(gymnasium.make(name, max_episode_steps=2, **options))) - 1 == 2
 
 
 def test_line_terminates_when_steady_and_is_truncated_otherwise() -> None:
