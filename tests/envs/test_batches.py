@@ -1,4 +1,4 @@
-"""Results do not depend on threads or batch size, bit for bit. Places: test_several_scenarios.py."""
+"""Results do not depend on threads or batch size, bit for bit. Places: test_vector_env.py."""
 
 import math
 from typing import Any

@@ -34,10 +34,8 @@ FLOCKS: dict[str, Callable[..., Any]] = {
     "aec": flockesc_v1.env,
     "vector": lambda scenario=None, num_flocks=1, **given: BatchVectorEnv(num_flocks, scenario, **given),
     "agent vector": lambda scenario=None, **given: BatchVectorEnv(None, scenario, per_agent=True, **given),
-    "flock slots": lambda scenario=None, num_flocks=1, **given: vec_env(scenario, num_flocks, **given),
-    "agent slots": lambda scenario=None, num_flocks=1, **given: vec_env(
-        scenario, num_flocks, per_agent=True, **given
-    ),
+    "flock slots": vec_env,
+    "agent slots": partial(vec_env, per_agent=True),
 }
 """The environments of flocks by scenario and options."""
 FLOCK = small_flock(num_steps=40)
