@@ -153,48 +153,38 @@ def test_a_refused_step_leaves_the_memory_of_policies(interface: str) -> None:
 
 LINES: dict[str, Callable[..., Any]] = {
     "line": fe.LineEscapeEnv,
-    "rollout of a line": lambda scenario="paper-line", **options: fe.rollout(
-        scenario, fe.FixedRange(0.1), [0], **options
-    ),
+    "rollout of a line": partial(fe.rollout, policy=fe.FixedRange(0.1), seeds=[0]),
 }
-MADE: dict[str, Callable[..., Any]] = {
-    **FLOCKS,
-    "rollout": lambda scenario=None, **options: fe.rollout(scenario, fe.FixedRange(1.0), [0], **options),
-    "simulate": lambda scenario=None, **options: fe.simulate(
-        scenario, policy=fe.FixedRange(1.0), seed=0, **options
-    ),
-    **LINES,
+RUNS: dict[str, Callable[..., Any]] = {
+    "rollout": partial(fe.rollout, policy=fe.FixedRange(1.0), seeds=[0]),
+    "simulate": partial(fe.simulate, policy=fe.FixedRange(1.0), seed=0),
 }
-HUNTED = small_flock(predators=(PurePursuit(),))
+FLOCK_RUNS = FLOCKS | RUNS
+SHARED = {name: FLOCK_RUNS[name] for name in ("gymnasium", "vector", "flock slots", "rollout")}
+CHASED = {name: make for name, make in FLOCK_RUNS.items() if name != "predator"}
+HUNTED, PAPER_LINE = small_flock(predators=(PurePursuit(),)), fe.LineScenario()
+Refused = tuple[dict[str, Callable[..., Any]], Any, dict[str, Any], str, str]
+REFUSED: list[Refused] = [
+    (FLOCK_RUNS, FLOCK, {"rewards": "terminal"}, "rewards", "did you mean reward"),
+    (FLOCK_RUNS, FLOCK, {"xyz": 3}, "xyz", "expected one of action_mode, "),
+    (FLOCK_RUNS, FLOCK, {"num_agents": 3}, "num_agents", r"pass scenario=FlockScenario\(num_agents=\.\.\.\)"),
+    (LINES, PAPER_LINE, {"rewards": "terminal"}, "rewards", "did you mean reward"),
+    (LINES, PAPER_LINE, {"num_agents": 3}, "num_agents", r"pass scenario=LineScenario\(num_agents=\.\.\.\)"),
+    (LINES, fe.LineScenario(predator_position=None), {}, "predator_position", "expected"),
+    (FLOCKS | {"rollout": RUNS["rollout"]}, small_flock(predators=()), {}, "predators", "expected"),
+    (FLOCKS, small_flock(neighbor_rule=Topological()), {}, "max_range", "number of neighbors"),
+    (CHASED, HUNTED, {"predator_policy": Pursue()}, "predator_policy", "makes one, got PurePursuit"),
+    (SHARED, FLOCK, {"reward": "individual_distance"}, "reward", "expected"),
+]
 
 
-@pytest.mark.parametrize("interface", MADE)
-def test_options_that_do_not_fit_are_named(interface: str) -> None:
-    model = "LineScenario" if interface in LINES else "FlockScenario"
-    refusals: list[tuple[Any, dict[str, Any], str, str]] = [
-        (None, {"rewards": "terminal"}, "rewards", "did you mean reward"),
-        (None, {"xyz": 3}, "xyz", "expected one of action_mode, "),
-        (None, {"num_agents": 3}, "num_agents", rf"pass scenario={model}\(num_agents=\.\.\.\)"),
-    ]
-    if interface in LINES:
-        alone = fe.LineScenario(predator_position=None)
-        refusals.append((alone, {}, "predator_position", "expected"))
-    else:
-        counted = small_flock(neighbor_rule=Topological())
-        chased = {"predator_policy": Pursue()}
-        words = r"with_learned_predators\(\) makes one, got PurePursuit"
-        if interface != "simulate":  # a model needs no predator
-            refusals.append((small_flock(predators=()), {}, "predators", "expected"))
-        if interface not in {"rollout", "simulate"}:  # the fixed range says the largest number
-            refusals.append((counted, {}, "max_range", "number of neighbors"))
-        if interface != "predator":
-            refusals.append((HUNTED, chased, "predator_policy", words))
-            MADE[interface](HUNTED.with_learned_predators(), **chased)
-        if interface in {"gymnasium", "vector", "flock slots", "rollout"}:
-            refusals.append((None, {"reward": "individual_distance"}, "reward", "expected"))
-    for scenario, options, field, words in refusals:
+@pytest.mark.parametrize(("calls", "scenario", "options", "field", "words"), REFUSED)
+def test_options_that_do_not_fit_are_named(
+    calls: dict[str, Any], scenario: Any, options: dict[str, Any], field: str, words: str
+) -> None:
+    for call in calls.values():
         with pytest.raises(InputError, match=words) as caught:
-            MADE[interface](*(() if scenario is None else (scenario,)), **options)
+            call(scenario, **options)
         assert caught.value.field == field
 
 
@@ -249,12 +239,11 @@ SIMULATE: list[tuple[Any, dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("rho", "arguments", "field"), SIMULATE)
-def test_an_entry_of_an_array_is_named(rho: Any, arguments: dict[str, Any], field: str) -> None:
-    with pytest.raises(InputError) as caught:
-        fe.simulate(small_flock(), rho, seed=0, **arguments)
-    assert caught.value.field == field
-    assert isinstance(caught.value, ValueError)
+def test_an_entry_of_an_array_is_named() -> None:
+    for rho, arguments, field in SIMULATE:
+        with pytest.raises(ValueError, match="expected") as caught:
+            fe.simulate(small_flock(), rho, seed=0, **arguments)
+        assert getattr(caught.value, "field", "") == field
 
 
 def test_schedule_or_range_per_agent() -> None:

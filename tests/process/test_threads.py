@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from envs import adapters, play, start
+from envs import ADAPTERS, play, start
 from option_table import small_flock
 
 import flockesc_env as fe
@@ -51,9 +51,10 @@ def assert_serial(work: Callable[[int], Any]) -> None:
         np.testing.assert_equal(there, here)
 
 
-@adapters(lambda adapter: not adapter.has_pictures)  # SDL draws in one thread
-def test_eight_threads_give_serial_results(make: Callable[[], Any]) -> None:
-    assert_serial(lambda index: played(make(), index))
+# SDL draws in one thread.
+@pytest.mark.parametrize("name", [name for name in ADAPTERS if not ADAPTERS[name].has_pictures])
+def test_eight_threads_give_serial_results(name: str) -> None:
+    assert_serial(lambda index: played(ADAPTERS[name].make(), index))
 
 
 def test_eight_threads_share_one_pool() -> None:

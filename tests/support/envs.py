@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
-import pytest
 from gymnasium.spaces import Box, MultiDiscrete
 from gymnasium.vector import AutoresetMode
 from option_table import UNLIKE, small_flock
@@ -125,12 +124,6 @@ REMEMBERING: dict[str, Callable[..., Any]] = {
     "stable-baselines3, a slot per agent": partial(vec_env, HUNTED, 2, per_agent=True),
 }
 """Environments whose predator or flock follows the argument ``predator_policy``."""
-
-
-def adapters(is_wanted: Callable[[Adapter], bool] = lambda _: True) -> pytest.MarkDecorator:
-    """Return a mark that runs a test with the ``make`` of each adapter that passes a filter."""
-    made = {name: adapter.make for name, adapter in ADAPTERS.items() if is_wanted(adapter)}
-    return pytest.mark.parametrize("make", made.values(), ids=made)
 
 
 def start(env: Any, seed: int | None = None, options: Any = None) -> Any:
