@@ -1,4 +1,4 @@
-"""The Gymnasium contract: actions, whole episodes, and views of the current state."""
+"""The Gymnasium contract: actions, episodes, views of the current state, and seeds in every interface."""
 
 import pickle
 
@@ -9,12 +9,16 @@ import pytest
 from envs import FLOCKS, RANDOM, info_of, same_action, start, state
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
-from option_table import EVERY_STEP, small_flock
+from option_table import EVERY_STEP, hunted, small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.spaces import RangeActions
+from flockesc_env.policies import FixedRange
+
+RHO = 25.0  # action -0.5 of [0, 100]
+SEEDS = [0, 7, 2**32, 2**63, 2**64 - 1]
 
 
 def test_line_terminates_when_steady_and_is_truncated_otherwise() -> None:
@@ -91,7 +95,7 @@ def test_an_episode_equals_the_simulation(interface: str, seed: int, dimension: 
     with pytest.raises(ResetNeeded):
         _ = env.unwrapped.flock.positions
     info = info_of(env, start(env, seed))
-    run = fe.simulate(scenario, 25.0, seed=seed)
+    run = fe.simulate(scenario, RHO, seed=seed)
     for step in range(scenario.num_steps + 1):
         flock = env.unwrapped.flock
         assert flock.step == step
@@ -101,7 +105,7 @@ def test_an_episode_equals_the_simulation(interface: str, seed: int, dimension: 
             [5.0, 9.0]
         )  # they only turn
         assert not flock.distances[flock.caught].any()
-        assert not step or (flock.interaction_range == 25.0).all()
+        assert not step or (flock.interaction_range == RHO).all()
         for name in ("mean_distance", "min_distance", "polarization", "fraction_surviving"):
             assert info[name] == getattr(run, name)[step]
         # Before the first action the range is 0, so every agent is alone.
@@ -141,3 +145,62 @@ def test_a_line() -> None:
     assert not env.line.states.flags.writeable
     env.step(np.ones(1, np.float32))
     assert (env.line.step, env.line.interaction_range) == (1, 1.0)
+
+
+@pytest.mark.parametrize(("seed", "dimension"), [(0, 2), (2**64 - 1, 3)])
+def test_sweep_and_rollout_play_the_simulated_flock(seed: int, dimension: int) -> None:
+    scenario = hunted(dimension)
+    run = fe.simulate(scenario, RHO, seed=seed)
+    survived = run.fraction_surviving[-1]
+    assert survived < 1
+    expected = (run.mean_distance.min(), run.min_distance.min(), run.num_components[-1], survived)
+    names = ("min_mean_distance", "min_min_distance", "num_components", "fraction_surviving")
+    swept = fe.sweep(scenario, [RHO], [seed])
+    assert tuple(getattr(swept, name) for name in names) == expected
+    for per_agent in (False, True):
+        episodes = fe.rollout(scenario, FixedRange(RHO), [seed], per_agent=per_agent, **EVERY_STEP)
+        assert tuple(getattr(episodes, name) for name in names) == expected
+        assert episodes.seeds.tolist() == [seed]
+
+
+def test_given_positions_leave_the_drawn_headings() -> None:
+    """Positions and headings come from separate streams."""
+    scenario = small_flock()
+    drawn = fe.simulate(scenario, RHO, seed=3)
+    given = fe.simulate(scenario, RHO, seed=3, initial_positions=np.zeros((5, 2)))
+    np.testing.assert_array_equal(given.velocities[0], drawn.velocities[0])
+    assert (given.seed, given.is_start_given) == (3, True)
+    both = fe.simulate(
+        scenario, RHO, initial_positions=drawn.positions[0], initial_velocities=drawn.velocities[0]
+    )
+    np.testing.assert_array_equal(both.positions, drawn.positions)
+    assert both.is_start_given
+    assert not drawn.is_start_given
+
+
+@pytest.mark.parametrize("interface", [*FLOCKS, "line"])
+@pytest.mark.parametrize(("seed", "first"), [(0, 0), (2**64 - 1, 3)])
+def test_every_episode_can_be_played_alone(interface: str, seed: int, first: int) -> None:
+    """The k-th reset without a seed plays ``episode_seed(seed, k)``; a reset can start at any k."""
+    scenario, line = small_flock(), fe.LineScenario(num_agents=5)
+    environment = fe.LineEscapeEnv(line) if interface == "line" else FLOCKS[interface](scenario)
+    for episode in range(first, first + 4):
+        options = {"seed": seed, "options": {"episode": first}} if episode == first else {}
+        info = info_of(environment, start(environment, **options))
+        drawn = fe.episode_seed(seed, episode)
+        if interface == "line":
+            expected = fe.simulate_line(line, 0.1, seed=drawn).escape_distance[0]
+            assert info["escape_distance"] == expected
+        else:
+            assert np.all(info["mean_distance"] == fe.simulate(scenario, RHO, seed=drawn).mean_distance[0])
+
+
+def test_schedule_of_seeds() -> None:
+    """``episode_seed`` is pure, never repeats, returns at least 2^32, and must never change."""
+    assert [fe.episode_seed(seed, 0) for seed in SEEDS] == SEEDS
+    assert fe.episode_seed(np.int64(7), np.uint8(0)) == 7
+    assert [fe.episode_seed(7, episode) for episode in (1, 2)] == [856522681599956647, 9029727068422764021]
+    drawn = {fe.episode_seed(seed, episode) for seed in range(50) for episode in range(1, 50)}
+    assert len(drawn) == 50 * 49
+    assert min(drawn) >= 2**32
+    assert max(drawn) < 2**63

@@ -1,9 +1,10 @@
 """Step 5 of the flock model in plain NumPy: the strategies of docs/model.md that set the next velocity."""
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-import chacha
 import numpy as np
 from hypothesis import reject
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from flockesc_env.scenario.predators import Predator
 
 Floats = NDArray[np.float64]
 Names = NDArray[np.int64]
+MASK = 2**32 - 1
+PREDATORS = 4  # number of the predators' stream
 FAST = {"max_speed": 30.0, "acceleration": 8.0}
 PACKS: dict[str, Any] = {
     "straight": lambda s: [sc.ConstantVelocity(*s[0])],
@@ -61,11 +64,60 @@ PACKS: dict[str, Any] = {
 """All strategies, by positions and velocities of up to seven predators. Learned ones get no actions."""
 
 
+class Stream:
+    """The draws of the core for one seed and purpose, in order: ChaCha8 (D. J. Bernstein 2008)."""
+
+    def __init__(self, seed: int, purpose: int) -> None:
+        self._words = _words(_key(seed), purpose)
+
+    def uniform(self, end: float = 1.0) -> float:
+        """Draw from U[0, end) with 53 bits."""
+        low, high = next(self._words), next(self._words)
+        return end * ((high << 32 | low) >> 11) * 2.0**-53
+
+    def normal(self) -> float:
+        """Draw from N(0, 1), by Box and Muller."""
+        radius = math.sqrt(-2 * math.log(1 - self.uniform()))
+        return radius * math.cos(self.uniform(math.tau))
+
+
+def _key(seed: int) -> list[int]:
+    """Return the key of eight words for a seed of 64 bits: PCG32, as in ``seed_from_u64`` of rand_core."""
+    key = []
+    for _ in range(8):
+        seed = (seed * 6364136223846793005 + 11634580027462260723) % 2**64
+        shifted, turn = ((seed >> 18 ^ seed) >> 27) & MASK, seed >> 59
+        key.append((shifted >> turn | shifted << (32 - turn)) & MASK)
+    return key
+
+
+def _words(key: list[int], stream: int) -> Iterator[int]:
+    counter = 0
+    while True:
+        start = [0x61707865, 0x3320646E, 0x79622D32, 0x6B206574, *key]
+        start += [counter & MASK, counter >> 32, stream & MASK, stream >> 32]
+        state = start.copy()
+        for _ in range(4):
+            for column in range(4):
+                _quarter(state, column, column + 4, column + 8, column + 12)
+            for k in range(4):
+                _quarter(state, k, 4 + (k + 1) % 4, 8 + (k + 2) % 4, 12 + (k + 3) % 4)
+        yield from ((word + first) & MASK for word, first in zip(state, start, strict=True))
+        counter += 1
+
+
+def _quarter(state: list[int], a: int, b: int, c: int, d: int) -> None:
+    for one, two, three, turn in ((a, b, d, 16), (c, d, b, 12), (a, b, d, 8), (c, d, b, 7)):
+        state[one] = (state[one] + state[two]) & MASK
+        mixed = state[three] ^ state[one]
+        state[three] = (mixed << turn | mixed >> (32 - turn)) & MASK
+
+
 @dataclass
 class Minds:
     """State of predators that persists between steps, besides position and velocity."""
 
-    draws: chacha.Stream
+    draws: Stream
     steps: int = 0
     kept: dict[int, int] = field(default_factory=dict)
 
@@ -185,7 +237,7 @@ def encirclement(pack: tuple, centroid: Floats | None, places: Floats) -> dict[i
 
 
 def confused(
-    predator: sc.PurePursuit, r: Floats, place: Floats, dt: float, kept: Names, draws: chacha.Stream
+    predator: sc.PurePursuit, r: Floats, place: Floats, dt: float, kept: Names, draws: Stream
 ) -> int:
     """Return the target of a predator that others can confuse; ``kept`` is its last one, if alive."""
     distances = np.linalg.norm(r - place, axis=1)
@@ -196,7 +248,7 @@ def confused(
     return int(kept[0]) if np.isin(kept, seen).any() else int(distances.argmin())
 
 
-def wandered(velocity: Floats, diffused: float, draws: chacha.Stream) -> Floats:
+def wandered(velocity: Floats, diffused: float, draws: Stream) -> Floats:
     """Turn ``velocity`` by random angles with variance 2 ``diffused`` along each perpendicular axis."""
     drawn = np.array([draws.normal() for _ in velocity])
     speed = np.linalg.norm(velocity)

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-import chacha
 import numpy as np
 import predator_reference
 from numpy.typing import NDArray
@@ -48,7 +47,7 @@ def flock_start(
         velocities,
         rows([predator_reference.start(predator, scenario)[0] for predator in scenario.predators]),
         rows([predator_reference.start(predator, scenario)[1] for predator in scenario.predators]),
-        predator_reference.Minds(chacha.Stream(seed, chacha.PREDATORS)),
+        predator_reference.Minds(predator_reference.Stream(seed, predator_reference.PREDATORS)),
     )
 
 
