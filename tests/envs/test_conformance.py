@@ -18,8 +18,6 @@ from flockesc_env.scenario import Learned
 FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v1"
 LINE_ID = "flockesc_env:flockesc/LineEscape-v1"
 
-Options = dict[str, Any]
-
 
 def every_option(**values: tuple[Any, ...]) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("options", table.covering(**values), ids=table.label)
@@ -38,7 +36,7 @@ pytestmark = pytest.mark.filterwarnings(
 )
 
 
-def check_single(name: str, scenario: FlockScenario | LineScenario, options: Options) -> None:
+def check_single(name: str, scenario: FlockScenario | LineScenario, options: dict[str, Any]) -> None:
     with warnings.catch_warnings():
         if options.get("action_mode") == "range":  # the checkers advise against other spaces than [-1, 1]
             warnings.filterwarnings("ignore", ".*symmetric and normalized.*")
@@ -67,13 +65,13 @@ def check_agents(scenario: FlockScenario, **options: Any) -> None:
 
 
 @every_option(**table.FLOCK, dimension=table.DIMENSIONS)
-def test_flock(options: Options) -> None:
+def test_flock(options: dict[str, Any]) -> None:
     options = dict(options)
     check_single(FLOCK_ID, table.small_flock(options.pop("dimension")), options)
 
 
 @every_option(**table.LINE)
-def test_line(options: Options) -> None:
+def test_line(options: dict[str, Any]) -> None:
     check_single(LINE_ID, LineScenario(num_agents=5, max_steps=10), options)
 
 
@@ -84,7 +82,7 @@ def test_gymnasium_defaults(name: str) -> None:
 
 
 @every_option(**table.AGENTS, dimension=table.DIMENSIONS)
-def test_agents(options: Options) -> None:
+def test_agents(options: dict[str, Any]) -> None:
     options = dict(options)
     check_agents(table.small_flock(options.pop("dimension")), **options)
 
@@ -100,7 +98,7 @@ def test_captures(dimension: int, objective: str, capture_radius: float) -> None
 @pytest.mark.parametrize(
     "options", [{}, {"per_agent": True, "reward": "individual_distance", "steps_per_action": 3}]
 )
-def test_learned_predators(dimension: int, options: Options) -> None:
+def test_learned_predators(dimension: int, options: dict[str, Any]) -> None:
     check_gymnasium(PredatorEnv(table.small_flock(dimension), **options), skip_render_check=True)
     check_sb3(PredatorEnv(table.small_flock(dimension), **options))
     hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))

@@ -111,14 +111,7 @@ def doomed(**changes: Any) -> fe.FlockScenario:
     return hunted(**{"num_agents": 3, "num_steps": 40, **changes})
 
 
-HUNTED = small_flock(
-    num_steps=7,
-    capture_radius=6.0,
-    predators=(
-        PurePursuit((0.0, 0.0), (20.0, 20.0), max_turn_rate=6.0),
-        PurePursuit((30.0, 30.0), (-9.0, 0.0)),
-    ),
-)
+HUNTED = hunted(num_agents=5, num_steps=7, initial_side=30.0, capture_radius=6.0)
 DRAWN = small_flock(
     num_steps=16, randomization=[Uniform("predator_range", 5.0, 25.0)], neighbor_rule=Voronoi()
 )
