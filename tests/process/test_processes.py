@@ -101,7 +101,7 @@ def test_forked_child_continues_the_flock_of_its_parent() -> None:
     np.testing.assert_array_equal(there, results.get())
 
 
-@pytest.mark.parametrize("busy", ["stepping", "starting pools", "sweeping"])
+@pytest.mark.parametrize("busy", ["step_for_ever", "start_pools", "sweep_for_ever"])
 def test_fork_while_another_thread_is_busy(busy: str) -> None:
     found = forked_while(busy, count=24)
     assert found == {"children": 24, "hung": 0, "wrong": 0}

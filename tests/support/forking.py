@@ -25,7 +25,7 @@ NOISY = SMALL.replace(num_steps=20, angular_noise=1.0, sensing_noise=0.5, sensin
 
 
 def forked_while(*busy: str, count: int) -> dict[str, int]:
-    """Return the outcome of forks while threads of the parent were busy."""
+    """Return the outcome of forks while threads of the parent ran functions of this module."""
     # Python warns about forks with threads.
     command = [sys.executable, "-W", "ignore", __file__, str(count), *busy]
     outcome: dict[str, int] = json.loads(subprocess.check_output(command))  # noqa: S603
@@ -72,13 +72,6 @@ def sweep_for_ever(stop: threading.Event) -> None:
         sweep(SMALL, [1.0, 10.0], range(200), num_threads=2)
 
 
-BUSY: dict[str, Callable[[threading.Event], None]] = {
-    "stepping": step_for_ever,
-    "starting pools": start_pools,
-    "sweeping": sweep_for_ever,
-}
-
-
 def run(busy: list[Callable[[threading.Event], None]], count: int) -> dict[str, int]:
     """Fork ``count`` times while the threads are busy."""
     expected, stop = played(2), threading.Event()
@@ -108,4 +101,4 @@ def check(expected: bytes, num_threads: int) -> None:
 
 
 if __name__ == "__main__":
-    print(json.dumps(run([BUSY[name] for name in sys.argv[2:]], int(sys.argv[1]))))
+    print(json.dumps(run([globals()[name] for name in sys.argv[2:]], int(sys.argv[1]))))
