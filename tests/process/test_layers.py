@@ -50,14 +50,11 @@ def layer(module: str) -> int:
 
 def arrows(imports: dict[str, set[str]]) -> dict[str, set[str]]:
     """Return the imported modules of our packages for each module."""
-
-    def target(name: str) -> str:
-        return name if name in imports or name == "flockesc_env._core" else name.rpartition(".")[0]
-
-    return {
-        module: {target(name) for name in names if name.partition(".")[0] in LAYERS} - {module}
-        for module, names in imports.items()
-    }
+    modules, graph = imports.keys() | {"flockesc_env._core"}, {}
+    for module, names in imports.items():
+        ours = {name for name in names if name.partition(".")[0] in LAYERS}
+        graph[module] = {name if name in modules else name.rpartition(".")[0] for name in ours} - {module}
+    return graph
 
 
 def upward(imports: dict[str, set[str]]) -> list[tuple[str, str]]:

@@ -100,32 +100,29 @@ def check_options(document: str) -> None:
     _core.FlockBatch([small_flock().to_json()], [0], document, actions, 1, False, 0)
 
 
-DOCUMENTS: dict[str, tuple[Callable[[str], Any], str, str | None]] = {
-    "flock": (_core.check_flock_scenario, fe.FlockScenario().to_json(), None),
-    "line": (_core.check_line_scenario, fe.LineScenario().to_json(), None),
-    "options": (check_options, fe.EnvOptions().to_core(options.View.FLOCK), None),
+DOCUMENTS: dict[str, tuple[Callable[[str], Any], str]] = {
+    "flock": (_core.check_flock_scenario, fe.FlockScenario().to_json()),
+    "line": (_core.check_line_scenario, fe.LineScenario().to_json()),
+    "options": (check_options, fe.EnvOptions().to_core(options.View.FLOCK)),
     "options of lines": (
         lambda document: _core.LineEpisode(fe.LineScenario().to_json(), document, 0),
         fe.LineOptions().to_core(),
-        None,
     ),
-    **{
-        part.kind: (_core.check_flock_scenario, small_flock(**{slot: SLOTS[slot][0](part)}).to_json(), slot)
-        for slot, part in (case.values for case in PARTS)
-    },
 }
-"""Check, document, and the slot of the part whose fields are compared; ``None``: those of the document."""
+SLOT_OF = {part.kind: (slot, part) for slot, part in (case.values for case in PARTS)}
+for kind, (slot, part) in SLOT_OF.items():
+    text = small_flock(**{slot: SLOTS[slot][0](part)}).to_json()
+    DOCUMENTS[kind] = (_core.check_flock_scenario, text)
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)
 def test_fields(name: str) -> None:
     """The core's error about an unknown field lists the fields of Python."""
-    check, text, slot = DOCUMENTS[name]
+    check, text = DOCUMENTS[name]
     check(text)
-    document = json.loads(text)
-    fields = document
-    if slot:
-        written = document[slot]
+    fields = document = json.loads(text)
+    if name in SLOT_OF:
+        written = document[SLOT_OF[name][0]]
         ((kind, fields),) = (written[-1] if isinstance(written, list) else written).items()
         assert kind == name
     known = set(fields)

@@ -74,9 +74,6 @@ def test_learned_predators_keep_their_starts() -> None:
         fe.FlockScenario(predators=()).with_learned_predators()
 
 
-every_preset = pytest.mark.parametrize("name", fe.PRESETS)
-
-
 GOLDEN = Path(__file__).parents[1] / "golden" / "presets.json"
 
 
@@ -108,7 +105,7 @@ def test_flock_environments_take_names(interface: str) -> None:
         assert "paper-flock, " in str(caught.value)
 
 
-@every_preset
+@pytest.mark.parametrize("name", fe.PRESETS)
 def test_the_command_prints_a_file_to_start_from(
     name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

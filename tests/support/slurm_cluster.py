@@ -13,7 +13,6 @@ from pathlib import Path
 
 import pytest
 
-INSTALL = "apt-get install slurm-wlm slurmdbd munge mariadb-server"
 DAEMONS = ("munged", "slurmctld", "slurmd", "slurmdbd", "mariadbd")
 NODES = ("n1", "n2", "n3", "n4")
 CONF = """
@@ -76,7 +75,7 @@ GRANT = (
 
 def obstacle() -> str | None:
     if not all(find(daemon) for daemon in DAEMONS):
-        return f"SLURM is not installed: {INSTALL}"
+        return "SLURM is not installed: apt-get install slurm-wlm slurmdbd munge mariadb-server"
     return None if os.geteuid() == 0 else "the daemons of SLURM need root"
 
 
