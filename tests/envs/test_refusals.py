@@ -162,14 +162,13 @@ RUNS: dict[str, Callable[..., Any]] = {
 FLOCK_RUNS = FLOCKS | RUNS
 SHARED = {name: FLOCK_RUNS[name] for name in ("gymnasium", "vector", "flock slots", "rollout")}
 CHASED = {name: make for name, make in FLOCK_RUNS.items() if name != "predator"}
-HUNTED, PAPER_LINE = small_flock(predators=(PurePursuit(),)), fe.LineScenario()
-Refused = tuple[dict[str, Callable[..., Any]], Any, dict[str, Any], str, str]
-REFUSED: list[Refused] = [
+LINE, HUNTED = fe.LineScenario(), small_flock(predators=(PurePursuit(),))
+REFUSED: list[tuple[dict[str, Any], Any, dict[str, Any], str, str]] = [
     (FLOCK_RUNS, FLOCK, {"rewards": "terminal"}, "rewards", "did you mean reward"),
     (FLOCK_RUNS, FLOCK, {"xyz": 3}, "xyz", "expected one of action_mode, "),
     (FLOCK_RUNS, FLOCK, {"num_agents": 3}, "num_agents", r"pass scenario=FlockScenario\(num_agents=\.\.\.\)"),
-    (LINES, PAPER_LINE, {"rewards": "terminal"}, "rewards", "did you mean reward"),
-    (LINES, PAPER_LINE, {"num_agents": 3}, "num_agents", r"pass scenario=LineScenario\(num_agents=\.\.\.\)"),
+    (LINES, LINE, {"rewards": "terminal"}, "rewards", "did you mean reward"),
+    (LINES, LINE, {"num_agents": 3}, "num_agents", r"pass scenario=LineScenario\(num_agents=\.\.\.\)"),
     (LINES, fe.LineScenario(predator_position=None), {}, "predator_position", "expected"),
     (FLOCKS | {"rollout": RUNS["rollout"]}, small_flock(predators=()), {}, "predators", "expected"),
     (FLOCKS, small_flock(neighbor_rule=Topological()), {}, "max_range", "number of neighbors"),
