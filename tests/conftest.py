@@ -28,7 +28,6 @@ EXPECTED_SKIPS = (
     "only Linux on x86-64 can intercept CPUID",
     "this processor cannot intercept CPUID",
     "needs the right to make a namespace of process ids",
-    "there DictInfoToList cannot read",  # with the oldest Gymnasium
 )
 
 

@@ -1,4 +1,4 @@
-"""Results do not depend on threads or batch size, bit for bit. Places: test_several_scenarios.py."""
+"""Results do not depend on threads or batch size, bit for bit. Places: test_vector_env.py."""
 
 import math
 from typing import Any
@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from option_table import DIMENSIONS, EVERY_STEP, small_flock
+from same import same
 
 import flockesc_env as fe
 from flockesc_env.envs.vector import BatchVectorEnv
@@ -17,22 +18,17 @@ THREADS = [None, 1, 2, 3, 7]
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
-def columns(result: Any, *names: str) -> dict[str, np.ndarray]:
-    return {name: getattr(result, name) for name in names}
-
-
 @dimensions
 def test_flock_sweep(dimension: int) -> None:
-    scenario = small_flock(dimension, num_agents=40)
-    names = ("min_mean_distance", "min_min_distance", "num_components")
-    ranges = [0.0, 4.0, 9.0]
-    first, *others = (columns(fe.sweep(scenario, ranges, SEEDS, num_threads=n), *names) for n in THREADS)
+    scenario, ranges = small_flock(dimension, num_agents=40), [0.0, 4.0, 9.0]
+    first, *others = (fe.sweep(scenario, ranges, SEEDS, num_threads=n) for n in THREADS)
     for result in others:
-        np.testing.assert_equal(result, first)
+        same(result, first)
     for row, rho in enumerate(ranges):
         for column in (0, 12):
-            alone = columns(fe.sweep(scenario, [rho], [SEEDS[column]]), *names)
-            np.testing.assert_equal(alone, {name: values[row, [[column]]] for name, values in first.items()})
+            alone = fe.sweep(scenario, [rho], [SEEDS[column]])
+            for name in ("min_mean_distance", "min_min_distance", "num_components"):
+                assert getattr(alone, name) == getattr(first, name)[row, column]
 
 
 @dimensions
@@ -40,42 +36,26 @@ def test_flock_sweep(dimension: int) -> None:
 def test_rollout(dimension: int, per_agent: bool) -> None:
     scenario = small_flock(dimension, num_agents=40)
     policy = StubbornLeaders() if per_agent else FixedRange(9.0)
-    names = ("seeds", "min_mean_distance", "min_min_distance", "num_components", "mean_return")
     options = {**EVERY_STEP, "per_agent": per_agent, "predator_sensing_range": math.inf}
     first, *others = (
-        columns(fe.rollout(scenario, policy, SEEDS, batch_size=size, num_threads=count, **options), *names)
+        fe.rollout(scenario, policy, SEEDS, batch_size=size, num_threads=count, **options)
         for size, count in [(64, None), (1, 1), (1, 2), (5, 1), (5, 3), (13, 2)]
     )
     for result in others:
-        np.testing.assert_equal(result, first)
-
-
-def large_flock(dimension: int) -> fe.FlockScenario:
-    """Return a flock large enough to be split over threads, with 0.03 agents per m^D."""
-    side = (5000 / 0.03) ** (1 / dimension)
-    return fe.FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side)
+        same(result, first)
 
 
 def simulated(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
-    own = np.linspace(0.0, 20.0, 5000)
-    names = ("positions", "velocities", "mean_distance", "min_distance", "num_components", "polarization")
-    return [
-        columns(fe.simulate(scenario, rho, seed=2, num_threads=num_threads), *names) for rho in (6.0, own)
-    ]
-
-
-def unlike_simulated(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
-    """Simulate different, noisy agents under two laws of motion."""
+    """Simulate equal agents, and different, noisy ones under two laws of motion."""
     names, rng = ("mass", "speed", "repulsion_strength", "alignment_strength"), np.random.default_rng(0)
     traits: dict[str, Any] = {name: rng.uniform(0.5, 2, 5000) * getattr(scenario, name) for name in names}
     noisy = scenario.replace(angular_noise=0.5, sensing_noise=0.5, sensing_delay=2, **traits)
-    return [simulated(noisy.replace(motion=law), num_threads) for law in (Inertial(), Reynolds())]
-
-
-def flock_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
-    env = fe.FlockEscapeEnv(scenario, num_threads=num_threads, **EVERY_STEP)
-    env.action_space.seed(0)
-    return [env.reset(seed=2), *(env.step(env.action_space.sample()) for _ in range(8))]
+    scenarios = (scenario, noisy.replace(motion=Inertial()), noisy.replace(motion=Reynolds()))
+    return [
+        fe.simulate(each, rho, seed=2, num_threads=num_threads)
+        for each in scenarios
+        for rho in (6.0, np.linspace(0.0, 20.0, 5000))
+    ]
 
 
 def agents_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
@@ -93,9 +73,11 @@ def flocks_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[A
 
 
 @dimensions
-@pytest.mark.parametrize("played", [simulated, unlike_simulated, flock_played, agents_played, flocks_played])
+@pytest.mark.parametrize("played", [simulated, agents_played, flocks_played])
 def test_threads_of_one_large_flock(played: Any, dimension: int) -> None:
-    scenario = large_flock(dimension)
+    """The flock is large enough to be split over threads, with 0.03 agents per m^D."""
+    side = (5000 / 0.03) ** (1 / dimension)
+    scenario = fe.FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side)
     serial = played(scenario, 1)
     for threads in (2, 7):
-        np.testing.assert_equal(played(scenario, threads), serial)
+        same(played(scenario, threads), serial)

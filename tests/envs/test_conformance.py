@@ -1,6 +1,7 @@
 """Official test suites of Gymnasium, PettingZoo and stable-baselines3, over all pairs of options."""
 
 import warnings
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,24 +12,31 @@ from gymnasium.utils.env_checker import check_env as check_gymnasium
 from pettingzoo import test as suites
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
-import flockesc_env
-from flockesc_env import FlockScenario, LineScenario, flockesc_v1
+from flockesc_env import FlockScenario, LineScenario, PredatorEnv, flockesc_v1, parallel_env
 from flockesc_env.scenario import Learned
 
 FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v1"
 LINE_ID = "flockesc_env:flockesc/LineEscape-v1"
 
-Options = dict[str, Any]
 
-# PettingZoo's suites pass options={"options": 1}.
-pytestmark = pytest.mark.filterwarnings("ignore:reset\\(\\) ignores unknown options:UserWarning")
-
-flock_options = table.every_option(table.FLOCK)
-agent_options = table.every_option(table.AGENTS)
-line_options = pytest.mark.parametrize("options", table.covering(**table.LINE), ids=table.label)
+def every_option(**values: tuple[Any, ...]) -> pytest.MarkDecorator:
+    return pytest.mark.parametrize("options", table.covering(**values), ids=table.label)
 
 
-def check_single(name: str, scenario: FlockScenario | LineScenario, options: Options) -> None:
+pytestmark = pytest.mark.filterwarnings(
+    # PettingZoo's suites pass options={"options": 1}.
+    "ignore:reset\\(\\) ignores unknown options:UserWarning",
+    # Positions and velocities have no bounds.
+    "ignore:.*state space value is -?infinity:UserWarning",
+    # The observation of a caught agent is zero.
+    "ignore:Observation numpy array is all zeros:UserWarning",
+    # Agents and predators have different observation spaces, which the suite advises against.
+    "ignore:Agents have different observation space sizes:UserWarning",
+    "ignore:Observations are different shapes:UserWarning",
+)
+
+
+def check_single(name: str, scenario: FlockScenario | LineScenario, options: dict[str, Any]) -> None:
     with warnings.catch_warnings():
         if options.get("action_mode") == "range":  # the checkers advise against other spaces than [-1, 1]
             warnings.filterwarnings("ignore", ".*symmetric and normalized.*")
@@ -37,13 +45,33 @@ def check_single(name: str, scenario: FlockScenario | LineScenario, options: Opt
         check_sb3(gymnasium.make(name, scenario=scenario, **options))
 
 
-@flock_options
-def test_flock(options: Options, dimension: int) -> None:
-    check_single(FLOCK_ID, table.small_flock(dimension), options)
+def check_agents(scenario: FlockScenario, **options: Any) -> None:
+    def in_parallel(max_cycles: int = scenario.num_steps, **changes: Any) -> Any:
+        return parallel_env(scenario.replace(num_steps=max_cycles), **options | changes)
+
+    def in_turn(max_cycles: int = scenario.num_steps, **changes: Any) -> Any:
+        return flockesc_v1.env(scenario.replace(num_steps=max_cycles), **options | changes)
+
+    num_cycles = 2 * scenario.num_steps
+    suites.parallel_api_test(in_parallel(), num_cycles=num_cycles)
+    suites.api_test(in_turn(), num_cycles=num_cycles)
+    suites.parallel_seed_test(in_parallel, num_cycles=num_cycles)
+    suites.seed_test(in_turn, num_cycles=num_cycles)
+    suites.state_test(in_turn(), in_parallel())
+    if scenario.capture_radius is None:
+        # A cycle is one action of every agent, which here holds for one model step.
+        together, apart = (partial(make, steps_per_action=1) for make in (in_parallel, in_turn))
+        suites.max_cycles_test(SimpleNamespace(parallel_env=together, env=apart))
 
 
-@line_options
-def test_line(options: Options) -> None:
+@every_option(**table.FLOCK, dimension=table.DIMENSIONS)
+def test_flock(options: dict[str, Any]) -> None:
+    options = dict(options)
+    check_single(FLOCK_ID, table.small_flock(options.pop("dimension")), options)
+
+
+@every_option(**table.LINE)
+def test_line(options: dict[str, Any]) -> None:
     check_single(LINE_ID, LineScenario(num_agents=5, max_steps=10), options)
 
 
@@ -53,64 +81,25 @@ def test_gymnasium_defaults(name: str) -> None:
     check_gymnasium(gymnasium.make(name).unwrapped)
 
 
-def check_agents(scenario: FlockScenario, num_cycles: int = 30, **options: Any) -> None:
-    suites.parallel_api_test(flockesc_env.parallel_env(scenario, **options), num_cycles=num_cycles)
-    suites.api_test(flockesc_v1.env(scenario, **options), num_cycles=num_cycles)
-    suites.parallel_seed_test(lambda: flockesc_env.parallel_env(scenario, **options), num_cycles=num_cycles)
-    suites.seed_test(lambda: flockesc_v1.env(scenario, **options), num_cycles=num_cycles)
+@every_option(**table.AGENTS, dimension=table.DIMENSIONS)
+def test_agents(options: dict[str, Any]) -> None:
+    options = dict(options)
+    check_agents(table.small_flock(options.pop("dimension")), **options)
 
 
-@agent_options
-def test_agents(options: Options, dimension: int) -> None:
-    check_agents(table.small_flock(dimension), **options)
-
-
-# The observation of a caught agent is zero.
-@pytest.mark.filterwarnings("ignore:Observation numpy array is all zeros:UserWarning")
 @table.every_pair(dimension=table.DIMENSIONS, objective=table.OBJECTIVES, capture_radius=(0.0, 4.0, 1e6))
 def test_captures(dimension: int, objective: str, capture_radius: float) -> None:
     scenario = table.hunted(dimension, capture_radius=capture_radius)
     check_single(FLOCK_ID, scenario, {"objective": objective, **table.EVERY_STEP})
-    check_agents(scenario, 60, objective=objective, **table.EVERY_STEP)
+    check_agents(scenario, objective=objective, **table.EVERY_STEP)
 
 
-# Agents and predators have different observation spaces, which the suite advises against.
-@pytest.mark.filterwarnings(
-    "ignore:Observation numpy array is all zeros:UserWarning",
-    "ignore:Agents have different observation space sizes:UserWarning",
-    "ignore:Observations are different shapes:UserWarning",
-)
 @pytest.mark.parametrize("dimension", table.DIMENSIONS)
 @pytest.mark.parametrize(
     "options", [{}, {"per_agent": True, "reward": "individual_distance", "steps_per_action": 3}]
 )
 def test_learned_predators(dimension: int, options: dict[str, Any]) -> None:
-    check_gymnasium(flockesc_env.PredatorEnv(table.small_flock(dimension), **options), skip_render_check=True)
-    check_sb3(flockesc_env.PredatorEnv(table.small_flock(dimension), **options))
+    check_gymnasium(PredatorEnv(table.small_flock(dimension), **options), skip_render_check=True)
+    check_sb3(PredatorEnv(table.small_flock(dimension), **options))
     hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
-    captured = table.small_flock(dimension, num_agents=12, predators=hunters, capture_radius=12.0)
-    suites.parallel_api_test(flockesc_env.parallel_env(captured), num_cycles=30)
-    suites.api_test(flockesc_v1.env(captured), num_cycles=30)
-
-
-# Positions and velocities have no bounds.
-@pytest.mark.filterwarnings("ignore:.*state space value is -?infinity:UserWarning")
-@agent_options
-def test_state(options: Options, dimension: int) -> None:
-    scenario = table.small_flock(dimension)
-    env = flockesc_v1.env(scenario, **options)
-    suites.state_test(env, flockesc_env.parallel_env(scenario, **options))
-
-
-@table.every_option(table.AGENTS | {"steps_per_action": (1,)})
-def test_max_cycles(options: Options, dimension: int) -> None:
-    """A cycle is one action of every agent, which here holds for one model step."""
-
-    def scenario(max_cycles: int) -> flockesc_env.FlockScenario:
-        return table.small_flock(dimension, num_steps=max_cycles)
-
-    module = SimpleNamespace(
-        parallel_env=lambda max_cycles: flockesc_env.parallel_env(scenario(max_cycles), **options),
-        env=lambda max_cycles: flockesc_v1.env(scenario(max_cycles), **options),
-    )
-    suites.max_cycles_test(module)
+    check_agents(table.small_flock(dimension, num_agents=12, predators=hunters, capture_radius=12.0))

@@ -4,16 +4,17 @@ import json
 import multiprocessing
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import gymnasium
-import numpy as np
 import pytest
 from golden_episodes import GOLDEN as FILE
 from golden_episodes import SEED, cases, hashed, hashes, updated
 from masked_cpu import each_level, run_masked
 from option_table import small_flock
+from same import plain
 
-from flockesc_env import FlockEscapeEnv, parallel_env
+from flockesc_env import FlockEscapeEnv, LineEscapeEnv, LineScenario, parallel_env
 from flockesc_env.envs.vector import BatchVectorEnv
 
 GOLDEN = json.loads(FILE.read_text())
@@ -66,16 +67,19 @@ def test_another_seed_is_another_episode() -> None:
     assert not set(others.values()) & set(GOLDEN.values())
 
 
-def unseeded(_: int) -> list[bytes]:
+UNSEEDED: list[tuple[Any, Any]] = [
+    *((make, small_flock()) for make in (FlockEscapeEnv, parallel_env, BatchVectorEnv)),
+    (LineEscapeEnv, LineScenario(num_agents=5)),
+]
+
+
+def unseeded(_: int) -> list[str]:
     """Return the first observations of new environments of every interface after resets without a seed."""
     seen = []
     for index in range(ENVIRONMENTS):
-        env = (FlockEscapeEnv, parallel_env, BatchVectorEnv)[index % 3](scenario=small_flock())
-        for _ in range(RESETS):
-            observation, info = env.reset()
-            shown = observation["agent_0"] if isinstance(observation, dict) else observation
-            info = info.get("agent_0", info)
-            seen.append(shown.tobytes() + np.asarray(info["mean_distance"]).tobytes())
+        make, scenario = UNSEEDED[index % len(UNSEEDED)]
+        env = make(scenario=scenario)
+        seen += [repr(plain(env.reset())) for _ in range(RESETS)]
     return seen
 
 

@@ -1,53 +1,23 @@
-"""The Gymnasium contract: ids, wrappers, whole episodes, and views of the current state."""
+"""The Gymnasium contract: actions, episodes, views of the current state, and seeds in every interface."""
 
 import pickle
-from typing import Any
 
+import envs
 import gymnasium
 import numpy as np
 import pytest
-from envs import state
-from gymnasium.envs.registration import EnvSpec
+from envs import FLOCKS, RANDOM, info_of, same_action, start, state
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
-from option_table import DIMENSIONS, EVERY_STEP, IDS, small_flock
+from option_table import EVERY_STEP, hunted, small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.spaces import RangeActions
-from flockesc_env.scenario import PurePursuit
+from flockesc_env.policies import FixedRange
 
-
-def play(env: Any) -> list[Any]:
-    """Return all results of an episode under the highest action."""
-    steps = [env.reset(seed=0)]
-    while len(steps) == 1 or not (steps[-1][2] or steps[-1][3]):
-        steps.append(env.step(env.action_space.high))
-    return steps
-
-
-@pytest.mark.parametrize("name", IDS)
-def test_every_id(name: str) -> None:
-    is_line, is_single = "Line" in name, "Agents" not in name
-    short, long = (fe.LineScenario(max_steps=t) if is_line else small_flock(num_steps=t) for t in (7, 9))
-    for scenario, limit in ((short, 4), (long, 5)):
-        options: dict[str, Any] = {"scenario": scenario, "steps_per_action": 2}
-        for mode in ("sync", None) if is_single else (None,):
-            slots = gymnasium.make_vec(name, num_envs=5, vectorization_mode=mode, **options)
-            slots.reset(seed=0)
-            slots.step(slots.action_space.sample())
-            specs = [env.spec for env in getattr(slots, "envs", [slots])]
-            assert {spec.max_episode_steps for spec in specs} == {limit}
-        if is_single:
-            env = gymnasium.make(name, **options)
-            assert len(play(env)) - 1 == env.spec.max_episode_steps == limit  # type: ignore[union-attr]
-            assert len(play(gymnasium.make(name, max_episode_steps=2, **options))) - 1 == 2
-    if is_single:
-        env = gymnasium.make(name, steps_per_action=500)
-        again = gymnasium.make(EnvSpec.from_json(env.spec.to_json()))  # type: ignore[union-attr]
-        assert again.spec == env.spec
-        np.testing.assert_equal(play(again), play(env))
+RHO = 25.0  # action -0.5 of [0, 100]
 
 
 def test_line_terminates_when_steady_and_is_truncated_otherwise() -> None:
@@ -114,34 +84,39 @@ def test_components_are_counted_on_request(count_components: bool) -> None:
     assert set(info) == (INFO_KEYS | {"num_components"} if count_components else INFO_KEYS)
 
 
-PREDATORS = (PurePursuit((0.0, 0.0), (8.0, 8.0)), PurePursuit((30.0, 0.0), (0.0, 9.0)))
-
-
-@pytest.mark.parametrize("dimension", DIMENSIONS)
-def test_a_flock_equals_the_simulation(dimension: int) -> None:
-    scenario = small_flock(dimension, predators=PREDATORS, capture_radius=4.0)
-    env = fe.FlockEscapeEnv(scenario, action_mode="range", max_range=9.0, steps_per_action=1)
+@pytest.mark.parametrize(("seed", "dimension"), [(7, 3), (2**64 - 1, 2)])
+@pytest.mark.parametrize("interface", ["gymnasium", "parallel", "aec"])
+def test_an_episode_equals_the_simulation(interface: str, seed: int, dimension: int) -> None:
+    """The view of the flock and the infos in every step."""
+    radius = 4.0 if interface == "gymnasium" else None
+    scenario = small_flock(dimension, predators=RANDOM, capture_radius=radius)
+    env = FLOCKS[interface](scenario, count_components=True, **EVERY_STEP)
     with pytest.raises(ResetNeeded):
-        _ = env.flock.positions
-    env.reset(seed=5)
-    run = fe.simulate(scenario, 9.0, seed=5)
-    speed = np.hypot(8.0, 8.0)  # for a predator that only turns
+        _ = env.unwrapped.flock.positions
+    info = info_of(env, start(env, seed))
+    run = fe.simulate(scenario, RHO, seed=seed)
     for step in range(scenario.num_steps + 1):
-        flock = env.flock
+        flock = env.unwrapped.flock
         assert flock.step == step
-        np.testing.assert_array_equal(flock.positions, run.positions[step])
-        np.testing.assert_array_equal(flock.velocities, run.velocities[step])
-        np.testing.assert_array_equal(flock.predator_positions, run.predator_positions[step])
-        assert np.linalg.norm(flock.predator_velocities, axis=1) == pytest.approx([speed, 9.0])
-        np.testing.assert_array_equal(flock.interaction_range, [9.0 if step else 0.0])
-        assert flock.caught.mean() == pytest.approx(1 - run.fraction_surviving[step], abs=1e-12)
+        for name in ("positions", "velocities", "predator_positions"):
+            np.testing.assert_array_equal(getattr(flock, name), getattr(run, name)[step])
+        assert np.linalg.norm(flock.predator_velocities, axis=1) == pytest.approx(
+            [5.0, 9.0]
+        )  # they only turn
         assert not flock.distances[flock.caught].any()
+        assert not step or (flock.interaction_range == RHO).all()
+        for name in ("mean_distance", "min_distance", "polarization", "fraction_surviving"):
+            assert info[name] == getattr(run, name)[step]
+        # Before the first action the range is 0, so every agent is alone.
+        assert info["num_components"] == (run.num_components[step] if step else 5)
         if step < scenario.num_steps:
-            env.step(np.float32([9.0]))
+            info = info_of(env, envs.step(env, same_action(env, np.float32([-0.5]))))
+    assert info["min_mean_distance"] == run.mean_distance.min()
+    assert info["min_min_distance"] == run.min_distance.min()
 
 
 def test_shapes_and_read_only_arrays() -> None:
-    scenario = small_flock(3, predators=PREDATORS)
+    scenario = small_flock(3, predators=RANDOM)
     for env, rows in ((fe.parallel_env(scenario), 5), (fe.PredatorEnv(small_flock(3)), 1)):
         env.reset(seed=0)
         now = state(env.flock)
@@ -169,3 +144,62 @@ def test_a_line() -> None:
     assert not env.line.states.flags.writeable
     env.step(np.ones(1, np.float32))
     assert (env.line.step, env.line.interaction_range) == (1, 1.0)
+
+
+@pytest.mark.parametrize(("seed", "dimension"), [(0, 2), (2**64 - 1, 3)])
+def test_sweep_and_rollout_play_the_simulated_flock(seed: int, dimension: int) -> None:
+    scenario = hunted(dimension)
+    run = fe.simulate(scenario, RHO, seed=seed)
+    survived = run.fraction_surviving[-1]
+    assert survived < 1
+    expected = (run.mean_distance.min(), run.min_distance.min(), run.num_components[-1], survived)
+    names = ("min_mean_distance", "min_min_distance", "num_components", "fraction_surviving")
+    swept = fe.sweep(scenario, [RHO], [seed])
+    assert tuple(getattr(swept, name) for name in names) == expected
+    for per_agent in (False, True):
+        episodes = fe.rollout(scenario, FixedRange(RHO), [seed], per_agent=per_agent, **EVERY_STEP)
+        assert tuple(getattr(episodes, name) for name in names) == expected
+        assert episodes.seeds.tolist() == [seed]
+
+
+def test_given_positions_leave_the_drawn_headings() -> None:
+    """Positions and headings come from separate streams."""
+    scenario = small_flock()
+    drawn = fe.simulate(scenario, RHO, seed=3)
+    given = fe.simulate(scenario, RHO, seed=3, initial_positions=np.zeros((5, 2)))
+    np.testing.assert_array_equal(given.velocities[0], drawn.velocities[0])
+    assert (given.seed, given.is_start_given) == (3, True)
+    both = fe.simulate(
+        scenario, RHO, initial_positions=drawn.positions[0], initial_velocities=drawn.velocities[0]
+    )
+    np.testing.assert_array_equal(both.positions, drawn.positions)
+    assert both.is_start_given
+    assert not drawn.is_start_given
+
+
+@pytest.mark.parametrize("interface", [*FLOCKS, "line"])
+@pytest.mark.parametrize(("seed", "first"), [(0, 0), (2**64 - 1, 3)])
+def test_every_episode_can_be_played_alone(interface: str, seed: int, first: int) -> None:
+    """The k-th reset without a seed plays ``episode_seed(seed, k)``; a reset can start at any k."""
+    scenario, line = small_flock(), fe.LineScenario(num_agents=5)
+    environment = fe.LineEscapeEnv(line) if interface == "line" else FLOCKS[interface](scenario)
+    for episode in range(first, first + 4):
+        options = {"seed": seed, "options": {"episode": first}} if episode == first else {}
+        info = info_of(environment, start(environment, **options))
+        drawn = fe.episode_seed(seed, episode)
+        if interface == "line":
+            expected = fe.simulate_line(line, 0.1, seed=drawn).escape_distance[0]
+            assert info["escape_distance"] == expected
+        else:
+            assert np.all(info["mean_distance"] == fe.simulate(scenario, RHO, seed=drawn).mean_distance[0])
+
+
+def test_schedule_of_seeds() -> None:
+    """``episode_seed`` is pure, never repeats, returns at least 2^32, and must never change."""
+    assert all(fe.episode_seed(seed, 0) == seed for seed in (0, 7, 2**32, 2**63, 2**64 - 1))
+    assert fe.episode_seed(np.int64(7), np.uint8(0)) == 7
+    assert [fe.episode_seed(7, episode) for episode in (1, 2)] == [856522681599956647, 9029727068422764021]
+    drawn = {fe.episode_seed(seed, episode) for seed in range(50) for episode in range(1, 50)}
+    assert len(drawn) == 50 * 49
+    assert min(drawn) >= 2**32
+    assert max(drawn) < 2**63

@@ -1,147 +1,199 @@
-"""Returns of episodes: sums of every reward, through every interface."""
+"""Every reward by its definition, through the environments that all other interfaces are compared with."""
 
-from collections.abc import Callable
+import copy
 from typing import Any
 
 import numpy as np
-from envs import FLOCKS, has_ended, same_action, start, step
+import reference
 from objective_values import SERIES
-from option_table import EVERY_STEP, OBJECTIVES, STEPS_PER_ACTION, every_pair, small_flock
-from stable_baselines3.common.vec_env import VecEnv
+from option_table import (
+    AGENT_REWARDS,
+    DIMENSIONS,
+    INDIVIDUAL_REWARDS,
+    OBJECTIVES,
+    STEPS_PER_ACTION,
+    every_pair,
+    small_flock,
+)
 
 import flockesc_env as fe
+from flockesc_env.models import Trajectory
+from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.policies import FixedRange
-from flockesc_env.scenario import ConstantVelocity
+from flockesc_env.scenario import ConstantVelocity, Learned, PurePursuit, Topological, Wandering
 
-RHO = 25.0  # exact in every interface: action -0.5 of [0, 100]
+RHO, MAX_RANGE = 5.0, 8.0
 SEED = 8
-SCENARIO = small_flock(num_agents=7, num_steps=20)
-
-Play = Callable[..., np.ndarray]
-
-
-def played(interface: str) -> Play:
-    """Return a function that plays an episode and returns its rewards, shape (actions, rows)."""
-
-    def play(scenario: fe.FlockScenario, **options: Any) -> np.ndarray:
-        env = FLOCKS[interface](scenario, **EVERY_STEP | options)
-        start(env, SEED)
-        rewards: list[Any] = []
-        is_over = False
-        while not is_over:
-            returned = step(env, same_action(env, np.array([-0.5], np.float32)))
-            paid = returned[1]
-            rewards.append(list(paid.values()) if isinstance(paid, dict) else np.atleast_1d(paid))
-            is_over = returned[2].any() if isinstance(env, VecEnv) else has_ended(env, returned)
-        return np.array(rewards, np.float64)
-
-    return play
-
-
-def play_rollout(per_agent: bool) -> Play:
-    def play(scenario: fe.FlockScenario, **options: Any) -> np.ndarray:
-        given = {**EVERY_STEP, **options, "per_agent": per_agent}
-        episodes = fe.rollout(scenario, FixedRange(RHO), [SEED], **given)
-        return episodes.mean_return[None]
-
-    return play
-
-
-INTERFACES: dict[str, Play] = {
-    **{name: played(name) for name in ("gymnasium", "parallel", "flock slots", "agent slots")},
-    "flock rollout": play_rollout(per_agent=False),
-    "agent rollout": play_rollout(per_agent=True),
-}
-PER_AGENT: dict[str, Play] = {name: INTERFACES[name] for name in ("parallel", "agent slots", "agent rollout")}
-SLOTS_ARE_FLOAT32 = {"rtol": 0, "atol": 1e-4}
-
-# Survival: tests/envs/test_capture_interfaces.py.
-DISTANCES = sorted({*OBJECTIVES} - {"fraction_surviving"})
-SPEEDS = (4.0, 14.0)
-"""Of the agents, in m/s: predators come near."""
-
-
-def tolerance(interface: str) -> dict[str, float]:
-    return SLOTS_ARE_FLOAT32 if "slots" in interface else {"rtol": 0, "atol": 1e-9}
-
-
-def distances(objective: str, scenario: fe.FlockScenario = SCENARIO) -> np.ndarray:
-    curve: np.ndarray = getattr(fe.simulate(scenario, RHO, seed=SEED), SERIES[objective])
-    return curve
-
-
-@every_pair(
-    interface=INTERFACES,
-    objective=DISTANCES,
-    reward=("team", "terminal", "distance"),
-    steps_per_action=STEPS_PER_ACTION,
-    speed=SPEEDS,
-)
-def test_return_is_the_change_of_the_objective_or_its_time_mean(
-    interface: str, objective: str, reward: str, steps_per_action: int, speed: float
-) -> None:
-    scenario = SCENARIO.replace(speed=speed)
-    options = {"objective": objective, "reward": reward, "steps_per_action": steps_per_action}
-    rewards = INTERFACES[interface](scenario, **options)
-    curve = distances(objective, scenario)
-    assert curve.min() < curve[0] - 1  # the objective does change
-    expected = curve[1:].mean() if reward == "distance" else curve.min() - curve[0]
-    np.testing.assert_allclose(rewards.sum(axis=0), expected, **tolerance(interface))
-    if reward == "terminal" and "rollout" not in interface:
-        assert (rewards[:-1] == 0).all()
-
-
-def agent_distances(scenario: fe.FlockScenario = SCENARIO) -> np.ndarray:
-    run = fe.simulate(scenario, RHO, seed=SEED)
-    offsets = run.positions[:, :, None] - run.predator_positions[:, None]
-    return np.linalg.norm(offsets, axis=3).min(axis=2)
-
-
-@every_pair(
-    interface=PER_AGENT,
-    objective=DISTANCES,
-    reward=("individual_distance", "individual_distance_change"),
-    steps_per_action=STEPS_PER_ACTION,
-)
-def test_individual_returns(interface: str, objective: str, reward: str, steps_per_action: int) -> None:
-    """Each agent gets the time mean of its distance, or what it gained."""
-    options = {"objective": objective, "steps_per_action": steps_per_action}
-    rewards = PER_AGENT[interface](SCENARIO, reward=reward, **options)
-    own = agent_distances()
-    expected = own[1:].mean(axis=0) if reward == "individual_distance" else own[-1] - own[0]
-    if interface == "agent rollout":
-        expected = expected.mean()
-    np.testing.assert_allclose(rewards.sum(axis=0), expected, **tolerance(interface))
-
-
+PER_AGENT = ("parallel", "rollout of agents")
+INTERFACES = ("gymnasium", "rollout of flocks", *PER_AGENT)
 TWO_WAVES = (ConstantVelocity((-20.0, 35.0), (150.0, 0.0)), ConstantVelocity((180.0, 15.0), (-180.0, 0.0)))
 """Two predators: the first passes by, and the second comes nearer later."""
+HUNTERS = (
+    PurePursuit((-5.0, -5.0), (20.0, 20.0), max_turn_rate=4.0, confusion_rate=2.0, sight=1e3),
+    Wandering((25.0, 0.0), (0.0, 15.0), angular_diffusion=2.0),
+    ConstantVelocity((0.0, 25.0), (12.0, -12.0)),
+)
+FLOCKS: dict[str, dict[str, Any]] = {
+    "paper": {},
+    "two waves": {"predators": TWO_WAVES, "speed": 4.0},
+    "noise and delay": {"angular_noise": 1.0, "sensing_noise": 0.5, "sensing_delay": 2},
+    "random predators": {"predators": HUNTERS},
+    "capture": {"predators": HUNTERS, "capture_radius": 7.0},
+    "all are caught": {"predators": HUNTERS, "capture_radius": 14.0},
+    "blind angle": {"blind_angle": 2.0},
+    "frozen graph": {"frozen_graph": True},
+    "nearest": {"neighbor_rule": Topological()},
+    "learned": {"predators": (Learned((0.0, 0.0), (8.0, 8.0)), HUNTERS[0]), "capture_radius": 7.0},
+}
 
 
-def falls(curve: np.ndarray) -> np.ndarray:
-    """Return the times at which the running minimum of a curve falls."""
-    return np.flatnonzero(np.diff(np.minimum.accumulate(curve)) < 0) + 1
+def flock_of(name: str, dimension: int) -> fe.FlockScenario:
+    return small_flock(dimension, num_agents=12, num_steps=30, initial_side=18.0, **FLOCKS[name])
 
 
-@every_pair(interface=PER_AGENT, objective=DISTANCES, steps_per_action=STEPS_PER_ACTION, speed=SPEEDS)
-def test_individual_reward_pays_what_agents_lost_since_it_fell_last(
-    interface: str, objective: str, steps_per_action: int, speed: float
+def rewards_of(interface: str, scenario: fe.FlockScenario, **options: Any) -> np.ndarray:
+    """Play an episode and return its rewards, shape (actions, rows), or its mean return, shape (1, 1)."""
+    options |= {"action_mode": "range", "max_range": MAX_RANGE}
+    if interface.startswith("rollout"):
+        options["per_agent"] = interface in PER_AGENT
+        return fe.rollout(scenario, FixedRange(RHO), [SEED], **options).mean_return[None]
+    is_flock = interface == "gymnasium"
+    env: Any = fe.FlockEscapeEnv(scenario, **options) if is_flock else fe.parallel_env(scenario, **options)
+    reset, act = (env.reset, env.step) if is_flock else (env.reset_array, env.step_array)
+    actions = [np.full(1 if is_flock else (scenario.num_agents, 1), RHO)]
+    if not is_flock and scenario.num_learned:
+        actions.append(np.zeros((scenario.num_learned, scenario.dimension)))
+    reset(seed=SEED)
+    rewards: list[Any] = []
+    is_over = False
+    while not is_over:
+        _, paid, terminated, truncated, _ = act(*actions)
+        rewards.append(np.atleast_1d(paid))
+        is_over = np.all(np.logical_or(terminated, truncated))
+    assert np.all(terminated) == (not np.any(truncated)) == env.flock.caught.all()
+    return np.array(rewards)
+
+
+def own_distances(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+    """Return the distance of every agent, 0 if it is caught, and who is caught; shape (times, agents)."""
+    offsets = run.positions[:, :, None] - run.predator_positions[:, None]
+    is_caught = (run.caught_at >= 0) & (run.caught_at <= np.arange(len(run.times))[:, None])
+    return np.where(is_caught, 0.0, np.linalg.norm(offsets, axis=3).min(axis=2)), is_caught
+
+
+def neighborhood(run: Trajectory, step: int) -> np.ndarray:
+    """Return whether agent j is a neighbor of agent i under the largest range, or in the frozen graph."""
+    if run.scenario.frozen_graph:
+        return reference.directed_graph(run.positions[0], np.full(run.scenario.num_agents, RHO))
+    positions, velocities = run.positions[step], run.velocities[step]
+    pairs = neighbor_pairs(run.scenario, positions, MAX_RANGE, velocities=velocities)
+    graph = np.eye(run.scenario.num_agents, dtype=bool)
+    graph[tuple(pairs.T)] = True
+    return graph
+
+
+def defined(reward: str, run: Trajectory, objective: str, end: int) -> np.ndarray:
+    """Return the reward of every step before the end and agent, shape (end, agents), or shape (end, 1)."""
+    curve, (own, is_caught) = getattr(run, SERIES[objective])[: end + 1], own_distances(run)
+    own = own[: end + 1]
+    minimum = np.minimum.accumulate(curve)[:, np.newaxis]
+    rewards = np.zeros((end, own.shape[1] if reward in INDIVIDUAL_REWARDS else 1))
+    match reward:
+        case "team":
+            return np.diff(minimum, axis=0)
+        case "terminal":
+            rewards[-1] = minimum[-1] - minimum[0]
+        case "distance":
+            return curve[1:, np.newaxis] / run.scenario.num_steps
+        case "individual_distance":
+            return own[1:] / run.scenario.num_steps
+        case "individual_distance_change":
+            return np.diff(own, axis=0)
+        case "individual":  # what agents lost since the minimum fell last
+            falls = np.flatnonzero(np.diff(minimum[:, 0]) < 0) + 1
+            rewards[falls - 1] = np.diff(own[[0, *falls]], axis=0)
+        case "neighborhood_distance_change":
+            for step, change in enumerate(np.diff(own, axis=0), 1):
+                neighbors = neighborhood(run, step) & ~is_caught[step]
+                for agent in np.flatnonzero(~is_caught[step]):
+                    rewards[step - 1, agent] = change[neighbors[agent]].mean()
+    return rewards
+
+
+@every_pair(
+    flock=FLOCKS,
+    dimension=DIMENSIONS,
+    interface=INTERFACES,
+    objective=OBJECTIVES,
+    reward=[reward for reward in AGENT_REWARDS if reward != "difference"],
+    steps_per_action=STEPS_PER_ACTION,
+)
+def test_rewards_are_the_defined_ones(
+    flock: str, dimension: int, interface: str, objective: str, reward: str, steps_per_action: int
 ) -> None:
-    scenario = SCENARIO.replace(speed=speed, predators=TWO_WAVES)
-    options = {"objective": objective, "steps_per_action": steps_per_action}
-    rewards = PER_AGENT[interface](scenario, reward="individual", **options)
-    own, times = agent_distances(scenario), falls(distances(objective, scenario))
-    assert sorted(set(np.diff(times)))[0] == 1 < np.diff(times).max()  # it falls, rests and falls again
-    expected = np.zeros((scenario.num_steps, scenario.num_agents))
-    expected[times - 1] = np.diff(own[[0, *times]], axis=0)
-    if interface == "agent rollout":
+    """An action gets the sum over its steps, but 0 if the agent was caught before. Rollouts return means."""
+    if reward in INDIVIDUAL_REWARDS and interface not in PER_AGENT:
+        interface = "parallel"
+    scenario = flock_of(flock, dimension)
+    options = {"objective": objective, "reward": reward, "steps_per_action": steps_per_action}
+    rewards = rewards_of(interface, scenario, **options)
+    run = fe.simulate(scenario, RHO, seed=SEED)
+    _, is_caught = own_distances(run)
+    assert is_caught.any() == (scenario.capture_radius is not None)
+    assert is_caught[-1].all() == (flock == "all are caught")
+    end = is_caught.all(axis=1).argmax() or scenario.num_steps
+    starts = np.arange(0, end, steps_per_action)
+    expected = np.add.reduceat(defined(reward, run, objective, end), starts)
+    if interface in PER_AGENT:
+        expected = np.where(is_caught[starts], 0.0, expected)
+    if interface.startswith("rollout"):
         expected = expected.sum(axis=0, keepdims=True).mean(axis=1, keepdims=True)
-    else:
-        expected = np.add.reduceat(expected, range(0, scenario.num_steps, steps_per_action))
-        at_rest = (expected == 0).all(axis=1)
-        assert at_rest.any()
-        assert (rewards[at_rest] == 0).all()
-    np.testing.assert_allclose(rewards, expected, **tolerance(interface))
+    np.testing.assert_allclose(rewards, np.broadcast_to(expected, rewards.shape), rtol=0, atol=1e-9)
+
+
+@every_pair(flock=FLOCKS, objective=OBJECTIVES, dimension=DIMENSIONS)
+def test_difference_against_copies_of_the_flock(flock: str, objective: str, dimension: int) -> None:
+    """In each copy of the environment one agent has range 0; random draws are the same, bit for bit."""
+    scenario = flock_of(flock, dimension)
+    options: Any = {"action_mode": "range", "max_range": MAX_RANGE, "steps_per_action": 4}
+    env = fe.parallel_env(scenario, reward="difference", objective=objective, **options)
+    env.reset_array(seed=SEED)
+    rng = np.random.default_rng(0)
+    alive, paid = np.ones(scenario.num_agents, bool), []
+    while env.agents:
+        ranges = rng.uniform(0, MAX_RANGE, (scenario.num_agents, 1))
+        ranges[rng.random(ranges.shape) < 0.2] = 0.0
+        steering = rng.uniform(-1, 1, (env.predator_policy_spec.count, dimension))
+        pushes = steering if len(steering) else None
+        copies = [copy.deepcopy(env) for _ in range(scenario.num_agents)]
+        _, rewards, terminations, _, info = env.step_array(ranges, pushes)
+        for agent, alone in enumerate(copies):
+            ranges_without = np.where(np.arange(scenario.num_agents) == agent, 0, ranges.T).T
+            without = alone.step_array(ranges_without, pushes)[-1]
+            gain = info[SERIES[objective]] - without[SERIES[objective]] if alive[agent] else 0.0
+            assert rewards[agent] == gain
+            assert gain == 0.0 or ranges[agent] > 0
+        alive = ~terminations
+        paid.append(rewards)
+    assert np.any(paid) or objective != "min_mean_distance"
+    assert alive.all() == ("capture_radius" not in FLOCKS[flock])
+
+
+def test_agents_on_the_edge_of_a_neighborhood() -> None:
+    """An agent at exactly the largest range counts; an agent slightly farther away does not."""
+    scenario = small_flock(
+        num_agents=2, num_steps=1, time_step=1.0, predators=(ConstantVelocity((0, 0), (0, 0)),)
+    )
+    env = fe.parallel_env(scenario, reward="neighborhood_distance_change", max_range=MAX_RANGE)
+    for gap, is_near in ((MAX_RANGE, True), (np.nextafter(MAX_RANGE, 99.0), False)):
+        # The second agent approaches the predator, the first one moves away from it.
+        start = {
+            "initial_positions": [[0.0, 32.0], [gap, 0.0]],
+            "initial_velocities": [[0.0, -32.0], [0.0, 0.0]],
+        }
+        env.reset_array(seed=0, options=start)
+        rewards = env.step_array(np.ones((2, 1), np.float32))[1]
+        assert rewards.tolist() == ([-16.0, -16.0] if is_near else [-32.0, 0.0])
 
 
 @every_pair(

@@ -8,6 +8,7 @@ import pytest
 from envs import draw
 from gymnasium import Wrapper
 from option_table import EVERY_STEP, doomed, small_flock
+from same import spoil
 from stable_baselines3 import A2C, PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
@@ -41,21 +42,29 @@ PER_AGENT = pytest.mark.parametrize("per_agent", [False, True])
 def test_slots_equal_those_of_gymnasium_with_autoreset_in_the_same_step(
     per_agent: bool, reward: Any, scenario: Any, ends: set[bool]
 ) -> None:
-    """``ends`` are the ways in which episodes end: by truncation (True) or termination."""
+    """``ends`` are the ways in which episodes end: by truncation (True) or termination.
+
+    With ``infos="end"``, running slots share one new empty dict, and ended slots have the same infos.
+    """
     options: Any = {"per_agent": per_agent, "reward": reward, **EVERY_STEP}
-    env: Any = vec_env(scenario, FLOCKS, **options)
+    env, sparse = (vec_env(scenario, FLOCKS, infos=infos, **options) for infos in ("all", "end"))
     twin = BatchVectorEnv(env.num_envs, scenario, autoreset_mode="SameStep", **options)
-    env.seed(11)
-    np.testing.assert_array_equal(env.reset(), twin.reset(seed=11)[0])
+    expected, _ = twin.reset(seed=11)
+    for each in (env, sparse):
+        each.seed(11)
+        np.testing.assert_array_equal(each.reset(), expected)
     rng, seen = np.random.default_rng(0), set()
     for _ in range(120):
         actions = draw(env, rng)
         rows, rewards, dones, infos = env.step(actions)
+        *results, sparse_infos = sparse.step(actions)
         expected, paid, terminations, truncations, columns = twin.step(actions)
+        np.testing.assert_equal(results, [rows, rewards, dones])
         np.testing.assert_array_equal(rows, expected)
         np.testing.assert_array_equal(rewards, paid.astype(np.float32))
         np.testing.assert_array_equal(dones, terminations | truncations)
         for slot, info in enumerate(infos):
+            np.testing.assert_equal(sparse_infos[slot], info if dones[slot] else {})
             assert info.pop("TimeLimit.truncated") == truncations[slot]
             last = columns["final_info"] if dones[slot] else columns
             assert ("terminal_observation" in info) == dones[slot]
@@ -64,81 +73,57 @@ def test_slots_equal_those_of_gymnasium_with_autoreset_in_the_same_step(
                 np.testing.assert_array_equal(final, columns["final_obs"][slot])
             assert info == {name: last[name][slot] for name in info}
         seen |= set(truncations[dones].tolist())
+        spoil(sparse_infos)  # does not show in later steps
     assert seen == ends
 
 
 @PER_AGENT
-def test_infos_at_the_end_only(per_agent: bool) -> None:
-    """Infos of running slots are one new empty dict; ended slots have the same infos as otherwise."""
-    scenarios = [small_flock(num_steps=12), small_flock(num_steps=16, capture_radius=6.0)]
-    full, sparse = (
-        VecMonitor(VecNormalize(vec_env(scenarios, 2, per_agent=per_agent, infos=infos)), info_keywords=SHOWN)
-        for infos in ("all", "end")
-    )
-    rng = np.random.default_rng(0)
-    for env in (full, sparse):
-        env.seed(0)
-        env.reset()
-    for _ in range(6):
-        actions = draw(full, rng)
-        (*expected, all_infos), (*given, infos) = full.step(actions), sparse.step(actions)
-        for one, other in zip(expected, given, strict=True):
-            np.testing.assert_array_equal(one, other)
-        own = [id(info) for info, is_done in zip(infos, given[-1], strict=True) if is_done]
-        assert len(set(own)) == len(own)
-        for is_done, info, whole in zip(given[-1], infos, all_infos, strict=True):
-            if is_done:
-                for one in (info, whole):
-                    del one["episode"]["t"]  # a time on the clock
-                np.testing.assert_equal(info, whole)
-            else:
-                assert info == {}
-        for info in infos:
-            info["written"] = True  # does not show in later steps
-
-
-@PER_AGENT
 def test_options_are_used_once(per_agent: bool) -> None:
-    scenario = small_flock()
-    start = np.arange(10.0).reshape(5, 2)
-    env, twin = (vec_env(scenario, FLOCKS, per_agent=per_agent) for _ in range(2))
-    single = fe.parallel_env(scenario) if per_agent else fe.FlockEscapeEnv(scenario)
+    """Every flock has its own: a start, or the episode with which its schedule begins."""
+    scenario = small_flock(angular_noise=0.5)
+    env = vec_env(scenario, FLOCKS, per_agent=per_agent)
+    singles = [fe.parallel_env(scenario) if per_agent else fe.FlockEscapeEnv(scenario) for _ in range(FLOCKS)]
     rows = env.num_envs // FLOCKS
+    options = [{"episode": 4}, {"initial_positions": np.arange(10.0).reshape(5, 2)}, {"episode": 2}]
+
+    def reset(seeds: Any = (None,) * FLOCKS, options: Any = (None,) * FLOCKS) -> np.ndarray:
+        """Return the rows of all flocks after resets of single environments."""
+        calls = zip(singles, seeds, options, strict=True)
+        starts = [single.reset(seed=seed, options=given)[0] for single, seed, given in calls]
+        return np.concatenate([[*rows.values()] if per_agent else [rows] for rows in starts])
+
     assert list(env.seed(1)) == [1 + slot // rows for slot in range(env.num_envs)]
-    env.set_options({"initial_positions": start})
-    given = env.reset()
-    expected, _ = single.reset(seed=2, options={"initial_positions": start})
-    expected = np.array(list(expected.values())) if per_agent else expected[np.newaxis]
-    np.testing.assert_array_equal(given[rows : 2 * rows], expected)
+    env.set_options([each for each in options for _ in range(rows)])
+    np.testing.assert_array_equal(env.reset(), reset([1, 2, 3], options))
+    for _ in range(3):
+        observations, *_ = env.step(np.zeros((env.num_envs, 1), np.float32))
+    np.testing.assert_array_equal(observations, reset())  # the next episodes
     env.seed(1)
-    twin.seed(1)
-    np.testing.assert_array_equal(env.reset(), twin.reset())
+    np.testing.assert_array_equal(env.reset(), reset([1, 2, 3]))
 
 
 @PER_AGENT
-@pytest.mark.parametrize(
-    ("options", "field"),
-    [
-        ({"initial_positions": np.zeros((4, 2))}, "initial_positions"),
-        ({"predator_velocities": np.full((1, 2), np.nan)}, "predator_velocities[0, 0]"),
-        ({"episode": -1}, "options['episode']"),
-        ({"positions": 0}, "options['positions']"),
-    ],
-)
-def test_a_refused_reset_leaves_no_trace(per_agent: bool, options: dict[str, Any], field: str) -> None:
+def test_a_refused_reset_leaves_no_trace(per_agent: bool) -> None:
     """The last flock's options are bad, so those before it are not reset either."""
     env, twin = (vec_env(small_flock(), 2, per_agent=per_agent) for _ in range(2))
     for each in (env, twin):
         each.seed(3)
         each.reset()
-        with pytest.raises(InputError, match="seed of the last flock"):
-            env.seed(2**64 - 1)
         each.seed(8)
+    with pytest.raises(InputError, match="seed of the last flock"):
+        env.seed(2**64 - 1)
+    bad = {
+        "initial_positions": {"initial_positions": np.zeros((4, 2))},
+        "predator_velocities[0, 0]": {"predator_velocities": np.full((1, 2), np.nan)},
+        "options['episode']": {"episode": -1},
+        "options['positions']": {"positions": 0},
+    }
     half = env.num_envs // 2
-    env.set_options([{}] * half + [options] * half)
-    with pytest.raises(InputError) as caught:
-        env.reset()
-    assert caught.value.field == field
+    for field, options in bad.items():
+        env.set_options([{}] * half + [options] * half)
+        with pytest.raises(InputError) as caught:
+            env.reset()
+        assert caught.value.field == field
     env.set_options()
     actions = draw(env, np.random.default_rng(0))
     np.testing.assert_equal(env.step(actions), twin.step(actions))
@@ -168,10 +153,6 @@ def test_attributes_and_methods(per_agent: bool) -> None:
     env.close()
 
 
-def weights(model: Any) -> np.ndarray:
-    return np.concatenate([part.detach().numpy().ravel() for part in model.policy.parameters()])
-
-
 @pytest.mark.parametrize("scenario", ["paper-line", fe.LineScenario()])
 def test_a_slot_per_line(scenario: Any) -> None:
     env = vec_env(scenario, 2, reward="terminal")
@@ -186,14 +167,15 @@ def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float
     settings = {"n_steps": 10, "batch_size": 50, "seed": 0, "device": "cpu", "learning_rate": learning_rate}
     hunted = small_flock(predators=(Learned(),))
     scenarios = [hunted, hunted.replace(num_steps=9)]
-    options = {**EVERY_STEP, "objective": "min_min_distance", "max_range": 40.0}
+    options = {**EVERY_STEP, "objective": "min_min_distance", "max_range": 40.0, "predator_policy": Pursue()}
     callback = FlockEvalCallback(10, 3, best_model_save_path=tmp_path / "best")
     models = []
     for chosen in (None, callback):
-        env = vec_env(scenarios, 2, per_agent=True, predator_policy=Pursue(), **options)
+        env = vec_env(scenarios, 2, per_agent=True, **options)
         model = PPO("MlpPolicy", VecNormalize(env), tensorboard_log=str(tmp_path), **settings)
         models.append(model.learn(200, callback=chosen))
-    np.testing.assert_array_equal(*map(weights, models))  # the callback does not change the training
+    weights = [[part.detach().numpy() for part in model.policy.parameters()] for model in models]
+    np.testing.assert_equal(*weights)  # the callback does not change the training
     logged = EventAccumulator(str(tmp_path / "PPO_2")).Reload()
     values = [event.value for event in logged.Scalars("eval/min_min_distance")]
     steps = [event.step for event in logged.Scalars("eval/min_min_distance")]
@@ -203,17 +185,9 @@ def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float
     statistics = VecNormalize.load(str(tmp_path / "best" / "vecnormalize.pkl"), env)
     best = PPO.load(tmp_path / "best" / "best_model.zip", device="cpu")
     assert best.num_timesteps == steps[int(np.argmax(values))]
-    played = [
-        fe.rollout(
-            scenario,
-            fe.SB3Policy(best, vec_normalize=statistics),
-            TUNING[:3],
-            predator_policy=Pursue(),
-            **options,
-        ).min_min_distance
-        for scenario in scenarios
-    ]
-    assert np.mean(played) == callback.best_objective
+    policy = fe.SB3Policy(best, vec_normalize=statistics)
+    played = [fe.rollout(scenario, policy, TUNING[:3], **options) for scenario in scenarios]
+    assert np.mean([episodes.min_min_distance for episodes in played]) == callback.best_objective
 
 
 def test_the_callback_refuses_other_environments() -> None:

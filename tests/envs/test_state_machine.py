@@ -1,18 +1,24 @@
 """Stateful test: after any operations an environment is in the state that its seed and actions determine.
 
 The model is a log of resets and steps with their results. Restoring a snapshot resets the log to the point
-where it was saved; rejected calls, rendering, copies and pickles do not change the log. At the end a new
-environment plays the log and must return the same results, bit for bit.
+where it was saved; refused calls, rendering, copies, pickles and in-place changes of arguments and results do
+not change the log. At the end a new environment plays the log and must return the same results, bit for bit.
 """
 
 import copy
 import pickle
+import sys
 from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
 from typing import Any
 
+import cloudpickle
 import numpy as np
 import pytest
-from envs import ADAPTERS, has_ended, same_action
+from envs import ADAPTERS, Adapter, draw, has_ended, start
+from gymnasium.error import ResetNeeded
+from gymnasium.vector import AutoresetMode
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import (
@@ -23,135 +29,219 @@ from hypothesis.stateful import (
     rule,
     run_state_machine_as_test,
 )
+from same import plain, spoil
+from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
 from flockesc_env.common.errors import FlockescError, InputError
 
-NAMES = (
-    *("pictures", "different agents with noise and delay", "predator", "vector", "vector without autoreset"),
-    *("a slot per agent", "parallel with capture", "line in pictures"),
-)
-seeds = st.integers(0, 2**64 - 4) | st.none()
-parts = st.floats(-1, 1, width=32)
+NAMES = [name for name, adapter in ADAPTERS.items() if adapter.has_states]
+PACKAGE = str(Path(fe.__file__).parent)
+seeds = st.integers(0, 2**64 - 4)
+draws = st.integers(0, 2**32 - 1)
+
+Save = tuple[bytes, list[tuple[str, Any, Any]], bool, bool]
 
 
-def action_of(env: Any, part: float) -> Any:
-    """Return the action at the fraction ``part`` of the environment's action space."""
-    return same_action(env, np.array([part], np.float32))
+def attributes(env: Any) -> list[Any]:
+    """Return the public attributes of an environment that hold arrays and dicts."""
+    names = ("metadata", "action_space", "observation_space", "state_space", "action_spaces", "policy_spec")
+    names += ("single_action_space", "single_observation_space", "observation_spaces", "predator_policy_spec")
+    shown = [getattr(env, name, None) for name in names]
+    actions = getattr(getattr(env, "policy_spec", None), "actions", None)
+    shown += [env.options, env.scenario, getattr(actions, "grid", None)]
+    return [attribute for attribute in shown if not callable(attribute)]
+
+
+def lines_before(stop: float, call: Callable[[], Any]) -> int:
+    """Call, raise KeyboardInterrupt after ``stop`` lines of the package, and return the number of lines."""
+    lines = 0
+
+    def trace(frame: FrameType, event: str, argument: Any) -> Any:
+        nonlocal lines
+        if not frame.f_code.co_filename.startswith(PACKAGE):
+            return None
+        if event == "line":
+            lines += 1
+            if lines > stop:
+                raise KeyboardInterrupt
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        call()
+    finally:
+        sys.settrace(before)
+    return lines
 
 
 class Machine(RuleBasedStateMachine):
     """One environment and all operations on it."""
 
-    make: Callable[[], Any]
+    adapter: Adapter
     saves = Bundle("saves")
 
     def __init__(self) -> None:
         super().__init__()
-        self.env = type(self).make()
+        self.env = self.adapter.make()
         self.log: list[tuple[str, Any, Any]] = []
         self.has_ended = False
+        self.checks_actions = False
+        """Whether the next step takes an action. It takes none if it resets all slots."""
 
     def do(self, call: str, argument: Any) -> None:
-        """Run one operation and log its result."""
-        returned = play(self.env, call, argument)
-        self.log.append((call, argument, copy.deepcopy(returned)))
+        """Run one operation, log its result, and change in place all that was given and returned."""
+        given = copy.deepcopy(argument)
+        if call == "step" and isinstance(self.env, VecEnv):
+            self.env.step_async(given)
+            spoil(given)
+            returned = self.env.step_wait()
+        else:
+            returned = play(self.env, call, given)
+        self.log.append((call, argument, plain(returned)))
         self.has_ended = call == "step" and has_ended(self.env, returned)
+        mode = getattr(self.env, "autoreset_mode", None)
+        self.checks_actions = not self.has_ended
+        if call == "step" and mode is AutoresetMode.NEXT_STEP:
+            self.checks_actions = not np.all(returned[2] | returned[3])
+        spoil((given, getattr(self.env, "reset_infos", None)))
+        if not self.adapter.reuses_buffers:
+            spoil(returned)
 
-    def ignores_actions(self) -> bool:
-        """Return whether the next step resets every slot of a vector environment."""
-        call, _, returned = self.log[-1]
-        return call == "step" and hasattr(self.env, "num_envs") and bool(np.all(returned[2] | returned[3]))
+    def action(self, drawn: int) -> Any:
+        return draw(self.env, np.random.default_rng(drawn))
 
-    @initialize(seed=st.integers(0, 2**64 - 4))
-    def start(self, seed: int) -> None:
+    @initialize(seed=seeds, drawn=draws)
+    def start(self, seed: int, drawn: int) -> None:
+        """Before the first reset. A copy of an environment without a seed starts the same episodes."""
+        with pytest.raises(FlockescError, match="reset"):
+            self.env.get_state()
+        ready = copy.deepcopy(self.env)
+        started = plain(start(ready))
+        with pytest.raises(ResetNeeded, match=r"reset\(\)"):
+            self.env.step(draw(ready, np.random.default_rng(drawn)))
+        assert plain(start(self.env)) == started
         self.do("reset", seed)
 
-    @rule(seed=seeds)
+    @rule(seed=seeds | st.none())
     def reset(self, seed: int | None) -> None:
         self.do("reset", seed)
 
     @precondition(lambda self: not self.has_ended)
-    @rule(part=parts)
-    def step(self, part: float) -> None:
-        self.do("step", action_of(self.env, part))
+    @rule(drawn=draws)
+    def step(self, drawn: int) -> None:
+        self.do("step", self.action(drawn))
 
     @precondition(lambda self: self.has_ended)
-    @rule(part=parts)
-    def step_after_the_end(self, part: float) -> None:
-        with pytest.raises(FlockescError):
-            self.env.step(action_of(self.env, part))
+    @rule(drawn=draws)
+    def step_after_the_end(self, drawn: int) -> None:
+        with pytest.raises(FlockescError, match="after the end"):
+            self.env.step(self.action(drawn))
 
-    @precondition(lambda self: not self.has_ended and not self.ignores_actions())
-    @rule(part=st.sampled_from([np.nan, np.inf, -1.5, 1e300]))
-    def step_out_of_bounds(self, part: float) -> None:
-        with pytest.raises(InputError), np.errstate(over="ignore"):
-            self.env.step(action_of(self.env, part))
+    @precondition(lambda self: self.checks_actions)
+    @rule(drawn=draws, part=st.sampled_from([np.nan, np.inf, -1.5, 1e300]))
+    def step_out_of_bounds(self, drawn: int, part: float) -> None:
+        actions = self.action(drawn)
+        if isinstance(actions, dict):
+            actions[max(actions)] = np.full(np.shape(actions[max(actions)]), part)
+        else:
+            actions = np.full(np.shape(actions), part)
+        with pytest.raises(InputError):
+            self.env.step(actions)
+
+    @precondition(lambda self: self.checks_actions)
+    @rule(seed=seeds, drawn=draws)
+    def interrupt_a_step(self, seed: int, drawn: int) -> None:
+        """Ctrl-C arrives after half of the lines. A reset is needed, and sufficient."""
+        actions, other = self.action(drawn), copy.deepcopy(self.env)
+        lines = lines_before(np.inf, lambda: other.step(actions))
+        with pytest.raises(KeyboardInterrupt):
+            lines_before(lines // 2, lambda: self.env.step(actions))
+        with pytest.raises(ResetNeeded):
+            self.env.step(actions)
+        self.log.clear()
+        self.do("reset", seed)
 
     @rule(seed=st.sampled_from([-1, 2**64, 1.5, "7"]))
     def reset_with_a_bad_seed(self, seed: Any) -> None:
         with pytest.raises(InputError):
-            self.env.reset(seed=seed)
+            start(self.env, seed)
 
     @rule()
     def reset_to_a_bad_start(self) -> None:
         name = "initial_state" if isinstance(self.env, fe.LineEscapeEnv) else "initial_positions"
         with pytest.raises(InputError):
-            self.env.reset(seed=1, options={name: [np.nan]})
+            start(self.env, options={name: [np.nan]})
 
     @rule()
     def look(self) -> None:
-        if getattr(self.env, "render_mode", None) == "rgb_array":
-            assert self.env.render().shape == (160, 160, 3)
+        if self.adapter.has_pictures:
+            picture = plain(self.env.render())
+            spoil(self.env.render())
+            assert plain(self.env.render()) == picture
+
+    @rule(
+        name=st.sampled_from(["scenario", "options", "policy_spec", "num_envs", "render_mode", "max_range"])
+    )
+    def assign_a_setting(self, name: str) -> None:
+        env, before = self.env, getattr(self.env, name, None)
+        with pytest.raises(InputError, match=f"^{name}: expected no assignment after creation"):
+            setattr(env, name, "another")
+        assert getattr(env, name, None) is before
+        env.note = getattr(env, "note", 0) + 1  # other names are free
 
     @rule()
     def close(self) -> None:
         self.env.close()
 
-    @rule(part=parts)
-    def continue_with_a_copy(self, part: float) -> None:
+    @rule(drawn=draws)
+    def continue_with_a_copy(self, drawn: int) -> None:
         original, self.env = self.env, copy.deepcopy(self.env)
         if not self.has_ended:
-            original.step(action_of(original, part))
-        original.reset(seed=5)
+            original.step(draw(original, np.random.default_rng(drawn)))
+        start(original, 5)
 
-    @rule()
-    def continue_with_a_pickle(self) -> None:
-        original, self.env = self.env, pickle.loads(pickle.dumps(self.env))  # noqa: S301, our own
-        original.reset(seed=5)
+    @rule(module=st.sampled_from([pickle, cloudpickle]))
+    def continue_with_a_pickle(self, module: Any) -> None:
+        original, self.env = self.env, pickle.loads(module.dumps(self.env))  # noqa: S301, our own
+        start(original, 5)
 
     @rule(target=saves)
-    def save(self) -> tuple[bytes, list[tuple[str, Any, Any]], bool]:
+    def save(self) -> Save:
         state = self.env.get_state()
         assert isinstance(state, bytes)
         assert self.env.get_state() == state
-        return state, self.log.copy(), self.has_ended
+        return state, self.log.copy(), self.has_ended, self.checks_actions
 
     @rule(saved=saves)
-    def restore(self, saved: tuple[bytes, list[tuple[str, Any, Any]], bool]) -> None:
-        state, log, self.has_ended = saved
-        self.env.set_state(state)
+    def restore(self, saved: Save) -> None:
+        state, log, self.has_ended, self.checks_actions = saved
+        spoil(self.env.set_state(state))
         self.log = log.copy()
         assert self.env.get_state() == state
 
     @rule(saved=saves)
-    def restore_into_a_new_environment(self, saved: tuple[bytes, list[tuple[str, Any, Any]], bool]) -> None:
-        self.env = type(self).make()
+    def restore_into_a_new_environment(self, saved: Save) -> None:
+        self.env = self.adapter.make()
         self.restore(saved)
 
     def teardown(self) -> None:
-        twin = type(self).make()
+        twin, metadata = self.adapter.make(), copy.deepcopy(self.env.metadata)
+        for attribute in attributes(twin):
+            spoil(attribute)
+        assert self.env.metadata == metadata
         for place, (call, argument, returned) in enumerate(self.log):
-            np.testing.assert_equal(play(twin, call, argument), returned, err_msg=f"{place}: {call}")
+            assert plain(play(twin, call, argument)) == returned, f"{place}: {call}"
 
 
 def play(env: Any, call: str, argument: Any) -> Any:
-    return env.reset(seed=argument) if call == "reset" else env.step(argument)
+    return start(env, argument) if call == "reset" else env.step(argument)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_seed_and_the_actions_determine_the_state(name: str) -> None:
     # A new class per environment: hypothesis stores rules in classes.
-    machine = type("Machine", (Machine,), {"make": staticmethod(ADAPTERS[name].make)})
-    run = settings(max_examples=25, stateful_step_count=40)
+    machine = type("Machine", (Machine,), {"adapter": ADAPTERS[name]})
+    run = settings(max_examples=10, stateful_step_count=40)
     run_state_machine_as_test(machine, settings=run)

@@ -1,16 +1,14 @@
-"""Snapshots: an environment saved at any step and restored elsewhere continues bit for bit."""
+"""Snapshots of every preset, of policies with a memory and for planning; damaged and foreign snapshots.
+
+Snapshots of every interface: ``test_state_machine.py``. In other processes: ``test_processes.py``.
+"""
 
 import copy
-import multiprocessing
 import pickle
-from collections.abc import Callable
-from typing import Any
 
-import cloudpickle
 import numpy as np
 import pytest
-import resumed
-from envs import ADAPTERS, REMEMBERING, Weave, play, start
+from envs import ADAPTERS, FLOCK, REMEMBERING, Weave, play, start
 from option_table import small_flock
 
 import flockesc_env as fe
@@ -18,47 +16,6 @@ from flockesc_env.envs.vector import BatchVectorEnv
 
 STEPS = 25
 """Number of steps, which reaches the third episode."""
-
-
-MAKERS = {
-    name: adapter.make
-    for name, adapter in ADAPTERS.items()
-    if adapter.has_states and not adapter.has_pictures
-}
-
-interfaces = pytest.mark.parametrize("interface", MAKERS)
-one_of_each_class = pytest.mark.parametrize(
-    "interface", ["gymnasium", "parallel", "line", "vector", "stable-baselines3"]
-)
-
-
-def continuations(env: Any, make: Callable[[], Any]) -> dict[str, Any]:
-    """Return environments that should continue as ``env`` does."""
-    restored, overwritten = make(), make()
-    restored.set_state(env.get_state())
-    start(overwritten, 77)
-    play(overwritten, np.random.default_rng(5), 3)
-    overwritten.set_state(env.get_state())
-    return {
-        "restored before a reset": restored,
-        "restored in mid-episode": overwritten,
-        "pickled": pickle.loads(pickle.dumps(env)),  # noqa: S301, our own
-        "cloudpickled": pickle.loads(cloudpickle.dumps(env)),  # noqa: S301, our own
-        "copied": copy.deepcopy(env),
-    }
-
-
-@interfaces
-@pytest.mark.parametrize("played", [1, 33])
-def test_all_continuations_are_equal(interface: str, played: int) -> None:
-    make = MAKERS[interface]
-    env = make()
-    start(env, 3)
-    play(env, np.random.default_rng(0), played)
-    ways = continuations(env, make)
-    expected = play(env, np.random.default_rng(1), STEPS)
-    for name, way in ways.items():
-        np.testing.assert_equal(play(way, np.random.default_rng(1), STEPS), expected, err_msg=name)
 
 
 @pytest.mark.parametrize("name", [name for name in fe.PRESETS if name != "order"])
@@ -72,19 +29,21 @@ def test_every_preset(name: str) -> None:
         is_line = isinstance(fe.PRESETS[name].scenario, fe.LineScenario)
         return fe.LineEscapeEnv(name) if is_line else fe.FlockEscapeEnv(name, max_range=20.0)
 
-    env = make()
+    env, restored = make(), make()
     env.reset(seed=3)
     play(env, np.random.default_rng(0), 15)
-    ways = continuations(env, make)
+    restored.reset(seed=77)
+    restored.set_state(env.get_state())
+    pickled = pickle.loads(pickle.dumps(env))  # noqa: S301, our own
     expected = play(env, np.random.default_rng(1), 15)
-    for way, other in ways.items():
-        np.testing.assert_equal(play(other, np.random.default_rng(1), 15), expected, err_msg=way)
+    for other in (restored, pickled):
+        assert play(other, np.random.default_rng(1), 15) == expected
 
 
 @pytest.mark.parametrize("interface", REMEMBERING)
 def test_two_restores_of_one_snapshot_are_equal(interface: str) -> None:
     """Restoring clears the memory of policies, which a snapshot does not contain."""
-    env, other = REMEMBERING[interface](Weave()), REMEMBERING[interface](Weave())
+    env, other = (REMEMBERING[interface](predator_policy=Weave()) for _ in range(2))
     start(env, 3)
     play(env, np.random.default_rng(0), 4)
     state = env.get_state()
@@ -92,22 +51,7 @@ def test_two_restores_of_one_snapshot_are_equal(interface: str) -> None:
     for each in (env, env, other):
         each.set_state(state)
         continued.append(play(each, np.random.default_rng(1), STEPS))
-    np.testing.assert_equal(continued[0], continued[1])
-    np.testing.assert_equal(continued[0], continued[2])
-
-
-@pytest.mark.parametrize("method", ["fork", "spawn"])
-def test_in_another_process(method: str) -> None:
-    env = resumed.make()
-    env.reset(seed=1)
-    play(env, np.random.default_rng(0), 5)
-    context = multiprocessing.get_context(method)
-    receiver, sender = context.Pipe(duplex=False)
-    child = context.Process(target=resumed.go_on, args=(env.get_state(), sender), daemon=True)
-    child.start()
-    sender.close()  # if the child dies, recv() raises EOFError
-    np.testing.assert_equal(receiver.recv(), resumed.steps(env))
-    child.join()
+    assert continued[0] == continued[1] == continued[2]
 
 
 def test_one_state_in_all_slots() -> None:
@@ -127,46 +71,23 @@ def test_one_state_in_all_slots() -> None:
         assert crowd.get_state(slot) == alone.get_state()
 
 
-@pytest.mark.parametrize(
-    "other",
-    [
-        lambda: fe.FlockEscapeEnv(small_flock(repulsion_strength=11.0)),
-        lambda: fe.FlockEscapeEnv(small_flock(), reward="terminal"),
-        lambda: fe.parallel_env(small_flock()),
-    ],
-)
-def test_states_of_other_environments_are_refused(other: Callable[[], Any]) -> None:
-    env, source = fe.FlockEscapeEnv(small_flock()), other()
-    env.reset(seed=0)
-    source.reset(seed=0)
-    before = env.get_state()
-    with pytest.raises(fe.InputError, match="state: expected a state of the same scenario"):
-        env.set_state(source.get_state())
-    assert env.get_state() == before
-
-
-@one_of_each_class
-def test_damaged_states_are_refused(interface: str) -> None:
-    env = MAKERS[interface]()
+@pytest.mark.parametrize("interface", ["gymnasium", "parallel", "line", "vector", "stable-baselines3"])
+def test_damaged_and_foreign_states_are_refused(interface: str) -> None:
+    env = ADAPTERS[interface].make()
+    others = (fe.FlockEscapeEnv(FLOCK, reward="terminal"), fe.FlockEscapeEnv(FLOCK.replace(speed=9.0)))
+    refused = []
+    for other in (*others, fe.parallel_env(FLOCK)):
+        other.reset(seed=0)
+        refused.append(other.get_state())
     start(env, 0)
     play(env, np.random.default_rng(0), 2)
-    good = env.get_state()
-    rng = np.random.default_rng(2)
+    good, rng = env.get_state(), np.random.default_rng(2)
     for _ in range(2):
         place, bit = int(rng.integers(len(good))), 1 << int(rng.integers(8))
         bad = bytearray(good)
         bad[place] ^= bit
-        for damaged in (bytes(bad), good[:place], good + good[place:]):
-            with pytest.raises(fe.InputError, match="state: expected"):
-                env.set_state(damaged)
+        refused += [bytes(bad), good[:place], good + good[place:]]
+    for state in refused:
+        with pytest.raises(fe.InputError, match="state: expected"):
+            env.set_state(state)
     assert env.get_state() == good
-
-
-@one_of_each_class
-def test_saving_before_the_first_reset_is_refused(interface: str) -> None:
-    env = MAKERS[interface]()
-    with pytest.raises(fe.FlockescError, match="reset"):
-        env.get_state()
-    twin = pickle.loads(pickle.dumps(env))  # noqa: S301, our own
-    # An environment that was never seeded also continues identically.
-    np.testing.assert_equal(start(twin), start(env))

@@ -13,7 +13,7 @@ import stable_baselines3
 from envs import draw
 from gymnasium import wrappers
 from gymnasium.envs.registration import EnvSpec
-from option_table import small_flock
+from option_table import IDS, small_flock
 from stable_baselines3.common.callbacks import CheckpointCallback, EvalCallback
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
@@ -42,6 +42,22 @@ def test_an_id_makes_an_environment_or_says_what_to_type(name: str) -> None:
     for env in (*made(gymnasium.make, name), *made(gymnasium.make_vec, name)):
         env.reset(seed=0)
         env.step(draw(env, np.random.default_rng(0)))
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_the_limit_of_an_id_is_that_of_its_scenario(name: str) -> None:
+    is_line, is_single = "Line" in name, "Agents" not in name
+    scenario = flockesc_env.LineScenario(max_steps=9) if is_line else small_flock(num_steps=9)
+    options: dict[str, Any] = {"scenario": scenario, "steps_per_action": 2}
+    for mode in ("sync", None) if is_single else (None,):
+        slots = gymnasium.make_vec(name, num_envs=5, vectorization_mode=mode, **options)
+        specs = [env.spec for env in getattr(slots, "envs", [slots])]
+        assert {spec.max_episode_steps for spec in specs} == {5}
+    for limit in (None, 2) if is_single else ():
+        env: Any = gymnasium.make(name, max_episode_steps=limit, **options)
+        env.reset(seed=0)
+        ends = [env.step(env.action_space.high)[2:4] for _ in range(limit or 5)]
+        assert [any(end) for end in ends] == [False] * (len(ends) - 1) + [True]
 
 
 @pytest.mark.parametrize("task", tasks.values(), ids=tasks)

@@ -9,8 +9,8 @@ import pytest
 from gymnasium.vector import SyncVectorEnv
 from gymnasium.wrappers import NormalizeObservation
 from masked_cpu import run_with_baseline_numpy
+from network_outcomes import ranges
 from option_table import ACTION_MODES, STEPS_PER_ACTION, every_pair, small_flock
-from rule_ranges import ranges
 from same import outcome
 from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNormalize
 
@@ -138,7 +138,7 @@ def test_random_range_covers_all_ranges_of_the_action_space(mode: str) -> None:
 
 PRINT_RANGES = """
 import json
-from rule_ranges import ranges
+from network_outcomes import ranges
 print(json.dumps(ranges()))
 """
 

@@ -1,6 +1,5 @@
 """Ctrl-C or an exception in a callback stops a call that would run for hours; the process still works."""
 
-import signal
 import subprocess
 import sys
 import textwrap
@@ -29,9 +28,6 @@ def interrupt_next_call():
     signal.signal(signal.SIGVTALRM, lambda *_: os.kill(os.getpid(), signal.SIGINT))
     signal.setitimer(signal.ITIMER_VIRTUAL, 0.1)
 
-def interrupt(done, total):
-    print("running", flush=True)
-
 def check():
     small = sweep(FlockScenario(num_agents=5, num_steps=5), [1.0], range(4))
     assert small.min_mean_distance.shape == (1, 4)
@@ -39,38 +35,19 @@ def check():
 """
 
 
-def start(script: str) -> subprocess.Popen[str]:
+def lines_of(script: str) -> list[str]:
+    """Run a script in a process and return the lines that it prints."""
     command = [sys.executable, "-c", PRELUDE + textwrap.dedent(script)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # noqa: S603
-
-
-def finish(process: subprocess.Popen[str]) -> str:
-    try:
-        output, errors = process.communicate(timeout=TIMEOUT)
-    finally:
-        process.kill()
-    assert process.returncode == 0, errors
-    return output
-
-
-def test_ctrl_c_stops_a_sweep() -> None:
-    process = start("""
-        try:
-            sweep(flock, [1.0, 2.0], range(10), progress=interrupt)
-        except KeyboardInterrupt:
-            print("interrupted", flush=True)
-        check()
-    """)
-    assert process.stdout is not None
-    assert process.stdout.readline() == "running\n"
-    process.send_signal(signal.SIGINT)
-    assert finish(process).splitlines()[-2:] == ["interrupted", "works"]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT)  # noqa: S603
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout.splitlines()
 
 
 @pytest.mark.parametrize(
     "call",
     [
         "sweep(flock, [1.0], range(2))",
+        "sweep(flock, [1.0, 2.0], range(10), progress=lambda done, total: None)",
         "sweep(pair, [1.0], [2, 3])",
         "simulate_line(line, 10.0, initial_state=cycle)",
         "simulate(crowd, 1e3, seed=0)",
@@ -78,9 +55,9 @@ def test_ctrl_c_stops_a_sweep() -> None:
         "network.act(np.zeros((1_000_000, len(names)), np.float32), spec)",
     ],
 )
-def test_ctrl_c_without_progress(call: str) -> None:
+def test_ctrl_c_stops_a_call(call: str) -> None:
     """The outputs of the network take minutes for all rows on any processor."""
-    process = start(f"""
+    printed = lines_of(f"""
         import numpy as np
         spec = fe.FlockEscapeEnv(flock).policy_spec
         names = spec.layout.names
@@ -93,63 +70,7 @@ def test_ctrl_c_without_progress(call: str) -> None:
             print("interrupted", flush=True)
         check()
     """)
-    assert finish(process).splitlines() == ["interrupted", "works"]
-
-
-def test_an_exception_in_progress_stops_the_sweep() -> None:
-    process = start("""
-        class Enough(Exception):
-            pass
-
-        calls = []
-
-        def stop(done, total):
-            calls.append((done, total))
-            raise Enough
-
-        for scenario in (flock, pair):
-            try:
-                sweep(scenario, [1.0], [2, 3], progress=stop)
-            except Enough:
-                print(len(calls), flush=True)
-        check()
-    """)
-    assert finish(process).splitlines() == ["1", "2", "works"]
-
-
-def test_a_handler_that_does_not_raise_lets_the_sweep_finish() -> None:
-    process = start("""
-        seen, count = [], 50
-        signal.signal(signal.SIGALRM, lambda *_: seen.append(1))
-        signal.setitimer(signal.ITIMER_REAL, 0.01, 0.01)
-        while not seen:
-            count *= 2  # until the sweep takes longer than the timer
-            result = sweep(FlockScenario(), [10.0], range(count))
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        print(result.min_mean_distance.shape == (1, count), flush=True)
-    """)
-    assert finish(process) == "True\n"
-
-
-def test_a_signal_before_the_first_array_is_a_keyboard_interrupt() -> None:
-    """NumPy's C API is loaded with the package: an import within a call would run the signal's handler."""
-    process = start("""
-        import ctypes, functools
-        from flockesc_env import FlockEscapeEnv
-        from flockesc_env.episodes.starts import NO_START
-        env = FlockEscapeEnv(flock)
-
-        class First:  # the index 0; no Python code runs before the core has returned
-            __index__ = functools.partial(ctypes.CDLL(None)["raise"], signal.SIGINT)
-
-        try:
-            env._batch._core.reset([First()], [0], [NO_START])
-        except KeyboardInterrupt:
-            print("interrupted", flush=True)
-        env.reset(seed=0)
-        check()
-    """)
-    assert finish(process).splitlines() == ["interrupted", "works"]
+    assert printed == ["interrupted", "works"]
 
 
 # Environments in which one step would take hours.
@@ -176,7 +97,7 @@ STEPS = {
 
 @pytest.mark.parametrize("interface", STEPS)
 def test_ctrl_c_during_a_step_requires_a_reset(interface: str) -> None:
-    process = start(f"""
+    printed = lines_of(f"""
         import numpy as np
         from gymnasium.error import ResetNeeded
         from flockesc_env import FlockEscapeEnv, LineEscapeEnv, parallel_env
@@ -195,11 +116,58 @@ def test_ctrl_c_during_a_step_requires_a_reset(interface: str) -> None:
                 print("needs a reset", getattr(env, "agents", []), flush=True)
         check()
     """)
-    assert finish(process).splitlines() == ["interrupted", "needs a reset []"] * 2 + ["works"]
+    assert printed == ["interrupted", "needs a reset []"] * 2 + ["works"]
 
 
-def test_a_child_forked_by_a_callback_does_not_wait_for_its_parents_call() -> None:
-    process = start("""
+SCRIPTS: dict[str, tuple[str, list[str]]] = {
+    "an exception in progress stops the sweep": (
+        """
+        calls = []
+
+        def stop(done, total):
+            calls.append((done, total))
+            raise ZeroDivisionError
+
+        for scenario in (flock, pair):
+            try:
+                sweep(scenario, [1.0], [2, 3], progress=stop)
+            except ZeroDivisionError:
+                print(len(calls), flush=True)
+        """,
+        ["1", "2"],
+    ),
+    "a handler that does not raise lets the sweep finish": (
+        """
+        seen, count = [], 50
+        signal.signal(signal.SIGALRM, lambda *_: seen.append(1))
+        signal.setitimer(signal.ITIMER_REAL, 0.01, 0.01)
+        while not seen:
+            count *= 2  # until the sweep takes longer than the timer
+            result = sweep(FlockScenario(), [10.0], range(count))
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        print(result.min_mean_distance.shape == (1, count), flush=True)
+        """,
+        ["True"],
+    ),
+    # NumPy's C API is loaded with the package: an import within a call would run the signal's handler.
+    "a signal before the first array is a KeyboardInterrupt": (
+        """
+        import ctypes, functools
+        env = fe.FlockEscapeEnv(flock)
+
+        class First:  # the index 0; no Python code runs before the core has returned
+            __index__ = functools.partial(ctypes.CDLL(None)["raise"], signal.SIGINT)
+
+        try:
+            env._batch._core.reset([First()], [0], [env._batch.start(None)])
+        except KeyboardInterrupt:
+            print("interrupted", flush=True)
+        env.reset(seed=0)
+        """,
+        ["interrupted"],
+    ),
+    "a child forked by a callback does not wait for its parent's call": (
+        """
         parent = os.getpid()
 
         def fork(done, total):
@@ -213,7 +181,12 @@ def test_a_child_forked_by_a_callback_does_not_wait_for_its_parents_call() -> No
             print(error, flush=True)
             os._exit(7)
         assert os.waitstatus_to_exitcode(os.waitpid(children[0], 0)[1]) == 7
-        check()
-    """)
-    refused = "the process was forked during this call; only the parent process can finish the call"
-    assert finish(process).splitlines() == [refused, "works"]
+        """,
+        ["the process was forked during this call; only the parent process can finish the call"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("script", "expected"), SCRIPTS.values(), ids=SCRIPTS)
+def test_callbacks_and_signals(script: str, expected: list[str]) -> None:
+    assert lines_of(f"{script}\n        check()") == [*expected, "works"]

@@ -1,21 +1,25 @@
-"""Child processes work after their parent has used threads, under every start method."""
+"""Child processes after their parent has used threads; other rounding, reused ids and little memory."""
 
-import functools
 import multiprocessing
 import os
 import platform
 import subprocess
 import sys
-from multiprocessing.queues import SimpleQueue
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import gymnasium
 import numpy as np
 import pytest
-from forking import forked_while, played
+from envs import draw, start
+from forking import LARGE, NOISY, forked_while, played, resumed
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 from option_table import small_flock
+from same import same
+from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
 
-from flockesc_env import FlockEscapeEnv, FlockScenario, LineScenario, rollout, sweep
+from flockesc_env import FlockEscapeEnv, LineScenario, rollout, sweep
 from flockesc_env.policies import FixedRange
 
 TIMEOUT = 120.0  # seconds; reached only by a child that hangs
@@ -27,68 +31,77 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:De
 
 @METHODS
 def test_a_child_can_sweep_and_step_after_its_parent(method: str) -> None:
-    flocks, lines, seeds = small_flock(num_agents=30), LineScenario(), range(8)
-    here = sweep(flocks, [0.0, 9.0], seeds, num_threads=2)
-    here_line = sweep(lines, [0.1], seeds)
-    here_rollout = rollout(flocks, FixedRange(25.0), seeds, num_threads=2)
-    here_steps = played(2)  # of a large flock and a batch
+    env = FlockEscapeEnv(NOISY, action_mode="range")
+    env.reset(seed=1)
+    env.step(np.array([10.0], np.float32))
+    flocks, seeds = small_flock(num_agents=30), range(8)
+    calls: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
+        *[(partial(sweep, num_threads=2), (flocks, [0.0, 9.0], seeds))] * 3,
+        (sweep, (LineScenario(), [0.1], seeds)),
+        (rollout, (flocks, FixedRange(25.0), seeds)),
+        *((played, (num_threads,)) for num_threads in (1, 2, None, 2)),
+        (resumed, (env.get_state(),)),
+    ]
+    here = [call(*arguments) for call, arguments in calls]
     with multiprocessing.get_context(method).Pool(2) as pool:
-        there = [pool.apply_async(sweep, (flocks, [0.0, 9.0], seeds), {"num_threads": 2}) for _ in range(3)]
-        there_line = pool.apply_async(sweep, (lines, [0.1], seeds))
-        there_rollout = pool.apply_async(rollout, (flocks, FixedRange(25.0), seeds))
-        there_steps = [pool.apply_async(played, (num_threads,)) for num_threads in (1, 2, None, 2)]
-        for result in there:
-            np.testing.assert_array_equal(result.get(TIMEOUT).min_mean_distance, here.min_mean_distance)
-        np.testing.assert_array_equal(there_line.get(TIMEOUT).escape_distance, here_line.escape_distance)
-        np.testing.assert_array_equal(there_rollout.get(TIMEOUT).mean_return, here_rollout.mean_return)
-        assert all(result.get(TIMEOUT) == here_steps for result in there_steps)
-    # The parent's threads still work.
-    assert played(2) == here_steps
-    again = sweep(flocks, [0.0, 9.0], seeds, num_threads=2)
-    np.testing.assert_array_equal(again.min_mean_distance, here.min_mean_distance)
+        there = [pool.apply_async(*each) for each in calls]
+        same([result.get(TIMEOUT) for result in there], here)
+    same([call(*arguments) for call, arguments in calls], here)  # the parent's threads still work
 
 
-@METHODS
-@pytest.mark.parametrize("name", ["FlockEscape", "LineEscape"])
-def test_async_vector_env_equals_sync_vector_env(method: str, name: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "method", "name"),
+    [
+        ("AsyncVectorEnv", "fork", "FlockEscape"),
+        ("AsyncVectorEnv", "forkserver", "LineEscape"),
+        ("AsyncVectorEnv", "spawn", "FlockEscape"),
+        ("SubprocVecEnv", "fork", "FlockEscape"),  # spawned ones import torch, which takes seconds
+    ],
+)
+def test_environments_in_processes_equal_those_in_one(kind: str, method: str, name: str) -> None:
     scenario = small_flock(num_steps=24) if name == "FlockEscape" else LineScenario(num_agents=6, max_steps=6)
-    make = functools.partial(gymnasium.make, f"flockesc_env:flockesc/{name}-v1", scenario=scenario)
+    make = partial(gymnasium.make, f"flockesc_env:flockesc/{name}-v1", scenario=scenario)
     sweep(small_flock(), [1.0], range(4), num_threads=2)
-    sync, parallel = SyncVectorEnv([make] * 3), AsyncVectorEnv([make] * 3, context=method)
+    here: Any
+    there: Any
+    if kind == "AsyncVectorEnv":
+        here, there = SyncVectorEnv([make] * 3), AsyncVectorEnv([make] * 3, context=method)
+    else:
+        here, there = DummyVecEnv([make] * 3), SubprocVecEnv([make] * 3, start_method=method)
     try:
-        parallel.reset_async(seed=9)
-        np.testing.assert_equal(parallel.reset_wait(TIMEOUT), sync.reset(seed=9))
-        sync.action_space.seed(0)
+        np.testing.assert_equal(start(there, 9), start(here, 9))
+        rng = np.random.default_rng(0)
         for _ in range(15):  # into the third episode
-            actions = sync.action_space.sample()
-            parallel.step_async(actions)
-            np.testing.assert_equal(parallel.step_wait(TIMEOUT), sync.step(actions))
+            actions = draw(here, rng)
+            (rows, rewards, *rest), expected = there.step(actions), here.step(actions)
+            rewards = rewards.astype(expected[1].dtype)  # DummyVecEnv rounds to float32
+            np.testing.assert_equal((rows, rewards, *rest), expected)
     finally:
-        parallel.close(terminate=True)
-        sync.close()
-
-
-def step_on(env: FlockEscapeEnv, results: SimpleQueue) -> None:
-    results.put([env.step(np.array([0.0], np.float32))[0] for _ in range(5)])
+        there.close()
+        here.close()
 
 
 def test_forked_child_continues_the_flock_of_its_parent() -> None:
     """The child inherits an environment in mid-episode, with a pool that has no threads there."""
-    env = FlockEscapeEnv(FlockScenario(num_agents=5000, initial_side=400.0), num_threads=2)
+    env = FlockEscapeEnv(LARGE, num_threads=2)
     env.reset(seed=4)
     env.step(env.action_space.sample())
     context = multiprocessing.get_context("fork")
     results = context.SimpleQueue()
-    child = context.Process(target=step_on, args=(env, results))
+
+    def step_on() -> None:
+        results.put([env.step(np.array([0.0], np.float32))[0] for _ in range(5)])
+
+    child = context.Process(target=step_on)
     child.start()
     child.join(TIMEOUT)
     assert child.exitcode == 0
     there = results.get()
-    step_on(env, results)
+    step_on()
     np.testing.assert_array_equal(there, results.get())
 
 
-@pytest.mark.parametrize("busy", ["stepping", "starting pools", "sweeping"])
+@pytest.mark.parametrize("busy", ["step_for_ever", "start_pools", "sweep_for_ever"])
 def test_fork_while_another_thread_is_busy(busy: str) -> None:
     found = forked_while(busy, count=24)
     assert found == {"children": 24, "hung": 0, "wrong": 0}
@@ -178,21 +191,57 @@ def test_child_with_the_process_id_of_its_parent() -> None:
     assert ended.returncode == 0, ended.stderr
 
 
-def test_stable_baselines3_subprocesses_equal_one_process() -> None:
-    # Imported here, because spawned children import this file and torch takes seconds.
-    from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
+# Each call needs far more than the 512 MiB that the process gets.
+MEMORY_CALLS = """
+laplacian(np.zeros(100_000), 1.0)
+neighbor_pairs(None, place, 1.0)
+simulate(crowd, 1e9)
+simulate(flock.replace(num_steps=10**9), 1.0)
+simulate_line(endless, 10.0, initial_state=[0.36, 0.68] * 50_000)
+sweep(flock, [1.0], range(10**9))
+sweep(flock, np.ones(10_000), range(100_000))
+sweep(flock.replace(num_agents=10**7), [1.0], [0])
+rollout(flock, FixedRange(1.0), range(10**12))
+LineEscapeEnv(LineScenario(num_agents=10**7)).reset(seed=0)
+BatchVectorEnv(100_000, flock)
+FlockEscapeEnv(flock.replace(num_agents=10**7))
+FlockEscapeEnv(flock.replace(sensing_delay=10**8, num_steps=10**9))
+frozen.step(np.array([[0.1], [1e9]], np.float32))
+"""
 
-    played(2)
-    makers = [lambda: FlockEscapeEnv(small_flock())] * 3
-    here, there = DummyVecEnv(makers), SubprocVecEnv(makers, start_method="fork")
+MEMORY = """
+import resource
+import numpy as np
+from flockesc_env import *
+from flockesc_env.envs.vector import BatchVectorEnv
+from flockesc_env.models.graph import laplacian, neighbor_pairs
+
+flock, place = FlockScenario(num_agents=10), np.zeros((100_000, 2))
+crowd = FlockScenario(num_agents=100_000, num_steps=9, frozen_graph=True)
+# Two groups that chase each other past the predator for ever.
+endless = LineScenario(num_agents=100_000, escape_force="linear_as_printed", max_steps=10**9)
+options = dict(action_mode="range", max_range=1e9, num_threads=1)
+frozen, twin = (BatchVectorEnv(2, crowd, **options) for _ in range(2))
+for env in (frozen, twin):
+    env.reset(seed=0)
+# The first call starts the threads of the package, whose stacks are address space.
+sweep(flock.replace(num_steps=1), [1.0], range(2))
+most = 1024 * int(open("/proc/self/status").read().split("VmSize:")[1].split()[0]) + 2**29
+resource.setrlimit(resource.RLIMIT_AS, (most, most))
+for call in CALLS.strip().split("\\n"):
     try:
-        for env in (here, there):
-            env.seed(3)
-        np.testing.assert_array_equal(there.reset(), here.reset())
-        for _ in range(15):  # into the second episode
-            seen, expected = (env.step(np.full((3, 1), 0.1, np.float32)) for env in (there, here))
-            np.testing.assert_array_equal(seen[0], expected[0])
-            np.testing.assert_array_equal(seen[1].astype(np.float32), expected[1])  # one rounds to float32
-            np.testing.assert_array_equal(seen[2], expected[2])
-    finally:
-        there.close()
+        eval(call)
+    except MemoryError as error:
+        assert str(error), call
+    else:
+        raise AssertionError(call)
+steps = [env.step(np.full((2, 1), 0.1, np.float32)) for env in (frozen, twin)]
+assert all(np.array_equal(*pair) for pair in zip(*(step[:2] for step in steps)))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="RLIMIT_AS and /proc are Linux's")
+def test_memory_errors_leave_the_environment_usable() -> None:
+    """A call that needs more memory than the process may have raises MemoryError."""
+    script = f"CALLS = {MEMORY_CALLS!r}\n{MEMORY}"
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=TIMEOUT)  # noqa: S603

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from envs import adapters, play, start
+from envs import ADAPTERS, play, start
 from option_table import small_flock
 
 import flockesc_env as fe
@@ -42,17 +42,19 @@ def at_once(work: Callable[[int], Any]) -> list[Any]:
         return list(pool.map(begin, range(THREADS)))
 
 
-def played(env: Any, index: int, num_steps: int) -> list[Any]:
-    return [start(env, index), *play(env, np.random.default_rng(index), num_steps)]
+def played(env: Any, index: int) -> list[Any]:
+    return [start(env, index), *play(env, np.random.default_rng(index), 9)]
 
 
-@adapters(lambda adapter: not adapter.has_pictures)  # SDL draws in one thread
-def test_eight_threads_give_serial_results(make: Callable[[], Any]) -> None:
-    def whole(index: int) -> Any:
-        return played(make(), index, 9)
-
-    for there, here in zip(at_once(whole), map(whole, range(THREADS)), strict=True):
+def assert_serial(work: Callable[[int], Any]) -> None:
+    for there, here in zip(at_once(work), map(work, range(THREADS)), strict=True):
         np.testing.assert_equal(there, here)
+
+
+# SDL draws in one thread.
+@pytest.mark.parametrize("name", [name for name in ADAPTERS if not ADAPTERS[name].has_pictures])
+def test_eight_threads_give_serial_results(name: str) -> None:
+    assert_serial(lambda index: played(ADAPTERS[name].make(), index))
 
 
 def test_eight_threads_share_one_pool() -> None:
@@ -67,10 +69,9 @@ def test_eight_threads_share_one_pool() -> None:
             return fe.sweep(small, [1.0, 9.0], range(index, index + 30), num_threads=2).min_mean_distance
         if index % 4 == 2:
             return fe.rollout(small, FixedRange(9.0), range(index, 40), num_threads=2).mean_return
-        return played(fe.FlockEscapeEnv(large, num_threads=2, steps_per_action=1), index, 5)
+        return played(fe.FlockEscapeEnv(large, num_threads=2, steps_per_action=1), index)
 
-    for there, here in zip(at_once(work), map(work, range(THREADS)), strict=True):
-        np.testing.assert_equal(there, here)
+    assert_serial(work)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="threads are counted in Linux's /proc")
@@ -86,27 +87,30 @@ def test_pools_of_many_sizes_do_not_stay() -> None:
         time.sleep(0.01)
 
 
-ONE = np.array([10.0], np.float32)
-CROWD = fe.FlockScenario(num_agents=600, initial_side=140.0)
+TEN = np.array([10.0], np.float32)
+CROWD = fe.FlockScenario(num_agents=600, initial_side=140.0, num_steps=20_000)
 ENDLESS = fe.LineScenario(escape_force="linear_as_printed", max_steps=10**6)
-SHARED: dict[str, tuple[Callable[[], Any], np.ndarray]] = {
-    "flock": (lambda: fe.FlockEscapeEnv(CROWD, action_mode="range", steps_per_action=1), ONE),
-    "batch": (
-        lambda: BatchVectorEnv(12, fe.FlockScenario(num_agents=100), num_threads=2, action_mode="range"),
-        np.full((12, 1), 10.0, np.float32),
+SHARED: dict[str, Callable[[int], Any]] = {
+    "flock": lambda steps: fe.FlockEscapeEnv(CROWD, action_mode="range", steps_per_action=steps),
+    "batch": lambda steps: BatchVectorEnv(
+        12, CROWD.replace(num_agents=100), num_threads=2, action_mode="range", steps_per_action=steps
     ),
-    "line": (lambda: fe.LineEscapeEnv(ENDLESS, action_mode="range", max_range=10.0), ONE),
+    "line": lambda steps: fe.LineEscapeEnv(
+        ENDLESS, action_mode="range", max_range=10.0, steps_per_action=steps
+    ),
 }
+
+
+def started(name: str, steps_per_action: int) -> tuple[Any, np.ndarray]:
+    """Return an environment in an episode and its action of 10."""
+    env = SHARED[name](steps_per_action)
+    env.reset(seed=5, options={"initial_state": CYCLE} if name == "line" else None)
+    return env, np.resize(TEN, env.action_space.shape)
 
 
 @pytest.mark.parametrize("name", SHARED)
 def test_threads_sharing_an_environment_take_turns_or_are_refused(name: str) -> None:
-    make, action = SHARED[name]
-    shared, alone = make(), make()
-    options = {"initial_state": CYCLE} if name == "line" else None
-    shared.reset(seed=5, options=options)
-    alone.reset(seed=5, options=options)
-
+    (shared, action), (alone, _) = started(name, 1), started(name, 1)
     refusals: list[fe.FlockescError] = []
 
     def step(index: int) -> list[bytes]:
@@ -126,21 +130,14 @@ def test_threads_sharing_an_environment_take_turns_or_are_refused(name: str) -> 
     np.testing.assert_equal(shared.step(action), alone.step(action))
 
 
-@pytest.mark.parametrize("name", ["flock", "line"])
-def test_reading_during_a_long_step_is_refused(name: str) -> None:
-    env: Any
-    if name == "flock":
-        flock = fe.FlockScenario(num_agents=300, num_steps=20_000)
-        env = fe.FlockEscapeEnv(flock, action_mode="range", steps_per_action=20_000)
-        env.reset(seed=0)
-    else:
-        env = fe.LineEscapeEnv(ENDLESS, action_mode="range", max_range=10.0, steps_per_action=10**6)
-        env.reset(seed=0, options={"initial_state": CYCLE})
+@pytest.mark.parametrize(("name", "steps"), [("flock", 5_000), ("line", 10**6)])
+def test_reading_during_a_long_step_is_refused(name: str, steps: int) -> None:
+    env, action = started(name, steps)
 
     def step() -> None:
         while True:
             try:
-                env.step(np.array([10.0], np.float32))
+                env.step(action)
             except fe.FlockescError:  # a read that began before the step refuses it
                 continue
             return
@@ -153,7 +150,6 @@ def test_reading_during_a_long_step_is_refused(name: str) -> None:
             env.get_state()
         except fe.FlockescError as error:
             refusals.append(error)
-    stepping.join()
     assert refusals
     assert all("environment" in str(error) for error in refusals)
     env.get_state()

@@ -26,6 +26,19 @@ CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
     ({"mass": (1.0, 2.0)}, "mass"),
     ({"speed": (1.0, 2.0, -1.0, 1.0, 1.0)}, "speed[2]"),
     ({"predators": (sc.PurePursuit(target="assigned"),) * 65}, "predators"),
+    ({"predators": (sc.ConstantVelocity(),) * 10_001}, "predators"),
+    ({"randomization": (sc.Uniform("mass", 0.1, 1.0),) * 10_001}, "randomization"),
+    *(
+        ({"randomization": (sc.Uniform("speed", 5.0, 10.0), part)}, f"randomization[1].{field}")
+        for part, field in (
+            (sc.Uniform("wings", 0.0, 1.0), "uniform.field"),
+            (sc.Uniform("time_step", 0.01, 0.05), "uniform.field"),
+            (sc.Uniform("predators[2].pure_pursuit.sight", 1.0, 2.0), "uniform.field"),
+            (sc.Uniform("speed", 1.0, 2.0), "uniform.field"),
+            (sc.LogUniform("mass", 0.0, 1.0), "log_uniform.low"),
+            (sc.RandomApproach(2), "random_approach.predator"),
+        )
+    ),
     *(
         ({"initial_positions": positions, **changes}, f"initial_positions.{field}")
         for positions, changes, field in (
@@ -49,6 +62,7 @@ CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
         ({"predators": (sc.ConstantVelocity(), predator)}, f"predators[1].{field}")
         for predator, field in (
             (sc.ConstantVelocity((1.0, 2.0, 3.0, 4.0)), "constant_velocity.position"),
+            (sc.PurePursuit(velocity=(1.0, 2.0, 3.0)), "pure_pursuit.velocity"),
             (sc.PurePursuit(target="centroid", confusion_rate=1.0), "pure_pursuit.confusion_rate"),
             (sc.PurePursuit(acceleration=1.0), "pure_pursuit.acceleration"),
             (sc.PurePursuit(max_speed=14.1), "pure_pursuit.max_speed"),
@@ -95,6 +109,11 @@ def test_documents(document: Any, field: str) -> None:
         ({"mass": (0.1, "heavy")}, "mass[1]: expected a number, got 'heavy'"),
         ({"predators": sc.PurePursuit()}, "predators: expected a tuple of predators, got PurePursuit"),
         ({"motion": {"reynolds": {"cohesion": 1}}}, "got 'cohesion' (did you mean cohesion_strength?)"),
+        (
+            {"dimension": 3, "predators": (sc.Wandering((1.0, 2.0)),)},
+            "predators[0].wandering.position: expected 3 numbers, because the dimension is 3, got (1.0, 2.0)",
+        ),
+        ({"predators": (sc.ConstantVelocity(),) * 10_001}, "expected at most 10000 predators, got 10001"),
     ],
 )
 def test_errors_name_type_and_value(changes: dict[str, Any], message: str) -> None:

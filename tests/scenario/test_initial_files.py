@@ -27,8 +27,7 @@ def write(path: Path, positions: Any, velocities: Any = None) -> Path:
     else:
         axes = "xyz"[: positions.shape[1]]
         names = [*axes, *(f"v{axis}" for axis in axes)][: table.shape[1]]
-        rows = [",".join(map(repr, row)) for row in table.tolist()]
-        path.write_text("\n".join([",".join(names), *rows]) + "\n")
+        np.savetxt(path, table, "%.17g", ",", header=",".join(names), comments="")
     return path
 
 

@@ -11,41 +11,20 @@ from scipy.stats import kstest
 
 import flockesc_env as fe
 from flockesc_env import scenario as sc
-from flockesc_env.scenario.parts import InitialHeadings, InitialPositions
 
 Floats = NDArray[np.float64]
 
 NUM_AGENTS = 2000
 SIDE = 80.0
 SPEED = 10.0
-AXES = pytest.mark.parametrize(("dimension", "plane"), [(2, False), (3, False), (3, True)])
-
-STARTS: dict[str, InitialPositions] = {
-    "square": sc.Square(),
-    "disc": sc.Disc(30.0),
-    "ring": sc.Ring(30.0),
-    "wide ring": sc.Ring(30.0, 20.0),
-    "segment": sc.Segment((-10.0, 5.0), (50.0, 60.0)),
-    "gaussian": sc.Gaussian(7.0),
-    "clusters": sc.Clusters(8, 2.0),
-}
-HEADINGS: dict[str, InitialHeadings] = {
-    "random": sc.RandomHeadings(),
-    "aligned": sc.AlignedHeadings((3.0, -4.0)),
-    "spread": sc.AlignedHeadings((3.0, -4.0), 0.5),
-    "opposed too": sc.AlignedHeadings((0.0, 2.0), math.pi),
-}
+dimensions = pytest.mark.parametrize("dimension", [2, 3])
 
 
-def start(dimension: int, plane: bool, **parts: Any) -> tuple[Floats, Floats]:
-    """Return positions relative to the center and unit headings, without the third axis for a plane flock."""
+def start(dimension: int, **parts: Any) -> tuple[Floats, Floats]:
+    """Return positions relative to the center and unit headings."""
     fields = {"num_agents": NUM_AGENTS, "num_steps": 1, "initial_side": SIDE, "speed": SPEED, **parts}
-    scenario = fe.FlockScenario(dimension=dimension, initial_plane=plane, **fields)
-    run = fe.simulate(scenario, 0.0, seed=3)
-    axes = 2 if plane else dimension
-    assert not run.positions[0, :, axes:].any()
-    assert not run.velocities[0, :, axes:].any()
-    return run.positions[0, :, :axes] - SIDE / 2, run.velocities[0, :, :axes] / SPEED
+    run = fe.simulate(fe.FlockScenario(dimension=dimension, **fields), 0.0, seed=3)
+    return run.positions[0] - SIDE / 2, run.velocities[0] / SPEED
 
 
 def assert_uniform(samples: Floats, low: float, high: float) -> None:
@@ -66,10 +45,10 @@ def assert_all_directions(vectors: Floats) -> None:
         assert_uniform(heights / np.linalg.norm(vectors, axis=1), -1.0, 1.0)
 
 
-@AXES
+@dimensions
 @pytest.mark.parametrize("shape", [sc.Square(), sc.Gaussian(7.0)], ids=repr)
-def test_square_and_gaussian(dimension: int, plane: bool, shape: sc.Square | sc.Gaussian) -> None:
-    offsets, _ = start(dimension, plane, initial_positions=shape)
+def test_square_and_gaussian(dimension: int, shape: sc.Square | sc.Gaussian) -> None:
+    offsets, _ = start(dimension, initial_positions=shape)
     for coordinates in offsets.T:
         if isinstance(shape, sc.Square):
             assert_uniform(coordinates, -SIDE / 2, SIDE / 2)
@@ -78,10 +57,10 @@ def test_square_and_gaussian(dimension: int, plane: bool, shape: sc.Square | sc.
     assert np.abs(np.corrcoef(offsets.T) - np.eye(offsets.shape[1])).max() < 3 / math.sqrt(NUM_AGENTS)
 
 
-@AXES
+@dimensions
 @pytest.mark.parametrize("shape", [sc.Disc(30.0), sc.Ring(30.0, 20.0), sc.Ring(30.0, 60.0)], ids=repr)
-def test_disc_and_ring(dimension: int, plane: bool, shape: sc.Disc | sc.Ring) -> None:
-    offsets, _ = start(dimension, plane, initial_positions=shape)
+def test_disc_and_ring(dimension: int, shape: sc.Disc | sc.Ring) -> None:
+    offsets, _ = start(dimension, initial_positions=shape)
     axes = offsets.shape[1]
     half = shape.width / 2 if isinstance(shape, sc.Ring) else 0.0
     inner, outer = (shape.radius - half, shape.radius + half) if half else (0.0, shape.radius)
@@ -93,19 +72,12 @@ def test_disc_and_ring(dimension: int, plane: bool, shape: sc.Disc | sc.Ring) ->
     assert_all_directions(offsets)
 
 
-@AXES
-def test_ring_without_width(dimension: int, plane: bool) -> None:
-    offsets, _ = start(dimension, plane, initial_positions=sc.Ring(30.0))
-    np.testing.assert_allclose(np.linalg.norm(offsets, axis=1), 30.0, rtol=1e-14)
-    assert_all_directions(offsets)
-
-
 @pytest.mark.parametrize(
     ("dimension", "begin", "end"),
     [(2, (-10.0, 5.0), (50.0, 60.0)), (3, (0.0, 50.0), (50.0, 0.0)), (3, (1.0, 2.0, 3.0), (9.0, 8.0, -7.0))],
 )
 def test_segment(dimension: int, begin: tuple[float, ...], end: tuple[float, ...]) -> None:
-    offsets, _ = start(dimension, False, initial_positions=sc.Segment(begin, end))
+    offsets, _ = start(dimension, initial_positions=sc.Segment(begin, end))
     a, b = np.zeros(dimension), np.zeros(dimension)
     a[: len(begin)], b[: len(end)] = begin, end
     along = offsets + SIDE / 2 - a
@@ -114,35 +86,36 @@ def test_segment(dimension: int, begin: tuple[float, ...], end: tuple[float, ...
     assert_uniform(part.clip(0, 1), 0.0, 1.0)
 
 
-@AXES
-def test_clusters(dimension: int, plane: bool) -> None:
+@dimensions
+def test_clusters(dimension: int) -> None:
     count = NUM_AGENTS // 8
-    offsets, _ = start(dimension, plane, initial_positions=sc.Clusters(8, 2.0))
+    offsets, _ = start(dimension, initial_positions=sc.Clusters(8, 2.0))
     groups = offsets.reshape(count, 8, -1)  # agent i belongs to center i modulo 8
     centers = groups.mean(axis=0)
     assert np.abs(centers).max() <= SIDE / 2 + 1
     for coordinates in (groups - centers).reshape(NUM_AGENTS, -1).T:
         assert_normal(coordinates * math.sqrt(count / (count - 1)), 2.0)
-    alone, _ = start(dimension, plane, initial_positions=sc.Clusters(NUM_AGENTS, 0.0))
+    alone, _ = start(dimension, initial_positions=sc.Clusters(NUM_AGENTS, 0.0))
     for coordinates in alone.T:
         assert_uniform(coordinates, -SIDE / 2, SIDE / 2)
-    one, _ = start(dimension, plane, initial_positions=sc.Clusters(1, 0.0))
+    one, _ = start(dimension, initial_positions=sc.Clusters(1, 0.0))
     assert len(np.unique(one, axis=0)) == 1
 
 
-@AXES
-def test_random_headings(dimension: int, plane: bool) -> None:
-    _, headings = start(dimension, plane)
-    assert_all_directions(headings)
-    _, anywhere = start(dimension, plane, initial_headings=sc.AlignedHeadings(max_angle=math.pi))
-    assert_all_directions(anywhere)
+@dimensions
+def test_all_directions(dimension: int) -> None:
+    ring, headings = start(dimension, initial_positions=sc.Ring(30.0))
+    np.testing.assert_allclose(np.linalg.norm(ring, axis=1), 30.0, rtol=1e-14)
+    _, anywhere = start(dimension, initial_headings=sc.AlignedHeadings(max_angle=math.pi))
+    for vectors in (ring, headings, anywhere):
+        assert_all_directions(vectors)
 
 
-@AXES
+@dimensions
 @pytest.mark.parametrize("max_angle", [0.0, 1e-9, 0.5, 2.5])
-def test_aligned_headings(dimension: int, plane: bool, max_angle: float) -> None:
-    direction = (3.0, -4.0) if plane or dimension == 2 else (3.0, -4.0, 12.0)
-    _, headings = start(dimension, plane, initial_headings=sc.AlignedHeadings(direction, max_angle))
+def test_aligned_headings(dimension: int, max_angle: float) -> None:
+    direction = (3.0, -4.0, 12.0)[:dimension]
+    _, headings = start(dimension, initial_headings=sc.AlignedHeadings(direction, max_angle))
     ahead = np.array(direction) / np.linalg.norm(direction)
     chord = np.linalg.norm(headings - ahead, axis=1)  # accurate for tiny angles, unlike the cosine
     if max_angle == 0.0:
@@ -158,40 +131,37 @@ def test_aligned_headings(dimension: int, plane: bool, max_angle: float) -> None
         assert_uniform(np.arctan2(headings @ up, headings @ left), -math.pi, math.pi)
 
 
-def test_an_initial_plane_in_space_equals_the_plane() -> None:
-    for name, shape in STARTS.items():
-        flat = start(3, True, initial_positions=shape)
-        plane = start(2, False, initial_positions=shape)
-        for one, other in zip(flat, plane, strict=True):
-            np.testing.assert_array_equal(one, other, err_msg=name)
+GOLDEN: list[tuple[Any, tuple[str, str, str]]] = [
+    (sc.Square(), ("fb73eddce96cd7ae", "051318770fbe1930", "db1623dd5719e8ae")),
+    (sc.Disc(30.0), ("ffb303a410e8735e", "72798d1fba350b49", "79a90a692e67f940")),
+    (sc.Ring(30.0), ("92141dfc918ae1d1", "38a9d962b832fcdc", "b0a313d4e2481896")),
+    (sc.Ring(30.0, 20.0), ("be2c08a3136520ed", "1acca9db3c74fca2", "7bd364aaf7c3e8da")),
+    (sc.Segment((-10.0, 5.0), (50.0, 60.0)), ("efb2fb255e5c4cc8", "8b55d45be93752df", "ef7fa40e1e6ce310")),
+    (sc.Gaussian(7.0), ("bef692d6ede7d980", "effaf75b82b90c88", "c6de1c4df485d282")),
+    (sc.Clusters(8, 2.0), ("c791f670de64f5e5", "6d3306782c9f8cbe", "18267d16870d5939")),
+    (sc.AlignedHeadings((3.0, -4.0)), ("3594d5c0ac4a1bf3", "35f52c3416dd16b8", "5313e7129b5c56df")),
+    (sc.AlignedHeadings((3.0, -4.0), 0.5), ("5e1d04dbe2416429", "b9e5e96550042c9c", "45337127150232a0")),
+    (sc.AlignedHeadings((0.0, 2.0), math.pi), ("5ee3726525f10b27", "70b02691b25db44f", "374330f1bdc73ff3")),
+]
+"""Initial positions or headings, and hashes of their draws in the plane, in space and in a plane of space."""
 
 
-GOLDEN: dict[str, tuple[str, str, str]] = {
-    "square": ("fb73eddce96cd7ae", "051318770fbe1930", "db1623dd5719e8ae"),
-    "disc": ("ffb303a410e8735e", "72798d1fba350b49", "79a90a692e67f940"),
-    "ring": ("92141dfc918ae1d1", "38a9d962b832fcdc", "b0a313d4e2481896"),
-    "wide ring": ("be2c08a3136520ed", "1acca9db3c74fca2", "7bd364aaf7c3e8da"),
-    "segment": ("efb2fb255e5c4cc8", "8b55d45be93752df", "ef7fa40e1e6ce310"),
-    "gaussian": ("bef692d6ede7d980", "effaf75b82b90c88", "c6de1c4df485d282"),
-    "clusters": ("c791f670de64f5e5", "6d3306782c9f8cbe", "18267d16870d5939"),
-    "aligned": ("3594d5c0ac4a1bf3", "35f52c3416dd16b8", "5313e7129b5c56df"),
-    "spread": ("5e1d04dbe2416429", "b9e5e96550042c9c", "45337127150232a0"),
-    "opposed too": ("5ee3726525f10b27", "70b02691b25db44f", "374330f1bdc73ff3"),
-}
+@pytest.mark.parametrize(("part", "hashes"), GOLDEN)
+def test_the_meaning_of_a_seed(part: Any, hashes: tuple[str, str, str]) -> None:
+    """The draws of a seed never change, on any machine; the paper's flock uses ``Square``.
 
-
-@pytest.mark.parametrize("place", range(3), ids=["plane", "space", "plane of space"])
-@pytest.mark.parametrize("name", GOLDEN)
-def test_the_meaning_of_a_seed(name: str, place: int) -> None:
-    """The draws of a seed never change, on any machine; the paper's flock uses ``Square``."""
-    scenario = fe.FlockScenario(num_steps=1, dimension=3 if place else 2, initial_plane=place == 2)
-    if name in STARTS:
-        scenario = scenario.replace(initial_positions=STARTS[name])
-    else:
-        scenario = scenario.replace(initial_headings=HEADINGS[name])
-    drawn = hashlib.sha256()
-    for seed in (*range(100), 2**32, 2**64 - 1):
-        run = fe.simulate(scenario, 0.0, seed=seed)
-        drawn.update(run.positions[0].tobytes())
-        drawn.update(run.velocities[0].tobytes())
-    assert drawn.hexdigest()[:16] == GOLDEN[name][place]
+    A plane in space has the draws of the plane.
+    """
+    runs, slot = [], "initial_headings" if isinstance(part, sc.AlignedHeadings) else "initial_positions"
+    for expected, dimension, in_plane in zip(hashes, (2, 3, 3), (False, False, True), strict=True):
+        scenario = fe.FlockScenario(num_steps=1, dimension=dimension, initial_plane=in_plane, **{slot: part})
+        drawn = hashlib.sha256()
+        for seed in (*range(100), 2**32, 2**64 - 1):
+            run = fe.simulate(scenario, 0.0, seed=seed)
+            drawn.update(run.positions[0].tobytes())
+            drawn.update(run.velocities[0].tobytes())
+        assert drawn.hexdigest()[:16] == expected
+        runs.append(np.stack([run.positions[0], run.velocities[0]]))
+    plane, _, in_space = runs
+    np.testing.assert_array_equal(in_space[..., :2], plane)
+    assert not in_space[..., 2].any()

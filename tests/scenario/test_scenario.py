@@ -1,46 +1,34 @@
-"""Scenarios: documents in both directions, missing fields, copies, errors, and presets by name."""
+"""Scenarios: documents in both directions, missing fields, copies, presets by name, and approaches."""
 
 import copy
 import dataclasses
 import json
+import math
 import pickle
 import tomllib
+from itertools import product
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from argument_table import PARTS, SLOTS
 from cli_runs import Ran
 from envs import FLOCKS
 from extreme_scenarios import Bounds, flocks
 from hypothesis import given
 from hypothesis import strategies as st
+from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env import scenario as sc
 from flockesc_env.common.errors import InputError
-from studies.paper.plan import aimed
+from studies.paper.plan import OFFSETS, aimed
 
 BOUNDS = Bounds()
-PARTS: dict[str, Any] = {
-    "initial_positions": st.sampled_from([sc.Square(), sc.Clusters(10**7, 0.1)])
-    | st.builds(sc.Gaussian, BOUNDS.computed)
-    | st.builds(sc.Segment, *[st.tuples(BOUNDS.coordinate, BOUNDS.coordinate)] * 2),
-    "initial_headings": st.builds(
-        sc.AlignedHeadings, st.tuples(*[st.floats(1e-3, 1e3)] * 2), st.floats(0, 3)
-    ),
-    "num_steps": st.integers(1, 10**9),
-    "initial_plane": st.booleans(),
-}
-
-
-@st.composite
-def varied(draw: st.DrawFn) -> fe.FlockScenario:
-    scenario = draw(flocks(BOUNDS))
-    each = st.lists(BOUNDS.dividing, min_size=scenario.num_agents, max_size=scenario.num_agents)
-    fields = st.fixed_dictionaries({}, optional={"mass": each, "speed": each, **PARTS})
-    return scenario.replace(**draw(fields))
-
-
+parts = st.sampled_from(
+    [small_flock(**{slot: SLOTS[slot][0](part)}) for slot, part in (case.values for case in PARTS)]
+)
 lines = st.builds(
     fe.LineScenario,
     num_agents=st.integers(1, 10**7),
@@ -53,7 +41,7 @@ lines = st.builds(
 )
 
 
-@given(varied() | lines)
+@given(flocks(BOUNDS) | parts | lines)
 def test_documents_keep_every_bit(scenario: Any) -> None:
     document = scenario.to_json()
     again = type(scenario).from_json(document)
@@ -78,28 +66,12 @@ def test_a_part_may_be_given_as_its_document() -> None:
     assert given == fe.FlockScenario(motion=sc.Vicsek(), predators=(sc.PurePursuit(max_turn_rate=2.0),))
 
 
-@pytest.mark.parametrize("make", [sc.ConstantVelocity, sc.PurePursuit, sc.Wandering, sc.Learned])
-@pytest.mark.parametrize("name", ["position", "velocity"])
-def test_predators_have_as_many_coordinates_as_the_scenario(make: Any, name: str) -> None:
-    with pytest.raises(
-        fe.InputError, match=r"expected 3 numbers, because the dimension is 3, got \(1.0, 2.0\)"
-    ) as caught:
-        fe.FlockScenario(dimension=3, predators=(sc.ConstantVelocity(), make(**{name: (1.0, 2.0)})))
-    assert caught.value.field == f"predators[1].{make.kind}.{name}"
-    with pytest.raises(fe.InputError) as caught:
-        fe.FlockScenario().replace(dimension=3)
-    assert caught.value.field == "predators[0].constant_velocity.position"
-
-
 def test_learned_predators_keep_their_starts() -> None:
     swift = sc.Learned((1.0, 2.0), max_speed=40.0)
     made = fe.FlockScenario(predators=(sc.PurePursuit((5.0, 6.0)), swift)).with_learned_predators()
     assert made == fe.FlockScenario(predators=(sc.Learned((5.0, 6.0), (10.0, 10.0)), swift))
     with pytest.raises(fe.InputError, match="predators: expected at least one predator"):
         fe.FlockScenario(predators=()).with_learned_predators()
-
-
-every_preset = pytest.mark.parametrize("name", fe.PRESETS)
 
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "presets.json"
@@ -133,7 +105,7 @@ def test_flock_environments_take_names(interface: str) -> None:
         assert "paper-flock, " in str(caught.value)
 
 
-@every_preset
+@pytest.mark.parametrize("name", fe.PRESETS)
 def test_the_command_prints_a_file_to_start_from(
     name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -159,3 +131,57 @@ def test_a_line_without_predator_is_toml() -> None:
     scenario = fe.LineScenario(predator_position=None)
     assert tomllib.loads(scenario.to_toml())["predator_position"] == "None"
     assert fe.LineScenario.from_toml(scenario.to_toml()) == scenario
+
+
+DIRECTIONS = [(1.0, 1.0), (0.0, -3.0), (-2.0, 0.5), (1.0, 1.0, 1.0), (0.0, -3.0, 4.0), (-2.0, 0.5, 0.0)]
+
+
+def test_the_default_is_the_papers_predator() -> None:
+    assert sc.approach() == sc.approach("center") == ((-30.0, -30.0), (10.0, 10.0))
+    assert fe.FlockScenario().predators == (sc.ConstantVelocity(*sc.approach()),)
+
+
+@pytest.mark.parametrize("offset", OFFSETS)
+def test_aimed_predators_equal_those_of_the_studies(offset: float) -> None:
+    """Bit for bit, because jobs are named by a hash of the scenario."""
+    sideways = offset / math.sqrt(2)
+    (predator,) = aimed(offset).predators
+    assert predator == sc.ConstantVelocity((-30 - sideways, -30 + sideways), (10.0, 10.0))
+
+
+@pytest.mark.parametrize("direction", DIRECTIONS)
+@pytest.mark.parametrize("aim", ["center", "edge", "point", 0.0, 17.0, -5.0])
+def test_the_path_misses_its_aim_by_the_offset(aim: Any, direction: tuple[float, ...]) -> None:
+    """The whole region lies to the right of a path along the edge, and one corner lies on it."""
+    dimension = len(direction)
+    point, center = np.array([5.0, 6.0, 7.0])[:dimension], np.full(dimension, 15.0)
+    options: dict[str, Any] = {"distance": 60.0, "speed": 7.0, "direction": direction, "initial_side": 30.0}
+    given = sc.approach(tuple(point) if aim == "point" else aim, dimension=dimension, **options)
+    position, velocity = map(np.array, given)
+    heading = np.array(direction) / np.linalg.norm(direction)
+    assert velocity == pytest.approx(7.0 * heading)
+    left = np.array([-heading[1], heading[0], 0.0])[:dimension] / np.linalg.norm(heading[:2])
+    corners = np.array(list(product((-15.0, 15.0), repeat=dimension)))
+    offset = {"center": 0.0, "edge": (corners @ left).max(), "point": 0.0}.get(aim, aim)
+    target = point if aim == "point" else center
+    assert position + 60.0 * heading == pytest.approx(target + offset * left)
+
+
+def test_only_the_direction_of_a_vector_counts() -> None:
+    """Bit for bit, without overflow of squares, and without the last bit of ``math.hypot``."""
+    for exponent in (-900, 0, 900):
+        scaled = [math.ldexp(entry, exponent) for entry in (-2.0, 0.8)]
+        _, velocity = sc.approach(direction=scaled, speed=7.0)
+        assert velocity == tuple(7.0 * entry / math.sqrt(2.0 * 2.0 + 0.8 * 0.8) for entry in (-2.0, 0.8))
+
+
+def test_in_space_the_default_flies_along_the_diagonal() -> None:
+    """Equal to the preset ``space`` bit for bit, with every strategy."""
+    assert sc.approach(dimension=3) == ((-30.0, -30.0, -30.0), (10.0, 10.0, 10.0))
+    plain = fe.FlockScenario(dimension=3)
+    assert plain == sc.preset("space") == fe.FlockScenario(dimension=3, predators=(sc.ConstantVelocity(),))
+    assert fe.FlockScenario(dimension=3, predators=(sc.Intercept(),)).predators == (
+        sc.Intercept(*sc.approach(dimension=3)),
+    )
+    half_given = fe.FlockScenario(dimension=3, predators=(sc.Intercept(velocity=(1.0, 2.0, 3.0)),))
+    assert half_given.predators == (sc.Intercept((-30.0, -30.0, -30.0), (1.0, 2.0, 3.0)),)

@@ -20,7 +20,7 @@ MEMORY = 1024
 
 
 def test_fork_while_all_threads_are_busy() -> None:
-    found = forked_while("stepping", "starting pools", "sweeping", count=500)
+    found = forked_while("step_for_ever", "start_pools", "sweep_for_ever", count=500)
     assert found == {"children": 500, "hung": 0, "wrong": 0}
 
 

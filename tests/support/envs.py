@@ -4,18 +4,17 @@ The tests of lifecycles, threads, snapshots, copies and aliasing run over ``ADAP
 rewards, actions and options over ``FLOCKS``.
 """
 
-import copy
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
-import pytest
 from gymnasium.spaces import Box, MultiDiscrete
 from gymnasium.vector import AutoresetMode
 from option_table import UNLIKE, small_flock
 from pettingzoo import AECEnv, ParallelEnv
+from same import plain
 from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
@@ -34,10 +33,8 @@ FLOCKS: dict[str, Callable[..., Any]] = {
     "aec": flockesc_v1.env,
     "vector": lambda scenario=None, num_flocks=1, **given: BatchVectorEnv(num_flocks, scenario, **given),
     "agent vector": lambda scenario=None, **given: BatchVectorEnv(None, scenario, per_agent=True, **given),
-    "flock slots": lambda scenario=None, num_flocks=1, **given: vec_env(scenario, num_flocks, **given),
-    "agent slots": lambda scenario=None, num_flocks=1, **given: vec_env(
-        scenario, num_flocks, per_agent=True, **given
-    ),
+    "flock slots": vec_env,
+    "agent slots": partial(vec_env, per_agent=True),
 }
 """The environments of flocks by scenario and options."""
 FLOCK = small_flock(num_steps=40)
@@ -47,61 +44,54 @@ RANDOM = (
     PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
 )
 """Predators that draw random numbers."""
-CAPTURE = FLOCK.replace(capture_radius=6.0)
+CAPTURE, HUNTED = FLOCK.replace(capture_radius=6.0), FLOCK.with_learned_predators()
 LINE = fe.LineScenario(num_agents=30, escape_force="linear_as_printed", max_steps=10)
 PICTURES = {"render_mode": "rgb_array", "render_options": fe.RenderOptions(size=160)}
 
 
-@dataclass(frozen=True)
-class Adapter:
+class Adapter(NamedTuple):
     """How to create a small environment, and its capabilities."""
 
     make: Callable[[], Any]
-    has_states: bool = True
+    has_states: bool
     """Whether it has ``get_state`` and ``set_state``."""
-    has_pictures: bool = False
+    has_pictures: bool
     """Whether it renders, which SDL does only in one thread."""
-    reuses_buffers: bool = False
+    reuses_buffers: bool
     """Whether the next step overwrites the arrays that it returned."""
 
 
-def _vector(mode: str, **options: Any) -> BatchVectorEnv:
-    return BatchVectorEnv(3, FLOCK, autoreset_mode=mode, num_threads=2, **options)
+def adapter(make: Callable[..., Any], *arguments: Any, has_states: bool = True, **options: Any) -> Adapter:
+    """Return an adapter with arguments of an environment."""
+    called = partial(make, *arguments, **options)
+    return Adapter(called, has_states, "render_mode" in options, options.get("copy") is False)
 
 
+vector = partial(adapter, BatchVectorEnv, num_threads=2)
+unlike = small_flock(3, num_steps=40, predators=RANDOM, capture_radius=2.0, **UNLIKE)
 ADAPTERS = {
-    "gymnasium": Adapter(lambda: fe.FlockEscapeEnv(FLOCK)),
-    "gymnasium.make": Adapter(
-        lambda: gymnasium.make("flockesc/FlockEscape-v1", scenario=FLOCK), has_states=False
-    ),
-    "different agents with noise and delay": Adapter(
-        lambda: fe.FlockEscapeEnv(
-            small_flock(3, num_steps=40, predators=RANDOM, capture_radius=2.0, **UNLIKE)
-        )
-    ),
-    "chased": Adapter(lambda: fe.FlockEscapeEnv(FLOCK.with_learned_predators(), predator_policy=Pursue())),
-    "discrete": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, action_mode="discrete", range_grid=[1.0, 5.0, 9.0])),
-    "pictures": Adapter(lambda: fe.FlockEscapeEnv(FLOCK, **PICTURES), has_pictures=True),
-    "predator": Adapter(lambda: fe.PredatorEnv(FLOCK)),
-    "line": Adapter(lambda: fe.LineEscapeEnv(LINE)),
-    "line in pictures": Adapter(lambda: fe.LineEscapeEnv(LINE, **PICTURES), has_pictures=True),
-    "vector": Adapter(lambda: _vector("NextStep")),
-    "vector in the same step": Adapter(lambda: _vector("SameStep", action_mode="discrete")),
-    "vector without autoreset": Adapter(lambda: _vector("Disabled")),
-    "vector in pictures": Adapter(lambda: _vector("SameStep", **PICTURES), has_pictures=True),
-    "vector without copies": Adapter(lambda: _vector("NextStep", copy=False), reuses_buffers=True),
-    "vector of several scenarios": Adapter(
-        lambda: BatchVectorEnv(3, [FLOCK, CAPTURE, small_flock(num_steps=25)], num_threads=2)
-    ),
-    "a slot per agent": Adapter(lambda: BatchVectorEnv(10, CAPTURE, per_agent=True, num_threads=2)),
-    "parallel": Adapter(lambda: fe.parallel_env(small_flock(3, num_steps=40), reward="individual")),
-    "parallel with capture": Adapter(lambda: fe.parallel_env(CAPTURE, reward="difference")),
-    "parallel with predators": Adapter(lambda: fe.parallel_env(FLOCK.with_learned_predators())),
-    "agent by agent": Adapter(lambda: flockesc_v1.env(FLOCK), has_states=False),
-    "stable-baselines3": Adapter(lambda: vec_env(FLOCK, 3, num_threads=2)),
-    "stable-baselines3, a slot per agent": Adapter(
-        lambda: vec_env(CAPTURE, 2, per_agent=True, num_threads=2)
-    ),
+    "gymnasium": adapter(fe.FlockEscapeEnv, FLOCK),
+    "gymnasium.make": adapter(gymnasium.make, "flockesc/FlockEscape-v1", scenario=FLOCK, has_states=False),
+    "different agents with noise and delay": adapter(fe.FlockEscapeEnv, unlike),
+    "chased": adapter(fe.FlockEscapeEnv, HUNTED, predator_policy=Pursue()),
+    "discrete": adapter(fe.FlockEscapeEnv, FLOCK, action_mode="discrete", range_grid=[1.0, 5.0, 9.0]),
+    "pictures": adapter(fe.FlockEscapeEnv, FLOCK, **PICTURES),
+    "predator": adapter(fe.PredatorEnv, FLOCK),
+    "line": adapter(fe.LineEscapeEnv, LINE),
+    "line in pictures": adapter(fe.LineEscapeEnv, LINE, **PICTURES),
+    "vector": vector(3, FLOCK),
+    "vector in the same step": vector(3, FLOCK, autoreset_mode="SameStep", action_mode="discrete"),
+    "vector without autoreset": vector(3, FLOCK, autoreset_mode="Disabled"),
+    "vector in pictures": vector(3, FLOCK, autoreset_mode="SameStep", **PICTURES),
+    "vector without copies": vector(3, FLOCK, copy=False),
+    "vector of several scenarios": vector(3, [FLOCK, CAPTURE, small_flock(num_steps=25)]),
+    "a slot per agent": vector(10, CAPTURE, per_agent=True),
+    "parallel": adapter(fe.parallel_env, small_flock(3, num_steps=40), reward="individual"),
+    "parallel with capture": adapter(fe.parallel_env, CAPTURE, reward="difference"),
+    "parallel with predators": adapter(fe.parallel_env, HUNTED),
+    "agent by agent": adapter(flockesc_v1.env, FLOCK, has_states=False),
+    "stable-baselines3": adapter(vec_env, FLOCK, 3, num_threads=2),
+    "stable-baselines3, a slot per agent": adapter(vec_env, CAPTURE, 2, per_agent=True, num_threads=2),
 }
 
 
@@ -124,32 +114,16 @@ class Weave(RowMemory):
         return np.repeat(share[:, np.newaxis], spec.dimension, axis=1)
 
 
-HUNT, LONG_HUNT = (small_flock(num_steps=steps).with_learned_predators() for steps in (40, 4000))
-
-REMEMBERING: dict[str, Callable[[Weave], Any]] = {
-    "gymnasium": lambda weave: fe.FlockEscapeEnv(HUNT, predator_policy=weave),
-    "predator": lambda weave: fe.PredatorEnv(HUNT, flock_policy=weave, per_agent=True),
-    "vector": lambda weave: BatchVectorEnv(3, HUNT, predator_policy=weave),
-    "vector in the same step": lambda weave: BatchVectorEnv(
-        3, HUNT, autoreset_mode="SameStep", predator_policy=weave
-    ),
-    "vector without autoreset": lambda weave: BatchVectorEnv(
-        3, LONG_HUNT, autoreset_mode="Disabled", predator_policy=weave
-    ),
-    "a slot per agent": lambda weave: BatchVectorEnv(10, HUNT, per_agent=True, predator_policy=weave),
-    "parallel": lambda weave: fe.parallel_env(HUNT, predator_policy=weave),
-    "stable-baselines3": lambda weave: vec_env(HUNT, 3, predator_policy=weave),
-    "stable-baselines3, a slot per agent": lambda weave: vec_env(
-        HUNT, 2, per_agent=True, predator_policy=weave
-    ),
+REMEMBERING: dict[str, Callable[..., Any]] = {
+    "gymnasium": partial(fe.FlockEscapeEnv, HUNTED),
+    "predator": lambda predator_policy: fe.PredatorEnv(HUNTED, flock_policy=predator_policy, per_agent=True),
+    **{mode.value: partial(BatchVectorEnv, 3, HUNTED, autoreset_mode=mode) for mode in AutoresetMode},
+    "a slot per agent": partial(BatchVectorEnv, 10, HUNTED, per_agent=True),
+    "parallel": partial(fe.parallel_env, HUNTED),
+    "stable-baselines3": partial(vec_env, HUNTED, 3),
+    "stable-baselines3, a slot per agent": partial(vec_env, HUNTED, 2, per_agent=True),
 }
-"""Environments whose predator or flock follows a policy with a memory."""
-
-
-def adapters(is_wanted: Callable[[Adapter], bool] = lambda _: True) -> pytest.MarkDecorator:
-    """Return a mark that runs a test with the ``make`` of each adapter that passes a filter."""
-    made = {name: adapter.make for name, adapter in ADAPTERS.items() if is_wanted(adapter)}
-    return pytest.mark.parametrize("make", made.values(), ids=made)
+"""Environments whose predator or flock follows the argument ``predator_policy``."""
 
 
 def start(env: Any, seed: int | None = None, options: Any = None) -> Any:
@@ -226,20 +200,13 @@ def has_ended(env: Any, returned: Any) -> bool:
 
 
 def play(env: Any, rng: np.random.Generator, num_steps: int) -> list[Any]:
-    """Take random actions, reset after each episode, and return copies of all results."""
+    """Take random actions, reset after each episode, and return all results, comparable by ==."""
     seen: list[Any] = []
     for _ in range(num_steps):
         returned = step(env, draw(env, rng))
-        seen.append(plain(copy.deepcopy(returned)))
+        seen.append(plain(returned))
         if getattr(env, "render_mode", None) == "rgb_array":
-            seen.append(copy.deepcopy(env.render()))
+            seen.append(plain(env.render()))
         if has_ended(env, returned):
-            seen.append(copy.deepcopy(env.reset()))
+            seen.append(plain(env.reset()))
     return seen
-
-
-def plain(returned: Any) -> Any:
-    """Return the results of a step without nested object arrays, which NumPy cannot compare."""
-    if isinstance(returned, tuple) and isinstance(returned[-1], dict) and "final_obs" in returned[-1]:
-        returned[-1]["final_obs"] = list(returned[-1]["final_obs"])
-    return returned

@@ -1,4 +1,4 @@
-"""Outcomes of networks in the core as hashes of their raw bytes.
+"""Outcomes of networks in the core as hashes of their raw bytes, and the ranges of all rules.
 
 ``python tests/support/network_outcomes.py > tests/golden/network_outcomes.json`` rewrites them after a change
 of results that is intended.
@@ -16,8 +16,9 @@ from golden_episodes import CHASED, RANDOM
 from objective_values import LATER
 from option_table import EVERY_STEP, small_flock
 
-from flockesc_env import FlockScenario, LineScenario, NetworkPolicy, rollout
-from flockesc_env.policies import Architecture
+from flockesc_env import FlockScenario, LineScenario, NetworkPolicy, load_policy, rollout, simulate
+from flockesc_env.policies import Architecture, StubbornWitnesses
+from flockesc_env.policies.registry import NAMES
 
 SEEDS = range(6)
 SHARED = ("last_range", "polarization", "mean_distance", "heading_away", "spread")
@@ -77,6 +78,16 @@ def outcome_hash(case: Case, num_threads: int) -> str:
 def hashes(num_threads: int) -> dict[str, str]:
     """Return the hashes of all cases."""
     return {name: outcome_hash(case, num_threads) for name, case in cases().items()}
+
+
+def ranges() -> dict[str, list[list[float]]]:
+    """Return the ranges in m of every built-in rule in every step of a small flock, by name."""
+    policies = {name: load_policy(name) for name in NAMES if name != "fixed:RHO"}
+    crowded = StubbornWitnesses(first_range=15.0, interaction_range=0.0, crowding=10.0)
+    policies["stubborn-witnesses with a logarithm"] = crowded
+    scenario = small_flock(num_agents=60, num_steps=40, initial_side=80.0)
+    runs = {name: simulate(scenario, policy=policy, seed=3) for name, policy in policies.items()}
+    return {name: run.interaction_ranges.tolist() for name, run in runs.items()}
 
 
 if __name__ == "__main__":

@@ -1,29 +1,17 @@
 """Observation entries by their definition in docs/model.md, in plain NumPy, agent by agent."""
 
-import math
 from typing import Any
 
 import numpy as np
 import reference
-from hypothesis import strategies as st
 from objective_values import VALUES
-from option_table import DIMENSIONS, OBJECTIVES
 from reference import Floats, FlockState, unit
 
 from flockesc_env import EnvOptions, FlockScenario
-from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.episodes.options import View
-from flockesc_env.scenario import ConstantVelocity, PurePursuit
+from flockesc_env.scenario import Learned
 
-STEPS = 4
 HALF_COUNT = 8
-FLOCK_ENTRIES = ["speed", "polarization", "spread", "neighbor_count", "heard_alignment", "predator_sensed"]
-PREDATOR_ENTRIES = [
-    *("mean_distance", "min_distance", "centroid_distance", "fraction_in_range", "heading_away"),
-    *("heading_away_in_range", "velocity_away", "predator_speed", "predator_aim", "heading_escape"),
-    *("closest_mean_distance", "closest_min_distance", "closest_approach_time"),
-]
 
 
 def squash(value: float, scale: float) -> float:
@@ -50,6 +38,7 @@ class Reference:
 
     def __init__(self, scenario: FlockScenario, options: EnvOptions, state: FlockState) -> None:
         self.scenario, self.options, self.state = scenario, options, state
+        self.learned = [k for k, each in enumerate(scenario.predators) if isinstance(each, Learned)]
         self.step_count = 0
         self.names = np.arange(scenario.num_agents)
         self.ranges = np.zeros(scenario.num_agents)
@@ -64,11 +53,15 @@ class Reference:
     def distances(self) -> Floats:
         return reference.predator_distances(self.state.positions, self.state.predator_positions)
 
-    def step(self, ranges: Floats) -> None:
+    def step(self, ranges: Floats, pushes: Floats) -> None:
+        """Advance one step; ``pushes`` are the actions of the learned predators."""
         own = ranges[self.names]
         graph = reference.directed_graph(self.state.positions, own)
         velocities, names = self.state.velocities, self.names
+        steered = {k: self.pushed(k, push) for k, push in zip(self.learned, pushes, strict=True)}
         self.state = reference.flock_step(self.scenario, self.state, own)
+        for k, velocity in steered.items():
+            self.state.predator_velocities[k] = velocity
         self.names = self.state.names
         self.heard = [np.flatnonzero(row) for row in graph[np.isin(names, self.names)]]
         self.heard_velocities = np.array([velocities[agents].mean(axis=0) for agents in self.heard])
@@ -100,7 +93,7 @@ class Reference:
     def flock_view(self) -> list[dict[str, float]]:
         scenario, state, distances = self.scenario, self.state, self.distances()
         if not len(distances):
-            return [dict.fromkeys((*FLOCK_ENTRIES, *PREDATOR_ENTRIES), 0.0) | self.common(0)]
+            return [self.common(0)]
         side, positions, velocities = scenario.initial_side, state.positions, state.velocities
         centroid, velocity = positions.mean(axis=0), velocities.mean(axis=0)
         spread = np.sqrt(((positions - centroid) ** 2).sum(axis=1).mean())
@@ -115,7 +108,7 @@ class Reference:
             "predator_sensed": float(distances.min() <= self.options.predator_sensing_range),
         }
         if not row["predator_sensed"]:
-            return [row | dict.fromkeys(PREDATOR_ENTRIES, 0.0)]
+            return [row]
         places = np.array([self.place_of_approach(k) for k in range(len(state.predator_positions))])
         cosines, escapes = [], []
         for r, v in zip(positions, velocities, strict=True):
@@ -132,26 +125,22 @@ class Reference:
         predator = nearest_predator(state, centroid)
         chase = state.predator_velocities[predator]
         away = unit(centroid - state.predator_positions[predator])
-        return [
-            row
-            | {
-                "mean_distance": squash(distances.mean(), side),
-                "min_distance": squash(distances.min(), side),
-                "centroid_distance": squash(
-                    np.linalg.norm(centroid - state.predator_positions[predator]), side
-                ),
-                "fraction_in_range": in_range.mean(),
-                "heading_away": np.mean(cosines),
-                "heading_away_in_range": np.array(cosines)[in_range].mean() if in_range.any() else 0.0,
-                "velocity_away": self.share(velocity) @ away,
-                "predator_speed": squash(np.linalg.norm(chase), scenario.speed),
-                "predator_aim": unit(chase) @ away,
-                "heading_escape": np.mean(escapes),
-                "closest_mean_distance": squash(closest, side),
-                "closest_min_distance": squash(min(smallest), side),
-                "closest_approach_time": squash(time, side / scenario.speed),
-            }
-        ]
+        row |= {
+            "mean_distance": squash(distances.mean(), side),
+            "min_distance": squash(distances.min(), side),
+            "centroid_distance": squash(np.linalg.norm(centroid - state.predator_positions[predator]), side),
+            "fraction_in_range": in_range.mean(),
+            "heading_away": np.mean(cosines),
+            "heading_away_in_range": np.array(cosines)[in_range].mean() if in_range.any() else 0.0,
+            "velocity_away": self.share(velocity) @ away,
+            "predator_speed": squash(np.linalg.norm(chase), scenario.speed),
+            "predator_aim": unit(chase) @ away,
+            "heading_escape": np.mean(escapes),
+            "closest_mean_distance": squash(closest, side),
+            "closest_min_distance": squash(min(smallest), side),
+            "closest_approach_time": squash(time, side / scenario.speed),
+        }
+        return [row]
 
     def agent_view(self) -> list[dict[str, float]]:
         rows = {name: self.agent_row(place) for place, name in enumerate(self.names)}
@@ -160,11 +149,8 @@ class Reference:
     def agent_row(self, agent: int) -> dict[str, float]:
         """Return the row of one surviving agent."""
         scenario, state, side = self.scenario, self.state, self.scenario.initial_side
-        position, velocity, heard = (
-            state.positions[agent],
-            state.velocities[agent],
-            self.heard_velocities[agent],
-        )
+        position, velocity = state.positions[agent], state.velocities[agent]
+        heard = self.heard_velocities[agent]
         offsets = position - state.predator_positions
         distances = np.linalg.norm(offsets, axis=1)
         sensed = np.flatnonzero(distances <= self.options.predator_sensing_range)
@@ -212,6 +198,57 @@ class Reference:
                 row[f"{name}_{axis}"] = direction @ vector
         return row
 
+    def predator_cues(self, index: int) -> dict[str, Floats]:
+        """Return all vectors that a predator sees, in m and m/s; 0 if an agent or predator is missing."""
+        state = self.state
+        position, velocity = state.predator_positions[index], state.predator_velocities[index]
+        nearest = np.argmin(np.linalg.norm(state.positions - position, axis=1))
+        others = np.delete(state.predator_positions, index, axis=0) - position
+        other = others[np.argmin(np.linalg.norm(others, axis=1))] if len(others) else np.zeros_like(position)
+        return {
+            "nearest": state.positions[nearest] - position,
+            "nearest_velocity": state.velocities[nearest] - velocity,
+            "centroid": state.positions.mean(axis=0) - position,
+            "flock_velocity": state.velocities.mean(axis=0) - velocity,
+            "other": other,
+        }
+
+    def predator_frame(self, index: int) -> Floats:
+        """Return the axes ahead, left(, up): ahead is the heading, left the side of the nearest agent."""
+        cues = list(self.predator_cues(index).values())
+        velocity = self.state.predator_velocities[index]
+        return np.array(frame(velocity if velocity.any() else next(cue for cue in cues if cue.any()), cues))
+
+    def pushed(self, index: int, push: Floats) -> Floats:
+        """Return the next velocity of a learned predator."""
+        predator: Any = self.scenario.predators[index]
+        strength = push / max(reference.length(push), 1.0)
+        acceleration = predator.max_acceleration * strength @ self.predator_frame(index)
+        velocity = self.state.predator_velocities[index] + self.scenario.time_step * acceleration
+        return velocity * min(1.0, predator.max_speed / max(reference.length(velocity), 1e-300))
+
+    def predator_row(self, index: int) -> Floats:
+        """Return the entries of the view of a learned predator in order."""
+        scenario, state, common = self.scenario, self.state, self.common(0)
+        predator: Any = scenario.predators[index]
+        axes, seen, side = self.predator_frame(index), self.predator_cues(index), scenario.initial_side
+        directions = {name: axes @ unit(cue) for name, cue in seen.items()}
+        velocities = {name: axes @ self.share(cue) for name, cue in seen.items()}
+        distances = {name: squash(reference.length(cue), side) for name, cue in seen.items()}
+        spread = np.sqrt(((state.positions - state.positions.mean(axis=0)) ** 2).sum(axis=1).mean())
+        from_agents = np.linalg.norm(state.positions - state.predator_positions[index], axis=1)
+        return np.hstack(
+            [
+                *(common["time"], common["running_minimum"]),
+                min(reference.length(state.predator_velocities[index]) / predator.max_speed, 1.0),
+                *(directions["nearest"], distances["nearest"], velocities["nearest_velocity"]),
+                *(directions["centroid"], distances["centroid"], velocities["flock_velocity"]),
+                *(squash(spread, side), reference.polarization(state.velocities)),
+                (from_agents <= scenario.predator_range).mean(),
+                *(float(len(scenario.predators) > 1), directions["other"], distances["other"]),
+            ]
+        )
+
 
 def frame(velocity: Floats, cues: list[Floats]) -> list[Floats]:
     """Return ahead, left(, up); for D = 3 left is the side of the first cue not parallel to the heading."""
@@ -223,65 +260,3 @@ def frame(velocity: Floats, cues: list[Floats]) -> list[Floats]:
         if np.linalg.norm(across) > 1e-6 * np.linalg.norm(cue):
             return [ahead, unit(across), np.cross(ahead, unit(across))]
     raise AssertionError("some axis is off the heading")
-
-
-@st.composite
-def flocks(draw: st.DrawFn) -> tuple[FlockScenario, EnvOptions, np.random.Generator]:
-    dimension = draw(st.sampled_from(DIMENSIONS))
-    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-
-    def predator(kind: type[ConstantVelocity | PurePursuit]) -> ConstantVelocity | PurePursuit:
-        return kind(rng.normal(0, 30, dimension), rng.normal(0, draw(st.sampled_from([0, 12])), dimension))
-
-    kinds = st.lists(st.sampled_from([ConstantVelocity, PurePursuit]), min_size=1, max_size=3)
-    scenario = FlockScenario(
-        num_agents=draw(st.sampled_from([1, 2, 7, 8, 9, 60, 64, 65, 130])),
-        dimension=dimension,
-        num_steps=STEPS,
-        initial_side=draw(st.sampled_from([20.0, 100.0])),
-        predator_range=draw(st.sampled_from([0.0, 20.0])),
-        constant_speed=draw(st.booleans()),
-        capture_radius=draw(st.sampled_from([None, None, 3.0, 15.0])),
-        predators=tuple(predator(kind) for kind in draw(kinds)),
-    )
-    options = EnvOptions(
-        action_mode="range",
-        max_range=100.0,
-        steps_per_action=1,
-        objective=draw(st.sampled_from(OBJECTIVES)),
-        predator_sensing_range=draw(st.sampled_from([scenario.predator_range, math.inf, 35.0])),
-    )
-    return scenario, options, rng
-
-
-def random_start(scenario: FlockScenario, rng: np.random.Generator) -> FlockState:
-    """Draw a flock, sometimes elongated and sometimes far from the origin."""
-    shape = (scenario.num_agents, scenario.dimension)
-    extents = rng.choice([0.1, 5.0, 30.0], scenario.dimension)
-    positions = rng.normal(0, extents, shape) + rng.choice([-100.0, 0.0])
-    velocities = rng.normal(0, rng.choice([1.0, 10.0]), shape)
-    return reference.flock_start(scenario, positions, velocities)
-
-
-def assert_observed(rows: np.ndarray, layout: Any, expected: list[dict[str, float]]) -> None:
-    """Compare observations; the rows of caught agents are zero."""
-    for index, name in enumerate(layout.names):
-        column = [row[name] if row else 0.0 for row in expected]
-        np.testing.assert_allclose(rows[:, index], column, rtol=0, atol=1e-6, err_msg=name)
-
-
-def assert_plays_as(flock: Reference, rng: np.random.Generator, *, per_agent: bool) -> None:
-    batch = FlockBatch(flock.scenario, flock.options, view=View.of(per_agent))
-    state = flock.state
-    start = {"initial_positions": state.positions, "initial_velocities": state.velocities}
-    rows, _ = batch.reset([0], [0], [start])
-    view = flock.agent_view if per_agent else flock.flock_view
-    assert_observed(rows, batch.policy_spec.layout, view())
-    for _ in range(STEPS):
-        choices = [np.zeros(batch.rows), rng.uniform(0, 50, batch.rows), np.full(batch.rows, 100.0)]
-        actions = choices[rng.integers(3)].astype(np.float32)
-        rows = batch.step(actions[:, None])[0]
-        flock.step(np.broadcast_to(actions.astype(float), flock.scenario.num_agents))
-        assert_observed(rows, batch.policy_spec.layout, view())
-        if not len(flock.names):
-            return

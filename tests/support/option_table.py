@@ -13,7 +13,7 @@ from covertable import make
 import flockesc_env as fe
 from flockesc_env.episodes.objectives import Objective
 from flockesc_env.episodes.options import ActionMode, IndividualReward, LineReward, TeamReward
-from flockesc_env.scenario import ConstantVelocity, Intercept, PurePursuit
+from flockesc_env.scenario import ConstantVelocity, Intercept, PurePursuit, Uniform, Voronoi
 from flockesc_env.scenario.predators import PrescribedPath, Start
 
 # Read from the schema, so that a new variant is tested without a change here.
@@ -59,30 +59,20 @@ def every_pair(**values: Iterable[Any]) -> pytest.MarkDecorator:
     return pytest.mark.parametrize(tuple(values), rows)
 
 
-def _values(rewards: tuple[str, ...]) -> dict[str, tuple[Any, ...]]:
-    return {
-        "action_mode": ACTION_MODES,
-        "objective": OBJECTIVES,
-        "reward": rewards,
-        "predator_sensing_range": SENSING_RANGES,
-        "steps_per_action": STEPS_PER_ACTION,
-    }
-
-
-FLOCK, AGENTS = _values(FLOCK_REWARDS), _values(AGENT_REWARDS)
+AGENTS: dict[str, tuple[Any, ...]] = {
+    "action_mode": ACTION_MODES,
+    "objective": OBJECTIVES,
+    "reward": AGENT_REWARDS,
+    "predator_sensing_range": SENSING_RANGES,
+    "steps_per_action": STEPS_PER_ACTION,
+}
+FLOCK = AGENTS | {"reward": FLOCK_REWARDS}
 LINE = {"action_mode": ACTION_MODES, "reward": get_args(LineReward), "steps_per_action": STEPS_PER_ACTION}
 
 
 def label(options: dict[str, Any]) -> str:
     """Return the test id of a combination."""
     return "-".join(str(value) for value in options.values())
-
-
-def every_option(values: dict[str, tuple[Any, ...]]) -> pytest.MarkDecorator:
-    """Return a mark that runs a test over ``options`` and ``dimension``."""
-    rows = covering(**values, dimension=DIMENSIONS)
-    cases = [pytest.param(row.pop("dimension"), row, id=label(row)) for row in rows]
-    return pytest.mark.parametrize(("dimension", "options"), cases)
 
 
 def small_flock(dimension: int = 2, **changes: Any) -> fe.FlockScenario:
@@ -119,3 +109,11 @@ def hunted(dimension: int = 2, **changes: Any) -> fe.FlockScenario:
 def doomed(**changes: Any) -> fe.FlockScenario:
     """Return a flock that may lose all agents before the horizon, at a time that depends on the seed."""
     return hunted(**{"num_agents": 3, "num_steps": 40, **changes})
+
+
+HUNTED = hunted(num_agents=5, num_steps=7, initial_side=30.0, capture_radius=6.0)
+DRAWN = small_flock(
+    num_steps=16, randomization=[Uniform("predator_range", 5.0, 25.0)], neighbor_rule=Voronoi()
+)
+SEVERAL = [small_flock(**UNLIKE), HUNTED, DRAWN, HUNTED]
+"""Scenarios that differ as much as those of one batch may."""

@@ -1,9 +1,10 @@
 """Step 5 of the flock model in plain NumPy: the strategies of docs/model.md that set the next velocity."""
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-import chacha
 import numpy as np
 from hypothesis import reject
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from flockesc_env.scenario.predators import Predator
 
 Floats = NDArray[np.float64]
 Names = NDArray[np.int64]
+MASK = 2**32 - 1
+PREDATORS = 4  # number of the predators' stream
 FAST = {"max_speed": 30.0, "acceleration": 8.0}
 PACKS: dict[str, Any] = {
     "straight": lambda s: [sc.ConstantVelocity(*s[0])],
@@ -61,11 +64,60 @@ PACKS: dict[str, Any] = {
 """All strategies, by positions and velocities of up to seven predators. Learned ones get no actions."""
 
 
+class Stream:
+    """The draws of the core for one seed and purpose, in order: ChaCha8 (D. J. Bernstein 2008)."""
+
+    def __init__(self, seed: int, purpose: int) -> None:
+        self._words = _words(_key(seed), purpose)
+
+    def uniform(self, end: float = 1.0) -> float:
+        """Draw from U[0, end) with 53 bits."""
+        low, high = next(self._words), next(self._words)
+        return end * ((high << 32 | low) >> 11) * 2.0**-53
+
+    def normal(self) -> float:
+        """Draw from N(0, 1), by Box and Muller."""
+        radius = math.sqrt(-2 * math.log(1 - self.uniform()))
+        return radius * math.cos(self.uniform(math.tau))
+
+
+def _key(seed: int) -> list[int]:
+    """Return the key of eight words for a seed of 64 bits: PCG32, as in ``seed_from_u64`` of rand_core."""
+    key = []
+    for _ in range(8):
+        seed = (seed * 6364136223846793005 + 11634580027462260723) % 2**64
+        shifted, turn = ((seed >> 18 ^ seed) >> 27) & MASK, seed >> 59
+        key.append((shifted >> turn | shifted << (32 - turn)) & MASK)
+    return key
+
+
+def _words(key: list[int], stream: int) -> Iterator[int]:
+    counter = 0
+    while True:
+        start = [0x61707865, 0x3320646E, 0x79622D32, 0x6B206574, *key]
+        start += [counter & MASK, counter >> 32, stream & MASK, stream >> 32]
+        state = start.copy()
+        for _ in range(4):
+            for column in range(4):
+                _quarter(state, column, column + 4, column + 8, column + 12)
+            for k in range(4):
+                _quarter(state, k, 4 + (k + 1) % 4, 8 + (k + 2) % 4, 12 + (k + 3) % 4)
+        yield from ((word + first) & MASK for word, first in zip(state, start, strict=True))
+        counter += 1
+
+
+def _quarter(state: list[int], a: int, b: int, c: int, d: int) -> None:
+    for one, two, three, turn in ((a, b, d, 16), (c, d, b, 12), (a, b, d, 8), (c, d, b, 7)):
+        state[one] = (state[one] + state[two]) & MASK
+        mixed = state[three] ^ state[one]
+        state[three] = (mixed << turn | mixed >> (32 - turn)) & MASK
+
+
 @dataclass
 class Minds:
     """State of predators that persists between steps, besides position and velocity."""
 
-    draws: chacha.Stream
+    draws: Stream
     steps: int = 0
     kept: dict[int, int] = field(default_factory=dict)
 
@@ -84,27 +136,32 @@ def steered(
     r, v, names = flock
     dt, pack = scenario.time_step, scenario.predators
     minds.steps += 1
-    if not len(r):
-        return np.array([unled(*each, dt, minds) for each in zip(pack, places, velocities, strict=True)])
-    centroid = r.mean(axis=0)
+    centroid = r.mean(axis=0) if len(r) else None
     assigned, stations = assignment(pack, r, places), encirclement(pack, centroid, places)
     new = velocities.copy()
     for k, predator in enumerate(pack):
-        own, nearest = velocities[k], int(np.argmin(np.linalg.norm(r - places[k], axis=1)))
+        own = velocities[k]
         match predator:
             case sc.ConstantVelocity() | sc.Learned():  # no action: straight on
                 continue
             case sc.PrescribedPath():
                 new[k] = (path_position(predator, minds.steps + 1, dt) - places[k]) / dt
                 continue
+            case sc.Wandering():
+                new[k] = wandered(own, predator.angular_diffusion * dt, minds.draws)
+                continue
+            case sc.PurePursuit() if predator.confusion_rate and not len(r):
+                minds.draws.uniform()
+        if not len(r):
+            new[k] = sped_up(predator, own, dt)
+            continue
+        nearest = int(np.argmin(np.linalg.norm(r - places[k], axis=1)))
+        match predator:
             case sc.Attracted():
                 offsets = r - places[k]
                 distances = np.linalg.norm(offsets, axis=1, keepdims=True)
                 pull = predator.strength * (offsets / distances**predator.exponent).mean(axis=0)
                 new[k] = pull * min(1, predator.max_speed / np.linalg.norm(pull))
-                continue
-            case sc.Wandering():
-                new[k] = wandered(own, predator.angular_diffusion * dt, minds.draws)
                 continue
             case sc.Intercept():
                 rate = sight_rate(r[nearest] - places[k], v[nearest] - own)
@@ -129,18 +186,6 @@ def steered(
                 turned_own = turned(own, aim - places[k], predator.max_turn_rate * dt)
         new[k] = sped_up(predator, turned_own, dt)
     return new
-
-
-def unled(predator: Predator, place: Floats, own: Floats, dt: float, minds: Minds) -> Floats:
-    """Return the next velocity of a predator without agents: straight on, at random, or along its path."""
-    match predator:
-        case sc.PrescribedPath():
-            return (path_position(predator, minds.steps + 1, dt) - place) / dt
-        case sc.Wandering():
-            return wandered(own, predator.angular_diffusion * dt, minds.draws)
-        case sc.PurePursuit() if predator.confusion_rate:
-            minds.draws.uniform()
-    return sped_up(predator, own, dt)
 
 
 def sped_up(predator: Predator, own: Floats, dt: float) -> Floats:
@@ -171,24 +216,28 @@ def path_position(predator: sc.PrescribedPath, steps: int, dt: float) -> Floats:
 def assignment(pack: tuple, r: Floats, places: Floats) -> dict[int, int]:
     """Return the agent assigned to each predator, by an assignment over all agents without a shortlist."""
     hunters = [k for k, p in enumerate(pack) if isinstance(p, sc.PurePursuit) and p.target == "assigned"]
+    if not len(r):
+        return {}
     distances = np.linalg.norm(places[hunters, None] - r[None], axis=-1)
     agents = {k: int(row.argmin()) for k, row in zip(hunters, distances, strict=True)}
     rows, columns = linear_sum_assignment(distances)
     return agents | {hunters[row]: int(column) for row, column in zip(rows, columns, strict=True)}
 
 
-def encirclement(pack: tuple, centroid: Floats, places: Floats) -> dict[int, float]:
+def encirclement(pack: tuple, centroid: Floats | None, places: Floats) -> dict[int, float]:
     """Return the angle of each encircling predator's station: evenly spaced, with the smallest turns."""
     ring = [k for k, p in enumerate(pack) if isinstance(p, sc.Encircle)]
+    if not ring or centroid is None:
+        return {}
     bearings = {k: np.arctan2(*(places[k] - centroid)[1::-1]) for k in ring}
     order = sorted(ring, key=bearings.__getitem__)
-    spaced = 2 * np.pi * np.arange(len(ring)) / max(len(ring), 1)
-    first = np.mean([bearings[k] for k in order] - spaced) if ring else 0.0
+    spaced = 2 * np.pi * np.arange(len(ring)) / len(ring)
+    first = np.mean([bearings[k] for k in order] - spaced)
     return {k: first + angle for k, angle in zip(order, spaced, strict=True)}
 
 
 def confused(
-    predator: sc.PurePursuit, r: Floats, place: Floats, dt: float, kept: Names, draws: chacha.Stream
+    predator: sc.PurePursuit, r: Floats, place: Floats, dt: float, kept: Names, draws: Stream
 ) -> int:
     """Return the target of a predator that others can confuse; ``kept`` is its last one, if alive."""
     distances = np.linalg.norm(r - place, axis=1)
@@ -199,7 +248,7 @@ def confused(
     return int(kept[0]) if np.isin(kept, seen).any() else int(distances.argmin())
 
 
-def wandered(velocity: Floats, diffused: float, draws: chacha.Stream) -> Floats:
+def wandered(velocity: Floats, diffused: float, draws: Stream) -> Floats:
     """Turn ``velocity`` by random angles with variance 2 ``diffused`` along each perpendicular axis."""
     drawn = np.array([draws.normal() for _ in velocity])
     speed = np.linalg.norm(velocity)

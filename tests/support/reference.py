@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-import chacha
 import numpy as np
 import predator_reference
 from numpy.typing import NDArray
@@ -37,19 +36,11 @@ class FlockState:
 def flock_start(
     scenario: fe.FlockScenario, positions: Floats, velocities: Floats, seed: int = 0
 ) -> FlockState:
-    """Return the state at t = 0; predators with two coordinates get z = 0; ``seed`` seeds their draws."""
-
-    def rows(vectors: list[tuple[float, ...]]) -> Floats:
-        padded = [[*vector, *[0.0] * (scenario.dimension - len(vector))] for vector in vectors]
-        return np.array(padded).reshape(-1, scenario.dimension)
-
-    return FlockState(
-        positions,
-        velocities,
-        rows([predator_reference.start(predator, scenario)[0] for predator in scenario.predators]),
-        rows([predator_reference.start(predator, scenario)[1] for predator in scenario.predators]),
-        predator_reference.Minds(chacha.Stream(seed, chacha.PREDATORS)),
-    )
+    """Return the state at t = 0; ``seed`` seeds the draws of predators."""
+    starts = [predator_reference.start(predator, scenario) for predator in scenario.predators]
+    places, speeds = np.reshape(starts, (-1, 2, scenario.dimension)).swapaxes(0, 1)
+    draws = predator_reference.Stream(seed, predator_reference.PREDATORS)
+    return FlockState(positions, velocities, places, speeds, predator_reference.Minds(draws))
 
 
 def flock_step(

@@ -43,22 +43,17 @@ def spoil(value: Any) -> Any:
         if value.flags.writeable:
             value[...] = np.array(77).astype(value.dtype)
     elif isinstance(value, dict):
-        for entry in value.values():
-            spoil(entry)
+        spoil(tuple(value.values()))
         value.clear()
         value["__all__"] = True
     elif isinstance(value, list):
-        for entry in value:
-            spoil(entry)
+        spoil(tuple(value))
         value.append("spoilt")
     elif isinstance(value, tuple):
         for entry in value:
             spoil(entry)
     elif isinstance(value, gymnasium.spaces.Box):
         spoil((value.low, value.high, value.bounded_below, value.bounded_above))
-    elif dataclasses.is_dataclass(value):
-        for field in dataclasses.fields(value):
-            spoil(getattr(value, field.name))
-    elif type(value).__module__.startswith("flockesc_env.") and hasattr(value, "__dict__"):
-        spoil(tuple(vars(value).values()))
+    elif dataclasses.is_dataclass(value) or type(value).__module__.startswith("flockesc_env."):
+        spoil(tuple(getattr(value, "__dict__", {}).values()))
     return value

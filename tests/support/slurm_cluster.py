@@ -13,10 +13,8 @@ from pathlib import Path
 
 import pytest
 
-INSTALL = "apt-get install slurm-wlm slurmdbd munge mariadb-server"
 DAEMONS = ("munged", "slurmctld", "slurmd", "slurmdbd", "mariadbd")
-NODES = {"n1": "cpu", "n2": "cpu", "n3": "mortal", "n4": "mortal"}
-"""Partitions by node."""
+NODES = ("n1", "n2", "n3", "n4")
 CONF = """
 ClusterName=test
 SlurmctldHost={host}(127.0.0.1)
@@ -46,9 +44,13 @@ AccountingStorageType=accounting_storage/{storage}
 AccountingStorageHost=127.0.0.1
 AccountingStoragePort={slurmdbd}
 AccountingStoragePass={folder}/munge.socket
+NodeName=n1 NodeHostname={host} NodeAddr=127.0.0.1 Port={n1} CPUs=16 RealMemory=1000
+NodeName=n2 NodeHostname={host} NodeAddr=127.0.0.1 Port={n2} CPUs=16 RealMemory=1000
+NodeName=n3 NodeHostname={host} NodeAddr=127.0.0.1 Port={n3} CPUs=16 RealMemory=1000
+NodeName=n4 NodeHostname={host} NodeAddr=127.0.0.1 Port={n4} CPUs=16 RealMemory=1000
+PartitionName=cpu Nodes=n1,n2 Default=YES
+PartitionName=mortal Nodes=n3,n4 Default=NO
 """
-NODE = "NodeName={name} NodeHostname={host} NodeAddr=127.0.0.1 Port={port} CPUs=16 RealMemory=1000\n"
-PARTITION = "PartitionName={name} Nodes={nodes} Default={default}\n"
 ACCOUNTING = """
 AuthType=auth/munge
 AuthInfo=socket={folder}/munge.socket
@@ -73,7 +75,7 @@ GRANT = (
 
 def obstacle() -> str | None:
     if not all(find(daemon) for daemon in DAEMONS):
-        return f"SLURM is not installed: {INSTALL}"
+        return "SLURM is not installed: apt-get install slurm-wlm slurmdbd munge mariadb-server"
     return None if os.geteuid() == 0 else "the daemons of SLURM need root"
 
 
@@ -105,13 +107,10 @@ def kill_processes(*marks: str, folder: Path | None = None) -> None:
             os.kill(process, signal.SIGKILL)
 
 
-def free_ports(count: int) -> Iterator[int]:
+def free_ports(count: int) -> list[int]:
     with ExitStack() as stack:
-        sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
-        for each in sockets:
-            each.bind(("127.0.0.1", 0))
-        ports = [each.getsockname()[1] for each in sockets]
-    return iter(ports)
+        sockets = [stack.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(count)]
+        return [each.getsockname()[1] for each in sockets]
 
 
 class SlurmCluster:
@@ -121,16 +120,10 @@ class SlurmCluster:
         self.folder = folder
         self.environment = {**os.environ, "SLURM_CONF": str(folder / "slurm.conf")}
         self.daemons = dict[str, subprocess.Popen[bytes]]()
-        host, ports = socket.gethostname().split(".")[0], free_ports(len(DAEMONS) + len(NODES))
+        host, named = socket.gethostname().split(".")[0], ("slurmctld", "slurmdbd", "mariadbd", *NODES)
         names = {"folder": folder, "host": host, "storage": "slurmdbd" if accounting else "none"}
-        names |= dict(zip(("slurmctld", "slurmdbd", "mariadbd"), ports, strict=False))
-        nodes = [NODE.format(name=name, host=host, port=next(ports)) for name in NODES]
-        partitions = {part: [name for name in NODES if NODES[name] == part] for part in NODES.values()}
-        lines = [
-            PARTITION.format(name=name, nodes=",".join(names), default="YES" if name == "cpu" else "NO")
-            for name, names in partitions.items()
-        ]
-        (folder / "slurm.conf").write_text("".join([CONF.format(**names), *nodes, *lines]))
+        names |= dict(zip(named, free_ports(len(named)), strict=True))
+        (folder / "slurm.conf").write_text(CONF.format(**names))
         (folder / "slurmdbd.conf").write_text(ACCOUNTING.format(**names))
         (folder / "slurmdbd.conf").chmod(0o600)
         self.port = names["mariadbd"]
@@ -193,9 +186,8 @@ class SlurmCluster:
         return subprocess.run(command, env=self.environment, capture_output=True).returncode == 0  # noqa: S603
 
     def ask(self, *command: str) -> str:
-        return subprocess.run(  # noqa: S603
-            command, env=self.environment, capture_output=True, text=True
-        ).stdout
+        run = subprocess.run(command, env=self.environment, capture_output=True, text=True)  # noqa: S603
+        return run.stdout
 
     def kill(self, name: str) -> None:
         self.daemons[name].kill()

@@ -9,9 +9,8 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from backends import CALLS, calls
 from slurm_cluster import SlurmCluster, kill_processes, wait_until
@@ -29,53 +28,44 @@ run(jobs, Cache(Path(cache)), find_backend(backend))
 
 
 class Ended(NamedTuple):
-    """How a driver ended.
-
-    Attributes:
-        seconds: after the fault.
-        code: exit status.
-        error: what the driver wrote to stderr.
-        cache: folder of the results.
-    """
+    """How a driver ended."""
 
     seconds: float
+    """After the fault."""
     code: int
     error: str
+    """What the driver wrote to stderr."""
     cache: Path
+    """Folder of the results."""
 
 
-@dataclass
 class Driver:
     """A process that runs jobs on a cluster. They go on when the fault has happened."""
 
-    cluster: SlurmCluster
-    folder: Path
-    function: str = "held_square"
-    count: int = 6
-    options: str = "partition=cpu"
-    process: subprocess.Popen[str] = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.cache, self.calls = self.folder / "cache", self.folder / "calls"
+    def __init__(
+        self,
+        cluster: SlurmCluster,
+        folder: Path,
+        function: str = "held_square",
+        count: int = 6,
+        options: str = "partition=cpu",
+    ) -> None:
+        self.cluster, self.cache, self.calls = cluster, folder / "cache", folder / "calls"
         self.calls.mkdir(parents=True)
         self.hold = self.calls.with_suffix(".hold")
         self.hold.touch()
-        self.start()
-
-    def start(self) -> None:
         paths = [str(Path(__file__).parent), str(Path(flockesc_env.__file__).parents[1])]
-        environment = self.cluster.environment | {
+        self.environment = cluster.environment | {
             CALLS: str(self.calls),
             "PYTHONPATH": os.pathsep.join(paths),
         }
-        arguments = [self.function, str(self.count), str(self.cache), f"slurm:{self.options}"]
-        self.process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-c", SCRIPT, *arguments],
-            env=environment,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        arguments = [function, str(count), str(self.cache), f"slurm:{options}"]
+        self.command = [sys.executable, "-c", SCRIPT, *arguments]
+        self.start()
+
+    def start(self) -> None:
+        streams: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+        self.process = subprocess.Popen(self.command, env=self.environment, **streams)  # noqa: S603
 
     def wait_for_states(self, array: str, condition: Callable[[set[str]], bool]) -> None:
         command = ["squeue", f"--jobs={array}", "--array", "--states=all", "--noheader", "--format=%T"]
