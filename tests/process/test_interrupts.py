@@ -153,13 +153,14 @@ SCRIPTS: dict[str, tuple[str, list[str]]] = {
     "a signal before the first array is a KeyboardInterrupt": (
         """
         import ctypes, functools
+        from flockesc_env.episodes.starts import NO_START
         env = fe.FlockEscapeEnv(flock)
 
         class First:  # the index 0; no Python code runs before the core has returned
             __index__ = functools.partial(ctypes.CDLL(None)["raise"], signal.SIGINT)
 
         try:
-            env._batch._core.reset([First()], [0], [env._batch.start(None)])
+            env._batch._core.reset([First()], [0], [NO_START])
         except KeyboardInterrupt:
             print("interrupted", flush=True)
         env.reset(seed=0)
