@@ -107,9 +107,8 @@ impl Flock {
     /// # Errors
     /// None in a page, where nobody cancels.
     pub fn observe(&self) -> Result<Vec<f32>, JsError> {
-        let mut rows = vec![0.0; self.rewards.len() * self.entries().len()];
-        self.observe_as(&self.config, &mut rows)?;
-        Ok(rows)
+        let length = self.rewards.len() * self.entries().len();
+        Ok(self.observe_as(&self.config, length)?)
     }
 
     /// Rewards of the last action: one for the flock, or one per agent.
@@ -168,15 +167,13 @@ impl Flock {
 }
 
 impl Flock {
-    /// Writes the observation that `config` describes.
-    pub(crate) fn observe_as(
-        &self,
-        config: &EpisodeConfig,
-        rows: &mut [f32],
-    ) -> flockesc_core::Result<()> {
-        self.episode.observe_as(config, rows)
+    /// Returns the observation of this length that `config` describes.
+    pub(crate) fn observe_as(&self, config: &EpisodeConfig, length: usize) -> Rows {
+        self.episode.observe_as(config, length)
     }
 }
+
+type Rows = flockesc_core::Result<Vec<f32>>;
 
 /// An episode in any dimension.
 trait Play {
@@ -186,7 +183,7 @@ trait Play {
         actions: &[f64],
         rewards: &mut [f64],
     ) -> flockesc_core::Result<()>;
-    fn observe_as(&self, config: &EpisodeConfig, rows: &mut [f32]) -> flockesc_core::Result<()>;
+    fn observe_as(&self, config: &EpisodeConfig, length: usize) -> Rows;
     fn positions(&self) -> Vec<f64>;
     fn velocities(&self) -> Vec<f64>;
     fn predators(&self) -> Vec<f64>;
@@ -207,8 +204,10 @@ impl<const D: usize> Play for Episode<D> {
         self.advance(ranges, actions, rewards, &Progress::default())
     }
 
-    fn observe_as(&self, config: &EpisodeConfig, rows: &mut [f32]) -> flockesc_core::Result<()> {
-        Episode::observe_as(self, config, rows, &Progress::default())
+    fn observe_as(&self, config: &EpisodeConfig, length: usize) -> Rows {
+        let mut rows = vec![0.0; length];
+        Episode::observe_as(self, config, &mut rows, &Progress::default())?;
+        Ok(rows)
     }
 
     fn positions(&self) -> Vec<f64> {

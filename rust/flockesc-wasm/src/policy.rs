@@ -115,8 +115,7 @@ impl Observer {
     /// # Errors
     /// None in a page, where nobody cancels.
     pub fn observe(&self, flock: &Flock) -> Result<Vec<f32>, JsError> {
-        let mut rows = vec![0.0; self.rows * self.entries.len()];
-        flock.observe_as(&self.config, &mut rows)?;
-        Ok(rows)
+        let length = self.rows * self.entries.len();
+        Ok(flock.observe_as(&self.config, length)?)
     }
 }
