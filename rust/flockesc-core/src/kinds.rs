@@ -15,7 +15,6 @@ use crate::reward::{Objective, Reward};
 /// let predators = flockesc_core::kinds().iter().find(|(family, _)| *family == "predators");
 /// assert!(predators.is_some_and(|(_, kinds)| kinds.contains(&"constant_velocity")));
 /// ```
-#[must_use]
 pub fn kinds() -> &'static [(&'static str, &'static [&'static str])] {
     &[
         ("predators", PredatorConfig::VARIANTS),

@@ -43,7 +43,6 @@ pub(crate) fn rounding() -> Result<()> {
 const ACTION_ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
 /// Returns an action clipped to [low, high], or NaN if it is NaN or farther outside than by rounding in float32.
-#[must_use]
 pub fn clipped(action: f64, low: f64, high: f64) -> f64 {
     let slack = ACTION_ROUNDING * larger(low.abs(), high.abs());
     // The bounds of a space of float32 are accepted even if they are subnormal or infinite.

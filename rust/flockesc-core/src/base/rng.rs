@@ -30,7 +30,6 @@ pub(crate) fn stream(seed: u64, purpose: Stream) -> ChaCha8Rng {
 /// otherwise a number in [2^32, 2^63), which does not collide with the small seeds that users choose.
 ///
 /// The seed depends on nothing else, so that every episode of a long run can be repeated by itself.
-#[must_use]
 pub fn episode_seed(seed: u64, episode: u64) -> u64 {
     if episode == 0 {
         return seed;

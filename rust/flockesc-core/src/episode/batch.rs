@@ -52,37 +52,31 @@ pub enum Observed {
 
 impl<const D: usize> Batch<D> {
     /// Returns the number of slots.
-    #[must_use]
     pub fn num_flocks(&self) -> usize {
         self.slots.len()
     }
 
     /// Returns the number of ranges and observation rows per flock: 1, or the number of agents.
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.config.view.rows(self.scenario())
     }
 
     /// Returns the number of entries of an observation row.
-    #[must_use]
     pub fn row_length(&self) -> usize {
         self.row_length
     }
 
     /// Returns the entries of an observation row.
-    #[must_use]
     pub fn entries(&self) -> Vec<Entry> {
         self.config.entries(D)
     }
 
     /// Returns the dimension D.
-    #[must_use]
     pub fn dimension(&self) -> usize {
         D
     }
 
     /// Returns the number of learned predators per flock.
-    #[must_use]
     pub fn num_learned(&self) -> usize {
         self.scenario().num_learned()
     }
@@ -104,7 +98,6 @@ impl<const D: usize> Batch<D> {
     }
 
     /// Returns a copy of the batch without its episodes.
-    #[must_use]
     pub fn without_episodes(&self) -> Self {
         Self {
             config: self.config.clone(),
@@ -118,7 +111,6 @@ impl<const D: usize> Batch<D> {
     }
 
     /// Estimates the number of agents that a step visits, a measure of its run time.
-    #[must_use]
     pub fn work(&self) -> usize {
         self.work
     }
@@ -146,19 +138,16 @@ impl<const D: usize> Batch<D> {
     /// Returns the team's reward of every slot in the last step. With individual rewards it is
     /// their mean over all agents, caught agents included. It is 0 for a slot that was not stepped
     /// since its reset.
-    #[must_use]
     pub fn team_rewards(&self) -> Vec<f64> {
         self.slots.iter().map(|slot| slot.team_reward()).collect()
     }
 
     /// Estimates the number of agents that the observations of `slots` slots visit, as [`Self::work`] does.
-    #[must_use]
     pub fn work_of_observations(&self, slots: usize) -> usize {
         slots.saturating_mul(self.observation_work)
     }
 
     /// Returns the number of rows of a slot and the number of entries of a row.
-    #[must_use]
     pub fn shape_of(&self, observed: Observed) -> [usize; 2] {
         match observed {
             Observed::OwnView => [self.rows(), self.row_length],

@@ -38,7 +38,6 @@ pub(crate) type EpisodeState<const D: usize> = (WorldState<D>, Outcomes);
 impl<const D: usize> Episode<D> {
     /// Creates the episode at t = 0. `start` must pass [`InitialState::check`] and its seed
     /// [`FlockConfig::check_draw`].
-    #[must_use]
     pub fn new(
         scenario: Arc<FlockConfig>,
         config: Arc<EpisodeConfig>,
@@ -203,37 +202,31 @@ impl<const D: usize> Episode<D> {
     }
 
     /// Returns whether the episode has reached its horizon or all agents were caught.
-    #[must_use]
     pub fn has_ended(&self) -> bool {
         self.outcomes.is_end(&self.world)
     }
 
     /// Returns the number of model steps so far.
-    #[must_use]
     pub fn step_count(&self) -> usize {
         self.outcomes.step
     }
 
     /// Returns the flock.
-    #[must_use]
     pub fn world(&self) -> &World<D> {
         &self.world
     }
 
     /// Returns the options.
-    #[must_use]
     pub fn config(&self) -> &EpisodeConfig {
         &self.config
     }
 
     /// Returns the value of the objective.
-    #[must_use]
     pub fn objective(&self) -> Running {
         self.outcomes.objectives[self.config.objective as usize]
     }
 
     /// Returns the metrics.
-    #[must_use]
     pub fn metrics(&self) -> Metrics {
         Metrics {
             objectives: self.outcomes.objectives,
@@ -242,19 +235,16 @@ impl<const D: usize> Episode<D> {
     }
 
     /// Returns the norm of the mean heading, in [0, 1].
-    #[must_use]
     pub fn polarization(&self) -> f64 {
         self.scene().summary().polarization
     }
 
     /// Returns the ranges in m of the last action: one entry, or one per agent.
-    #[must_use]
     pub fn ranges(&self) -> &[f64] {
         &self.outcomes.ranges
     }
 
     /// Returns the number of weakly connected components under the ranges of the last action.
-    #[must_use]
     pub fn num_components(&self) -> usize {
         let ranges = self.config.view.ranges(&self.outcomes.ranges);
         self.world.num_components(ranges)

@@ -116,7 +116,6 @@ impl EpisodeConfig {
     }
 
     /// Returns the entries of an observation row, in order, for dimension 2 or 3.
-    #[must_use]
     pub fn entries(&self, dimension: usize) -> Vec<Entry> {
         observation::entries(self.view, self.extras(), dimension)
     }

@@ -29,7 +29,6 @@ pub struct InitialState {
 
 impl InitialState {
     /// Creates the initial state that is drawn from `seed`.
-    #[must_use]
     pub fn seeded(seed: u64) -> Self {
         Self {
             seed,

@@ -145,7 +145,6 @@ impl FlockConfig {
     }
 
     /// Returns the document with all fields as JSON.
-    #[must_use]
     pub fn to_json(&self) -> String {
         self.document().to_string()
     }
@@ -259,7 +258,6 @@ impl FlockConfig {
 
     /// Returns the scenario of the episode with this seed: with drawn numbers, or unchanged without
     /// randomization. The seed must pass [`Self::check_draw`].
-    #[must_use]
     pub fn drawn(self: &Arc<Self>, seed: u64) -> Arc<Self> {
         if self.randomization.is_empty() {
             return Arc::clone(self);
@@ -269,7 +267,6 @@ impl FlockConfig {
     }
 
     /// Returns the document of [`Self::drawn`] as JSON, or `None` without randomization.
-    #[must_use]
     pub fn drawn_json(&self, seed: u64) -> Option<String> {
         (!self.randomization.is_empty()).then(|| self.drawn_document(seed).to_string())
     }

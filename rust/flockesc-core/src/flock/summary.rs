@@ -154,7 +154,6 @@ pub(super) fn heading_away<const D: usize>(
 
 impl<const D: usize> World<D> {
     /// Returns the norm of the mean heading, in [0, 1].
-    #[must_use]
     pub fn polarization(&self) -> f64 {
         Summary::of(self).polarization
     }

@@ -53,7 +53,6 @@ pub struct World<const D: usize> {
 impl<const D: usize> World<D> {
     /// Creates the world at t = 0. `config.dimension` must be D, and `start` must pass
     /// [`InitialState::check`] and its seed [`FlockConfig::check_draw`]. Randomized parameters are drawn from the seed.
-    #[must_use]
     pub fn new(config: Arc<FlockConfig>, start: &InitialState) -> Self {
         let config = config.drawn(start.seed);
         let mut agents = Agents::new(&start.positions(&config), &start.velocities(&config));
@@ -179,13 +178,11 @@ impl<const D: usize> World<D> {
     }
 
     /// Returns the parameters, with the drawn numbers of a randomized scenario.
-    #[must_use]
     pub fn config(&self) -> &FlockConfig {
         &self.config
     }
 
     /// Returns the positions r_i in m, in the order of ids. A caught agent keeps the position of its capture.
-    #[must_use]
     pub fn positions(&self) -> Vec<SVector<f64, D>> {
         let mut positions = self.agents.by_id(|group| &group.position);
         for caught in self.agents.caught() {
@@ -195,13 +192,11 @@ impl<const D: usize> World<D> {
     }
 
     /// Returns the velocities v_i in m/s, in the order of ids; 0 for caught agents.
-    #[must_use]
     pub fn velocities(&self) -> Vec<SVector<f64, D>> {
         self.agents.by_id(|group| &group.velocity)
     }
 
     /// Returns the predators.
-    #[must_use]
     pub fn predators(&self) -> &[Predator<D>] {
         &self.predators
     }
@@ -212,7 +207,6 @@ impl<const D: usize> World<D> {
     }
 
     /// Returns the mean and minimum predator distance in m.
-    #[must_use]
     pub fn predator_distance(&self) -> PredatorDistance {
         self.predator_distance
     }
@@ -223,7 +217,6 @@ impl<const D: usize> World<D> {
     }
 
     /// Returns the fraction of the agents that were not caught.
-    #[must_use]
     pub fn fraction_surviving(&self) -> f64 {
         self.agents.len() as f64 / self.agents.num_agents() as f64
     }
@@ -240,7 +233,6 @@ impl<const D: usize> World<D> {
     }
 
     /// Returns the number of weakly connected components under `ranges`.
-    #[must_use]
     pub fn num_components(&self, ranges: Ranges<'_>) -> usize {
         self.neighborhood.num_components(&self.agents, ranges)
     }

@@ -35,7 +35,6 @@ impl<const D: usize> NeighborGraph<D> {
     /// Creates the graph of agents at `positions` in m with `velocities` in m/s, by the neighbor rule of a
     /// scenario. Without a scenario, all agents within range are neighbors. The options `frozen_graph` and
     /// `blocks_warnings` have no effect.
-    #[must_use]
     pub fn new(
         config: Option<&FlockConfig>,
         positions: &[SVector<f64, D>],
@@ -110,7 +109,6 @@ pub struct GraphArguments {
 
 impl GraphArguments {
     /// Returns the number of agents.
-    #[must_use]
     pub fn num_agents(&self) -> usize {
         self.positions.len() / self.dimension
     }

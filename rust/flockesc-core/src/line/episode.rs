@@ -147,7 +147,6 @@ impl LineEpisode {
     /// u = x_i - x_p in ascending order.
     ///
     /// The sorted offsets determine the state up to the agents' ids, so that the decision process is Markov.
-    #[must_use]
     pub fn observation(&self) -> Vec<f32> {
         let time = self.status.step as f64 / self.line.config().max_steps as f64;
         let last_range = self.status.last_range / self.config.max_range;
@@ -158,7 +157,6 @@ impl LineEpisode {
     }
 
     /// Estimates the number of agents that an action and its observation visit, a measure of the run time.
-    #[must_use]
     pub fn work(&self) -> usize {
         let scenario = self.line.config();
         let steps = self.config.steps_per_action.min(scenario.max_steps);
@@ -166,31 +164,26 @@ impl LineEpisode {
     }
 
     /// Returns the number of steps so far.
-    #[must_use]
     pub fn steps(&self) -> usize {
         self.status.step
     }
 
     /// Returns whether the line is in its steady state or has made `max_steps` steps.
-    #[must_use]
     pub fn has_ended(&self) -> bool {
         self.status.is_steady || self.status.step >= self.line.config().max_steps
     }
 
     /// Returns whether the last step moved no agent by more than the tolerance.
-    #[must_use]
     pub fn is_steady(&self) -> bool {
         self.status.is_steady
     }
 
     /// Returns the line.
-    #[must_use]
     pub fn line(&self) -> &Line {
         &self.line
     }
 
     /// Returns the range of the last action; 0 before the first action.
-    #[must_use]
     pub fn last_range(&self) -> f64 {
         self.status.last_range
     }
@@ -243,7 +236,6 @@ fn observe(
 }
 
 /// Returns the names and bounds of a line's observation entries, in order.
-#[must_use]
 pub fn line_entries(num_agents: usize) -> Vec<Entry> {
     let mut entries = Entries::default();
     observe(&mut entries, [0.0; 3], std::iter::repeat_n(0.0, num_agents));

@@ -44,7 +44,6 @@ impl Default for LineConfig {
 
 impl LineConfig {
     /// Returns the document with all fields as JSON.
-    #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_value(self).unwrap_or_default().to_string()
     }
@@ -83,7 +82,6 @@ pub enum EscapeForce {
 impl EscapeForce {
     /// Returns the force on an agent at `offset` = x_i - x_p. It is 0 at the predator's position and at
     /// distances of `range` or more.
-    #[must_use]
     pub fn at(self, offset: f64, range: f64, strength: f64) -> f64 {
         if offset.abs() >= range {
             return 0.0;

@@ -62,7 +62,6 @@ impl Line {
     }
 
     /// Returns the states x(t), length n, in the order of ids.
-    #[must_use]
     pub fn states(&self) -> Vec<f64> {
         let mut states = Vec::with_capacity(self.config.num_agents);
         self.append_states(&mut states);
@@ -83,7 +82,6 @@ impl Line {
     }
 
     /// Returns the parameters.
-    #[must_use]
     pub fn config(&self) -> &LineConfig {
         &self.config
     }
@@ -112,13 +110,11 @@ impl Line {
     }
 
     /// Returns whether the line is in its steady state after a step with the largest displacement `moved`.
-    #[must_use]
     pub fn is_steady(&self, moved: f64) -> bool {
         moved <= self.config.tolerance
     }
 
     /// Returns the escape distance d(t) = min_i |x_i - x_p|; infinite without a predator.
-    #[must_use]
     pub fn escape_distance(&self) -> f64 {
         let Some(predator) = self.config.predator_position else {
             return f64::INFINITY;
@@ -130,7 +126,6 @@ impl Line {
     }
 
     /// Returns the number of connected components m(t) under `range`.
-    #[must_use]
     pub fn num_components(&self, range: f64) -> usize {
         components(&self.groups.sorted, range).count()
     }

@@ -111,7 +111,6 @@ impl Architecture {
     }
 
     /// Returns the head.
-    #[must_use]
     pub fn head(&self) -> Head {
         match (&self.candidate_inputs[..], &self.ranges[..]) {
             ([], []) => Head::Value,
@@ -122,7 +121,6 @@ impl Architecture {
 
     /// Returns the number of parameters. Every layer has its weights, one row per input, and then
     /// its biases.
-    #[must_use]
     pub fn size(&self) -> usize {
         let sizes = self.shapes().into_iter();
         let sizes = sizes.map(|(rows, columns)| (rows + 1).saturating_mul(columns));

@@ -50,7 +50,6 @@ pub(super) fn forward(
 
 /// Returns the work of `rows` rows in a network with `size` parameters, as a number of visited agents that take as
 /// long.
-#[must_use]
 pub fn work(rows: usize, size: usize) -> usize {
     rows.saturating_mul(1 + size / PRODUCTS)
 }

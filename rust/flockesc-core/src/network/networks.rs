@@ -22,7 +22,6 @@ pub struct NormalizedRange {
 
 impl NormalizedRange {
     /// Returns the range in m of an action in [-1, 1].
-    #[must_use]
     pub fn of(&self, action: f64) -> f64 {
         let (low, high) = (self.min_range, self.max_range);
         let Some(center) = self.center else {
@@ -46,7 +45,6 @@ pub enum NetworkRanges {
 
 impl NetworkRanges {
     /// Returns the range in m of an output of [`Networks::outputs`].
-    #[must_use]
     pub fn of(&self, output: f64) -> f64 {
         match self {
             Self::Normalized(map) => map.of(output),
@@ -182,7 +180,6 @@ impl Networks {
     }
 
     /// Returns the work of the outputs of `rows` rows, as a number of visited agents that take as long.
-    #[must_use]
     pub fn work(&self, rows: usize) -> usize {
         let passes = self.candidates.len().max(1);
         work(rows, self.size.saturating_mul(passes))

@@ -29,13 +29,11 @@ pub(crate) fn entries(view: View, extras: Extras<'_>, dimension: usize) -> Vec<E
 }
 
 /// Returns the entries of the flock's row without optional entries, in order, for dimension 2 or 3.
-#[must_use]
 pub fn flock_entries(dimension: usize) -> Vec<Entry> {
     entries(View::Flock, Extras::default(), dimension)
 }
 
 /// Returns the entries of a learned predator's row, in order, for dimension 2 or 3.
-#[must_use]
 pub fn predator_entries(dimension: usize) -> Vec<Entry> {
     let mut entries = Entries::default();
     match dimension {

@@ -23,7 +23,6 @@ pub enum View {
 
 impl View {
     /// Returns whether there is one observation row and one range per agent, or one for the flock.
-    #[must_use]
     pub fn is_per_agent(self) -> bool {
         match self {
             Self::Flock => false,
@@ -32,7 +31,6 @@ impl View {
     }
 
     /// Returns the number of observation rows and ranges of a flock.
-    #[must_use]
     pub fn rows(self, scenario: &FlockConfig) -> usize {
         if self.is_per_agent() {
             scenario.num_agents

@@ -24,7 +24,6 @@ pub struct Progress {
 
 impl Progress {
     /// Returns the number of finished runs.
-    #[must_use]
     pub fn done(&self) -> usize {
         self.done.load(Ordering::Relaxed)
     }

@@ -52,7 +52,6 @@ pub struct ObjectiveSpec {
 
 impl ObjectiveSpec {
     /// Returns the row as a JSON document.
-    #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_value(self).unwrap_or_default().to_string()
     }

@@ -82,7 +82,6 @@ impl<const D: usize> Batch<D> {
     /// Estimates the cost of a reset of `slots` slots and of their observations, in the unit of
     /// [`Self::work`].
     #[doc(hidden)]
-    #[must_use]
     pub fn work_of_reset(&self, slots: usize) -> usize {
         let start = RESET_COST.saturating_mul(self.scenario().num_agents);
         slots.saturating_mul(start.saturating_add(self.observation_work))
