@@ -24,7 +24,7 @@ from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import EXPECTED as NAMED
 from flockesc_env.policies.registry import SUFFIX, as_policy, load_policy
 from flockesc_env.policies.sb3 import SB3Policy
-from flockesc_env.scenario.document import check_not_drawn, from_fields, parse_document
+from flockesc_env.scenario.document import check_not_drawn, field_at, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial_files import read_initial_state
 from flockesc_env.scenario.line import LineScenario
@@ -173,12 +173,7 @@ def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
         path, is_given, text = change.partition("=")
         if not is_given:
             raise InputError("set", "PATH=VALUE", shown(change))
-        *outer, last = path.split(".")
-        node = document
-        for name in outer:
-            parent, key = _place(node, name, path)
-            node = parent[key]
-        parent, key = _place(node, last, path)
+        parent, key = field_at(document, path, path)
         value = _value(text, path)
         is_kind = isinstance(value, str) and isinstance(parent[key], dict)
         parent[key] = {value: {}} if is_kind else value
@@ -187,20 +182,6 @@ def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
     changed = type(scenario).from_json(json.dumps(document))
     check_not_drawn(changed, (change.partition("=")[0] for change in changes))
     return changed
-
-
-def _place(node: Any, name: str, path: str) -> tuple[Any, Any]:
-    """Return the object or list that contains ``name``, and its key or index; kinds can be omitted."""
-    if isinstance(node, dict) and len(node) == 1 and name not in node:
-        [node] = node.values()
-    if isinstance(node, dict):
-        node.setdefault(name, None)
-        return node, name
-    if not isinstance(node, list):
-        raise InputError(path, "the path of a field", f"{shown(name)} inside a plain value")
-    if name not in map(str, range(len(node))):
-        raise InputError(path, f"an index below {len(node)}", shown(name))
-    return node, int(name)
 
 
 def _value(text: str, path: str) -> Any:

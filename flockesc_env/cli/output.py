@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import io
 import json
-import math
 import os
 import shutil
 import sys
@@ -79,7 +78,8 @@ def flush() -> None:
 
 def show_json(document: Mapping[str, Any]) -> None:
     """Print a result as JSON on stdout, with floats at full precision; infinity and NaN become null."""
-    show(*json.dumps(_finite(document), allow_nan=False, indent=2).split("\n"))
+    finite = json.loads(json.dumps(document), parse_constant=lambda _: None)
+    show(*json.dumps(finite, indent=2).split("\n"))
 
 
 @contextmanager
@@ -128,11 +128,3 @@ def check_folder(folder: Path, field: str = "output") -> None:
     except OSError as error:
         expected = f"a folder that can be written ({error.strerror})"
         raise InputError(field, expected, repr(str(folder))) from None
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {name: _finite(entry) for name, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -100,6 +100,27 @@ def check_not_drawn(scenario: Document, paths: Iterable[str]) -> None:
             raise InputError(path, "a field that randomization does not draw", shown(drawn[_names(path)]))
 
 
+def field_at(document: Any, path: str, field: str) -> tuple[Any, Any]:
+    """Return the object or list that contains the field at a dotted path, and its key or index.
+
+    The path may omit the kinds of parts; ``field`` is its name in errors.
+    """
+    node, parent, key = document, None, None
+    for name in path.split("."):
+        if isinstance(node, dict) and len(node) == 1 and name not in node:
+            [node] = node.values()
+        if isinstance(node, list):
+            if name not in map(str, range(len(node))):
+                raise InputError(field, f"an index below {len(node)}", shown(name))
+        elif not isinstance(node, dict):
+            raise InputError(field, "the path of a field", f"{shown(name)} inside a plain value")
+        elif name not in node:
+            raise InputError(field, f"one of {', '.join(node) or 'no fields'}", shown_name(name, node))
+        parent, key = node, int(name) if isinstance(node, list) else name
+        node = parent[key]
+    return parent, key
+
+
 def _names(path: str) -> tuple[str, ...]:
     """Return the fields and indices of a path, without the kinds of parts."""
     kinds = {part.kind for family in _FAMILIES for part in get_args(family)}

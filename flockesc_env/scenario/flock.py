@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_seed
-from flockesc_env.common.errors import InputError, shown
+from flockesc_env.common.errors import InputError
 from flockesc_env.scenario import parts
 from flockesc_env.scenario.document import Document
 from flockesc_env.scenario.predators import ConstantVelocity, Learned, Predator, Start, approach
@@ -99,22 +98,15 @@ class FlockScenario(Document):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.dimension not in {2, 3}:
-            raise InputError("dimension", "2 or 3", self.dimension)
         predators = list(self.predators)
         position, velocity = approach(dimension=self.dimension)
         for index, each in enumerate(predators):
             if isinstance(each, Start):
-                start: dict[str, Any] = {
-                    "position": position if each.position is None else each.position,
-                    "velocity": velocity if each.velocity is None else each.velocity,
-                }
-                for name, vector in start.items():
-                    if len(vector) != self.dimension:
-                        field = f"predators[{index}].{each.kind}.{name}"
-                        expected = f"{self.dimension} numbers, because the dimension is {self.dimension}"
-                        raise InputError(field, expected, shown(vector))
-                predators[index] = dataclasses.replace(each, **start)
+                predators[index] = dataclasses.replace(
+                    each,
+                    position=position if each.position is None else each.position,
+                    velocity=velocity if each.velocity is None else each.velocity,
+                )
         object.__setattr__(self, "predators", tuple(predators))
         _core.check_flock_scenario(self.to_json())
 

@@ -20,6 +20,7 @@ from flockesc_env.common.checks import as_path
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import write_text
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
+from flockesc_env.models.order import unit
 from flockesc_env.models.records import versions
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.policies.registry import NAMES
@@ -169,7 +170,7 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     columns = {
         "times": _column(trajectory.times),
         "positions": _column(trajectory.positions),
-        "headings": _headings(trajectory.velocities),
+        "headings": _column(np.rint(127 * unit(trajectory.velocities)), "|i1"),  # signed bytes
         "ranges": _column(ranges),
         "predators": _column(trajectory.predator_positions),
         "meanDistance": _column(trajectory.mean_distance),
@@ -194,13 +195,6 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "objective": _OBJECTIVE.symbol,
         "columns": columns,
     }
-
-
-def _headings(velocities: NDArray[np.float64]) -> dict[str, Any]:
-    """Return the headings as signed bytes, where 127 is 1; the heading of an agent at rest is 0."""
-    speed = np.linalg.norm(velocities, axis=-1, keepdims=True)
-    unit = np.divide(velocities, speed, out=np.zeros_like(velocities), where=speed > 0)
-    return _column(np.rint(unit * 127), "|i1")
 
 
 def _column(values: NDArray[Any], dtype: str = "<f4") -> dict[str, Any]:
