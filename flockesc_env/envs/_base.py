@@ -223,7 +223,7 @@ class FlockEnvironment(Viewed):
         return self._batch.policy_spec.num_actions
 
     def _drop_episodes(self) -> None:
-        self._batch.drop_episodes()
+        self._batch.core.drop_episodes()
 
     def _show(self) -> None:
         """Pass the current state to the viewer, after a reset or a step."""
@@ -238,7 +238,7 @@ class FlockEnvironment(Viewed):
             for slot in slots:
                 self._viewer.frames[slot] = None  # the history is another one
         self._show()
-        return self._batch.observe(range(self._batch.num_flocks))
+        return self._batch.core.observe(range(self._batch.num_flocks))
 
 
 class OneFlock(FlockEnvironment, Generic[ObsType]):

@@ -211,7 +211,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     @property
     def predator_reward(self) -> float:
         """Reward of each predator in the last step: minus the mean reward of the flock's agents."""
-        return float(self._batch.predator_rewards()[0])
+        return float(self._batch.core.predator_rewards()[0])
 
     def state(self) -> NDArray[np.float32]:
         """Return the state of the flock as a flat array; the argument ``state`` says which.
@@ -221,17 +221,17 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         the finite numbers of float32.
         """
         if self._state == "flock_view":
-            view: Observation = self._batch.observe([0], "flock")[0]
+            view: Observation = self._batch.core.observe([0], "flock")[0]
             return view
-        state = self._batch.state(0)
-        metrics = self._batch.metrics()
+        state = self._batch.core.state(0)
+        metrics = self._batch.core.metrics()
         scalars = [state["step"], metrics["min_mean_distance"][0], metrics["min_min_distance"][0]]
         names = ("positions", "velocities", "predator_positions", "predator_velocities")
         numbers = np.concatenate([scalars, *(state[name].ravel() for name in names)])
         return numbers.clip(-_LARGEST, _LARGEST).astype(np.float32)
 
     def _resume(self, rows: Observation) -> dict[str, Observation]:
-        self._name_agents(has_ended=self._batch.has_ended(0))
+        self._name_agents(has_ended=self._batch.core.has_ended(0))
         flock = self.agents[: len(self.agents) - len(self._predators)]
         return self._by_name(flock, rows[~self._caught], self._predator_observations()) if self.agents else {}
 
@@ -266,12 +266,12 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
 
     def _name_agents(self, *, has_ended: bool) -> None:
         """Update ``agents`` and the caught agents after a step."""
-        self._caught = self._batch.caught()[0]
+        self._caught = self._batch.core.caught()[0]
         self.agents = [] if has_ended else [*compress(self._flock, ~self._caught), *self._predators]
 
     def _predator_observations(self) -> Observation:
         """Return the observations of the predators that are agents, one row each."""
-        return self._batch.observe([0], "predators") if self._predators else np.zeros((0, 0), np.float32)
+        return self._batch.core.observe([0], "predators") if self._predators else np.zeros((0, 0), np.float32)
 
     def _by_name(self, agents: list[str], flock: Any, predators: Any) -> dict[str, Any]:
         named = dict(zip(agents, flock, strict=True))

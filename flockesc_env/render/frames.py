@@ -169,9 +169,9 @@ def live_frames(batch: FlockBatch, frames: Sequence[FlockFrame | None], trail: f
     Trails are ``trail`` s long.
     """
     spec = FLOCK_OBJECTIVES[batch.options.objective]
-    objectives, caught, present = batch.metrics()[spec.name], batch.caught(), list[FlockFrame]()
+    objectives, caught, present = batch.core.metrics()[spec.name], batch.core.caught(), list[FlockFrame]()
     for slot, last in enumerate(frames):
-        state = batch.state(slot)
+        state = batch.core.state(slot)
         del state["distances"]
         step, positions, predators = state["step"], state["positions"], state["predator_positions"]
         graph, path = (positions, state["velocities"]), predators[np.newaxis]

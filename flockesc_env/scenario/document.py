@@ -21,7 +21,7 @@ import numpy as np
 import tomli_w
 
 from flockesc_env import _core
-from flockesc_env.common.checks import as_text, parse_json
+from flockesc_env.common.checks import as_choice, as_text, parse_json
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.scenario.parts import Distribution, InitialHeadings, InitialPositions, Motion, NeighborRule
 from flockesc_env.scenario.predators import Predator
@@ -171,7 +171,7 @@ def _converter(hint: Any) -> Converter:
     if hint in _FAMILIES:
         return partial(_convert_part, {part.kind: part for part in get_args(hint)})
     if get_origin(hint) is Literal:
-        return partial(_convert_word, get_args(hint))
+        return partial(as_choice, known=get_args(hint))
     names: list[str] = []
     conversions: dict[type, Converter] = {}
     for one in (hint,) if hint in _SCALARS or get_origin(hint) is tuple else get_args(hint):
@@ -217,13 +217,6 @@ def _convert_part(kinds: dict[str, Any], value: Any, path: str) -> Any:
     cls, prefix = kinds[kind], f"{path}.{kind}."
     fields, converters = _check_names(cls, value[kind], prefix), _converters(cls)
     return cls(**{name: converters[name](entry, prefix + name) for name, entry in fields.items()})
-
-
-def _convert_word(words: Sequence[str], value: Any, path: str) -> str:
-    word: str = _plain(value, path)
-    if word not in words:
-        raise InputError(path, f"one of {', '.join(words)}", shown_name(word, words))
-    return word
 
 
 def _convert_plain(expected: str, conversions: dict[type, Converter], value: Any, path: str) -> Any:

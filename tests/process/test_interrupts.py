@@ -160,7 +160,7 @@ SCRIPTS: dict[str, tuple[str, list[str]]] = {
             __index__ = functools.partial(ctypes.CDLL(None)["raise"], signal.SIGINT)
 
         try:
-            env._batch._core.reset([First()], [0], [dict.fromkeys(RESET_OPTIONS)])
+            env._batch.core.reset([First()], [0], [dict.fromkeys(RESET_OPTIONS)])
         except KeyboardInterrupt:
             print("interrupted", flush=True)
         env.reset(seed=0)
