@@ -17,7 +17,7 @@ from tyro.conf import DisallowNone, UseAppendAction, arg
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from flockesc_env.common.checks import parse_json, parse_number
-from flockesc_env.common.errors import InputError, shown, shown_name
+from flockesc_env.common.errors import InputError, errors_at, shown, shown_name
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of
 from flockesc_env.policies.base import BasePolicy
@@ -155,15 +155,15 @@ def scenario_named(name: str) -> Scenario:
     if not path.suffix and not path.exists():
         raise InputError("scenario", f"a file or one of {', '.join(PRESETS)}", shown_name(name, PRESETS))
     try:
-        fields = parse_document(path.read_text(encoding="utf-8-sig"), is_toml=suffix_of(path) == ".toml")
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(str(path), "TOML or JSON", error) from None
+    with errors_at(f"{path}: "):
+        fields = parse_document(text, is_toml=suffix_of(path) == ".toml")
         # A document with a field that only ``LineScenario`` has is a line.
         known = {field.name for field in dataclasses.fields(LineScenario)} - vars(FlockScenario()).keys()
         is_line = isinstance(fields, dict) and not known.isdisjoint(fields)
-        return from_fields(LineScenario, fields) if is_line else from_fields(FlockScenario, fields)
-    except UnicodeDecodeError as error:
-        raise InputError(str(path), "TOML or JSON", error) from None
-    except InputError as error:
-        raise InputError(f"{path}: {error.field}", error.expected, error.given) from None
+        return from_fields(LineScenario if is_line else FlockScenario, fields)
 
 
 def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:

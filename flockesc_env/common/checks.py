@@ -205,9 +205,7 @@ def as_options(value: Any, known: Collection[str]) -> Mapping[str, Any]:
     """Return the ``options`` of a reset after a check that all their names are in ``known``."""
     options = as_mapping(value)
     for name in options:
-        if name not in known:
-            expected = f"one of {', '.join(known)}"
-            raise InputError(f"options[{shown(name)}]", expected, shown_name(name, known))
+        as_choice(name, f"options[{shown(name)}]", known)
     return options
 
 

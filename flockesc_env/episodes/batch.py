@@ -100,16 +100,10 @@ class FlockBatch:
         seeds: Sequence[int | None] | None = None,
         options: Sequence[Mapping[str, Any] | None] = (None,),
     ) -> tuple[Observations, Columns]:
-        """Start episodes in some slots, with the initial states from ``options`` or else from the seeds.
+        """Start episodes in some slots; return observations and columns of ``info`` of these slots.
 
-        Args:
-            slots: indices of the slots.
-            seeds: one seed per slot, which begins a seed schedule (``episode_seed``) at episode 0, or at
-                the option ``episode``. ``None``: the slot continues its own schedule.
-            options: options of ``FlockEscapeEnv.reset``, one per slot, or a single one for all.
-
-        Returns:
-            Observations, shape (len(slots) * rows, entries), and columns of ``info``, of ``slots`` only.
+        A seed begins a seed schedule (``episode_seed``); without one the slot continues its own. Seeds are
+        one per slot; options of ``FlockEscapeEnv.reset`` also, or a single one for all.
         """
         pairs = zip(options, slots, strict=False)
         starts = [as_start(each, self._distinct[self._scenario_of_slot[slot]]) for each, slot in pairs]
@@ -125,7 +119,7 @@ class FlockBatch:
         out: tuple[Observations, FloatArray] | None = None,
         predator_actions: FloatArray | None = None,
     ) -> Step:
-        """Apply one action in every slot: each lasts ``steps_per_action`` steps of the model.
+        """Apply one action in every slot.
 
         Args:
             actions: shape (num_flocks * rows, 1) or, for discrete actions, (num_flocks * rows,).

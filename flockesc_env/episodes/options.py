@@ -14,7 +14,7 @@ import numpy as np
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats, as_vector
-from flockesc_env.common.errors import InputError, shown, shown_name
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.objectives import Objective
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -273,7 +273,7 @@ def options_in(
         if name in {field.name for field in dataclasses.fields(scenario)}:
             hint = f"a field of the scenario; pass scenario={type(scenario).__name__}({name}=...)"
             raise InputError(name, "an option of the environment", hint)
-        raise InputError(name, f"one of {', '.join(names)}", shown_name(name, names))
+        as_choice(name, name, names)
     is_topological = isinstance(scenario, FlockScenario) and isinstance(scenario.neighbor_rule, Topological)
     if is_topological and "max_range" not in given:
         expected = "the largest number of neighbors, required by a topological rule"

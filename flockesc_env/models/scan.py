@@ -124,12 +124,11 @@ def scan(
         field: a number of the scenario, as a name or a dotted path, for example ``"angular_noise"`` or
             ``"motion.cohesion_strength"``.
         values: values of the field, shape (values,).
-        interaction_range: rho in m, or in the unit of the neighbor rule.
+        interaction_range: rho, in the unit of the neighbor rule.
         seeds: seeds of the flocks. ``simulate(seed=k)`` plays the same flock.
         skip: number of steps before the first time that counts in means, at most ``scenario.num_steps``.
-        num_threads: number of threads; ``None``: one per core. Results do not depend on it.
-        progress: ``True``: show a progress bar on stderr. A function: called with (finished runs, all runs)
-            about twenty times per second; an exception that it raises stops the scan.
+        num_threads: see ``sweep``.
+        progress: see ``sweep``.
 
     Raises:
         InputError: if an argument has the wrong type or shape, or is negative or not finite, or the field

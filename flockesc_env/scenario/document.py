@@ -192,8 +192,7 @@ def _check_names(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
         raise InputError(prefix.rstrip(".") or "document", "an object with its fields", shown(fields))
     known = _converters(cls)
     for name in fields:
-        if name not in known:
-            raise InputError(f"{prefix}{name}", f"one of {', '.join(known)}", shown_name(name, known))
+        as_choice(name, f"{prefix}{name}", known)
     for field in dataclasses.fields(cls):
         if field.default is dataclasses.MISSING and field.name not in fields:
             raise InputError(f"{prefix}{field.name}", "a value", "none")
