@@ -6,40 +6,6 @@ from typing import Any, Self, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "MAX_PARTS",
-    "FlockBatch",
-    "LineEpisode",
-    "RangeMap",
-    "__version__",
-    "check_flock_scenario",
-    "check_line_scenario",
-    "check_memory",
-    "clipped",
-    "component_labels",
-    "default_flock_scenario",
-    "default_line_scenario",
-    "drawn_flock_scenario",
-    "episode_seed",
-    "kinds",
-    "laplacian",
-    "line_observation_entries",
-    "log1p",
-    "neighbor_pairs",
-    "network_outputs",
-    "objectives",
-    "observation_entries",
-    "perron_matrix",
-    "predator_observation_entries",
-    "rollout_line",
-    "scan_flock",
-    "simulate_flock",
-    "simulate_line",
-    "sweep_flock",
-    "sweep_line",
-    "tanh_layers",
-]
-
 _Floats: TypeAlias = NDArray[np.float64]
 _Rows: TypeAlias = NDArray[np.float32]
 _Seeds: TypeAlias = NDArray[np.uint64]

@@ -51,8 +51,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
 
     Args:
         num_flocks: number of flocks.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
-            scenario per flock (docs/environments.md, "Several scenarios").
+        scenario: as for ``BatchVectorEnv``.
         per_agent: True: every agent has its own range and observation. False: every flock has one.
         device: device of the tensors. The flocks are computed on the CPU.
         **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.

@@ -163,7 +163,7 @@ def scenario_named(name: str) -> Scenario:
         # A document with a field that only ``LineScenario`` has is a line.
         known = {field.name for field in dataclasses.fields(LineScenario)} - vars(FlockScenario()).keys()
         is_line = isinstance(fields, dict) and not known.isdisjoint(fields)
-        return from_fields(LineScenario if is_line else FlockScenario, fields)
+        return from_fields(MODELS["line" if is_line else "flock"], fields)
 
 
 def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
