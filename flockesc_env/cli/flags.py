@@ -195,17 +195,11 @@ def _value(text: str, path: str) -> Any:
 
 
 def policy_of(spec: str, *, task: Task | None = None) -> BasePolicy:
-    """Return the policy of an argument. Code in a model of stable-baselines3 is executed.
+    """Return the policy of an argument: what ``load_policy`` takes, or ``module:function``.
 
-    Args:
-        spec: as for ``load_policy``, or ``module:function``: a function without arguments that returns a
-            policy. The module may lie in the current folder. With a task also a model that
-            stable-baselines3 saved: its class and file, for example ``PPO:model.zip``.
-        task: task in which models of stable-baselines3 were trained; a model does not contain its options.
-
-    Raises:
-        InputError: if ``spec`` is none of these; if the file is damaged or is not a policy.
-        MissingExtraError: if ``spec`` is a model and stable-baselines3 is not installed.
+    The function returns a policy; its module may lie in the current folder. With the task of its training,
+    the argument may also be a model of stable-baselines3, for example ``PPO:model.zip``; a model does not
+    contain its options, and code in it is executed.
     """
     if suffix_of(spec) == MODEL_SUFFIX:
         return _model_policy(spec, task)

@@ -26,22 +26,18 @@ class FlockScenario(Document):
         speed: speed v0 in m/s, one number for all agents or one per agent.
         initial_side: side in m of the initial region [0, side]^D. Agents start around its center.
             Observations are scaled by it.
-        initial_positions: distribution of the initial positions: ``Square()``, ``Disc(radius)``,
-            ``Ring(radius, width)``, ``Segment(start, end)``, ``Gaussian(standard_deviation)``,
-            ``Clusters(num_clusters, standard_deviation)`` or ``GivenPositions(points)``.
-        initial_headings: distribution of the initial headings: ``RandomHeadings()``,
-            ``AlignedHeadings(direction, max_angle)`` or ``GivenHeadings(directions)``.
+        initial_positions: distribution of the initial positions: ``Square``, ``Disc``, ``Ring``, ``Segment``,
+            ``Gaussian``, ``Clusters`` or ``GivenPositions``.
+        initial_headings: distribution of the initial headings: ``RandomHeadings``, ``AlignedHeadings`` or
+            ``GivenHeadings``.
         initial_plane: whether initial positions and headings lie in the plane z = 0, if D = 3.
         predator_range: distance rho_p in m within which agents flee from a predator.
         repulsion_strength: strength s of the escape force, one number for all agents or one per agent; 0:
             agents do not flee.
         alignment_strength: weight a of the consensus with neighbors, one number for all agents or one per
             agent; 0: agents ignore their neighbors.
-        motion: law that turns forces into velocities: ``Inertial()``, ``Vicsek()``,
-            ``Reynolds(separation_strength, cohesion_strength, separation_range)``,
-            ``PreferredDistance(strength, distance, width)``,
-            ``Zones(repulsion_radius, orientation_radius, max_turn_rate)`` or
-            ``FirstOrder(repulsion, attraction)``.
+        motion: law that turns forces into velocities: ``Inertial``, ``Vicsek``, ``Reynolds``,
+            ``PreferredDistance``, ``Zones`` or ``FirstOrder``.
         angular_noise: width eta in rad of the noise added to the heading in every step, from 0 to 2 pi.
         sensing_noise: length of the noise vector added to the neighbors' mean velocity, in units of v0.
         sensing_delay: number of steps between sensing neighbors and reacting to them.
@@ -58,11 +54,10 @@ class FlockScenario(Document):
             reached. A predator reaches an agent that is, or was, within ``predator_range`` of it.
         periodic_side: side in m of a periodic domain (a torus), which cannot contain predators; ``None``: an
             unbounded domain.
-        randomization: fields that are drawn from the seed in every episode, in this order. A tuple of
-            ``Uniform(field, low, high)``, ``LogUniform(field, low, high)``, ``Choice(field, values)`` and
-            ``RandomApproach(predator, distance, low, high)``, which draws the start of a
-            predator. Any number of the scenario can be drawn except ``initial_side`` and ``time_step``. An
-            episode that draws a number out of bounds raises ``InputError`` at its reset.
+        randomization: fields that are drawn from the seed in every episode, in this order: a tuple of
+            ``Uniform``, ``LogUniform``, ``Choice`` and ``RandomApproach``. Any number of the scenario can be
+            drawn except ``initial_side`` and ``time_step``. An episode that draws a number out of bounds
+            raises ``InputError`` at its reset.
 
     Raises:
         InputError: if a field has the wrong type or is out of bounds.
