@@ -153,7 +153,8 @@ def _task(name: str, entry: _Entry, version: str) -> Task:
     is_line = isinstance(model, LineScenario)
     specs = LINE_OBJECTIVES if is_line else FLOCK_OBJECTIVES
     spec = specs[as_choice(entry.objective, f"{name}.objective", specs)]
-    spec.check_defined_in(model)
+    if not spec.is_defined_in(model):
+        raise InputError("scenario", f"{spec.requires}, which the objective {spec.name} requires", "none")
     defining = {
         "version": version,
         "flocks": [FLOCKS.start, len(FLOCKS)],
