@@ -50,8 +50,8 @@ class Document:
     def __post_init__(self) -> None:
         """Convert every field to its declared type: lists to tuples, NumPy numbers to Python numbers."""
         cls: Any = type(self)
-        for name, convert in _converters(cls).items():
-            object.__setattr__(self, name, convert(getattr(self, name), name))
+        converters = _converters(cls).items()
+        vars(self).update({name: convert(getattr(self, name), name) for name, convert in converters})
 
     def to_json(self) -> str:
         """Return the scenario as a JSON document, with floats at full precision."""
