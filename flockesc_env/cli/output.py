@@ -121,10 +121,10 @@ def check_output(path: Path | None, suffixes: Sequence[str], field: str = "outpu
         raise InputError(field, f"a file that can be written ({error.strerror})", given) from None
 
 
-def check_folder(folder: Path, field: str = "output") -> None:
+def check_folder(folder: Path) -> None:
     """Check, before a long computation, that files can be written into a folder. It may be missing."""
     try:
         check_writable(folder / ".part")
     except OSError as error:
         expected = f"a folder that can be written ({error.strerror})"
-        raise InputError(field, expected, repr(str(folder))) from None
+        raise InputError("output", expected, repr(str(folder))) from None
