@@ -6,40 +6,6 @@ from typing import Any, Self, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "MAX_PARTS",
-    "FlockBatch",
-    "LineEpisode",
-    "RangeMap",
-    "__version__",
-    "check_flock_scenario",
-    "check_line_scenario",
-    "check_memory",
-    "clipped",
-    "component_labels",
-    "default_flock_scenario",
-    "default_line_scenario",
-    "drawn_flock_scenario",
-    "episode_seed",
-    "kinds",
-    "laplacian",
-    "line_observation_entries",
-    "log1p",
-    "neighbor_pairs",
-    "network_outputs",
-    "objectives",
-    "observation_entries",
-    "perron_matrix",
-    "predator_observation_entries",
-    "rollout_line",
-    "scan_flock",
-    "simulate_flock",
-    "simulate_line",
-    "sweep_flock",
-    "sweep_line",
-    "tanh_layers",
-]
-
 _Floats: TypeAlias = NDArray[np.float64]
 _Rows: TypeAlias = NDArray[np.float32]
 _Seeds: TypeAlias = NDArray[np.uint64]
@@ -93,18 +59,18 @@ class FlockBatch:
         self, interaction_range: float, predator_actions: _PredatorActions
     ) -> tuple[_Rows, float, bool, dict[str, Any]]: ...
     def rollout(self, network: _Network, seeds: _Seeds, report: _Report = None) -> _Columns: ...
-    def observe(self, slots: Sequence[int], view: str = "own") -> _Rows: ...
+    def observe(self, slots: Sequence[int], view: str = "own") -> _Rows: ...  # or "flock", "predators"
     def metrics(self) -> _Columns: ...
-    def num_components(self) -> NDArray[np.int64]: ...
+    def num_components(self) -> NDArray[np.int64]: ...  # under the last ranges
     def episode_seed(self, slot: int) -> int: ...
     def ended(self) -> NDArray[np.bool]: ...
     def has_ended(self, slot: int) -> bool: ...
-    def state(self, slot: int) -> dict[str, Any]: ...
-    def predator_rewards(self) -> _Floats: ...
-    def caught(self) -> NDArray[np.bool]: ...
+    def state(self, slot: int) -> dict[str, Any]: ...  # a copy
+    def predator_rewards(self) -> _Floats: ...  # of the last step, one per flock
+    def caught(self) -> NDArray[np.bool]: ...  # shape (num_flocks, n)
     def get_state(self, slots: Sequence[int]) -> bytes: ...
     def set_state(self, slots: Sequence[int], state: bytes) -> None: ...
-    def drop_episodes(self) -> None: ...
+    def drop_episodes(self) -> None: ...  # the seed schedules continue
     def __setstate__(self, state: bytes) -> None: ...
     def __deepcopy__(self, _memo: dict[int, Any]) -> Self: ...
 

@@ -53,11 +53,7 @@ def no_single_env(**_: Any) -> NoReturn:
 
 
 def make_task(task: str, **options: Any) -> gymnasium.Env[Any, Any]:
-    """Return the Gymnasium environment of a task, for ``gymnasium.make``; see ``Task.env``.
-
-    Raises:
-        InputError: if every agent sets its own range; if an option would change the task.
-    """
+    """Return the Gymnasium environment of a task, for ``gymnasium.make``; no option may change the task."""
     chosen = _checked(task, options)
     if chosen.per_agent:
         way = f'flockesc_env.tasks["{task}"].parallel_env()'

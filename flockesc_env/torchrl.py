@@ -51,8 +51,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
 
     Args:
         num_flocks: number of flocks.
-        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
-            scenario per flock (docs/environments.md, "Several scenarios").
+        scenario: as for ``BatchVectorEnv``.
         per_agent: True: every agent has its own range and observation. False: every flock has one.
         device: device of the tensors. The flocks are computed on the CPU.
         **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.
@@ -126,10 +125,10 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         for slot in slots:
             self._seeds[slot] = None
         if len(slots) < len(flocks):
-            observations = self._batch.observe(flocks)
+            observations = self._batch.core.observe(flocks)
         self._show()
-        ended = np.array([self._batch.has_ended(slot) for slot in flocks])
-        return self._output(observations, ended, self._batch.metrics())
+        ended = np.array([self._batch.core.has_ended(slot) for slot in flocks])
+        return self._output(observations, ended, self._batch.core.metrics())
 
     @needs_reset_if_interrupted
     def _step(self, tensordict: TensorDictBase) -> TensorDictBase:
@@ -148,7 +147,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
             entries["reward"] = rewards.astype(np.float32).reshape(*self._rows, 1)
         root: dict[str, Any] = _ends(is_over(columns)[:, None], ended[:, None])
         if self.group_map:
-            caught = self._batch.caught() if self._has_mask else np.zeros(self._rows, np.bool)
+            caught = self._batch.core.caught() if self._has_mask else np.zeros(self._rows, np.bool)
             entries |= _ends(caught[..., None], ended[:, None, None])
             if self._has_mask:
                 entries["mask"] = ~caught

@@ -89,7 +89,7 @@ class Branches:
             if has_ended.all():
                 break
             actions = teacher.act(observations, self.spec)
-        values: FloatArray = copies.metrics()[self._column]
+        values: FloatArray = copies.core.metrics()[self._column]
         return values.reshape(ranges.shape), taken
 
     def _batch(self, num_flocks: int) -> FlockBatch:

@@ -19,7 +19,8 @@ import tyro
 from flockesc_env._core import __version__
 from flockesc_env.cli.flags import NUMBERS, similar_field
 from flockesc_env.cli.output import MEANINGS, Exit, flush, note, prepare_terminal, show
-from flockesc_env.common.errors import FlockescError, InputError, JobError, printable, shown_name
+from flockesc_env.common.checks import as_choice
+from flockesc_env.common.errors import FlockescError, JobError, printable
 
 _WIDTH: Final = 80
 """Columns of a usage line that names all flags."""
@@ -66,8 +67,7 @@ class Application:
             if name in self.commands:
                 return self._command(name, argv[1:])
             if not name.startswith("-"):
-                expected = f"one of {', '.join(self.commands)}"
-                raise InputError("command", expected, shown_name(name, self.commands))
+                as_choice(name, "command", self.commands)
             app = tyro.extras.SubcommandApp()
             for command, run in self.commands.items():
                 app.command(name=command, help=(run.__doc__ or "").partition("\n")[0])(run)

@@ -17,14 +17,14 @@ from tyro.conf import DisallowNone, UseAppendAction, arg
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from flockesc_env.common.checks import parse_json, parse_number
-from flockesc_env.common.errors import InputError, shown, shown_name
+from flockesc_env.common.errors import InputError, errors_at, shown, shown_name
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import EXPECTED as NAMED
 from flockesc_env.policies.registry import SUFFIX, as_policy, load_policy
 from flockesc_env.policies.sb3 import SB3Policy
-from flockesc_env.scenario.document import check_not_drawn, from_fields, parse_document
+from flockesc_env.scenario.document import check_not_drawn, field_at, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.initial_files import read_initial_state
 from flockesc_env.scenario.line import LineScenario
@@ -155,15 +155,15 @@ def scenario_named(name: str) -> Scenario:
     if not path.suffix and not path.exists():
         raise InputError("scenario", f"a file or one of {', '.join(PRESETS)}", shown_name(name, PRESETS))
     try:
-        fields = parse_document(path.read_text(encoding="utf-8-sig"), is_toml=suffix_of(path) == ".toml")
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(str(path), "TOML or JSON", error) from None
+    with errors_at(f"{path}: "):
+        fields = parse_document(text, is_toml=suffix_of(path) == ".toml")
         # A document with a field that only ``LineScenario`` has is a line.
         known = {field.name for field in dataclasses.fields(LineScenario)} - vars(FlockScenario()).keys()
         is_line = isinstance(fields, dict) and not known.isdisjoint(fields)
-        return from_fields(LineScenario, fields) if is_line else from_fields(FlockScenario, fields)
-    except UnicodeDecodeError as error:
-        raise InputError(str(path), "TOML or JSON", error) from None
-    except InputError as error:
-        raise InputError(f"{path}: {error.field}", error.expected, error.given) from None
+        return from_fields(MODELS["line" if is_line else "flock"], fields)
 
 
 def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
@@ -173,12 +173,7 @@ def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
         path, is_given, text = change.partition("=")
         if not is_given:
             raise InputError("set", "PATH=VALUE", shown(change))
-        *outer, last = path.split(".")
-        node = document
-        for name in outer:
-            parent, key = _place(node, name, path)
-            node = parent[key]
-        parent, key = _place(node, last, path)
+        parent, key = field_at(document, path, path)
         value = _value(text, path)
         is_kind = isinstance(value, str) and isinstance(parent[key], dict)
         parent[key] = {value: {}} if is_kind else value
@@ -187,20 +182,6 @@ def _changed(scenario: Scenario, changes: Sequence[str]) -> Scenario:
     changed = type(scenario).from_json(json.dumps(document))
     check_not_drawn(changed, (change.partition("=")[0] for change in changes))
     return changed
-
-
-def _place(node: Any, name: str, path: str) -> tuple[Any, Any]:
-    """Return the object or list that contains ``name``, and its key or index; kinds can be omitted."""
-    if isinstance(node, dict) and len(node) == 1 and name not in node:
-        [node] = node.values()
-    if isinstance(node, dict):
-        node.setdefault(name, None)
-        return node, name
-    if not isinstance(node, list):
-        raise InputError(path, "the path of a field", f"{shown(name)} inside a plain value")
-    if name not in map(str, range(len(node))):
-        raise InputError(path, f"an index below {len(node)}", shown(name))
-    return node, int(name)
 
 
 def _value(text: str, path: str) -> Any:
@@ -214,17 +195,11 @@ def _value(text: str, path: str) -> Any:
 
 
 def policy_of(spec: str, *, task: Task | None = None) -> BasePolicy:
-    """Return the policy of an argument. Code in a model of stable-baselines3 is executed.
+    """Return the policy of an argument: what ``load_policy`` takes, or ``module:function``.
 
-    Args:
-        spec: as for ``load_policy``, or ``module:function``: a function without arguments that returns a
-            policy. The module may lie in the current folder. With a task also a model that
-            stable-baselines3 saved: its class and file, for example ``PPO:model.zip``.
-        task: task in which models of stable-baselines3 were trained; a model does not contain its options.
-
-    Raises:
-        InputError: if ``spec`` is none of these; if the file is damaged or is not a policy.
-        MissingExtraError: if ``spec`` is a model and stable-baselines3 is not installed.
+    The function returns a policy; its module may lie in the current folder. With the task of its training,
+    the argument may also be a model of stable-baselines3, for example ``PPO:model.zip``; a model does not
+    contain its options, and code in it is executed.
     """
     if suffix_of(spec) == MODEL_SUFFIX:
         return _model_policy(spec, task)

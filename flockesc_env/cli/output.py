@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import io
 import json
-import math
 import os
 import shutil
 import sys
@@ -79,7 +78,8 @@ def flush() -> None:
 
 def show_json(document: Mapping[str, Any]) -> None:
     """Print a result as JSON on stdout, with floats at full precision; infinity and NaN become null."""
-    show(*json.dumps(_finite(document), allow_nan=False, indent=2).split("\n"))
+    finite = json.loads(json.dumps(document), parse_constant=lambda _: None)
+    show(*json.dumps(finite, indent=2).split("\n"))
 
 
 @contextmanager
@@ -121,18 +121,10 @@ def check_output(path: Path | None, suffixes: Sequence[str], field: str = "outpu
         raise InputError(field, f"a file that can be written ({error.strerror})", given) from None
 
 
-def check_folder(folder: Path, field: str = "output") -> None:
+def check_folder(folder: Path) -> None:
     """Check, before a long computation, that files can be written into a folder. It may be missing."""
     try:
         check_writable(folder / ".part")
     except OSError as error:
         expected = f"a folder that can be written ({error.strerror})"
-        raise InputError(field, expected, repr(str(folder))) from None
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {name: _finite(entry) for name, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        raise InputError("output", expected, repr(str(folder))) from None

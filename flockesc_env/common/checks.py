@@ -184,20 +184,20 @@ def as_predator_policy(value: Any) -> Any:
     return value
 
 
-def as_callback(value: Any, field: str = "progress") -> Callable[..., Any] | None:
-    """Return a callable, or ``None``."""
+def as_callback(value: Any) -> Callable[..., Any] | None:
+    """Return ``progress``, a callable or ``None``."""
     if value is not None and not callable(value):
-        raise InputError(field, "a callable or None", shown(value))
+        raise InputError("progress", "a callable or None", shown(value))
     callback: Callable[..., Any] | None = value
     return callback
 
 
-def as_mapping(value: Any, field: str = "options") -> Mapping[str, Any]:
-    """Return a mapping; ``None`` becomes an empty one."""
+def as_mapping(value: Any) -> Mapping[str, Any]:
+    """Return ``options``, a mapping; ``None`` becomes an empty one."""
     if value is None:
         return {}
     if not isinstance(value, Mapping):
-        raise InputError(field, "a dict or None", shown(value))
+        raise InputError("options", "a dict or None", shown(value))
     return value
 
 
@@ -205,9 +205,7 @@ def as_options(value: Any, known: Collection[str]) -> Mapping[str, Any]:
     """Return the ``options`` of a reset after a check that all their names are in ``known``."""
     options = as_mapping(value)
     for name in options:
-        if name not in known:
-            expected = f"one of {', '.join(known)}"
-            raise InputError(f"options[{shown(name)}]", expected, shown_name(name, known))
+        as_choice(name, f"options[{shown(name)}]", known)
     return options
 
 

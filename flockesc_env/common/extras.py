@@ -22,8 +22,7 @@ class MissingExtraError(FlockescError, ImportError, DependencyNotInstalled):
 def require(extra: str, modules: Iterable[str]) -> None:
     """Check that top-level modules of an extra are installed, without importing them.
 
-    Raises:
-        MissingExtraError: if one is not. The message contains the pip command that installs the extra.
+    The ``MissingExtraError`` otherwise contains the pip command that installs the extra.
     """
     for module in modules:
         if find_spec(module) is None:

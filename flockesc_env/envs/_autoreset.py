@@ -69,7 +69,7 @@ def step(
     if has_reached_limit is not None:
         ended |= has_reached_limit
     rows = np.repeat(ended, batch.rows)
-    active = ~batch.caught().ravel() if batch.rows_can_be_caught else None
+    active = ~batch.core.caught().ravel() if batch.rows_can_be_caught else None
     terminations = np.repeat(is_over(columns), batch.rows) if active is None else rows & ~active
     truncations = rows & ~terminations
     if active is None and has_reached_limit is not None:  # also if the episode terminates, as by `TimeLimit`
@@ -84,7 +84,7 @@ def step(
 
 def _actions_taken(batch: FlockBatch) -> FloatArray:
     """Return the number of actions of every episode, from the time, which counts up to 2^23 model steps."""
-    times = batch.observe(range(batch.num_flocks), "flock")[:, 0]
+    times = batch.core.observe(range(batch.num_flocks), "flock")[:, 0]
     steps = np.rint(times * [scenario.num_steps for scenario in batch.scenarios])
     return np.ceil(steps / batch.options.steps_per_action)
 
@@ -92,7 +92,7 @@ def _actions_taken(batch: FlockBatch) -> FloatArray:
 def _limited(batch: FlockBatch, limit: int, at_end: AtEnd) -> list[int]:
     """Return the flocks whose episode only the limit has ended, which the core does not know."""
     flocks = np.flatnonzero(_actions_taken(batch) >= limit).tolist()
-    flocks = [flock for flock in flocks if not batch.has_ended(flock)]
+    flocks = [flock for flock in flocks if not batch.core.has_ended(flock)]
     if flocks and at_end == "refuse":
         raise ResetNeededError(f"step() called after the end of flock {flocks[0]}'s episode; call reset()")
     return flocks

@@ -53,12 +53,7 @@ class FlockArguments(EnvOptionsDict, total=False):
 
 
 class LineArguments(LineOptionsDict, total=False):
-    """Keyword arguments of the line environment: ``LineOptions`` and the following.
-
-    Attributes:
-        render_mode: see ``FlockArguments``.
-        render_options: see ``FlockArguments``.
-    """
+    """Keyword arguments of the line environment: ``LineOptions``, and rendering as in ``FlockArguments``."""
 
     render_mode: str | None
     render_options: RenderOptions | None
@@ -223,7 +218,7 @@ class FlockEnvironment(Viewed):
         return self._batch.policy_spec.num_actions
 
     def _drop_episodes(self) -> None:
-        self._batch.drop_episodes()
+        self._batch.core.drop_episodes()
 
     def _show(self) -> None:
         """Pass the current state to the viewer, after a reset or a step."""
@@ -238,7 +233,7 @@ class FlockEnvironment(Viewed):
             for slot in slots:
                 self._viewer.frames[slot] = None  # the history is another one
         self._show()
-        return self._batch.observe(range(self._batch.num_flocks))
+        return self._batch.core.observe(range(self._batch.num_flocks))
 
 
 class OneFlock(FlockEnvironment, Generic[ObsType]):
@@ -298,14 +293,10 @@ class ManyFlocks(FlockEnvironment):
         return None if images is None else tuple(images)
 
     def get_state(self, flocks: Any = None) -> bytes:
-        """Return a snapshot of some flocks; see ``FlockEscapeEnv.get_state``.
-
-        Args:
-            flocks: index of one flock, or indices of several; ``None``: all.
+        """Return a snapshot of some flocks, or all (``None``); see ``FlockEscapeEnv.get_state``.
 
         Raises:
-            InputError: if an index is out of bounds.
-            ResetNeededError: if called before ``reset``.
+            InputError: if an index of ``flocks`` is out of bounds.
         """
         return self._batch.get_state(flocks)
 
@@ -319,9 +310,7 @@ class ManyFlocks(FlockEnvironment):
             flocks: index of one flock, or indices of several; ``None``: all.
 
         Raises:
-            InputError: if an index is out of bounds, or the snapshot is damaged or belongs to another
-                version, interface, number of flocks, other scenarios or options; the running episodes
-                continue.
+            InputError: as ``FlockEscapeEnv.set_state``, or if an index is out of bounds.
             ResetNeededError: if called before ``reset`` and ``flocks`` leaves some out.
         """
         return self._restore(state, flocks)

@@ -156,20 +156,20 @@ class PredatorEnv(GymnasiumEnv):
                 (D,).
         """
         predator_actions = self._batch.predator_policy_spec.plain(action, None, "action")
-        if self._batch.has_ended(0):
+        if self._batch.core.has_ended(0):
             raise ResetNeededError("step() called after the end of the episode; call reset()")
         ranges = self.flock_policy.act(self._flock_observations, self._batch.policy_spec)
         step = self._batch.step(ranges, predator_actions=predator_actions)
         self._flock_observations, _, ended, _, columns = step
         has_ended, info = bool(ended[0]), info_dicts(columns)[0]
         self._show()
-        reward = float(self._batch.predator_rewards()[0])
+        reward = float(self._batch.core.predator_rewards()[0])
         terminated = bool(is_over(info))
         truncated = has_ended and not terminated
-        return self._batch.observe([0], "predators")[0], reward, terminated, truncated, info
+        return self._batch.core.observe([0], "predators")[0], reward, terminated, truncated, info
 
     def _resume(self, rows: Observations) -> Observations:
         self._flock_observations = rows
         reset_policy(self.flock_policy, np.ones(len(rows), bool))
-        observation: Observations = self._batch.observe([0], "predators")[0]
+        observation: Observations = self._batch.core.observe([0], "predators")[0]
         return observation

@@ -66,16 +66,9 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Start an episode.
+        """Start an episode as ``FlockEscapeEnv.reset``; ``simulate_line(seed=seed)`` runs the same line.
 
-        Args:
-            seed: seed of x(0); ``simulate_line(seed=seed)`` runs the same line. ``None``: the next seed of
-                the seed schedule (``episode_seed``).
-            options: any of ``initial_state``, x(0) of shape (n,), and ``episode``, the index of the episode
-                in the seed schedule.
-
-        Raises:
-            InputError: if the seed or an option is invalid; the running episode continues.
+        ``options`` are any of ``initial_state``, x(0) of shape (n,), and ``episode``.
         """
         options = as_options(options, RESET_OPTIONS)
         states, episode = (options.get(name) for name in RESET_OPTIONS)

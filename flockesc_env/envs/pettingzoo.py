@@ -18,8 +18,8 @@ from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_see
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs._base import FlockArguments, Infos, OneFlock, agent_names, needs_reset_if_interrupted
 from flockesc_env.episodes.batch import Step, info_dicts, is_over
-from flockesc_env.episodes.options import EnvOptions, TeamReward, View
-from flockesc_env.episodes.spaces import flock_policy_spec
+from flockesc_env.episodes.options import EnvOptions, View
+from flockesc_env.episodes.spaces import check_agents, flock_policy_spec
 from flockesc_env.episodes.starts import RESET_OPTIONS
 from flockesc_env.scenario.flock import FlockScenario
 
@@ -78,9 +78,6 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self.possible_agents = self._flock + self._predators
         self.agents: list[str] = []
         self._caught = np.zeros(count, np.bool)
-        # False for every name in `agents`. Copying this dict takes a tenth of the time of building one.
-        self._false: dict[str, bool] = {}
-        self._is_team_reward = self.options.reward in get_args(TeamReward)
         self.observation_spaces = {agent: self.policy_spec.layout.space() for agent in self._flock}
         self.action_spaces = {agent: self.policy_spec.actions.space() for agent in self._flock}
         for predator in self._predators:
@@ -148,34 +145,29 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self._check_running()
         if not isinstance(actions, Mapping):
             raise InputError("actions", "a dict with an action per agent", shown(actions))
-        false, acting = self._false, ~self._caught
-        agents = self.agents[: len(self.agents) - len(self._predators)]
-        some_are_caught = len(agents) < len(acting)
+        if list(actions) != self.agents:
+            check_agents(actions, self.agents, self.possible_agents)
+            actions = {agent: actions[agent] for agent in self.agents}
+        names, acting, given, count = self.agents, ~self._caught, [*actions.values()], len(self._predators)
+        agents = names[: len(names) - count]
         predator_actions = None
         if self._predators:
-            predator_actions = self.predator_policy_spec.plain_of(self._predators, actions)
-            actions = {agent: action for agent, action in actions.items() if agent not in self._predators}
-        chosen = self.policy_spec.actions.to_ranges_by_name(actions, agents, self._flock)
+            spec, hunters = self.predator_policy_spec, zip(self._predators, given[-count:], strict=True)
+            plain = [spec.plain(action, None, f"action of {name!r}") for name, action in hunters]
+            predator_actions = np.concatenate(plain)
         ranges = np.zeros(len(acting))
-        ranges[acting] = chosen
+        ranges[acting] = chosen = self.policy_spec.actions.to_ranges_by_name(given[: len(agents)], agents)
         step = self._batch.step_ranges(ranges, predator_actions=predator_actions)
         rows, rewards, has_ended, info = self._stepped(step)
-        if some_are_caught:
+        if len(agents) < len(acting):
             rows, rewards = rows[acting], rewards[acting]
-        count = len(self._predators)
-        if self._is_team_reward:
-            all_rewards = dict.fromkeys(false, float(rewards[0]))
-        else:
-            all_rewards = dict(zip(agents, rewards.tolist(), strict=True))
-        if count:
-            all_rewards |= dict.fromkeys(self._predators, self.predator_reward)
-        terminations = false.copy()
-        truncations = dict.fromkeys(false, True) if has_ended else false.copy()
+        all_rewards = self._by_name(agents, rewards.tolist(), [self.predator_reward] * count)
+        terminations, truncations = dict.fromkeys(names, False), dict.fromkeys(names, has_ended)
         if self._infos == "all" or has_ended:
             infos = self._named_infos(agents, info, chosen)
         else:
             shared: dict[str, Any] = {}
-            infos = dict.fromkeys(false, shared)
+            infos = dict.fromkeys(names, shared)
         if self._batch.rows_can_be_caught and (caught := self._caught[acting]).any():
             terminated = is_over(info)
             left = has_ended and not terminated
@@ -219,7 +211,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     @property
     def predator_reward(self) -> float:
         """Reward of each predator in the last step: minus the mean reward of the flock's agents."""
-        return float(self._batch.predator_rewards()[0])
+        return float(self._batch.core.predator_rewards()[0])
 
     def state(self) -> NDArray[np.float32]:
         """Return the state of the flock as a flat array; the argument ``state`` says which.
@@ -229,17 +221,17 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         the finite numbers of float32.
         """
         if self._state == "flock_view":
-            view: Observation = self._batch.observe([0], "flock")[0]
+            view: Observation = self._batch.core.observe([0], "flock")[0]
             return view
-        state = self._batch.state(0)
-        metrics = self._batch.metrics()
+        state = self._batch.core.state(0)
+        metrics = self._batch.core.metrics()
         scalars = [state["step"], metrics["min_mean_distance"][0], metrics["min_min_distance"][0]]
         names = ("positions", "velocities", "predator_positions", "predator_velocities")
         numbers = np.concatenate([scalars, *(state[name].ravel() for name in names)])
         return numbers.clip(-_LARGEST, _LARGEST).astype(np.float32)
 
     def _resume(self, rows: Observation) -> dict[str, Observation]:
-        self._name_agents(has_ended=self._batch.has_ended(0))
+        self._name_agents(has_ended=self._batch.core.has_ended(0))
         flock = self.agents[: len(self.agents) - len(self._predators)]
         return self._by_name(flock, rows[~self._caught], self._predator_observations()) if self.agents else {}
 
@@ -274,13 +266,12 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
 
     def _name_agents(self, *, has_ended: bool) -> None:
         """Update ``agents`` and the caught agents after a step."""
-        self._caught = self._batch.caught()[0]
+        self._caught = self._batch.core.caught()[0]
         self.agents = [] if has_ended else [*compress(self._flock, ~self._caught), *self._predators]
-        self._false = dict.fromkeys(self.agents, False)
 
     def _predator_observations(self) -> Observation:
         """Return the observations of the predators that are agents, one row each."""
-        return self._batch.observe([0], "predators") if self._predators else np.zeros((0, 0), np.float32)
+        return self._batch.core.observe([0], "predators") if self._predators else np.zeros((0, 0), np.float32)
 
     def _by_name(self, agents: list[str], flock: Any, predators: Any) -> dict[str, Any]:
         named = dict(zip(agents, flock, strict=True))

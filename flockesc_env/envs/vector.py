@@ -123,7 +123,7 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         is_partial = len(flocks) < self._batch.num_flocks
         if is_partial:
             try:
-                self._batch.caught()
+                self._batch.core.caught()
             except ResetNeededError:
                 message = "first reset() called with a reset_mask that leaves slots out"
                 raise ResetNeededError(message) from None
@@ -131,7 +131,7 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         super().reset(seed=seeds[0])
         self._show()
         if is_partial:
-            observations = self._batch.observe(range(self._batch.num_flocks))
+            observations = self._batch.core.observe(range(self._batch.num_flocks))
         if self._out is not None:
             self._out[0][:] = observations
             observations = self._out[0].view()

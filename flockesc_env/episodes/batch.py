@@ -44,6 +44,9 @@ class FlockBatch:
         num_flocks: number of slots.
         view: what a range and an observation row belong to, a flock or an agent.
         num_threads, predator_policy: see ``FlockArguments``.
+
+    Attributes:
+        core: the batch in the compiled core.
     """
 
     def __init__(
@@ -76,7 +79,7 @@ class FlockBatch:
         self.rows = self.policy_spec.rows  # observation rows and ranges per flock: 1, or the number of agents
         can_be_caught = any(distinct.capture_radius is not None for distinct in self._distinct)
         self.rows_can_be_caught = view.is_per_agent and can_be_caught
-        self._core = _core.FlockBatch(
+        self.core = _core.FlockBatch(
             [distinct.to_json() for distinct in self._distinct],
             self._scenario_of_slot,
             options.to_core(view),
@@ -97,20 +100,14 @@ class FlockBatch:
         seeds: Sequence[int | None] | None = None,
         options: Sequence[Mapping[str, Any] | None] = (None,),
     ) -> tuple[Observations, Columns]:
-        """Start episodes in some slots, with the initial states from ``options`` or else from the seeds.
+        """Start episodes in some slots; return observations and columns of ``info`` of these slots.
 
-        Args:
-            slots: indices of the slots.
-            seeds: one seed per slot, which begins a seed schedule (``episode_seed``) at episode 0, or at
-                the option ``episode``. ``None``: the slot continues its own schedule.
-            options: options of ``FlockEscapeEnv.reset``, one per slot, or a single one for all.
-
-        Returns:
-            Observations, shape (len(slots) * rows, entries), and columns of ``info``, of ``slots`` only.
+        A seed begins a seed schedule (``episode_seed``); without one the slot continues its own. Seeds are
+        one per slot; options of ``FlockEscapeEnv.reset`` also, or a single one for all.
         """
         pairs = zip(options, slots, strict=False)
         starts = [as_start(each, self._distinct[self._scenario_of_slot[slot]]) for each, slot in pairs]
-        began = self._core.reset(slots, seeds or [None] * len(slots), starts)
+        began = self.core.reset(slots, seeds or [None] * len(slots), starts)
         self._has_begun[slots] = True
         return began
 
@@ -122,7 +119,7 @@ class FlockBatch:
         out: tuple[Observations, FloatArray] | None = None,
         predator_actions: FloatArray | None = None,
     ) -> Step:
-        """Apply one action in every slot: each lasts ``steps_per_action`` steps of the model.
+        """Apply one action in every slot.
 
         Args:
             actions: shape (num_flocks * rows, 1) or, for discrete actions, (num_flocks * rows,).
@@ -133,9 +130,9 @@ class FlockBatch:
             predator_actions: actions of the ``Learned`` predators, shape (num_flocks * predators, D);
                 ``None``: the predator policy chooses them or, without a policy, they are 0.
         """
-        ignored = self.caught().ravel() if self.rows_can_be_caught else None
+        ignored = self.core.caught().ravel() if self.rows_can_be_caught else None
         if at_end != "refuse":
-            ended = np.repeat(self._core.ended(), self.rows)
+            ended = np.repeat(self.core.ended(), self.rows)
             ignored = ended if ignored is None else ended | ignored
         ranges = self.policy_spec.actions.to_ranges(actions, self.num_flocks * self.rows, ignored)
         return self.step_ranges(ranges, at_end=at_end, out=out, predator_actions=predator_actions)
@@ -151,8 +148,8 @@ class FlockBatch:
         """Step as ``step`` does, with ranges in m instead of actions, shape (num_flocks * rows,)."""
         restarted: list[int] = []
         if self._predator_policy is not None and at_end == "restart":
-            restarted = np.flatnonzero(self._core.ended()).tolist()
-        step = self._core.step(ranges, at_end, out, self._hunt(predator_actions))
+            restarted = np.flatnonzero(self.core.ended()).tolist()
+        step = self.core.step(ranges, at_end, out, self._hunt(predator_actions))
         if restarted:
             self._has_begun[restarted] = True
         observations, rewards, ended, columns = step
@@ -163,63 +160,16 @@ class FlockBatch:
 
         Return the observation, shape (entries,), the reward, whether the episode has ended, and ``info``.
         """
-        return self._core.step_one(self.policy_spec.actions.to_range(action), self._hunt(None))
-
-    def rollout(
-        self,
-        network: tuple[str, NDArray[np.float32], FloatArray],
-        seeds: Sequence[int],
-        report: Callable[[int], None] | None = None,
-    ) -> Columns:
-        """Play the flock of every seed of the first slot's scenario to its end; the slots stay unchanged.
-
-        ``network`` is a document of the architecture, the parameters, shape (1, size) or (seeds, size), and
-        the ranges in m to choose from. ``report`` is called with the number of finished flocks. The columns
-        are those of ``info`` at the end, ``mean_return`` and ``num_actions``, with an entry per seed.
-        """
-        return self._core.rollout(network, np.array(seeds, np.uint64), report)
-
-    def predator_rewards(self) -> FloatArray:
-        """Return the reward of each flock's predators in the last step, shape (num_flocks,)."""
-        return self._core.predator_rewards()
-
-    def observe(
-        self, slots: Sequence[int], view: Literal["own", "flock", "predators"] = "own"
-    ) -> Observations:
-        """Return the observations of some slots, shape (len(slots) * rows, entries).
-
-        In other views, rows are those of flocks, without optional entries, or of ``Learned`` predators.
-        """
-        return self._core.observe(slots, view)
-
-    def metrics(self) -> Columns:
-        """Return the columns of ``info`` of all slots, without ``num_components``."""
-        return self._core.metrics()
-
-    def num_components(self) -> NDArray[np.int64]:
-        """Return the number of connected components under the last ranges, shape (num_flocks,)."""
-        return self._core.num_components()
-
-    def has_ended(self, slot: int) -> bool:
-        """Return whether the episode in one slot has ended."""
-        return self._core.has_ended(slot)
-
-    def caught(self) -> NDArray[np.bool]:
-        """Return whether each agent has been caught, shape (num_flocks, n)."""
-        return self._core.caught()
+        return self.core.step_one(self.policy_spec.actions.to_range(action), self._hunt(None))
 
     def drawn(self, slot: int) -> FlockScenario:
         """Return the scenario of the current episode in one slot, with the drawn values of random fields."""
         scenario = self._distinct[self._scenario_of_slot[slot]]
-        return scenario.drawn(self._core.episode_seed(slot)) if scenario.randomization else scenario
-
-    def state(self, slot: int) -> dict[str, Any]:
-        """Return a copy of the state of one slot: step, positions, velocities, ranges, predators."""
-        return self._core.state(slot)
+        return scenario.drawn(self.core.episode_seed(slot)) if scenario.randomization else scenario
 
     def get_state(self, slots: Any = None) -> bytes:
         """Return a snapshot of some slots as bytes."""
-        return self._core.get_state(self._slots(slots))
+        return self.core.get_state(self._slots(slots))
 
     def set_state(self, state: Any, slots: Any = None) -> list[int]:
         """Restore some slots from a snapshot and return their indices.
@@ -228,14 +178,10 @@ class FlockBatch:
         """
         chosen = self._slots(slots)
         for other in set(range(self.num_flocks)).difference(chosen):
-            self._core.has_ended(other)  # raises if the slot was never reset
-        self._core.set_state(chosen, as_bytes(state, "state"))
+            self.core.has_ended(other)  # raises if the slot was never reset
+        self.core.set_state(chosen, as_bytes(state, "state"))
         self._has_begun[chosen] = True  # a snapshot does not contain the memory of a predator policy
         return chosen
-
-    def drop_episodes(self) -> None:
-        """Drop the episodes of all slots, which must then be reset; the seed schedules continue."""
-        self._core.drop_episodes()
 
     def _slots(self, slots: Any) -> list[int]:
         if slots is None:
@@ -255,7 +201,7 @@ class FlockBatch:
         return self._predator_actions if given is None and self._predator_policy is not None else given
 
     def _predator_actions(self) -> FloatArray:
-        observations = self.observe(range(self.num_flocks), "predators")
+        observations = self.core.observe(range(self.num_flocks), "predators")
         if self._has_begun.any():
             reset_policy(self._predator_policy, self._has_begun.repeat(self.predator_policy_spec.count))
             self._has_begun[:] = False

@@ -29,7 +29,7 @@ class FlockView:
     @property
     def step(self) -> int:
         """Number of steps of the model since the start of the episode."""
-        return int(self._batch.state(self._slot)["step"])
+        return int(self._batch.core.state(self._slot)["step"])
 
     @property
     def positions(self) -> FloatArray:
@@ -49,7 +49,7 @@ class FlockView:
     @property
     def caught(self) -> NDArray[np.bool]:
         """Whether each agent has been caught, shape (n,)."""
-        return _frozen(self._batch.caught()[self._slot])
+        return _frozen(self._batch.core.caught()[self._slot])
 
     @property
     def interaction_range(self) -> FloatArray:
@@ -67,7 +67,7 @@ class FlockView:
         return self._array("predator_velocities")
 
     def _array(self, name: str) -> FloatArray:
-        return _frozen(self._batch.state(self._slot)[name])
+        return _frozen(self._batch.core.state(self._slot)[name])
 
 
 class LineView:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.common.errors import InputError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
@@ -85,12 +84,6 @@ class ObjectiveSpec:
     def is_defined_in(self, scenario: FlockScenario | LineScenario) -> bool:
         """Return whether the scenario has the field that the objective requires."""
         return getattr(scenario, self.requires) not in (None, ())
-
-    def check_defined_in(self, scenario: FlockScenario | LineScenario) -> None:
-        """Check that the scenario has the field that the objective requires."""
-        if not self.is_defined_in(scenario):
-            expected = f"{self.requires}, which the objective {self.name} requires"
-            raise InputError("scenario", expected, "none")
 
 
 OBJECTIVES: Final = tuple(ObjectiveSpec(**json.loads(row)) for row in _core.objectives())

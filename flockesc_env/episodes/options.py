@@ -14,7 +14,7 @@ import numpy as np
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats, as_vector
-from flockesc_env.common.errors import InputError, shown, shown_name
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.objectives import Objective
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -79,9 +79,6 @@ class ActionOptions:
         range_grid: ranges of the action mode ``"discrete"``; ``None``: 21 equally spaced ranges from
             ``min_range`` to ``max_range``.
         steps_per_action: number of model steps per action. The last action of an episode may last fewer.
-
-    Raises:
-        InputError: if an option is out of bounds.
     """
 
     action_mode: ActionMode = "normalized"
@@ -100,27 +97,23 @@ class ActionOptions:
         if self.action_mode == "range" and high > _LARGEST_ACTION:
             raise InputError("max_range", f"at most {_LARGEST_ACTION}, the largest float32", high)
         steps = as_count(self.steps_per_action, "steps_per_action")
-        self._convert(min_range=low, max_range=high, steps_per_action=steps)
+        vars(self).update(min_range=low, max_range=high, steps_per_action=steps)
         if self.center_range is not None:
             center = float(as_floats(self.center_range, "center_range", ()))
             if not low < center < high:
                 raise InputError("center_range", f"a number above {low} and below {high}", center)
             if self.action_mode != "normalized":
                 raise InputError("center_range", "None, unless action_mode is 'normalized'", center)
-            self._convert(center_range=center)
+            vars(self).update(center_range=center)
         if self.range_grid is not None:
             grid = as_floats(self.range_grid, "range_grid")
             if grid.ndim != 1 or not grid.size or grid.min() < low or grid.max() > high:
                 raise InputError("range_grid", f"ranges from {low} to {high}", shown(self.range_grid))
-            self._convert(range_grid=tuple(grid.tolist()))
+            vars(self).update(range_grid=tuple(grid.tolist()))
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some options changed and checked."""
         return dataclasses.replace(self, **changes)
-
-    def _convert(self, **values: Any) -> None:
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,7 +173,7 @@ class EnvOptions(ActionOptions):
             raise InputError("extra_entries", expected, shown(entries))
         for index, name in enumerate(entries):
             as_choice(name, f"extra_entries[{index}]", get_args(ExtraEntries))
-        self._convert(
+        vars(self).update(
             predator_sensing_range=sensing,
             count_components=as_flag(self.count_components, "count_components"),
             profile_ranges=None if ranges is None else tuple(as_vector(ranges, "profile_ranges").tolist()),
@@ -273,7 +266,7 @@ def options_in(
         if name in {field.name for field in dataclasses.fields(scenario)}:
             hint = f"a field of the scenario; pass scenario={type(scenario).__name__}({name}=...)"
             raise InputError(name, "an option of the environment", hint)
-        raise InputError(name, f"one of {', '.join(names)}", shown_name(name, names))
+        as_choice(name, name, names)
     is_topological = isinstance(scenario, FlockScenario) and isinstance(scenario.neighbor_rule, Topological)
     if is_topological and "max_range" not in given:
         expected = "the largest number of neighbors, required by a topological rule"

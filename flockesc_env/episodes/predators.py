@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -13,8 +12,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import InputError
-from flockesc_env.episodes.action_checks import plain_array
-from flockesc_env.episodes.spaces import ObservationLayout
+from flockesc_env.episodes.spaces import ObservationLayout, plain_array
 from flockesc_env.scenario.flock import FlockScenario
 
 Observations = NDArray[np.float32]
@@ -64,15 +62,6 @@ class PredatorPolicySpec:
             field = name if count is None else f"{name}[{first}]"
             raise InputError(field, "numbers from -1.0 to 1.0", plain[first].tolist())
         return clipped
-
-    def plain_of(self, names: list[str], actions: Mapping[str, Any]) -> FloatArray:
-        """Return the actions of the agents in ``names`` as a new float64 array of shape (len(names), D)."""
-        rows = []
-        for name in names:
-            if name not in actions:
-                raise InputError(f"action of {name!r}", "an action", "none")
-            rows.append(self.plain(actions[name], None, f"action of {name!r}"))
-        return np.concatenate(rows)
 
 
 class PredatorPolicy(Protocol):

@@ -12,12 +12,36 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray
+from flockesc_env.common.checks import FloatArray, as_array
 from flockesc_env.common.errors import InputError
-from flockesc_env.episodes.action_checks import check_agents, plain_array
 from flockesc_env.episodes.options import GRID_SIZE, ActionOptions, EnvOptions, LineOptions, View, options_in
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
+
+
+def plain_array(value: Any, shape: tuple[int, ...], name: str, *, is_index: bool = False) -> FloatArray:
+    """Return actions of a shape, numbers or indices, as a new contiguous array."""
+    array = as_array(value, name)
+    kinds, expected = ("iu", "integers") if is_index else ("fiu", "real numbers")
+    if array.dtype.kind not in kinds:
+        raise InputError(name, expected, f"dtype {array.dtype}")
+    if array.shape != shape:
+        raise InputError(name, f"shape {shape}", f"shape {array.shape}")
+    with np.errstate(over="ignore"):  # overflow gives infinity, which is out of bounds
+        return np.array(array, np.float64, order="C")
+
+
+def check_agents(actions: Collection[Any], agents: Collection[str], known: Collection[str]) -> None:
+    """Check that exactly ``agents`` have actions."""
+    acting, named = set(agents), set(known)
+    for agent in actions:
+        if agent not in named:
+            raise InputError(f"action of {agent!r}", "an agent of this flock", "an unknown agent")
+        if agent not in acting:
+            raise InputError(f"action of {agent!r}", "no action, because it was caught", "an action")
+    for agent in agents:
+        if agent not in actions:
+            raise InputError(f"action of {agent!r}", "an action", "none")
 
 
 class RangeActions:
@@ -83,26 +107,11 @@ class RangeActions:
             raise self._outside(np.asarray(actions).item(first), f"action[{first}]")
         return ranges
 
-    def to_ranges_by_name(
-        self, actions: Mapping[str, Any], agents: list[str], known: Collection[str]
-    ) -> FloatArray:
-        """Return the ranges of actions by name of the agent, shape (len(agents),).
-
-        Args:
-            actions: one action for each of ``agents``.
-            agents: the agents that act.
-            known: the names of all agents.
-
-        Raises:
-            InputError: if an agent is unknown or missing, or an action is outside the action space.
-        """
-        given = list(actions.values())
-        if list(actions) != agents:
-            check_agents(actions, agents, known)
-            given = [actions[agent] for agent in agents]
-        ranges = self.core.of_each(given)
+    def to_ranges_by_name(self, actions: list[Any], agents: list[str]) -> FloatArray:
+        """Return the ranges of one action per agent, shape (len(agents),); errors name the agent."""
+        ranges = self.core.of_each(actions)
         if ranges is None or np.isnan(ranges).any():
-            named = zip(given, agents, strict=True)
+            named = zip(actions, agents, strict=True)
             ranges = np.array([self.to_range(action, f"action of {agent!r}") for action, agent in named])
         return ranges
 

@@ -21,11 +21,7 @@ FLOCKS_PER_RUN = 1_000_000
 
 
 def training_seeds(seed: int, first: int, count: int) -> range:
-    """Return the seeds of ``count`` flocks of the training run ``seed``, from its flock ``first`` on.
-
-    Raises:
-        InputError: if ``seed`` is out of bounds, or the run has fewer flocks.
-    """
+    """Return the seeds of ``count`` flocks of the training run ``seed``, from its flock ``first`` on."""
     runs = len(TRAINING) // FLOCKS_PER_RUN
     if not 0 <= seed < runs:
         raise InputError("seed", f"an integer from 0 to {runs - 1}", seed)

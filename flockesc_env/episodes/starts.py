@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 from typing import Any, Final
 
 from flockesc_env import _core
@@ -19,11 +18,6 @@ Scenarios = FlockScenario | str | Sequence[FlockScenario | str]
 _ARRAYS: Final = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
 RESET_OPTIONS: Final = (*_ARRAYS, "episode")
 """Keys of the ``options`` of a reset: arrays of the initial state, and the index of the episode."""
-
-Start = Mapping[str, Any]
-"""Validated options of a reset, with all keys. The seed and the scenario determine the rest (None)."""
-
-NO_START: Final[Start] = MappingProxyType(dict.fromkeys(RESET_OPTIONS))
 
 
 def episode_seed(seed: int, episode: int) -> int:
@@ -95,12 +89,12 @@ def _rule(scenario: FlockScenario) -> str:
     return f"a rule whose ranges are in {scenario.neighbor_rule.unit}"
 
 
-def as_start(options: Mapping[str, Any] | None, scenario: FlockScenario) -> Start:
-    """Return the ``options`` of a reset after validation; see ``FlockEscapeEnv.reset``."""
+def as_start(options: Mapping[str, Any] | None, scenario: FlockScenario) -> dict[str, Any]:
+    """Return the ``options`` of a reset after validation, with all keys; see ``FlockEscapeEnv.reset``."""
     agents = (scenario.num_agents, scenario.dimension)
     predators = (len(scenario.predators), scenario.dimension)
     shapes = dict(zip(_ARRAYS, (agents, agents, predators, predators), strict=True))
-    start = dict(NO_START)
+    start: dict[str, Any] = dict.fromkeys(RESET_OPTIONS)
     for name, value in as_options(options, RESET_OPTIONS).items():
         if value is not None and name == "episode":
             start[name] = as_seed(value, "options['episode']")

@@ -34,7 +34,7 @@ def rotation(trajectory: Trajectory) -> FloatArray:
     count = np.maximum(alive.sum(axis=1, keepdims=True), 1)
     center = (run.positions * alive).sum(axis=1, keepdims=True) / count
     to_space = ((0, 0), (0, 0), (0, 3 - run.scenario.dimension))
-    arms, headings = (np.pad(_unit(each), to_space) for each in (run.positions - center, run.velocities))
+    arms, headings = (np.pad(unit(each), to_space) for each in (run.positions - center, run.velocities))
     # A caught agent has velocity 0 and adds 0 to the sum.
     found: FloatArray = np.linalg.norm(np.cross(arms, headings).sum(axis=1) / count[:, 0], axis=-1)
     return found
@@ -136,10 +136,11 @@ def _points(run: Trajectory, alive: NDArray[np.bool]) -> Iterator[FloatArray]:
     return (positions[here] for positions, here in zip(run.positions, alive, strict=True))
 
 
-def _unit(vectors: FloatArray) -> FloatArray:
+def unit(vectors: FloatArray) -> FloatArray:
+    """Return the directions of vectors, whose axes are the last axis; 0 stays 0."""
     norms = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    unit: FloatArray = np.divide(vectors, norms, out=np.zeros_like(vectors), where=norms > 0)
-    return unit
+    directions: FloatArray = np.divide(vectors, norms, out=np.zeros_like(vectors), where=norms > 0)
+    return directions
 
 
 def _nearest(points: FloatArray, side: float | None) -> FloatArray:

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.array_files import read_document, write_document
-from flockesc_env.common.checks import as_instance, as_path, as_text
-from flockesc_env.common.errors import InputError, shown
+from flockesc_env.common.checks import as_flag, as_instance, as_path, as_seed, as_text
+from flockesc_env.common.errors import InputError
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, run_flock, simulate_line
 from flockesc_env.scenario.document import from_fields
 from flockesc_env.scenario.flock import FlockScenario
@@ -159,11 +159,8 @@ def _trajectory(
     kind = Trajectory if isinstance(scenario, FlockScenario) else LineTrajectory
     if set(columns) != set(_columns(kind)):
         raise InputError("columns", ", ".join(_columns(kind)), ", ".join(sorted(columns)))
-    seed, is_given = origin["seed"], origin["is_start_given"]
-    if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**64:
-        raise InputError("seed", "an integer from 0 to 2^64 - 1", shown(seed))
-    if not isinstance(is_given, bool):
-        raise InputError("is_start_given", "true or false", shown(is_given))
+    as_seed(origin["seed"])
+    as_flag(origin["is_start_given"], "is_start_given")
     for name, (dtype, shape, low, high) in _layout(scenario, columns).items():
         column = columns[name]
         if column.dtype != dtype or column.shape != shape:

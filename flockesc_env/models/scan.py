@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
+import json
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,12 +20,12 @@ from flockesc_env.common.checks import (
     as_threads,
     as_vector,
 )
-from flockesc_env.common.errors import InputError, shown_name
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import figure_style, require
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.models.order import binder_cumulant
 from flockesc_env.models.simulate import Displayed
-from flockesc_env.scenario.document import check_not_drawn
+from flockesc_env.scenario.document import check_not_drawn, field_at
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
 
@@ -124,12 +124,11 @@ def scan(
         field: a number of the scenario, as a name or a dotted path, for example ``"angular_noise"`` or
             ``"motion.cohesion_strength"``.
         values: values of the field, shape (values,).
-        interaction_range: rho in m, or in the unit of the neighbor rule.
+        interaction_range: rho, in the unit of the neighbor rule.
         seeds: seeds of the flocks. ``simulate(seed=k)`` plays the same flock.
         skip: number of steps before the first time that counts in means, at most ``scenario.num_steps``.
-        num_threads: number of threads; ``None``: one per core. Results do not depend on it.
-        progress: ``True``: show a progress bar on stderr. A function: called with (finished runs, all runs)
-            about twenty times per second; an exception that it raises stops the scan.
+        num_threads: see ``sweep``.
+        progress: see ``sweep``.
 
     Raises:
         InputError: if an argument has the wrong type or shape, or is negative or not finite, or the field
@@ -148,29 +147,20 @@ def scan(
         raise InputError("field", "a field other than num_steps, on which shapes depend", path)
     given = as_vector(values, "values")
     check_not_drawn(model, [path])
-    scenarios = [_replaced(model, path, value, path) for value in given.tolist()]
+    scenario_document = json.loads(model.to_json())
+    parent, key = field_at(scenario_document, path, "field")
+    is_integer = isinstance(parent[key], int)
+    documents = []
+    for value in given.tolist():
+        parent[key] = int(value) if is_integer and value.is_integer() else value
+        documents.append(FlockScenario.from_json(json.dumps(scenario_document)).to_json())
     rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
     checked = np.array(as_seeds(seeds), np.uint64)
     first = as_count(skip, "skip", least=0, most=model.num_steps)
     threads = as_threads(num_threads)
-    documents, total = [each.to_json() for each in scenarios], given.size * checked.size
+    total = given.size * checked.size
     with reporting(progress, "Scan", total) as callback:
         report = None if callback is None else lambda done: callback(done, total)
         runs = _core.scan_flock(documents, rho, checked, threads, report)
     polarization = runs.reshape(given.size, checked.size, model.num_steps + 1)
     return ScanResult(model, path, given, rho, checked, first, polarization)
-
-
-def _replaced(part: Any, path: str, value: float, field: str) -> Any:
-    """Return a scenario or part with another value of a field; ``field`` is the whole path, for errors."""
-    name, _, rest = path.partition(".")
-    known = [each.name for each in dataclasses.fields(part)] if dataclasses.is_dataclass(part) else []
-    if name not in known:
-        expected = f"a number of the scenario; {name!r} is not one of {', '.join(known) or 'no fields'}"
-        raise InputError("field", expected, shown_name(field, known))
-    old = getattr(part, name)
-    if rest:
-        new = _replaced(old, rest, value, field)
-    else:
-        new = int(value) if isinstance(old, int) and value.is_integer() else value
-    return dataclasses.replace(part, **{name: new})

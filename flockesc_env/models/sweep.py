@@ -69,8 +69,7 @@ class SweepResult(Displayed):
     def _spec(self, objective: str | None) -> ObjectiveSpec:
         if objective is None:
             return next(iter(self.objectives.values()))
-        as_choice(objective, "objective", self.objectives)
-        return self.objectives[objective]
+        return self.objectives[as_choice(objective, "objective", self.objectives)]
 
     def best_range(self, objective: str | None = None) -> float:
         """Return the best fixed range: the range with the largest mean over seeds; if tied, the smallest one.

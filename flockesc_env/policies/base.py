@@ -131,13 +131,9 @@ class BasePolicy(ABC):
         scenario: Scenario | None = None,
         **options: Any,
     ) -> Self:
-        """Return a copy with another name, view or scenario, and with these options beside its own.
+        """Return a copy with other attributes, unless they are ``None``, and with options beside its own.
 
-        Args:
-            name: printable name. In all arguments, ``None`` stands for unchanged.
-            per_agent: the view.
-            scenario: the scenario in which the policy was trained.
-            **options: see ``EnvOptions`` or, for a line, ``LineOptions``.
+        The options are those of ``EnvOptions`` or, for a line, ``LineOptions``.
 
         Raises:
             InputError: if an argument has the wrong type, an option is unknown or out of bounds, or the
@@ -225,14 +221,9 @@ class BasePolicy(ABC):
     ) -> tuple[NDArray[Any], Any]:
         """Return the action and ``state``, as models of stable-baselines3 do.
 
-        The environment must have the policy's options; ``bind`` checks that. A memory is cleared in rows
-        whose observed ``time`` is 0.
-
-        Args:
-            observation: shape (entries,) or, for k rows, (k, entries).
-            state: returned unchanged.
-            episode_start: ignored.
-            deterministic: ignored.
+        The observation has shape (entries,) or, for k rows, (k, entries); other arguments are ignored. The
+        environment must have the policy's options; ``bind`` checks that. A memory is cleared in rows whose
+        observed ``time`` is 0.
 
         Raises:
             InputError: if the policy knows no options, or the observation has another number of entries.

@@ -69,17 +69,19 @@ class Architecture:
         if not self.inputs and not self.candidate_inputs:
             raise InputError("inputs", "at least one name", "none")
         widths = enumerate(as_instance(self.hidden, "hidden", tuple))
-        hidden = tuple(as_count(width, f"hidden[{i}]") for i, width in widths)
-        object.__setattr__(self, "hidden", hidden)
-        object.__setattr__(self, "memory", as_count(self.memory, "memory", least=0))
-        as_instance(self.ranges, "ranges", tuple)
-        object.__setattr__(self, "ranges", tuple(as_floats(self.ranges, "ranges", least=0.0).tolist()))
+        ranges = as_floats(as_instance(self.ranges, "ranges", tuple), "ranges", least=0.0)
+        plain = {
+            "hidden": tuple(as_count(width, f"hidden[{i}]") for i, width in widths),
+            "memory": as_count(self.memory, "memory", least=0),
+            "mirror": as_flag(self.mirror, "mirror"),
+            "squash": as_choice(self.squash, "squash", get_args(Squash)),
+            "ranges": tuple(ranges.tolist()),
+        }
+        vars(self).update(plain)
         if self.ranges and self.candidate_inputs:
             raise InputError("ranges", "none for a network that scores candidates", self.ranges)
         if self.memory and (self.ranges or self.candidate_inputs):
             raise InputError("memory", "0 for a network that scores ranges", self.memory)
-        object.__setattr__(self, "mirror", as_flag(self.mirror, "mirror"))
-        object.__setattr__(self, "squash", as_choice(self.squash, "squash", get_args(Squash)))
 
     @property
     def shapes(self) -> list[tuple[int, int]]:

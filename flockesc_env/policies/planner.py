@@ -134,7 +134,7 @@ class Planner:
         """
         one = self._batch()
         one.set_state(_snapshot(flock))
-        if one.has_ended(0):
+        if one.core.has_ended(0):
             raise ResetNeededError("plan() called after the end of the episode; call reset()")
         return self._plan(one)
 
@@ -149,7 +149,7 @@ class Planner:
         one = self._batch()
         one.reset([0], [as_seed(seed)])
         plans = []
-        while not one.has_ended(0):
+        while not one.core.has_ended(0):
             plans.append(self._plan(one))
             self._hold(one, np.asarray(plans[-1].action)[np.newaxis])
         return PlannedEpisode(float(self._objective(one)[0]), tuple(plans))
@@ -202,7 +202,7 @@ class Planner:
 
     def _objective(self, branches: FlockBatch) -> FloatArray:
         """Return the objective so far, shape (branches,). It never rises during an episode."""
-        values: FloatArray = branches.metrics()[FLOCK_OBJECTIVES[self.options.objective].name]
+        values: FloatArray = branches.core.metrics()[FLOCK_OBJECTIVES[self.options.objective].name]
         return values
 
     def _copies(self, source: FlockBatch, slots: NDArray[np.int64]) -> FlockBatch:

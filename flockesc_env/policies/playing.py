@@ -121,8 +121,11 @@ def play(
         total = np.zeros(len(chunk))
         for _, rewards in episode_steps(batch, policy, chunk):
             total += rewards.reshape(len(chunk), -1).mean(axis=1)
-        components = batch.num_components()
-        parts.append({**batch.metrics(), "num_components": components, "mean_return": total})
+        if isinstance(batch, FlockBatch):
+            outcomes = {**batch.core.metrics(), "num_components": batch.core.num_components()}
+        else:
+            outcomes = batch.outcomes()
+        parts.append({**outcomes, "mean_return": total})
         if progress is not None:
             progress(start + len(chunk), len(seeds))
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
@@ -153,15 +156,16 @@ def rollout_networks(
             in the observation, or ``parameters`` has the wrong shape or an entry that is not finite.
     """
     report = None if progress is None else lambda done: progress(done, len(seeds))
+    numbers = np.array(seeds, np.uint64)
     actions = RangeActions(options)
     _, ranges = choices(architecture, actions, candidates(options))
     network = architecture.to_core(), parameters, ranges
     if isinstance(model, FlockScenario):
         view, chosen = View.of(per_agent), cast("EnvOptions", options)
-        return FlockBatch(model, chosen, view=view, num_threads=num_threads).rollout(network, seeds, report)
+        batch = FlockBatch(model, chosen, view=view, num_threads=num_threads)
+        return batch.core.rollout(network, numbers, report)
     documents = model.to_json(), cast("LineOptions", options).to_core()
-    numbers, threads = np.array(seeds, np.uint64), as_threads(num_threads)
-    return _core.rollout_line(documents, actions.core, network, numbers, threads, report)
+    return _core.rollout_line(documents, actions.core, network, numbers, as_threads(num_threads), report)
 
 
 def record(
@@ -249,12 +253,9 @@ class _LineBatch:
                 self._observations[row], rewards[row], *_ = line.step(float(ranges[row]))
         return self._observations, rewards, self._column("has_ended"), ranges, {}
 
-    def metrics(self) -> Columns:
-        names = {"escape_distance": "escape_distance", "steps": "steps", "converged": "is_steady"}
-        return {name: self._column(attribute) for name, attribute in names.items()}
-
-    def num_components(self) -> IntArray:
-        return self._column("num_components")
+    def outcomes(self) -> Columns:
+        columns = {name: self._column(name) for name in ("escape_distance", "steps", "num_components")}
+        return {**columns, "converged": self._column("is_steady")}
 
     def _column(self, name: str) -> NDArray[Any]:
         return np.array([getattr(line, name) for line in self._lines])

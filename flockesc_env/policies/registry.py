@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.array_files import read_document, write_document
-from flockesc_env.common.checks import as_choice, as_path, parse_number
+from flockesc_env.common.checks import as_choice, as_flag, as_path, as_text, parse_number
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.common.files import suffix_of
 from flockesc_env.episodes.options import PROFILE_RANGES, UNOBSERVED, to_plain
@@ -240,11 +240,10 @@ def parse_policy(raw: bytes, path: Path) -> BasePolicy:
 def _stored_policy(header: dict[str, Any], parameters: Any) -> BasePolicy:
     if not header.keys() >= _HEADER:
         raise InputError("header", ", ".join(sorted(_HEADER)), ", ".join(header) or "none")
-    name, per_agent, options = header["name"], header["per_agent"], dict(header["options"])
+    name, per_agent = as_text(header["name"], "name"), as_flag(header["per_agent"], "per_agent")
+    options = dict(header["options"])
     if options.get(_SENSING, 0.0) is None:
         options[_SENSING] = math.inf
-    if not isinstance(name, str) or not isinstance(per_agent, bool):
-        raise InputError("header", "a string name, a bool per_agent", f"{name!r}, {per_agent!r}")
     scenario = from_fields(MODELS[as_choice(header["model"], "model", MODELS)], header["scenario"])
     short = scenario
     if isinstance(scenario, LineScenario):  # a long one has gigabytes of entries, of the same kinds

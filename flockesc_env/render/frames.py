@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray, as_array, as_choice, as_count, as_floats
+from flockesc_env.common.checks import FloatArray, as_array, as_choice, as_count, as_floats, as_instance
 from flockesc_env.common.errors import InputError, printable, shown
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
@@ -56,13 +56,13 @@ class RenderOptions:
             agents = as_array(self.agents, "agents")
             if agents.ndim != 1 or not agents.size or agents.dtype.kind not in "iu" or agents.min() < 0:
                 raise InputError("agents", "indices of agents", shown(self.agents))
-            object.__setattr__(self, "agents", tuple(agents.tolist()))
+            vars(self)["agents"] = tuple(agents.tolist())
         as_choice(self.color, "color", get_args(ColorBy))
-        if self.largest_range is not None:
-            largest = float(as_floats(self.largest_range, "largest_range", (), least=0.0))
-            object.__setattr__(self, "largest_range", largest)
-        object.__setattr__(self, "trail", float(as_floats(self.trail, "trail", (), least=0.0)))
-        object.__setattr__(self, "size", size)
+        largest = self.largest_range
+        if largest is not None:
+            largest = float(as_floats(largest, "largest_range", (), least=0.0))
+        trail = float(as_floats(self.trail, "trail", (), least=0.0))
+        vars(self).update(largest_range=largest, trail=trail, size=size)
 
     def selected(self, num_agents: int) -> IntArray:
         """Return the indices of the agents to draw; raise ``InputError`` if one is out of bounds."""
@@ -75,11 +75,7 @@ class RenderOptions:
 
 def as_render_options(value: Any) -> RenderOptions:
     """Return render options, the defaults for ``None``; anything else raises ``InputError``."""
-    if value is None:
-        return RenderOptions()
-    if not isinstance(value, RenderOptions):
-        raise InputError("render_options", "RenderOptions or None", shown(value))
-    return value
+    return RenderOptions() if value is None else as_instance(value, "render_options", RenderOptions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,9 +165,9 @@ def live_frames(batch: FlockBatch, frames: Sequence[FlockFrame | None], trail: f
     Trails are ``trail`` s long.
     """
     spec = FLOCK_OBJECTIVES[batch.options.objective]
-    objectives, caught, present = batch.metrics()[spec.name], batch.caught(), list[FlockFrame]()
+    objectives, caught, present = batch.core.metrics()[spec.name], batch.core.caught(), list[FlockFrame]()
     for slot, last in enumerate(frames):
-        state = batch.state(slot)
+        state = batch.core.state(slot)
         del state["distances"]
         step, positions, predators = state["step"], state["positions"], state["predator_positions"]
         graph, path = (positions, state["velocities"]), predators[np.newaxis]

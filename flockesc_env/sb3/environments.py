@@ -41,15 +41,11 @@ def vec_env(
 ) -> VecEnv:
     """Return an environment with one slot per flock, per agent or per line.
 
-    Slot ``f * num_agents + i`` is agent i of flock f. ``seed(s)`` gives flock f the seed ``s + f``. An
-    episode terminates when all agents are caught and is truncated after ``scenario.num_steps`` model steps.
-    A caught agent keeps its slot until then, as in SuperSuit's ``black_death``: its observation is zeros, its
-    reward is 0, its action is ignored, and it is not done.
+    Slots and episodes are those of ``BatchVectorEnv`` with automatic resets in the same step. ``seed(s)``
+    gives flock f the seed ``s + f``. The slot of a caught agent is not done before the episode ends.
 
     Args:
-        scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
-            scenario per flock (docs/environments.md, "Several scenarios"). A ``LineScenario``, or the name of
-            one, makes lines.
+        scenario: as for ``BatchVectorEnv``. A ``LineScenario``, or the name of one, makes lines.
         num_flocks: number of flocks, or of lines.
         per_agent: True: one slot per agent, for a shared policy that sets the range of each agent. False: one
             slot per flock.

@@ -21,7 +21,7 @@ import numpy as np
 import tomli_w
 
 from flockesc_env import _core
-from flockesc_env.common.checks import as_text, parse_json
+from flockesc_env.common.checks import as_choice, as_text, parse_json
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.scenario.parts import Distribution, InitialHeadings, InitialPositions, Motion, NeighborRule
 from flockesc_env.scenario.predators import Predator
@@ -50,8 +50,8 @@ class Document:
     def __post_init__(self) -> None:
         """Convert every field to its declared type: lists to tuples, NumPy numbers to Python numbers."""
         cls: Any = type(self)
-        for name, convert in _converters(cls).items():
-            object.__setattr__(self, name, convert(getattr(self, name), name))
+        converters = _converters(cls).items()
+        vars(self).update({name: convert(getattr(self, name), name) for name, convert in converters})
 
     def to_json(self) -> str:
         """Return the scenario as a JSON document, with floats at full precision."""
@@ -98,6 +98,27 @@ def check_not_drawn(scenario: Document, paths: Iterable[str]) -> None:
     for path in paths:
         if _names(path) in drawn:
             raise InputError(path, "a field that randomization does not draw", shown(drawn[_names(path)]))
+
+
+def field_at(document: Any, path: str, field: str) -> tuple[Any, Any]:
+    """Return the object or list that contains the field at a dotted path, and its key or index.
+
+    The path may omit the kinds of parts; ``field`` is its name in errors.
+    """
+    node, parent, key = document, None, None
+    for name in path.split("."):
+        if isinstance(node, dict) and len(node) == 1 and name not in node:
+            [node] = node.values()
+        if isinstance(node, list):
+            if name not in map(str, range(len(node))):
+                raise InputError(field, f"an index below {len(node)}", shown(name))
+        elif not isinstance(node, dict):
+            raise InputError(field, "the path of a field", f"{shown(name)} inside a plain value")
+        elif name not in node:
+            raise InputError(field, f"one of {', '.join(node) or 'no fields'}", shown_name(name, node))
+        parent, key = node, int(name) if isinstance(node, list) else name
+        node = parent[key]
+    return parent, key
 
 
 def _names(path: str) -> tuple[str, ...]:
@@ -150,7 +171,7 @@ def _converter(hint: Any) -> Converter:
     if hint in _FAMILIES:
         return partial(_convert_part, {part.kind: part for part in get_args(hint)})
     if get_origin(hint) is Literal:
-        return partial(_convert_word, get_args(hint))
+        return partial(as_choice, known=get_args(hint))
     names: list[str] = []
     conversions: dict[type, Converter] = {}
     for one in (hint,) if hint in _SCALARS or get_origin(hint) is tuple else get_args(hint):
@@ -171,8 +192,7 @@ def _check_names(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
         raise InputError(prefix.rstrip(".") or "document", "an object with its fields", shown(fields))
     known = _converters(cls)
     for name in fields:
-        if name not in known:
-            raise InputError(f"{prefix}{name}", f"one of {', '.join(known)}", shown_name(name, known))
+        as_choice(name, f"{prefix}{name}", known)
     for field in dataclasses.fields(cls):
         if field.default is dataclasses.MISSING and field.name not in fields:
             raise InputError(f"{prefix}{field.name}", "a value", "none")
@@ -196,13 +216,6 @@ def _convert_part(kinds: dict[str, Any], value: Any, path: str) -> Any:
     cls, prefix = kinds[kind], f"{path}.{kind}."
     fields, converters = _check_names(cls, value[kind], prefix), _converters(cls)
     return cls(**{name: converters[name](entry, prefix + name) for name, entry in fields.items()})
-
-
-def _convert_word(words: Sequence[str], value: Any, path: str) -> str:
-    word: str = _plain(value, path)
-    if word not in words:
-        raise InputError(path, f"one of {', '.join(words)}", shown_name(word, words))
-    return word
 
 
 def _convert_plain(expected: str, conversions: dict[type, Converter], value: Any, path: str) -> Any:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_seed
-from flockesc_env.common.errors import InputError, shown
+from flockesc_env.common.errors import InputError
 from flockesc_env.scenario import parts
 from flockesc_env.scenario.document import Document
 from flockesc_env.scenario.predators import ConstantVelocity, Learned, Predator, Start, approach
@@ -27,22 +26,18 @@ class FlockScenario(Document):
         speed: speed v0 in m/s, one number for all agents or one per agent.
         initial_side: side in m of the initial region [0, side]^D. Agents start around its center.
             Observations are scaled by it.
-        initial_positions: distribution of the initial positions: ``Square()``, ``Disc(radius)``,
-            ``Ring(radius, width)``, ``Segment(start, end)``, ``Gaussian(standard_deviation)``,
-            ``Clusters(num_clusters, standard_deviation)`` or ``GivenPositions(points)``.
-        initial_headings: distribution of the initial headings: ``RandomHeadings()``,
-            ``AlignedHeadings(direction, max_angle)`` or ``GivenHeadings(directions)``.
+        initial_positions: distribution of the initial positions: ``Square``, ``Disc``, ``Ring``, ``Segment``,
+            ``Gaussian``, ``Clusters`` or ``GivenPositions``.
+        initial_headings: distribution of the initial headings: ``RandomHeadings``, ``AlignedHeadings`` or
+            ``GivenHeadings``.
         initial_plane: whether initial positions and headings lie in the plane z = 0, if D = 3.
         predator_range: distance rho_p in m within which agents flee from a predator.
         repulsion_strength: strength s of the escape force, one number for all agents or one per agent; 0:
             agents do not flee.
         alignment_strength: weight a of the consensus with neighbors, one number for all agents or one per
             agent; 0: agents ignore their neighbors.
-        motion: law that turns forces into velocities: ``Inertial()``, ``Vicsek()``,
-            ``Reynolds(separation_strength, cohesion_strength, separation_range)``,
-            ``PreferredDistance(strength, distance, width)``,
-            ``Zones(repulsion_radius, orientation_radius, max_turn_rate)`` or
-            ``FirstOrder(repulsion, attraction)``.
+        motion: law that turns forces into velocities: ``Inertial``, ``Vicsek``, ``Reynolds``,
+            ``PreferredDistance``, ``Zones`` or ``FirstOrder``.
         angular_noise: width eta in rad of the noise added to the heading in every step, from 0 to 2 pi.
         sensing_noise: length of the noise vector added to the neighbors' mean velocity, in units of v0.
         sensing_delay: number of steps between sensing neighbors and reacting to them.
@@ -59,11 +54,10 @@ class FlockScenario(Document):
             reached. A predator reaches an agent that is, or was, within ``predator_range`` of it.
         periodic_side: side in m of a periodic domain (a torus), which cannot contain predators; ``None``: an
             unbounded domain.
-        randomization: fields that are drawn from the seed in every episode, in this order. A tuple of
-            ``Uniform(field, low, high)``, ``LogUniform(field, low, high)``, ``Choice(field, values)`` and
-            ``RandomApproach(predator, distance, low, high)``, which draws the start of a
-            predator. Any number of the scenario can be drawn except ``initial_side`` and ``time_step``. An
-            episode that draws a number out of bounds raises ``InputError`` at its reset.
+        randomization: fields that are drawn from the seed in every episode, in this order: a tuple of
+            ``Uniform``, ``LogUniform``, ``Choice`` and ``RandomApproach``. Any number of the scenario can be
+            drawn except ``initial_side`` and ``time_step``. An episode that draws a number out of bounds
+            raises ``InputError`` at its reset.
 
     Raises:
         InputError: if a field has the wrong type or is out of bounds.
@@ -99,22 +93,15 @@ class FlockScenario(Document):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.dimension not in {2, 3}:
-            raise InputError("dimension", "2 or 3", self.dimension)
         predators = list(self.predators)
         position, velocity = approach(dimension=self.dimension)
         for index, each in enumerate(predators):
             if isinstance(each, Start):
-                start: dict[str, Any] = {
-                    "position": position if each.position is None else each.position,
-                    "velocity": velocity if each.velocity is None else each.velocity,
-                }
-                for name, vector in start.items():
-                    if len(vector) != self.dimension:
-                        field = f"predators[{index}].{each.kind}.{name}"
-                        expected = f"{self.dimension} numbers, because the dimension is {self.dimension}"
-                        raise InputError(field, expected, shown(vector))
-                predators[index] = dataclasses.replace(each, **start)
+                predators[index] = dataclasses.replace(
+                    each,
+                    position=position if each.position is None else each.position,
+                    velocity=velocity if each.velocity is None else each.velocity,
+                )
         object.__setattr__(self, "predators", tuple(predators))
         _core.check_flock_scenario(self.to_json())
 

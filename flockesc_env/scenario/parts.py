@@ -271,10 +271,7 @@ class Uniform(_OneNumber):
 class LogUniform(Uniform):
     """A number of the scenario, drawn from the log-uniform distribution in every episode.
 
-    Attributes:
-        field: path of the number in the scenario; see ``Uniform``.
-        low: smallest value, above 0.
-        high: largest value.
+    Inherits the attributes of ``Uniform``; ``low`` is above 0.
     """
 
     kind: ClassVar[str] = "log_uniform"

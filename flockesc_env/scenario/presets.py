@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple, TypeVar
 
-from flockesc_env.common.errors import InputError, shown, shown_name
+from flockesc_env.common.checks import as_choice
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.scenario import parts, predators
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -195,9 +196,7 @@ def preset(name: str) -> Scenario:
     Raises:
         InputError: if the name is unknown.
     """
-    if not isinstance(name, str) or name not in PRESETS:
-        raise InputError("scenario", f"one of {', '.join(PRESETS)}", shown_name(name, PRESETS))
-    return PRESETS[name].scenario
+    return PRESETS[as_choice(name, "scenario", PRESETS)].scenario
 
 
 def as_model(value: Any) -> Scenario:

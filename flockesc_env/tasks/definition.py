@@ -183,12 +183,7 @@ class TaskDefinition:
     def eval_callback(
         self, num_flocks: int = 20, eval_freq: int = 1000, best_model_save_path: str | Path | None = None
     ) -> FlockEvalCallback:
-        """Return a callback for ``learn`` on ``vec_env`` that plays tuning flocks; see ``FlockEvalCallback``.
-
-        Raises:
-            MissingExtraError: if stable-baselines3 is not installed.
-            InputError: if an argument has the wrong type or value.
-        """
+        """Return a ``FlockEvalCallback``, for ``learn`` on ``vec_env``; it needs the extra ``sb3``."""
         from flockesc_env.sb3 import FlockEvalCallback
 
         return FlockEvalCallback(eval_freq, num_flocks, best_model_save_path=best_model_save_path)

@@ -98,11 +98,7 @@ def arguments(task: TaskDefinition, name: str, learner: Learner) -> dict[str, An
 
 
 def read_learners(tables: dict[str, Any], field: str) -> dict[str, Learner]:
-    """Return the learners of a file's tables.
-
-    Raises:
-        InputError: if a table has an unknown field or a wrong type; it names the table and the field.
-    """
+    """Return the learners of a file's tables; an ``InputError`` names the table and the field."""
     try:
         return msgspec.convert(tables, dict[str, Learner])
     except msgspec.ValidationError as error:

@@ -43,12 +43,7 @@ class LoadedPolicy(NamedTuple):
 
     @classmethod
     def of(cls, spec: str, find: Callable[[str], BasePolicy] = load_policy) -> LoadedPolicy:
-        """Return the policy that a text names. A file is read once.
-
-        Args:
-            spec: see ``LoadedPolicy``.
-            find: returns the policy of a text that is not the path of a policy file.
-        """
+        """Return the policy that a text names; ``find`` knows those without a file. A file is read once."""
         if not results.is_file(spec):
             return cls(spec, "", find(spec))
         if not Path(spec).is_file():
@@ -75,16 +70,11 @@ def score(
     training: results.Training | None = None,
     report: Report = lambda _: None,
 ) -> results.Result:
-    """Play the policies of a learner on the held-out flocks of a task.
+    """Play the policies of a learner or rule, one per training seed, on the held-out flocks of a task.
 
-    Args:
-        policies: one policy per training seed; see ``LoadedPolicy.of``.
-        task: the task.
-        learner: name of the learner or rule.
-        output: path of the result, which is not written; the result names files relative to its folder, and
-            they must lie in or below it. None: relative to the current folder, wherever they lie.
-        training: how the learner was trained.
-        report: called with the name of every policy before it plays.
+    ``output`` is the path of the result, which is not written: the result names files relative to its folder,
+    and they must lie in or below it. Without it they are relative to the current folder, wherever they lie.
+    ``report`` is called with the name of every policy before it plays.
 
     Raises:
         InputError: if a policy does not fit the task, two policies are the same, a policy file is not in
@@ -125,11 +115,9 @@ def score(
 
 
 def draw_flocks(count: int, seed: int) -> list[int]:
-    """Return the seeds of some of the held-out flocks, in rising order, all if there are not more.
+    """Return the seeds of ``count`` of the held-out flocks, in rising order, all if there are not more.
 
-    Args:
-        count: number of flocks.
-        seed: seed of the draw. Nobody who writes a result may know it before.
+    Nobody who writes a result may know the seed of the draw before.
     """
     chosen = np.random.default_rng(as_seed(seed, "draw")).permutation(FLOCKS)[: as_count(count, "flocks")]
     return sorted(chosen.tolist())

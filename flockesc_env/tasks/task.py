@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 
 from flockesc_env.common.checks import as_choice, as_count
-from flockesc_env.common.errors import InputError, errors_at, shown_name
+from flockesc_env.common.errors import InputError, errors_at
 from flockesc_env.common.extras import require
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES
@@ -118,9 +118,7 @@ class Tasks(Mapping[str, Task]):
         Raises:
             InputError: if the name is unknown. It names the near ones.
         """
-        if name not in self._tasks:
-            raise InputError("task", f"one of {', '.join(self)}", shown_name(name, list(self)))
-        return self._tasks[name]
+        return self._tasks[as_choice(name, "task", self._tasks)]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._tasks)
@@ -155,7 +153,8 @@ def _task(name: str, entry: _Entry, version: str) -> Task:
     is_line = isinstance(model, LineScenario)
     specs = LINE_OBJECTIVES if is_line else FLOCK_OBJECTIVES
     spec = specs[as_choice(entry.objective, f"{name}.objective", specs)]
-    spec.check_defined_in(model)
+    if not spec.is_defined_in(model):
+        raise InputError("scenario", f"{spec.requires}, which the objective {spec.name} requires", "none")
     defining = {
         "version": version,
         "flocks": [FLOCKS.start, len(FLOCKS)],

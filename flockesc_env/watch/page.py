@@ -20,6 +20,7 @@ from flockesc_env.common.checks import as_path
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import write_text
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
+from flockesc_env.models.order import unit
 from flockesc_env.models.records import versions
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.policies.registry import NAMES
@@ -81,7 +82,7 @@ def write_page(runs: Trajectory | Sequence[Run], path: str | Path) -> None:
     write_text(target, render(shown, replay(shown)))
 
 
-def replay(runs: Sequence[Run], policies: Sequence[dict[str, Any]] = ()) -> Content:
+def replay(runs: Sequence[Run]) -> Content:
     """Return the content of a page that shows recorded runs at first, after ``check_runs``."""
     check_runs(runs)
     first = runs[0][1]
@@ -92,7 +93,7 @@ def replay(runs: Sequence[Run], policies: Sequence[dict[str, Any]] = ()) -> Cont
     specs = [f"recording:{index}" for index in range(len(runs))]
     seed = None if start else str(first.seed)
     shown = {"scenario": name, "seed": seed, "policies": specs, "headline": None}
-    return Content(scenarios=documents, policies=policies, start=shown)
+    return Content(scenarios=documents, start=shown)
 
 
 def render(runs: Sequence[Run], content: Content, *, with_engine: bool = True) -> str:
@@ -111,8 +112,11 @@ def render(runs: Sequence[Run], content: Content, *, with_engine: bool = True) -
     uplot = here / "vendor" / "uplot"
     styles = [theme(), (uplot / "uPlot.min.css").read_text("utf-8"), (here / "page.css").read_text("utf-8")]
     scripts = [(uplot / "uPlot.iife.min.js").read_text("utf-8")]
+    engine = ""  # the element that holds the core in WebAssembly
     if is_live:
         scripts.append((ENGINE / "flockesc_wasm.js").read_text("utf-8"))
+        packed = b64encode(zlib.compress((ENGINE / "flockesc_wasm_bg.wasm").read_bytes(), 9))
+        engine = f'<script type="application/octet-stream" id="engine">{packed.decode()}</script>'
     names = (*_REPLAY, *(_LIVE if is_live else ()), "start")
     scripts += [(here / "js" / f"{name}.js").read_text("utf-8") for name in names]
     titles = [run["title"] for run in recordings]
@@ -124,16 +128,10 @@ def render(runs: Sequence[Run], content: Content, *, with_engine: bool = True) -
         film=content.film,
         footer=content.footer,
         styles="\n".join(styles),
-        engine=_engine() if is_live else "",
+        engine=engine,
         scripts="\n".join(f"<script>\n{script}</script>" for script in scripts),
         data=safe_json(document),
     )
-
-
-def _engine() -> str:
-    """Return the element that holds the core in WebAssembly."""
-    packed = zlib.compress((ENGINE / "flockesc_wasm_bg.wasm").read_bytes(), 9)
-    return f'<script type="application/octet-stream" id="engine">{b64encode(packed).decode()}</script>'
 
 
 def theme() -> str:
@@ -169,7 +167,7 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     columns = {
         "times": _column(trajectory.times),
         "positions": _column(trajectory.positions),
-        "headings": _headings(trajectory.velocities),
+        "headings": _column(np.rint(127 * unit(trajectory.velocities)), "|i1"),  # signed bytes
         "ranges": _column(ranges),
         "predators": _column(trajectory.predator_positions),
         "meanDistance": _column(trajectory.mean_distance),
@@ -194,13 +192,6 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "objective": _OBJECTIVE.symbol,
         "columns": columns,
     }
-
-
-def _headings(velocities: NDArray[np.float64]) -> dict[str, Any]:
-    """Return the headings as signed bytes, where 127 is 1; the heading of an agent at rest is 0."""
-    speed = np.linalg.norm(velocities, axis=-1, keepdims=True)
-    unit = np.divide(velocities, speed, out=np.zeros_like(velocities), where=speed > 0)
-    return _column(np.rint(unit * 127), "|i1")
 
 
 def _column(values: NDArray[Any], dtype: str = "<f4") -> dict[str, Any]:

@@ -83,4 +83,4 @@ def _play(name: str, ranges: FloatArray, flocks: range) -> tuple[FloatArray, Flo
         _, rewards, has_ended, *_ = batch.step(actions, at_end="stay")
         returns += rewards
         if has_ended.all():
-            return returns.reshape(ranges.shape), batch.metrics()[task.spec.name]
+            return returns.reshape(ranges.shape), batch.core.metrics()[task.spec.name]

@@ -100,7 +100,7 @@ def play(
     batch.reset(range(count), np.repeat(seeds, at.shape[1]).tolist())
     rewards = [batch.step(at.ravel())[1] for _ in range(scenario.num_steps // steps)]
     distances = np.stack(rewards) * scenario.num_steps
-    return distances.reshape(-1, *at.shape), np.where(batch.caught(), 0.0, 1.0).reshape(at.shape)
+    return distances.reshape(-1, *at.shape), np.where(batch.core.caught(), 0.0, 1.0).reshape(at.shape)
 
 
 def payoffs(resident: float, seeds: range) -> FloatArray:

@@ -79,12 +79,12 @@ def assert_plays_as(flock: Reference, rng: np.random.Generator, *, per_agent: bo
         if not len(flock.names):
             return
         if flock.learned:
-            seen = batch.observe([0], "predators")
+            seen = batch.core.observe([0], "predators")
             expected = [flock.predator_row(index) for index in flock.learned]
             np.testing.assert_allclose(seen, expected, rtol=0, atol=3e-6)
             assert all(spec.layout.space().contains(row) for row in seen)
         for name in ("positions", "velocities", "predator_positions", "predator_velocities"):
-            now = batch.state(0)[name]
+            now = batch.core.state(0)[name]
             now = now if "predator" in name else now[flock.names]
             np.testing.assert_allclose(now, getattr(flock.state, name), rtol=0, atol=1e-8)
         if step < STEPS:
@@ -137,7 +137,7 @@ def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict
     actions = np.repeat(np.array(ranges, np.float32), 70)[:, None]
     columns = batch.policy_spec.layout.index
     for _ in range(3):
-        before = batch.observe(range(len(ranges))).reshape(len(ranges), 70, -1)
+        before = batch.core.observe(range(len(ranges))).reshape(len(ranges), 70, -1)
         after = batch.step(actions)[0].reshape(len(ranges), 70, -1)
         for k in range(len(ranges)):
             count = after[k, :, columns("neighbor_count")]

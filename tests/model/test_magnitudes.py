@@ -73,7 +73,7 @@ def test_nothing_is_ever_nan_or_infinite(scenario: fe.FlockScenario, data: st.Da
         rows, rewards, *_ = team.step_array(np.full((scenario.num_agents, 1), rho))
         assert np.isfinite(reward)
         assert np.isfinite(rewards).all()
-        state = flock._batch.state(0)
+        state = flock._batch.core.state(0)
         for name in ("positions", "velocities", "predator_positions", "predator_velocities"):
             assert np.isfinite(state[name]).all(), name
         is_kept = scenario.constant_speed and not is_given and info["fraction_surviving"] == 1

@@ -153,14 +153,14 @@ SCRIPTS: dict[str, tuple[str, list[str]]] = {
     "a signal before the first array is a KeyboardInterrupt": (
         """
         import ctypes, functools
-        from flockesc_env.episodes.starts import NO_START
+        from flockesc_env.episodes.starts import RESET_OPTIONS
         env = fe.FlockEscapeEnv(flock)
 
         class First:  # the index 0; no Python code runs before the core has returned
             __index__ = functools.partial(ctypes.CDLL(None)["raise"], signal.SIGINT)
 
         try:
-            env._batch._core.reset([First()], [0], [NO_START])
+            env._batch.core.reset([First()], [0], [dict.fromkeys(RESET_OPTIONS)])
         except KeyboardInterrupt:
             print("interrupted", flush=True)
         env.reset(seed=0)

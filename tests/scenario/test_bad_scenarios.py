@@ -111,7 +111,7 @@ def test_documents(document: Any, field: str) -> None:
         ({"motion": {"reynolds": {"cohesion": 1}}}, "got 'cohesion' (did you mean cohesion_strength?)"),
         (
             {"dimension": 3, "predators": (sc.Wandering((1.0, 2.0)),)},
-            "predators[0].wandering.position: expected 3 numbers, because the dimension is 3, got (1.0, 2.0)",
+            "predators[0].wandering.position: expected 3 numbers, got 2 numbers",
         ),
         ({"predators": (sc.ConstantVelocity(),) * 10_001}, "expected at most 10000 predators, got 10001"),
     ],

@@ -221,7 +221,7 @@ DIGIT = "\N{ARABIC-INDIC DIGIT ONE}"
 BAD: list[tuple[list[str], str]] = [
     (["wacth"], "replay, tasks, compare, score, verify, report, episodes, got 'wacth' (did you mean watch?)"),
     (_set("num_agent=1"), "got 'num_agent' (did you mean num_agents?)"),
-    (_set("predators.0.max_turn=1"), "predators[0].constant_velocity.max_turn: expected one of position"),
+    (_set("predators.0.max_turn=1"), "predators.0.max_turn: expected one of position"),
     (["simulate", "--num-agent", "5"], "a field of the scenario; set it with --set num_agents=VALUE"),
     ([*_set("predator_range=5"), "--set", f"randomization={DRAWN}"], "that randomization does not draw"),
     (["simulate", "--scenario", "paper-line"], "policy: expected fixed:RHO for a line, got none"),

@@ -67,17 +67,17 @@ def play(batch: FlockBatch, start: dict[str, Any] | None = None) -> tuple[Case, 
     digest = hashlib.sha256()
 
     def note(rewards: FloatArray) -> None:
-        state = batch.state(0)
+        state = batch.core.state(0)
         for name in ("positions", "velocities", "predator_positions", "predator_velocities"):
             digest.update(state[name].tobytes())
-        digest.update(batch.observe([0]).tobytes() + rewards.tobytes())
+        digest.update(batch.core.observe([0]).tobytes() + rewards.tobytes())
 
     note(np.zeros(batch.rows))
-    while not batch.has_ended(0) and len(case["actions"]) < ACTIONS:
+    while not batch.core.has_ended(0) and len(case["actions"]) < ACTIONS:
         t, count, dimension = len(case["actions"]), batch.predator_policy_spec.count, batch.scenario.dimension
         pushes = ranges(t, count * dimension).astype(np.float64).reshape(-1, dimension) / 64
         rewards = batch.step(ranges(t, batch.rows), predator_actions=pushes if count else None)[1]
-        case["actions"].append([batch.state(0)["interaction_range"].tolist(), pushes.ravel().tolist()])
+        case["actions"].append([batch.core.state(0)["interaction_range"].tolist(), pushes.ravel().tolist()])
         note(rewards)
     return case, digest.hexdigest()
 
