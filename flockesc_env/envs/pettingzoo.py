@@ -78,6 +78,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self.possible_agents = self._flock + self._predators
         self.agents: list[str] = []
         self._caught = np.zeros(count, np.bool)
+        # False for every name in `agents`. Copying this dict takes a tenth of the time of building one.
+        self._false: dict[str, bool] = {}
         self.observation_spaces = {agent: self.policy_spec.layout.space() for agent in self._flock}
         self.action_spaces = {agent: self.policy_spec.actions.space() for agent in self._flock}
         for predator in self._predators:
@@ -149,7 +151,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             check_agents(actions, self.agents, self.possible_agents)
             actions = {agent: actions[agent] for agent in self.agents}
         names, acting, given, count = self.agents, ~self._caught, [*actions.values()], len(self._predators)
-        agents = names[: len(names) - count]
+        agents, false = names[: len(names) - count], self._false
         predator_actions = None
         if self._predators:
             spec, hunters = self.predator_policy_spec, zip(self._predators, given[-count:], strict=True)
@@ -162,7 +164,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         if len(agents) < len(acting):
             rows, rewards = rows[acting], rewards[acting]
         all_rewards = self._by_name(agents, rewards.tolist(), [self.predator_reward] * count)
-        terminations, truncations = dict.fromkeys(names, False), dict.fromkeys(names, has_ended)
+        terminations = false.copy()
+        truncations = dict.fromkeys(names, True) if has_ended else false.copy()
         if self._infos == "all" or has_ended:
             infos = self._named_infos(agents, info, chosen)
         else:
@@ -268,6 +271,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         """Update ``agents`` and the caught agents after a step."""
         self._caught = self._batch.core.caught()[0]
         self.agents = [] if has_ended else [*compress(self._flock, ~self._caught), *self._predators]
+        self._false = dict.fromkeys(self.agents, False)
 
     def _predator_observations(self) -> Observation:
         """Return the observations of the predators that are agents, one row each."""
