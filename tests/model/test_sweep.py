@@ -30,7 +30,7 @@ def result_of(values: np.ndarray) -> FlockSweepResult:
 
 @pytest.fixture(scope="module")
 def flocks() -> FlockSweepResult:
-    result = fe.sweep(small_flock(num_agents=20), RANGES, SEEDS)
+    result = fe.sweep(small_flock(num_agents=20, capture_radius=8.0), RANGES, SEEDS)
     assert isinstance(result, FlockSweepResult)
     return result
 

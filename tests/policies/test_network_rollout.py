@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from masked_cpu import each_level, run_masked
 from network_outcomes import SEEDS, cases, hashes, policy_of
 
 import flockesc_env as fe
@@ -71,19 +70,6 @@ def test_episodes_equal_those_of_act_to_the_bit(name: str) -> None:
 @pytest.mark.parametrize("num_threads", [1, 3])
 def test_outcomes_equal_the_golden_data(num_threads: int) -> None:
     assert hashes(num_threads) == GOLDEN
-
-
-PRINT_HASHES = """
-import json
-from network_outcomes import hashes
-from numpy._core._multiarray_umath import __cpu_features__ as features
-print(json.dumps([features["AVX2"], features["AVX512F"], hashes(2)]))
-"""
-
-
-@each_level
-def test_outcomes_are_the_same_on_lower_x86_levels(level: int, has_avx2: bool, tmp_path: Path) -> None:
-    assert run_masked(PRINT_HASHES, level, tmp_path) == [has_avx2, False, GOLDEN]
 
 
 SCENARIO = fe.LineScenario(num_agents=12, max_steps=40)

@@ -54,19 +54,6 @@ def test_runs_become_a_video(tmp_path: Path, suffix: str, count: int, columns: i
         )
 
 
-def test_a_stopped_video_leaves_the_older_file(tmp_path: Path) -> None:
-    path = tmp_path / "runs.mp4"
-    path.write_bytes(b"older")
-
-    def stop(done: int, total: int) -> None:
-        if done == 3:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        write_video([("", RUN)], path, options=SMALL, progress=stop)
-    assert only(tmp_path).read_bytes() == b"older"
-
-
 @pytest.mark.parametrize("name", [FLOCK_ID, LINE_ID])
 def test_gymnasium_records(tmp_path: Path, name: str) -> None:
     scenario = small_flock(num_steps=40) if name == FLOCK_ID else LineScenario(num_agents=20)

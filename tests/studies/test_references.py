@@ -22,7 +22,7 @@ from flockesc_env.scenario.predators import approach
 from flockesc_env.tasks import Task, tasks
 from studies.scoreboard import references
 from studies.scoreboard.references import clairvoyant, free_headings, informed_greedy, is_bounded
-from studies.scoreboard.rewards import gains, pairs_of
+from studies.scoreboard.rewards import gains
 
 TASKS = {"min_mean_distance": "per-agent-visible", "min_min_distance": "per-agent-visible-minimum"}
 SMALL = FlockScenario(num_agents=12, num_steps=36, initial_side=30.0)
@@ -136,8 +136,3 @@ def test_gains_equal_episodes_of_the_environment() -> None:
             returns += np.array(list(rewards.values()))
         means.append(returns[holds].mean() - returns[~holds].mean())
     assert gains("pursuit", 8.0, 20.0, range(seed, seed + 1))["own"] == pytest.approx(np.mean(means))
-
-
-def test_pairs_lie_within_the_ranges_of_an_action() -> None:
-    assert pairs_of(tasks["per-agent-visible-minimum"]) == [(20.0, 0.0), (20.0, 10.0)]
-    assert pairs_of(tasks["one-range"]) == pairs_of(tasks["held-out-sizes"]) == []

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from cli_runs import Ran
 
-from flockesc_env import PRESETS, FlockScenario, simulate, sweep
+from flockesc_env import PRESETS, FlockScenario, sweep
 from flockesc_env.cli.output import Exit
 from flockesc_env.common.errors import InputError
 from flockesc_env.scenario.presets import LITERATURE, OF_TASKS
@@ -126,13 +126,6 @@ def test_unknown_parts_and_shares_are_refused(flags: list[str], capsys: pytest.C
     ran = Ran(capsys, "validation", *flags, run=STUDIES.main)
     assert ran.code == Exit.REFUSED
     assert flags[0].strip("-") in ran.err
-
-
-def test_order_is_a_mean_over_late_steps() -> None:
-    flock = vicsek.periodic_flock(20, speed=0.03, num_steps=12)
-    found = vicsek.mean_order(flock, [1.0, 5.0], 4, range(3, 5))
-    late = simulate(flock.replace(angular_noise=5.0), 1.0, seed=4).polarization[4:]
-    assert found["mean"][1, 1] == pytest.approx(late.mean())
 
 
 def test_a_warning_is_what_agents_in_range_of_the_predator_say() -> None:

@@ -130,7 +130,9 @@ FLOCKS = table.Kind(
 
 
 def state(good: bytes) -> table.Kind:
-    near = [b"", good[:-1], good + b"0", good[:-1] + bytes([good[-1] ^ 1])]
+    half, last = len(good) // 2, len(good) - 1
+    near = [b"", good[:half], good[:last], good + b"0", good + good[half:]]
+    near += [good[:at] + bytes([good[at] ^ 1]) + good[at + 1 :] for at in (0, half, last)]
     return table.Kind(good, near, [bytearray(good), memoryview(good)])
 
 

@@ -18,7 +18,7 @@ from flockesc_env import tasks
 from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.watch.live import RULES
 from flockesc_env.watch.page import render, replay
-from playground.__main__ import HEADLINE, RANGES, means, tour
+from playground.__main__ import HEADLINE, RANGES, means
 
 pytest_plugins = ("watch_browser",)
 pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MISSING)
@@ -76,11 +76,6 @@ def test_the_means_are_those_of_the_held_out_flocks_of_the_task(
     for each in (best, measured["learned"]):
         estimate = f"{each['mean']:.1f} m [{each['low']:.1f}, {each['high']:.1f}]"
         assert estimate in text(tab, "#means")
-
-
-def test_the_first_flock_is_one_of_those_nearest_to_the_means() -> None:
-    seeds = tour(12.0)
-    assert (seeds[0], len(set(seeds))) == ("242", 20)
 
 
 def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(

@@ -25,7 +25,7 @@ def with_part(slot: str, part: Any) -> fe.models.Trajectory:
 
 
 RUNS = {
-    **{name: make for name, make in SHOWN.items() if name != "more agents than 16 bits"},
+    **SHOWN,
     "unseeded": lambda: fe.simulate(FLOCK, 10.0),
     "per agent": lambda: fe.simulate(FLOCK, np.linspace(0, 30, 12), seed=3),
     "random predator": lambda: fe.simulate(FLOCK.replace(predators=RANDOM), 20.0, seed=1),

@@ -2,14 +2,11 @@
 
 import dataclasses
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from cmaes import CMA
-from numpy.typing import NDArray
 from small_runs import SMALL, small_run, small_task
 
 from flockesc_env import InputError, load_policy
@@ -68,28 +65,6 @@ def test_a_search_of_a_rule_begins_with_parameters_chosen_by_hand(tmp_path: Path
     assert isinstance(found, WinStayLoseShift)
     np.testing.assert_allclose(found.parameters, WinStayLoseShift().parameters)
     assert curve(run)[0][0] == 0
-
-
-def test_a_restart_draws_from_the_first_distribution_on_new_flocks(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    drawn: list[tuple[NDArray[np.float64], list[int]]] = []
-    play = Networks.play
-
-    def recorded(family: Networks, vectors: NDArray[np.float64], seeds: Sequence[int]) -> Any:
-        drawn.append((vectors, list(seeds)))
-        return play(family, vectors, seeds)
-
-    monkeypatch.setattr(Networks, "play", recorded)
-    run = small_run(tmp_path / "run", "search", generations=6, restarts=2, final_flocks=8)
-    rounds = SearchRounds(run)
-    rounds.train()
-    fresh = CMA(np.zeros(rounds._family.size), 0.5, population_size=6, seed=run.seed)
-    fresh.reseed_rng(int(np.random.SeedSequence([run.seed, 3]).generate_state(1)[0]))
-    np.testing.assert_array_equal(drawn[3][0], [fresh.ask() for _ in range(6)])
-    assert [len(flocks) for _, flocks in drawn] == [2, 3, 5] * 2
-    flocks = [flock for _, flocks in drawn for flock in flocks]
-    assert len(set(flocks)) == len(flocks)
 
 
 def stop(*_: Any) -> None:
