@@ -112,19 +112,3 @@ def test_it_equals_the_environment_line_by_line(make: Any, steps_per_action: int
     # A network's sums may round differently if there are fewer rows.
     np.testing.assert_allclose(found.escape_distance, expected["escape_distance"], rtol=0, atol=1e-6)
     assert len({*found.steps.tolist()}) > 1  # lines end at different times
-
-
-def test_an_ended_line_keeps_its_row_and_is_not_stepped() -> None:
-    rows: list[np.ndarray] = []
-
-    class Watching:
-        def act(self, observations: np.ndarray, spec: Any) -> np.ndarray:
-            rows.append(observations.copy())
-            return FixedRange(0.125).act(observations, spec)
-
-    found = fe.rollout(SCENARIO, Watching(), LINES)
-    assert len(rows) == found.steps.max()
-    for line, steps in enumerate(found.steps):
-        last = [row[line] for row in rows[steps:]]
-        assert all((row == last[0]).all() for row in last)
-        assert len({row[line, 0] for row in rows[: steps + 1]}) == min(steps + 1, len(rows))

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from textwrap import dedent
 from types import ModuleType
 from typing import Any, get_args
@@ -15,7 +16,6 @@ import pytest
 from option_table import IDS
 
 import flockesc_env as fe
-from flockesc_env.common.extras import MissingExtraError
 from flockesc_env.episodes.objectives import OBJECTIVES
 from flockesc_env.episodes.options import IndividualReward, TeamReward
 from flockesc_env.policies import NAMES
@@ -26,13 +26,14 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 
 FENCED = re.compile(r"^( *)```python\n(.*?)^\1```", flags=re.DOTALL | re.MULTILINE)
+FRAMEWORKS = ("flockesc_env.torchrl", "flockesc_env.benchmarl")
+"""Their modules are imported, and their snippets run, in compat/."""
 RUN_ELSEWHERE = {"README-0", "cluster-0"}  # below, and in tests/jobs/test_backends.py
 SNIPPETS = [
     pytest.param(dedent(code), id=f"{page.stem}-{number}")
     for page in PAGES
     for number, (_, code) in enumerate(FENCED.findall(page.read_text("utf-8")))
-    if f"{page.stem}-{number}" not in RUN_ELSEWHERE
-    and not re.search(r"flockesc_env\.(torchrl|benchmarl)", code)  # these run in compat/
+    if f"{page.stem}-{number}" not in RUN_ELSEWHERE and not any(framework in code for framework in FRAMEWORKS)
 ]
 WITH_EXAMPLES = [
     ".".join(path.relative_to(ROOT).with_suffix("").parts)
@@ -153,11 +154,6 @@ def test_a_users_page_names_every_registered_environment() -> None:
     assert [name for name in IDS if f"flockesc_env:{name}" not in text] == []
 
 
-def resolved(name: str) -> object:
-    module, _, attribute = name.rpartition(".")
-    return getattr(import_module(module), attribute)
-
-
 def public(module: ModuleType) -> set[str]:
     own = {name for name, item in vars(module).items() if getattr(item, "__module__", "") == module.__name__}
     return {name for name in getattr(module, "__all__", own) if not name.startswith("_")}
@@ -165,10 +161,10 @@ def public(module: ModuleType) -> set[str]:
 
 @pytest.mark.parametrize("module", MODULES)
 def test_every_public_name_is_documented(module: str) -> None:
-    documented = {id(resolved(name)) for name in DOCUMENTED}
+    documented = {id(resolve_name(":".join(name.rsplit(".", 1)))) for name in DOCUMENTED}
     names = public(import_module(module))
     assert names
-    assert sorted(name for name in names if id(resolved(f"{module}.{name}")) not in documented) == []
+    assert sorted(name for name in names if id(resolve_name(f"{module}:{name}")) not in documented) == []
 
 
 def prose(page: Path) -> str:
@@ -204,15 +200,5 @@ def test_files_links_headings_and_tests_that_a_page_names_exist(page: Path) -> N
 @pages
 def test_modules_that_a_page_names_exist(page: Path) -> None:
     for name in set(re.findall(r"`(flockesc_env(?:\.\w+)+)", prose(page))):
-        module, rest = name.split("."), list[str]()
-        while module:
-            try:
-                found = import_module(".".join(module))
-                break
-            except MissingExtraError:  # the module exists; its framework is not installed
-                rest.clear()
-                break
-            except ModuleNotFoundError:
-                rest.insert(0, module.pop())
-        for part in rest:
-            found = getattr(found, part)
+        if not name.startswith(FRAMEWORKS):
+            resolve_name(name)

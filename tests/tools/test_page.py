@@ -7,7 +7,7 @@ from pathlib import Path
 import chromium
 import numpy as np
 import pytest
-from chromium import BEST, BOARD, DUEL, SEED, STATE, drop, fly, lowest, open_page, text, wait
+from chromium import BEST, BOARD, DUEL, SEED, STATE, drop, fly, lowest, open_page, set_range, text, wait
 from cli_runs import SMALL, Ran, policy_file
 from playwright.sync_api import Page
 from watch_documents import needs_engine
@@ -30,12 +30,7 @@ def test_a_range_flies_the_whole_run_and_shows_the_present_moment(
     wait(tab, "page.trials.size === 2")
     ranges = [0, 2.5, 16, 64]
     for rho in ranges:
-        tab.evaluate(f"""(() => {{
-            const slider = document.querySelector("#choice .ranges");
-            slider.value = page.choice.ranges.indexOf({rho});
-            slider.dispatchEvent(new Event("input"));
-        }})()""")
-        wait(tab, f"page.panels[0].run.spec === 'fixed:{rho:g}'")
+        set_range(tab, rho)
         run = fe.simulate("paper-flock", rho, seed=SEED)
         assert text(tab, ".whole") == f"{lowest(run):.1f} m"
         assert text(tab, ".readout dd") == f"{run.mean_distance[100]:.1f} m"
@@ -283,12 +278,7 @@ def test_a_given_start_flies_with_another_range(tab: Page, tmp_path: Path) -> No
     open_page(tab, (tmp_path / "page.html").as_uri())
     assert text(tab, ".note") == "recorded, given start"
     assert text(tab, "#choice h2") == "All agents follow given"
-    tab.evaluate("""(() => {
-        const slider = document.querySelector("#choice .ranges");
-        slider.value = page.choice.ranges.indexOf(25);
-        slider.dispatchEvent(new Event("input"));
-    })()""")
-    wait(tab, "page.panels[0].run.spec === 'fixed:25'")
+    set_range(tab, 25)
     expected = lowest(fe.simulate(SMALL, 25.0, **arrays))
     assert tab.evaluate(OBJECTIVES) == [expected]
     tab.goto("about:blank")
