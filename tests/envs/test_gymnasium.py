@@ -19,22 +19,6 @@ from flockesc_env.episodes.spaces import RangeActions
 RHO = 25.0  # action -0.5 of [0, 100]
 
 
-def test_line_terminates_when_steady_and_is_truncated_otherwise() -> None:
-    env = fe.LineEscapeEnv(fe.LineScenario(), action_mode="range", max_range=0.5)
-    env.reset(seed=0)
-    flags = [(False, False)]
-    while not any(flags[-1]):
-        observation, _, *ended, _ = env.step(np.array([0.1], np.float32))
-        flags.append(tuple(ended))
-    assert flags[-1] == (True, False)
-    assert len(flags) < 100
-    assert observation[2] == np.float32(0.1 / 0.5)  # the last range
-    short = fe.LineEscapeEnv(fe.LineScenario(max_steps=2), action_mode="range")
-    short.reset(seed=0)
-    assert short.step(np.array([0.1], np.float32))[2:4] == (False, False)
-    assert short.step(np.array([0.1], np.float32))[2:4] == (False, True)
-
-
 def test_discrete_grid() -> None:
     grid = (0.0, 7.5, 30.0)
     env = fe.FlockEscapeEnv(small_flock(), action_mode="discrete", range_grid=grid)

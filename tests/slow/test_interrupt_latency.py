@@ -56,11 +56,6 @@ def profiled() -> Any:
     return BatchVectorEnv(20_000, scenario, per_agent=True, max_range=300.0, profile_ranges=candidates)
 
 
-def profiled_reset() -> Call:
-    env = profiled()
-    return lambda: env.reset(seed=0)
-
-
 def gymnasium_step(scenario: fe.FlockScenario, rho: float = 10.0, **options: Any) -> Call:
     return step(fe.FlockEscapeEnv(scenario, action_mode="range", **options), np.array([rho], np.float32))
 
@@ -110,7 +105,6 @@ CALLS: dict[str, Callable[[], Call]] = {
     "step with difference rewards": parallel_step,
     "step of a line": line_step,
     "step, 64 candidate ranges": lambda: step(profiled(), np.zeros((20_000, 1), np.float32)),
-    "reset of 20,000 agents, 64 candidate ranges": profiled_reset,
     "observation, topological candidates": observation,
     "reset of 1,000,000 agents": lambda: lambda: fe.FlockEscapeEnv(huge).reset(seed=0),
     "reset of 64 x 30,000 agents": lambda: (

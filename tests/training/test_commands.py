@@ -125,17 +125,8 @@ def test_the_commands_train_list_and_refuse(tmp_path: Path, capsys: pytest.Captu
     (tmp_path / "run" / "mine.txt").write_text("mine")
     full = Ran(capsys, "train", "one-range", *few, run=TRAINING.main)
     assert "run: expected an empty folder or one of a run" in full.err
-    output = Ran(
-        capsys,
-        "compare",
-        "fixed:5",
-        "--task",
-        "one-range",
-        "--output",
-        tmp_path / "run/mine.txt",
-        run=TRAINING.main,
-    )
-    assert output.code == 2
+    file = ["--output", tmp_path / "run/mine.txt"]
+    assert Ran(capsys, "compare", "fixed:5", "--task", "one-range", *file, run=TRAINING.main).code == 2
 
 
 def test_a_run_leaves_its_record(run: Path) -> None:
