@@ -228,20 +228,6 @@ def test_a_subclass_can_replace_its_spaces() -> None:
         env.action_space = gymnasium.spaces.Box(-4.0, 4.0, (1,))
 
 
-def test_schedule_or_range_per_agent() -> None:
-    """With as many agents as steps, the name of the argument decides which axis an array has."""
-    scenario = small_flock(num_agents=6, num_steps=6)
-    values = np.arange(6) * 10.0
-    own = fe.simulate(scenario, values, seed=0)
-    scheduled = fe.simulate(scenario, policy=fe.ScheduledRange(values), seed=0)
-    assert own.num_components[0] < 6  # the scheduled range starts at 0
-    assert scheduled.num_components[0] == 6
-    square = np.tile(values, (6, 1))
-    np.testing.assert_array_equal(
-        fe.simulate(scenario, policy=fe.ScheduledRange(square), seed=0).positions, own.positions
-    )
-
-
 DRAWN = table.FLOCK.replace(
     randomization=(
         scenario.Uniform("predators[0].constant_velocity.position[1]", 0.0, 1.0),

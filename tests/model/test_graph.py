@@ -155,7 +155,6 @@ def test_runs_follow_the_graph(scenario: fe.FlockScenario, is_frozen: bool) -> N
 
 @pytest.mark.parametrize("rule", [Metric(), Topological(), Voronoi()])
 def test_a_full_blind_angle_leaves_no_neighbors(rule: NeighborRule) -> None:
-    """With a blind angle of 2 pi an agent hears only itself, under every range."""
     blind = fe.FlockScenario(num_steps=40, blind_angle=2 * np.pi, neighbor_rule=rule)
     paper = fe.FlockScenario(num_steps=40)
     seeing, alone = fe.simulate(blind, 30.0, seed=1), fe.simulate(paper, 0.0, seed=1)

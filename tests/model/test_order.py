@@ -22,7 +22,6 @@ def run_of(positions: Any, velocities: Any, **fields: Any) -> models.Trajectory:
 
 
 def circle(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points of the unit circle, and the tangents there."""
     angles = np.arange(n) * 2 * np.pi / n
     return np.stack([np.cos(angles), np.sin(angles)], axis=1), np.stack([-np.sin(angles), np.cos(angles)], 1)
 

@@ -148,7 +148,6 @@ def test_win_stay_lose_shift() -> None:
 @pytest.mark.parametrize("dimension", DIMENSIONS)
 @pytest.mark.parametrize("criterion", ["estimated_escape_direction", "estimated_encounter"])
 def test_win_stay_lose_shift_with_an_estimated_escape_direction(dimension: int, criterion: Any) -> None:
-    """The rule computed from positions and velocities sets the same ranges in each step."""
     predators = (ConstantVelocity((-20.0, -10.0), (12.0, 14.0)),)
     options: Any = {"num_agents": 20, "num_steps": 30, "initial_side": 60.0, "speed": 8.0, "time_step": 0.1}
     flock = small_flock(dimension, predators=predators, **options)

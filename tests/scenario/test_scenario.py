@@ -86,8 +86,6 @@ def test_presets_have_not_changed() -> None:
 def test_presets_differ_as_described() -> None:
     assert len({known.scenario for known in fe.PRESETS.values()}) == len(fe.PRESETS)
     assert len({known.description for known in fe.PRESETS.values()}) == len(fe.PRESETS)
-    assert sc.preset("paper-flock") == fe.FlockScenario()
-    assert sc.preset("paper-line") == fe.LineScenario()
     assert sc.preset("edge-attack") == aimed(50.0)
     with pytest.raises(TypeError):
         fe.PRESETS["mine"] = fe.PRESETS["pursuit"]  # type: ignore[index]

@@ -95,9 +95,6 @@ CALLS: dict[str, Callable[[], Call]] = {
     "step, 10,000 steps per action": lambda: gymnasium_step(
         crowd.replace(num_agents=5000), steps_per_action=10_000
     ),
-    "step, 10 slow steps per action": lambda: gymnasium_step(
-        dense, 50.0, steps_per_action=10, max_range=50.0
-    ),
     "step, 99 steps of Voronoi neighbors": lambda: gymnasium_step(
         crowd.replace(neighbor_rule=Voronoi(), num_agents=30_000), steps_per_action=99
     ),
@@ -107,9 +104,6 @@ CALLS: dict[str, Callable[[], Call]] = {
     "step, 64 candidate ranges": lambda: step(profiled(), np.zeros((20_000, 1), np.float32)),
     "observation, topological candidates": observation,
     "reset of 1,000,000 agents": lambda: lambda: fe.FlockEscapeEnv(huge).reset(seed=0),
-    "reset of 64 x 30,000 agents": lambda: (
-        lambda: BatchVectorEnv(64, crowd.replace(num_agents=30_000, initial_side=1000.0)).reset(seed=0)
-    ),
     "perron_matrix": lambda: lambda: graph.perron_matrix(points[:15_000, 0], 0.1),
     "laplacian": lambda: lambda: graph.laplacian(points[:15_000, 0], 0.1),
     "neighbor_pairs": lambda: lambda: graph.neighbor_pairs(None, points[:30_000], 0.2),

@@ -26,7 +26,6 @@ BOUNDS: dict[str, Any] = {name: TASK.options[name] for name in ("max_range", "st
 
 
 def scored(folder: Path, *specs: str, training: Training | None = None) -> Path:
-    """Score policies, write the result and return its path."""
     path = folder / "result.json"
     policies = [LoadedPolicy.of(str(folder / spec) if spec == FILE else spec) for spec in specs]
     write_result(score(policies, TASK, learner="mine", output=path, training=training), path)

@@ -222,7 +222,6 @@ def called(row: Row, subject: Any, **changes: Any) -> Any:
 
 
 def complaint(row: Row, subject: Any, name: str, value: Any) -> str | None:
-    """Return what is wrong with how a value is refused."""
     try:
         called(row, subject, **{name: value})
     except FlockescError as error:
