@@ -15,7 +15,6 @@ dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
 def run_of(positions: Any, velocities: Any, **fields: Any) -> models.Trajectory:
-    """Return a run that starts with these positions and velocities."""
     n, dimension = np.shape(positions)
     scenario = fe.FlockScenario(num_agents=n, dimension=dimension, num_steps=2, **{"predators": (), **fields})
     return fe.simulate(scenario, 0.0, seed=1, initial_positions=positions, initial_velocities=velocities)

@@ -56,10 +56,8 @@ def test_stubborn_leaders(dimension: int, sensing: float) -> None:
 def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
     predators = (ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
-    rule, t = (
-        StubbornWitnesses(patience=0.25, first_range=30.0, interaction_range=14.0),
-        np.arange(16)[:, None],
-    )
+    rule = StubbornWitnesses(patience=0.25, first_range=30.0, interaction_range=14.0)
+    t = np.arange(16)[:, None]
     for seed in (0, 1):  # the second episode starts with empty memory
         run = flown(rule, scenario, seed, predator_sensing_range=20.0)
         sees = np.linalg.norm(run.positions - run.predator_positions, axis=2)[:-1] <= 20.0

@@ -76,10 +76,8 @@ def test_a_resumed_run_ends_as_one_that_nobody_interrupts(
     algorithm: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = load_policy(train(small_run(tmp_path / "whole", algorithm)))
-    kind, run = (
-        (SearchRounds if algorithm == "search" else ImitationRounds),
-        small_run(tmp_path / "cut", algorithm),
-    )
+    kind = SearchRounds if algorithm == "search" else ImitationRounds
+    run = small_run(tmp_path / "cut", algorithm)
     round_ = kind.round
     with monkeypatch.context() as patch:
         patch.setattr(kind, "round", lambda rounds: stop() if rounds.completed == 3 else round_(rounds))
@@ -198,9 +196,6 @@ def test_imitation_refuses_what_it_cannot_learn(tmp_path: Path) -> None:
     run = dataclasses.replace(small_run(tmp_path / "run", "imitation"), task=small_task("per-agent-visible"))
     with pytest.raises(InputError, match="task: expected one range for a flock, got per-agent-visible"):
         Branches(run, RANGES, 3)
+    learner = Learner(algorithm="imitation", hyperparameters={"ranges": [1.0]})
     with pytest.raises(InputError, match=r"imitation\.hyperparameters: .* missing required field `teacher`"):
-        ImitationRounds(
-            dataclasses.replace(
-                run, learner=Learner(algorithm="imitation", hyperparameters={"ranges": [1.0]})
-            )
-        )
+        ImitationRounds(dataclasses.replace(run, learner=learner))
