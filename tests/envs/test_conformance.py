@@ -75,12 +75,6 @@ def test_line(options: dict[str, Any]) -> None:
     check_single(LINE_ID, LineScenario(num_agents=5, max_steps=10), options)
 
 
-@pytest.mark.parametrize("name", [FLOCK_ID, LINE_ID])
-def test_gymnasium_defaults(name: str) -> None:
-    """``gymnasium.make`` without arguments gives the task one-range."""
-    check_gymnasium(gymnasium.make(name).unwrapped)
-
-
 @every_option(**table.AGENTS, dimension=table.DIMENSIONS)
 def test_agents(options: dict[str, Any]) -> None:
     options = dict(options)

@@ -17,13 +17,14 @@ from same import plain
 from flockesc_env import FlockEscapeEnv, LineEscapeEnv, LineScenario, parallel_env
 from flockesc_env.envs.vector import BatchVectorEnv
 
-GOLDEN = json.loads(FILE.read_text())
+GOLDEN, NETWORKS = (json.loads(file.read_text()) for file in (FILE, FILE.with_name("network_outcomes.json")))
 
 PRINT_HASHES = """
 import json
-from golden_episodes import hashes
+import golden_episodes, network_outcomes
 from numpy._core._multiarray_umath import __cpu_features__ as features
-print(json.dumps([features["AVX2"], features["AVX512F"], hashes(2)]))
+hashes = golden_episodes.hashes(2), network_outcomes.hashes(2)
+print(json.dumps([features["AVX2"], features["AVX512F"], *hashes]))
 """
 
 PROCESSES, ENVIRONMENTS, RESETS = 4, 25, 100
@@ -45,8 +46,10 @@ def test_flushing_subnormal_numbers_changes_no_episode() -> None:
 
 
 @each_level
-def test_episodes_are_the_same_on_lower_x86_levels(level: int, has_avx2: bool, tmp_path: Path) -> None:
-    assert run_masked(PRINT_HASHES, level, tmp_path) == [has_avx2, False, GOLDEN]
+def test_episodes_and_networks_are_the_same_on_lower_x86_levels(
+    level: int, has_avx2: bool, tmp_path: Path
+) -> None:
+    assert run_masked(PRINT_HASHES, level, tmp_path) == [has_avx2, False, GOLDEN, NETWORKS]
 
 
 def test_changed_bits_need_a_new_version_of_an_id(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,7 +39,6 @@ MAKERS: dict[str, Callable[[], Any]] = {
 
 
 def steps(env: Any, start: Any) -> list[Any]:
-    """Return the results of a start and of 2 steps."""
     return [start, *(env.step(np.array([0.25 * (1 + number)], np.float32)) for number in range(2))]
 
 

@@ -10,6 +10,7 @@ from functools import partial
 from types import SimpleNamespace
 from typing import Any, get_type_hints
 
+import argument_table as table
 import gymnasium
 import numpy as np
 import pytest
@@ -21,14 +22,16 @@ from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.vec_env import VecMonitor
 
 import flockesc_env as fe
-from flockesc_env import flockesc_v1
-from flockesc_env.common.errors import InputError
+from flockesc_env import flockesc_v1, jobs, policies, scenario
+from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict
+from flockesc_env.models import neighbor_pairs
 from flockesc_env.models.simulate import run_flock
-from flockesc_env.policies import Pursue
+from flockesc_env.notebook import Replay
+from flockesc_env.policies import FlyStraight, Pursue
 from flockesc_env.sb3 import vec_env
-from flockesc_env.scenario import Learned, PurePursuit, Topological
+from flockesc_env.scenario import Learned, PurePursuit, Topological, approach
 
 # Entries that the action space rejects.
 BAD_ENTRIES = {
@@ -225,35 +228,75 @@ def test_a_subclass_can_replace_its_spaces() -> None:
         env.action_space = gymnasium.spaces.Box(-4.0, 4.0, (1,))
 
 
-POSITIONS = np.zeros((5, 2))
-SPOILT = POSITIONS.copy()
-SPOILT[3, 1] = np.inf
-SIMULATE: list[tuple[Any, dict[str, Any], str]] = [
-    ([1, 1, 1, 1, -1], {}, "interaction_range[4]"),
-    (np.ones((10, 5)), {}, "interaction_range"),
-    (None, {"policy": fe.ScheduledRange(np.ones((5, 10)))}, "schedule"),
-    (1.0, {"initial_positions": POSITIONS.T}, "initial_positions"),
-    (1.0, {"initial_positions": np.full((5, 2), 1e30)}, "initial_positions[0, 0]"),
-    (1.0, {"initial_velocities": SPOILT}, "initial_velocities[3, 1]"),
+DRAWN = table.FLOCK.replace(
+    randomization=(
+        scenario.Uniform("predators[0].constant_velocity.position[1]", 0.0, 1.0),
+        scenario.Choice("predator_range", (20.0, 30.0)),
+    )
+)
+LEAGUE = table.FLOCK.replace(predators=(PurePursuit(), PurePursuit((40.0, 20.0), (-3.0, 1.0))))
+CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
+    (lambda: approach((1.0, 2.0, 3.0), dimension=2), "aim"),
+    (lambda: approach(direction=(0.0, 0.0)), "direction"),
+    (lambda: fe.FlockEscapeEnv(action_mode="range", max_range=1e39), "max_range"),
+    (lambda: fe.FlockEscapeEnv(center_range=40.0), "center_range"),
+    (lambda: fe.FlockEscapeEnv(action_mode="range", center_range=5.0), "center_range"),
+    (lambda: fe.PredatorEnv(LEAGUE), "predators"),
+    (lambda: fe.PredatorEnv(predator_policy=FlyStraight()), "predator_policy"),
+    (lambda: fe.FlockEscapeEnv(profile_ranges=[0.0, 5.0]), "profile_ranges"),
+    (lambda: fe.rollout(table.FLOCK, fe.StubbornLeaders(), [0], per_agent=False), "per_agent"),
+    (lambda: fe.rollout(table.FLOCK, policies.BestCandidate("escape_cosine"), [0]), "profile_ranges"),
+    (lambda: fe.rollout(table.FLOCK, fe.FixedRange(5.5), [0], max_range=5.0), "interaction_range"),
+    (lambda: fe.rollout(table.FLOCK, fe.ScheduledRange(np.ones((10, 4))), [0], per_agent=True), "schedule"),
+    (lambda: fe.rollout(table.FLOCK, policies.Planner(table.FLOCK), [0]), "policy"),
+    (lambda: policies.Planner("paper-line"), "scenario"),
+    (lambda: policies.Planner(table.FLOCK.replace(predators=())), "predators"),
+    (lambda: policies.Planner(table.FLOCK, steps_per_action=5), "steps"),
+    (lambda: policies.Planner(table.FLOCK, reward="difference"), "reward"),
+    *(
+        (partial(fe.simulate, table.FLOCK, seed=0, **given), field)
+        for given, field in (
+            ({"interaction_range": [1, 1, 1, 1, -1]}, "interaction_range[4]"),
+            ({"interaction_range": np.ones((10, 5))}, "interaction_range"),
+            ({"policy": fe.ScheduledRange(np.ones((5, 10)))}, "schedule"),
+            ({"interaction_range": 1.0, "initial_positions": table.POINTS.T}, "initial_positions"),
+            ({"interaction_range": 1.0, "initial_positions": table.POINTS * 1e30}, "initial_positions[0, 1]"),
+        )
+    ),
+    *(
+        (partial(fe.scan, DRAWN, scanned, values, 5.0, [1]), field)
+        for scanned, values, field in (
+            ("predators[0].position[1]", [1.0], "predators[0].position[1]"),
+            ("predator_range", [1.0], "predator_range"),
+            *((name, [1.0], "field") for name in ("angular_nois", "motion.nothing", "speed.x", "num_steps")),
+            ("num_agents", [2.5], "num_agents"),
+            ("angular_noise", [1.0, 7.0], "angular_noise"),
+        )
+    ),
+    (lambda: fe.rollout(table.LINE, fe.FixedRange(0.1), [0], per_agent=True), "per_agent"),
+    (lambda: neighbor_pairs(fe.FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0), "velocities"),
+    (lambda: jobs.find_backend("ray2"), "backend"),
+    (lambda: jobs.Job("m:f", ({1, 2},), engine="").key, "arguments"),
+    (lambda: Replay([("run", fe.simulate(table.FLOCK, 1.0, seed=0))], height=0), "height"),
 ]
 
 
-def test_an_entry_of_an_array_is_named() -> None:
-    for rho, arguments, field in SIMULATE:
-        with pytest.raises(ValueError, match="expected") as caught:
-            fe.simulate(small_flock(), rho, seed=0, **arguments)
-        assert getattr(caught.value, "field", "") == field
+@pytest.mark.parametrize(("call", "field"), CONTRADICTIONS)
+def test_contradictions(call: Callable[[], Any], field: str) -> None:
+    """Arguments that are good by themselves."""
+    with pytest.raises(FlockescError) as caught:
+        call()
+    assert caught.value.field == field
 
 
-def test_schedule_or_range_per_agent() -> None:
-    """With as many agents as steps, the name of the argument decides which axis an array has."""
-    scenario = small_flock(num_agents=6, num_steps=6)
-    values = np.arange(6) * 10.0
-    own = fe.simulate(scenario, values, seed=0)
-    scheduled = fe.simulate(scenario, policy=fe.ScheduledRange(values), seed=0)
-    assert own.num_components[0] < 6  # the scheduled range starts at 0
-    assert scheduled.num_components[0] == 6
-    square = np.tile(values, (6, 1))
-    np.testing.assert_array_equal(
-        fe.simulate(scenario, policy=fe.ScheduledRange(square), seed=0).positions, own.positions
-    )
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"reward": "teem"}, "did you mean team"),
+        ({"objective": "mean_distance"}, "did you mean min_mean_distance"),
+        ({"predator_sensing_range": None}, "math.inf: agents see the predator at any distance"),
+    ],
+)
+def test_an_error_says_what_to_type(given: dict[str, Any], told: str) -> None:
+    with pytest.raises(FlockescError, match=told):
+        fe.parallel_env(**given)

@@ -10,7 +10,6 @@ from gymnasium import Wrapper
 from option_table import EVERY_STEP, doomed, small_flock
 from same import spoil
 from stable_baselines3 import A2C, PPO
-from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
@@ -23,7 +22,6 @@ from flockesc_env.sb3 import FlockEvalCallback, vec_env
 from flockesc_env.scenario import Learned
 
 FLOCKS = 3
-SHOWN = ("min_mean_distance",)
 PER_AGENT = pytest.mark.parametrize("per_agent", [False, True])
 
 
@@ -194,21 +192,3 @@ def test_the_callback_refuses_other_environments() -> None:
     model = A2C("MlpPolicy", DummyVecEnv([lambda: fe.FlockEscapeEnv(small_flock())]), device="cpu")
     with pytest.raises(InputError, match=r"model.env: expected an environment of Task.vec_env"):
         model.learn(5, callback=FlockEvalCallback(5))
-
-
-def test_one_episode_per_agent_judges_whole_flocks() -> None:
-    """As docs/trainers.md says: ``evaluate_policy`` counts slots."""
-    scenario = small_flock()
-    env = VecMonitor(vec_env(scenario, 2, per_agent=True), info_keywords=SHOWN)
-    model = A2C("MlpPolicy", env, device="cpu", seed=0)
-    env.seed(7)
-    values = []
-    evaluate_policy(
-        model,
-        env,
-        n_eval_episodes=env.num_envs,
-        callback=lambda seen, _: values.append(seen["info"]["min_mean_distance"]) if seen["done"] else None,
-    )
-    assert len(values) == 2 * scenario.num_agents
-    expected = fe.rollout(scenario, fe.SB3Policy(model), [7, 8]).min_mean_distance
-    np.testing.assert_array_equal(np.unique(values), np.sort(expected))

@@ -17,15 +17,6 @@ FLOCKS = json.loads((GOLDEN / "flock.json").read_text())
 Case = dict[str, Any]
 
 
-def line_label(case: Case) -> str:
-    predator = case["predator"]
-    return f"{case['rho']}-{predator['force'] if predator else 'no predator'}"
-
-
-def run_label(case: Case) -> str:
-    return "per agent" if isinstance(case["rho"], list) else str(case["rho"])
-
-
 def line_scenario(case: Case) -> LineScenario:
     base = LineScenario(
         num_agents=len(LINE["x0"]),
@@ -44,7 +35,7 @@ def line_scenario(case: Case) -> LineScenario:
     )
 
 
-@pytest.mark.parametrize("case", LINE["cases"], ids=line_label)
+@pytest.mark.parametrize("case", LINE["cases"])
 def test_line(case: Case) -> None:
     run = simulate_line(line_scenario(case), case["rho"], initial_state=LINE["x0"])
     np.testing.assert_allclose(run.states[-1], case["final"], rtol=0, atol=1e-9)
@@ -55,11 +46,7 @@ def test_line(case: Case) -> None:
     np.testing.assert_allclose(run.escape_distance[-1], expected, rtol=0, atol=1e-9)
 
 
-RUNS = [
-    pytest.param(flock, run, id=f"{flock['dimension']}D-{run_label(run)}")
-    for flock in FLOCKS
-    for run in flock["runs"]
-]
+RUNS = [(flock, run) for flock in FLOCKS for run in flock["runs"]]
 
 
 @pytest.mark.parametrize(("flock", "run"), RUNS)

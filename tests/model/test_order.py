@@ -8,21 +8,19 @@ from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
 from flockesc_env import models
-from flockesc_env.common.errors import FlockescError, InputError
-from flockesc_env.scenario import Choice, Learned, Reynolds, Uniform, preset
+from flockesc_env.common.errors import InputError
+from flockesc_env.scenario import Learned, Reynolds, preset
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
 def run_of(positions: Any, velocities: Any, **fields: Any) -> models.Trajectory:
-    """Return a run that starts with these positions and velocities."""
     n, dimension = np.shape(positions)
     scenario = fe.FlockScenario(num_agents=n, dimension=dimension, num_steps=2, **{"predators": (), **fields})
     return fe.simulate(scenario, 0.0, seed=1, initial_positions=positions, initial_velocities=velocities)
 
 
 def circle(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points of the unit circle, and the tangents there."""
     angles = np.arange(n) * 2 * np.pi / n
     return np.stack([np.cos(angles), np.sin(angles)], axis=1), np.stack([-np.sin(angles), np.cos(angles)], 1)
 
@@ -140,28 +138,3 @@ def test_means_of_a_scan_leave_out_the_first_steps() -> None:
     (axes,) = result.plot().axes
     np.testing.assert_array_equal(axes.lines[0].get_ydata(), mean)
     assert axes.get_xlabel() == "angular_noise"
-
-
-DRAWN = (
-    Uniform("predators[0].constant_velocity.position[1]", 0.0, 1.0),
-    Choice("predator_range", (20.0, 30.0)),
-)
-
-
-@pytest.mark.parametrize(
-    ("field", "values", "named"),
-    [
-        ("predators[0].position[1]", [1.0], "predators[0].position[1]"),
-        ("predator_range", [1.0], "predator_range"),
-        ("angular_nois", [1.0], "field"),
-        ("motion.nothing", [1.0], "field"),
-        ("speed.x", [1.0], "field"),
-        ("num_steps", [1.0], "field"),
-        ("num_agents", [2.5], "num_agents"),
-        ("angular_noise", [1.0, 7.0], "angular_noise"),
-    ],
-)
-def test_refused_fields_and_values(field: str, values: list[float], named: str) -> None:
-    with pytest.raises(FlockescError) as caught:
-        fe.scan(small_flock(randomization=DRAWN), field, values, 5.0, [1])
-    assert caught.value.field == named

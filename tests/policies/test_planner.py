@@ -82,18 +82,3 @@ def test_the_candidates_span_the_ranges_of_the_actions() -> None:
     assert (len(planner.ranges), len(planner.futures)) == (15, 10)
     assert set(planner.futures) <= set(planner.ranges)
     assert (planner.ranges.min(), planner.ranges.max()) == (0.0, 20.0)
-
-
-@pytest.mark.parametrize(
-    ("scenario", "arguments", "field"),
-    [
-        ("paper-line", {}, "scenario"),
-        (FLOCK.replace(predators=()), {}, "predators"),
-        (FLOCK, {"steps_per_action": 5}, "steps"),
-        (FLOCK, {"reward": "difference"}, "reward"),
-    ],
-)
-def test_wrong_arguments(scenario: Any, arguments: dict[str, Any], field: str) -> None:
-    with pytest.raises(fe.InputError) as caught:
-        Planner(scenario, **arguments)
-    assert caught.value.field == field

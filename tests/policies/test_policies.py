@@ -60,7 +60,6 @@ def last(info: dict[str, Any]) -> list[Any]:
 
 
 def play_single(env: Any, policy: Any, seed: int) -> list[Any]:
-    """Play one episode of a Gymnasium or parallel environment."""
     act = policies.bind(policy, env)
     observation, _ = env.reset(seed=seed)
     while True:

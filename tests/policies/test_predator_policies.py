@@ -51,7 +51,6 @@ def test_pursuit_is_the_parallel_environment_with_a_fixed_flock(dimension: int, 
 
 @dimensions
 def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
-    """Every interface gives the same run as the parallel environment with explicit predator actions."""
     scenario = hunted(dimension).with_learned_predators()
     by_hand = fe.parallel_env(scenario, steps_per_action=1)
     observations, _ = by_hand.reset(seed=4)

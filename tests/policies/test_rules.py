@@ -56,10 +56,8 @@ def test_stubborn_leaders(dimension: int, sensing: float) -> None:
 def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
     predators = (ConstantVelocity((-10.0, -10.0), (80.0, 80.0)),)
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0, predators=predators)
-    rule, t = (
-        StubbornWitnesses(patience=0.25, first_range=30.0, interaction_range=14.0),
-        np.arange(16)[:, None],
-    )
+    rule = StubbornWitnesses(patience=0.25, first_range=30.0, interaction_range=14.0)
+    t = np.arange(16)[:, None]
     for seed in (0, 1):  # the second episode starts with empty memory
         run = flown(rule, scenario, seed, predator_sensing_range=20.0)
         sees = np.linalg.norm(run.positions - run.predator_positions, axis=2)[:-1] <= 20.0
@@ -148,7 +146,6 @@ def test_win_stay_lose_shift() -> None:
 @pytest.mark.parametrize("dimension", DIMENSIONS)
 @pytest.mark.parametrize("criterion", ["estimated_escape_direction", "estimated_encounter"])
 def test_win_stay_lose_shift_with_an_estimated_escape_direction(dimension: int, criterion: Any) -> None:
-    """The rule computed from positions and velocities sets the same ranges in each step."""
     predators = (ConstantVelocity((-20.0, -10.0), (12.0, 14.0)),)
     options: Any = {"num_agents": 20, "num_steps": 30, "initial_side": 60.0, "speed": 8.0, "time_step": 0.1}
     flock = small_flock(dimension, predators=predators, **options)

@@ -220,14 +220,6 @@ def test_models_that_are_no_network_of_the_package_are_refused(make: Any, messag
         policy.network()
 
 
-def test_the_model_knows_whether_it_sets_the_ranges_of_agents() -> None:
-    for env, per_agent in ((vec_env(SCENARIO), False), (vec_env(SCENARIO, per_agent=True), True)):
-        policy = SB3Policy(model_of(PPO, env))
-        expected = fe.simulate(SCENARIO, policy=policy, seed=1, per_agent=per_agent).interaction_ranges
-        assert fe.simulate(SCENARIO, policy=policy, seed=1).interaction_ranges.tolist() == expected.tolist()
-        assert len(fe.rollout(SCENARIO, policy, [1]).seeds) == 1
-
-
 @pytest.mark.parametrize(
     "env",
     [

@@ -13,7 +13,7 @@ import gymnasium
 import numpy as np
 import pytest
 from envs import draw, start
-from forking import LARGE, NOISY, forked_while, played, resumed
+from forking import NOISY, forked_while, played, resumed
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 from option_table import small_flock
 from same import same
@@ -79,26 +79,6 @@ def test_environments_in_processes_equal_those_in_one(kind: str, method: str, na
     finally:
         there.close()
         here.close()
-
-
-def test_forked_child_continues_the_flock_of_its_parent() -> None:
-    """The child inherits an environment in mid-episode, with a pool that has no threads there."""
-    env = FlockEscapeEnv(LARGE, num_threads=2)
-    env.reset(seed=4)
-    env.step(env.action_space.sample())
-    context = multiprocessing.get_context("fork")
-    results = context.SimpleQueue()
-
-    def step_on() -> None:
-        results.put([env.step(np.array([0.0], np.float32))[0] for _ in range(5)])
-
-    child = context.Process(target=step_on)
-    child.start()
-    child.join(TIMEOUT)
-    assert child.exitcode == 0
-    there = results.get()
-    step_on()
-    np.testing.assert_array_equal(there, results.get())
 
 
 @pytest.mark.parametrize("busy", ["step_for_ever", "start_pools", "sweep_for_ever"])

@@ -2,10 +2,8 @@
 
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -72,19 +70,6 @@ def test_eight_threads_share_one_pool() -> None:
         return played(fe.FlockEscapeEnv(large, num_threads=2, steps_per_action=1), index)
 
     assert_serial(work)
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="threads are counted in Linux's /proc")
-def test_pools_of_many_sizes_do_not_stay() -> None:
-    def num_threads() -> int:
-        return len(list(Path("/proc/self/task").iterdir()))
-
-    sizes = range(2, 22)
-    before = num_threads()
-    for size in sizes:
-        BatchVectorEnv(2, small_flock(), num_threads=size).reset(seed=0)
-    while num_threads() - before > sum(sizes[-4:]):  # threads end in their own time
-        time.sleep(0.01)
 
 
 TEN = np.array([10.0], np.float32)

@@ -1,24 +1,19 @@
 """The core, the Python classes and the docs have the same parts, fields, defaults and observation entries."""
 
 import json
-import pkgutil
 import re
 from collections.abc import Callable
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any, get_args
 
-import gymnasium
 import pytest
 from argument_table import PARTS, SLOTS
-from envs import ADAPTERS
 from option_table import small_flock
 
 import flockesc_env as fe
-from flockesc_env import _core, envs
+from flockesc_env import _core
 from flockesc_env.common.errors import FlockescError
-from flockesc_env.envs._base import FlockEnvironment
 from flockesc_env.episodes import objectives, options
 from flockesc_env.scenario import parts, predators
 from flockesc_env.scenario.line import EscapeForce
@@ -76,23 +71,6 @@ def test_the_docs_list_the_entries_and_bounds_of_an_observation_in_order(
     documented = [(name, float(low), float(high)) for name, low, high in rows]
     assert documented == entries(3)
     assert [row for row in documented if not row[0].endswith("_up")] == entries(2)
-
-
-def _concrete(cls: type) -> set[type]:
-    found = cls.__subclasses__()
-    return set().union(*map(_concrete, found)) if found else {cls}
-
-
-def test_every_adapter_is_a_row_of_the_registry() -> None:
-    for module in pkgutil.iter_modules(envs.__path__, "flockesc_env.envs."):
-        import_module(module.name)
-    classes = {cls for cls in _concrete(FlockEnvironment) if cls.__module__.startswith("flockesc_env.")}
-    made = [adapter.make() for adapter in ADAPTERS.values()]
-    missing = classes - {type(getattr(env, "unwrapped", env)) for env in made}
-    assert not missing
-    registered = {spec.entry_point for spec in gymnasium.registry.values()}
-    names = {f"{cls.__module__}:{cls.__name__}" for cls in classes if issubclass(cls, gymnasium.Env)}
-    assert names <= registered
 
 
 def check_options(document: str) -> None:

@@ -56,11 +56,6 @@ def profiled() -> Any:
     return BatchVectorEnv(20_000, scenario, per_agent=True, max_range=300.0, profile_ranges=candidates)
 
 
-def profiled_reset() -> Call:
-    env = profiled()
-    return lambda: env.reset(seed=0)
-
-
 def gymnasium_step(scenario: fe.FlockScenario, rho: float = 10.0, **options: Any) -> Call:
     return step(fe.FlockEscapeEnv(scenario, action_mode="range", **options), np.array([rho], np.float32))
 
@@ -100,9 +95,6 @@ CALLS: dict[str, Callable[[], Call]] = {
     "step, 10,000 steps per action": lambda: gymnasium_step(
         crowd.replace(num_agents=5000), steps_per_action=10_000
     ),
-    "step, 10 slow steps per action": lambda: gymnasium_step(
-        dense, 50.0, steps_per_action=10, max_range=50.0
-    ),
     "step, 99 steps of Voronoi neighbors": lambda: gymnasium_step(
         crowd.replace(neighbor_rule=Voronoi(), num_agents=30_000), steps_per_action=99
     ),
@@ -110,12 +102,8 @@ CALLS: dict[str, Callable[[], Call]] = {
     "step with difference rewards": parallel_step,
     "step of a line": line_step,
     "step, 64 candidate ranges": lambda: step(profiled(), np.zeros((20_000, 1), np.float32)),
-    "reset of 20,000 agents, 64 candidate ranges": profiled_reset,
     "observation, topological candidates": observation,
     "reset of 1,000,000 agents": lambda: lambda: fe.FlockEscapeEnv(huge).reset(seed=0),
-    "reset of 64 x 30,000 agents": lambda: (
-        lambda: BatchVectorEnv(64, crowd.replace(num_agents=30_000, initial_side=1000.0)).reset(seed=0)
-    ),
     "perron_matrix": lambda: lambda: graph.perron_matrix(points[:15_000, 0], 0.1),
     "laplacian": lambda: lambda: graph.laplacian(points[:15_000, 0], 0.1),
     "neighbor_pairs": lambda: lambda: graph.neighbor_pairs(None, points[:30_000], 0.2),

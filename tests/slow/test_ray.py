@@ -13,39 +13,23 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from backends import CALLS, calls, contents, jobs_of, sweep_jobs
+from backends import CALLS, calls, contents, jobs_of, note_calls, sweep_jobs
 
-import flockesc_env
 from flockesc_env.jobs import Backend, Cache, Job, JobError, find_backend, run
 from flockesc_env.jobs.job import Outcomes
 
 ray = pytest.importorskip("ray", reason="ray is not installed (extra ray)")
 cluster_utils = pytest.importorskip("ray.cluster_utils")
 
-SUPPORT = Path(__file__).parents[1] / "support"
 STORE = {"object_store_memory": 78 * 1024**2}
 """The least that Ray takes."""
 
 
 @pytest.fixture(scope="module")
-def folder_of_calls(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("calls")
-
-
-@pytest.fixture
-def noted(folder_of_calls: Path) -> Path:
-    for path in folder_of_calls.iterdir():
-        path.unlink()
-    return folder_of_calls
-
-
-@pytest.fixture(scope="module")
-def cluster(folder_of_calls: Path) -> Iterator[Any]:
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """Yield a cluster on this machine: a head without cores, and two nodes of one."""
-    package = Path(flockesc_env.__file__).parents[1]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(CALLS, str(folder_of_calls))
-        patch.setenv("PYTHONPATH", os.pathsep.join([str(SUPPORT), str(package)]))
+        note_calls(tmp_path_factory.mktemp("cluster"), patch)
         patch.setenv("RAY_USAGE_STATS_ENABLED", "0")
         made = cluster_utils.Cluster()
         try:
@@ -56,6 +40,14 @@ def cluster(folder_of_calls: Path) -> Iterator[Any]:
             yield made
         finally:
             made.shutdown()
+
+
+@pytest.fixture
+def noted(cluster: Any) -> Path:
+    folder = Path(os.environ[CALLS])
+    for path in folder.iterdir():
+        path.unlink()
+    return folder
 
 
 @pytest.fixture(autouse=True)

@@ -1,13 +1,21 @@
 """The back end ``slurm`` on a real cluster on this machine, with and without accounting: faults."""
 
+from __future__ import annotations
+
 import csv
 import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import pytest
-from backends import contents, note_calls
-from slurm_cluster import obstacle, processes, slurm_cluster
-from slurm_faults import FAULTS, Ended, play
+from backends import CALLS, calls, contents, note_calls
+from slurm_cluster import SlurmCluster, kill_processes, obstacle, processes, slurm_cluster, wait_until
 
 from flockesc_env.jobs import Cache, Job, find_backend, run
 
@@ -18,6 +26,150 @@ COMMAND = (
 )
 JOBS = [Job("backends:held_square", (number,)) for number in range(12)]
 pytestmark = pytest.mark.skipif(obstacle() is not None, reason=str(obstacle()))
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from flockesc_env.jobs import Cache, Job, find_backend, run
+function, count, cache, backend = sys.argv[1:]
+jobs = [Job("backends:" + function, (n,), seconds=200.0) for n in range(int(count))]  # a task takes three
+run(jobs, Cache(Path(cache)), find_backend(backend))
+"""
+
+
+class Ended(NamedTuple):
+    """How a driver ended."""
+
+    seconds: float
+    """After the fault."""
+    code: int
+    error: str
+    """What the driver wrote to stderr."""
+    cache: Path
+    """Folder of the results."""
+
+
+class Driver:
+    """A process that runs jobs on a cluster. They go on when the fault has happened."""
+
+    def __init__(
+        self,
+        cluster: SlurmCluster,
+        folder: Path,
+        function: str = "held_square",
+        count: int = 6,
+        options: str = "partition=cpu",
+    ) -> None:
+        self.cluster, self.cache, self.calls = cluster, folder / "cache", folder / "calls"
+        self.calls.mkdir(parents=True)
+        self.hold = self.calls.with_suffix(".hold")
+        self.hold.touch()
+        self.environment = cluster.environment | {CALLS: str(self.calls)}
+        arguments = [function, str(count), str(self.cache), f"slurm:{options}"]
+        self.command = [sys.executable, "-c", SCRIPT, *arguments]
+        self.start()
+
+    def start(self) -> None:
+        streams: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+        self.process = subprocess.Popen(self.command, env=self.environment, **streams)  # noqa: S603
+
+    def wait_for_states(self, array: str, condition: Callable[[set[str]], bool]) -> None:
+        command = ["squeue", f"--jobs={array}", "--array", "--states=all", "--noheader", "--format=%T"]
+        wait_until(lambda: condition(set(self.cluster.ask(*command).split())), 150.0)
+
+    def end(self, fault: Callable[[Driver, str], None]) -> Ended:
+        """Return how the driver ends after a fault of its array. It is killed after ten minutes."""
+        start, seconds = time.monotonic(), 600.0
+        try:
+            wait_until(lambda: calls(self.calls) >= 2, 120.0)
+            [array] = {path.name.split("_")[0] for path in (self.cache / "slurm").glob("*_submission.sh")}
+            start = time.monotonic()
+            fault(self, array)
+        except AssertionError as error:
+            print(f"{fault.__name__}: {error!r}")
+            seconds = 0.0
+        self.hold.unlink(missing_ok=True)
+        try:
+            text = self.process.communicate(timeout=seconds)[1]
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            text = self.process.communicate()[1]
+        return Ended(time.monotonic() - start, self.process.returncode, text, self.cache)
+
+
+def processes_of_a_task_killed(driver: Driver, array: str) -> None:
+    kill_processes(f"{CALLS}={driver.calls}", "SLURM_ARRAY_TASK_ID=0")
+
+
+def tasks_cancelled(driver: Driver, array: str) -> None:
+    """One runs, and ends after ``KillWait``; one has not started, because two may run at a time."""
+    driver.cluster.ask("scancel", f"{array}_0", f"{array}_3")
+    driver.wait_for_states(array, lambda states: "CANCELLED" in states)
+
+
+def task_requeued(driver: Driver, array: str) -> None:
+    driver.cluster.ask("scontrol", "requeue", f"{array}_0")
+    driver.wait_for_states(array, lambda states: "PENDING" in states)
+
+
+def node_killed(driver: Driver, array: str) -> None:
+    driver.cluster.kill_node("n3")
+
+
+def driver_killed(driver: Driver, array: str) -> None:
+    driver.process.kill()
+    driver.process.communicate()
+    driver.start()
+
+
+def time_limit(driver: Driver, array: str) -> None:
+    driver.wait_for_states(array, lambda states: states == {"PENDING"})
+
+
+def worker_always_killed(driver: Driver, array: str) -> None:
+    """The jobs do it."""
+
+
+def driver_interrupted(driver: Driver, array: str) -> None:
+    driver.process.send_signal(signal.SIGINT)
+    driver.wait_for_states(array, lambda states: states == {"CANCELLED"})
+
+
+def slurmctld_killed(driver: Driver, array: str) -> None:
+    """Meanwhile one task is killed, and the other one ends."""
+    time.sleep(10)  # slurmctld saves its state every few seconds, and forgets jobs that it has not saved
+    driver.cluster.kill("slurmctld")
+    processes_of_a_task_killed(driver, array)
+    driver.hold.unlink()
+    time.sleep(20)
+    driver.cluster.start("slurmctld", "slurmctld", "-D")
+
+
+FAULTS: dict[str, tuple[Callable[[Driver, str], None], dict[str, int | str]]] = {
+    "processes of a task killed": (processes_of_a_task_killed, {}),
+    "scancel of two tasks": (tasks_cancelled, {"count": 12, "options": "partition=cpu,array_parallelism=2"}),
+    "scontrol requeue": (task_requeued, {}),
+    "node killed": (node_killed, {"options": "partition=mortal"}),
+    "driver killed": (driver_killed, {}),
+    "time limit": (time_limit, {"options": "partition=cpu,time=2,signal_delay_s=60"}),
+    "job kills its worker": (worker_always_killed, {"function": "dies"}),
+    "Ctrl-C": (driver_interrupted, {}),
+    "slurmctld killed": (slurmctld_killed, {}),
+}
+
+
+def play(cluster: SlurmCluster, folder: Path) -> dict[str, Ended]:
+    """Play all faults: the last one, which concerns all drivers, alone, and the others at the same time."""
+
+    def played(number: int, name: str) -> Ended:
+        fault, arguments = FAULTS[name]
+        return Driver(cluster, folder / f"driver{number}", **arguments).end(fault)  # type: ignore[arg-type]
+
+    *together, last = enumerate(FAULTS)
+    with ThreadPoolExecutor(len(FAULTS)) as pool:
+        ends = list(pool.map(lambda pair: played(*pair), together))
+    return dict(zip(FAULTS, [*ends, played(*last)], strict=True))
 
 
 @pytest.mark.parametrize("accounting", [False, True], ids=["without accounting", "with accounting"])

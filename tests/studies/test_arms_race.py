@@ -1,6 +1,5 @@
 """The arms race: predators, training runs, the pairing of the cross-play, its files and its page."""
 
-import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from flockesc_env.policies import Pursue
 from studies.arms_race import race
 from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
 from studies.arms_race.page import ARMS_RACE, load_race, markdown_page
-from studies.arms_race.race import FIXED, LEARNED, Budget, learner, play, train
+from studies.arms_race.race import FIXED, LEARNED, Budget, learner
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "arms_race"
@@ -69,16 +68,6 @@ def test_a_generation_of_predators_plays_as_each_does_alone(
     alone = [played(spec, NetworkPredator(vector, pursuit), [3, 4, 5]) for vector in vectors]
     np.testing.assert_array_equal(value(vectors, range(3, 6)), alone)
     assert np.unique(alone).size > 3
-
-
-@pytest.mark.usefixtures("small")
-def test_training_begins_with_the_stored_policy_and_never_ends_below_it() -> None:
-    start, predator = Flock(PER_AGENT_FILE), Predator("nearest")
-    result = train("flock", start, predator, BUDGET, 100)
-    trained = dataclasses.replace(start, parameters=tuple(result["parameters"]))
-    tuning = range(1_000_000, 1_000_003)
-    means = [play(flock, predator, tuning)["objective"].mean() for flock in (start, trained)]
-    assert [result["curve"][0], result["curve"].max()] == means
 
 
 @pytest.mark.usefixtures("small")

@@ -33,10 +33,13 @@ def chromium() -> Iterator[Browser]:
         browser.close()
 
 
+READY = "startedPage.then((page) => { globalThis.page = page; })"
+
+
 def open_page(tab: Page, address: str, width: int = 1280) -> None:
     tab.set_viewport_size({"width": width, "height": 900})
     tab.goto(address if "#" in address else f"{address}#t=0")
-    tab.evaluate("startedPage.then((page) => { globalThis.page = page; })")
+    tab.evaluate(READY)
 
 
 def wait(tab: Page, condition: str) -> None:
@@ -66,7 +69,6 @@ COLORED = """[...document.querySelectorAll(".panel canvas")].map((canvas) => {
 })"""
 
 DUEL = ["fixed:12", "per-agent-visible/search-0"]
-READY = "startedPage.then((page) => { globalThis.page = page; })"
 STATE = """[page.flight.scenario.name, page.flight.seed, page.flight.numbers, page.flight.isSteered,
             page.panels.map(({ run }) => run.spec)]"""
 
@@ -88,6 +90,16 @@ def fly(tab: Page, changes: str, spec: str) -> float:
 
 def scenario(name: str, seed: int = SEED) -> str:
     return f"{{ scenario: page.scenarios.find(({{ name }}) => name === '{name}'), seed: '{seed}' }}"
+
+
+def set_range(tab: Page, rho: float) -> None:
+    """Move the slider of the first panel to a range, and wait for its flight."""
+    tab.evaluate(f"""(() => {{
+        const slider = document.querySelector("#choice .ranges");
+        slider.value = page.choice.ranges.indexOf({rho});
+        slider.dispatchEvent(new Event("input"));
+    }})()""")
+    wait(tab, f"page.panels[0].run.spec === 'fixed:{rho:g}'")
 
 
 def text(tab: Page, selector: str) -> str:

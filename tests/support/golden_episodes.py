@@ -178,7 +178,6 @@ def feed(digest: Any, value: Any) -> None:
 
 
 def hashed(case: Case, num_threads: int, seed: int = SEED) -> str:
-    """Return the hash of an episode."""
     digest = hashlib.sha256()
     for returned in case(num_threads, seed):
         feed(digest, returned)
@@ -186,7 +185,6 @@ def hashed(case: Case, num_threads: int, seed: int = SEED) -> str:
 
 
 def hashes(num_threads: int) -> dict[str, str]:
-    """Return the hashes of all cases."""
     return {name: hashed(case, num_threads) for name, case in cases().items()}
 
 

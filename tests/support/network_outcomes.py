@@ -76,7 +76,6 @@ def outcome_hash(case: Case, num_threads: int) -> str:
 
 
 def hashes(num_threads: int) -> dict[str, str]:
-    """Return the hashes of all cases."""
     return {name: outcome_hash(case, num_threads) for name, case in cases().items()}
 
 

@@ -114,8 +114,6 @@ def free_ports(count: int) -> list[int]:
 
 
 class SlurmCluster:
-    """Daemons by name, and what a user and an operator do."""
-
     def __init__(self, folder: Path, accounting: bool) -> None:
         self.folder = folder
         self.environment = {**os.environ, "SLURM_CONF": str(folder / "slurm.conf")}

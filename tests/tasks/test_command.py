@@ -109,17 +109,6 @@ def test_a_full_disk_loses_no_score(
     assert "score 0." in ran.out
 
 
-def test_a_hyperparameter_of_any_name_is_kept(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (folder / "training.toml").write_text(
-        "seeds = [0]\nsamples = 10\ncpu_minutes = [1.0]\n[versions]\n[hyperparameters]\npolicies = []\n"
-    )
-    score(capsys, "mine-0.npz", "--training", "training.toml", "--output", "mine.json")
-    result = read_result(folder / "mine.json")
-    assert result.training is not None
-    assert result.training.hyperparameters == {"policies": []}
-    assert len(result.policies) == 1
-
-
 def test_code_is_scored_with_a_mark_and_not_verified(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -114,14 +114,6 @@ def test_a_run_that_ends_early_leaves_no_file(tmp_path: Path) -> None:
     assert not any(tmp_path.iterdir())
 
 
-def test_the_folder_of_a_link_gets_all_files(tmp_path: Path) -> None:
-    (tmp_path / "data").mkdir()
-    (tmp_path / "link").symlink_to("data")
-    record("line", tmp_path / "link", "random", flocks=1)
-    files = {path.name for path in (tmp_path / "data").iterdir()}
-    assert files == {"random.parquet", "episodes.parquet", "policies.parquet"}
-
-
 def test_errors(tmp_path: Path) -> None:
     Path(tmp_path, "mine.txt").touch()
     data = tmp_path / "data"

@@ -21,15 +21,12 @@ from pettingzoo import ParallelEnv
 from same import plain, same, spoil
 
 import flockesc_env as fe
-from flockesc_env import flockesc_v1, jobs, models, policies, sb3, scenario, watch
+from flockesc_env import flockesc_v1, models, policies, sb3, scenario, watch
 from flockesc_env.common.errors import FlockescError
 from flockesc_env.envs import vector
-from flockesc_env.models import neighbor_pairs
-from flockesc_env.notebook import Replay
-from flockesc_env.policies import FlyStraight, RandomRange, bind
+from flockesc_env.policies import RandomRange, bind
 from flockesc_env.render import draw, video
 from flockesc_env.sb3 import environments
-from flockesc_env.scenario import PurePursuit, approach
 
 NOT_CALLED = {
     # Only this package, or stable-baselines3, constructs these.
@@ -130,7 +127,9 @@ FLOCKS = table.Kind(
 
 
 def state(good: bytes) -> table.Kind:
-    near = [b"", good[:-1], good + b"0", good[:-1] + bytes([good[-1] ^ 1])]
+    half, last = len(good) // 2, len(good) - 1
+    near = [b"", good[:half], good[:last], good + b"0", good + good[half:]]
+    near += [good[:at] + bytes([good[at] ^ 1]) + good[at + 1 :] for at in (0, half, last)]
     return table.Kind(good, near, [bytearray(good), memoryview(good)])
 
 
@@ -223,7 +222,6 @@ def called(row: Row, subject: Any, **changes: Any) -> Any:
 
 
 def complaint(row: Row, subject: Any, name: str, value: Any) -> str | None:
-    """Return what is wrong with how a value is refused."""
     try:
         called(row, subject, **{name: value})
     except FlockescError as error:
@@ -283,47 +281,3 @@ def test_changes_by_the_caller_change_nothing(row: Row) -> None:
     assert plain(row.after(made)) == before
     spoil(row.after(made))
     assert plain(row.after(row.call(**copy.deepcopy(given)))) == before
-
-
-LEAGUE = table.FLOCK.replace(predators=(PurePursuit(), PurePursuit((40.0, 20.0), (-3.0, 1.0))))
-CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
-    (lambda: approach((1.0, 2.0, 3.0), dimension=2), "aim"),
-    (lambda: approach(direction=(0.0, 0.0)), "direction"),
-    (lambda: fe.FlockEscapeEnv(action_mode="range", max_range=1e39), "max_range"),
-    (lambda: fe.FlockEscapeEnv(center_range=40.0), "center_range"),
-    (lambda: fe.FlockEscapeEnv(action_mode="range", center_range=5.0), "center_range"),
-    (lambda: fe.PredatorEnv(LEAGUE), "predators"),
-    (lambda: fe.PredatorEnv(predator_policy=FlyStraight()), "predator_policy"),
-    (lambda: fe.FlockEscapeEnv(profile_ranges=[0.0, 5.0]), "profile_ranges"),
-    (lambda: fe.rollout(table.FLOCK, fe.StubbornLeaders(), [0], per_agent=False), "per_agent"),
-    (lambda: fe.rollout(table.FLOCK, policies.BestCandidate("escape_cosine"), [0]), "profile_ranges"),
-    (lambda: fe.rollout(table.FLOCK, fe.FixedRange(5.5), [0], max_range=5.0), "interaction_range"),
-    (lambda: fe.rollout(table.FLOCK, fe.ScheduledRange(np.ones((10, 4))), [0], per_agent=True), "schedule"),
-    (lambda: fe.rollout(table.FLOCK, policies.Planner(table.FLOCK), [0]), "policy"),
-    (lambda: fe.rollout(table.LINE, fe.FixedRange(0.1), [0], per_agent=True), "per_agent"),
-    (lambda: neighbor_pairs(fe.FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0), "velocities"),
-    (lambda: jobs.find_backend("ray2"), "backend"),
-    (lambda: jobs.Job("m:f", ({1, 2},), engine="").key, "arguments"),
-    (lambda: Replay([("run", fe.simulate(table.FLOCK, 1.0, seed=0))], height=0), "height"),
-]
-
-
-@pytest.mark.parametrize(("call", "field"), CONTRADICTIONS)
-def test_contradictions(call: Callable[[], Any], field: str) -> None:
-    """Arguments that are good by themselves."""
-    with pytest.raises(FlockescError) as caught:
-        call()
-    assert caught.value.field == field
-
-
-@pytest.mark.parametrize(
-    ("given", "told"),
-    [
-        ({"reward": "teem"}, "did you mean team"),
-        ({"objective": "mean_distance"}, "did you mean min_mean_distance"),
-        ({"predator_sensing_range": None}, "math.inf: agents see the predator at any distance"),
-    ],
-)
-def test_an_error_says_what_to_type(given: dict[str, Any], told: str) -> None:
-    with pytest.raises(FlockescError, match=told):
-        fe.parallel_env(**given)

@@ -7,15 +7,15 @@ from collections.abc import Iterable
 from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from textwrap import dedent
 from types import ModuleType
-from typing import Any, get_args
+from typing import get_args
 
 import pytest
 from option_table import IDS
 
 import flockesc_env as fe
-from flockesc_env.common.extras import MissingExtraError
 from flockesc_env.episodes.objectives import OBJECTIVES
 from flockesc_env.episodes.options import IndividualReward, TeamReward
 from flockesc_env.policies import NAMES
@@ -26,13 +26,14 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 
 FENCED = re.compile(r"^( *)```python\n(.*?)^\1```", flags=re.DOTALL | re.MULTILINE)
+FRAMEWORKS = ("flockesc_env.torchrl", "flockesc_env.benchmarl")
+"""Their modules are imported, and their snippets run, in compat/."""
 RUN_ELSEWHERE = {"README-0", "cluster-0"}  # below, and in tests/jobs/test_backends.py
 SNIPPETS = [
     pytest.param(dedent(code), id=f"{page.stem}-{number}")
     for page in PAGES
     for number, (_, code) in enumerate(FENCED.findall(page.read_text("utf-8")))
-    if f"{page.stem}-{number}" not in RUN_ELSEWHERE
-    and not re.search(r"flockesc_env\.(torchrl|benchmarl)", code)  # these run in compat/
+    if f"{page.stem}-{number}" not in RUN_ELSEWHERE and not any(framework in code for framework in FRAMEWORKS)
 ]
 WITH_EXAMPLES = [
     ".".join(path.relative_to(ROOT).with_suffix("").parts)
@@ -81,33 +82,6 @@ def test_examples_in_docstrings_run(module: str) -> None:
     assert results.failed == 0
 
 
-@pytest.mark.parametrize("name", ["fixed:10", *NAMES[1:]])
-def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) -> None:
-    """Agents are caught on the way; a policy for the flock plays the loop of Gymnasium."""
-    entry = fe.load_policy(name)
-    options: dict[str, Any] = {"max_range": 150.0, **(entry.options or {})}
-    were_caught, per_agent = 0, bool(entry.per_agent)
-    for scenario in (preset.scenario for preset in fe.PRESETS.values()):
-        if not isinstance(scenario, fe.FlockScenario) or not scenario.predators:
-            continue
-        fields = vars(scenario).items()
-        unlike = {k: v[:8] for k, v in fields if isinstance(v, tuple) and len(v) == scenario.num_agents}
-        flock = scenario.replace(num_agents=8, num_steps=9, capture_radius=70.0, **unlike)
-        try:
-            env: Any = fe.parallel_env(flock, **options) if per_agent else fe.FlockEscapeEnv(flock, **options)
-        except fe.InputError:  # this preset has no profile
-            assert "profile_ranges" in options
-            continue
-        act = entry.bind(env)
-        observations, _ = env.reset(seed=7)
-        has_ended = False
-        while not has_ended:
-            observations, _, terminated, truncated, _ = env.step(act(observations))
-            has_ended = not env.agents if per_agent else terminated or truncated
-            were_caught += per_agent and 0 < len(env.agents) < 8
-    assert were_caught or not per_agent
-
-
 def test_the_snippet_and_the_caption_of_the_readme_have_the_numbers_of_their_flock(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -153,11 +127,6 @@ def test_a_users_page_names_every_registered_environment() -> None:
     assert [name for name in IDS if f"flockesc_env:{name}" not in text] == []
 
 
-def resolved(name: str) -> object:
-    module, _, attribute = name.rpartition(".")
-    return getattr(import_module(module), attribute)
-
-
 def public(module: ModuleType) -> set[str]:
     own = {name for name, item in vars(module).items() if getattr(item, "__module__", "") == module.__name__}
     return {name for name in getattr(module, "__all__", own) if not name.startswith("_")}
@@ -165,10 +134,10 @@ def public(module: ModuleType) -> set[str]:
 
 @pytest.mark.parametrize("module", MODULES)
 def test_every_public_name_is_documented(module: str) -> None:
-    documented = {id(resolved(name)) for name in DOCUMENTED}
+    documented = {id(resolve_name(":".join(name.rsplit(".", 1)))) for name in DOCUMENTED}
     names = public(import_module(module))
     assert names
-    assert sorted(name for name in names if id(resolved(f"{module}.{name}")) not in documented) == []
+    assert sorted(name for name in names if id(resolve_name(f"{module}:{name}")) not in documented) == []
 
 
 def prose(page: Path) -> str:
@@ -204,15 +173,5 @@ def test_files_links_headings_and_tests_that_a_page_names_exist(page: Path) -> N
 @pages
 def test_modules_that_a_page_names_exist(page: Path) -> None:
     for name in set(re.findall(r"`(flockesc_env(?:\.\w+)+)", prose(page))):
-        module, rest = name.split("."), list[str]()
-        while module:
-            try:
-                found = import_module(".".join(module))
-                break
-            except MissingExtraError:  # the module exists; its framework is not installed
-                rest.clear()
-                break
-            except ModuleNotFoundError:
-                rest.insert(0, module.pop())
-        for part in rest:
-            found = getattr(found, part)
+        if not name.startswith(FRAMEWORKS):
+            resolve_name(name)

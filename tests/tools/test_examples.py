@@ -89,12 +89,11 @@ def test_without_matplotlib_a_sweep_is_a_table_and_a_line_its_repr(monkeypatch: 
 
 
 NOTEBOOKS = sorted((Path(__file__).parents[2] / "examples").glob("*.ipynb"))
-MAX_BYTES = 300_000
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_committed_outputs_are_complete_and_small(path: Path) -> None:
-    assert path.stat().st_size < MAX_BYTES
+    assert path.stat().st_size < 300_000
     cells = [cell for cell in json.loads(path.read_text("utf-8"))["cells"] if cell["cell_type"] == "code"]
     assert [cell["execution_count"] for cell in cells] == list(range(1, len(cells) + 1))
     outputs = [output for cell in cells for output in cell["outputs"]]

@@ -7,7 +7,7 @@ from pathlib import Path
 import chromium
 import numpy as np
 import pytest
-from chromium import BEST, BOARD, DUEL, SEED, STATE, drop, fly, lowest, open_page, text, wait
+from chromium import BEST, BOARD, DUEL, SEED, STATE, drop, lowest, open_page, set_range, text, wait
 from cli_runs import SMALL, Ran, policy_file
 from playwright.sync_api import Page
 from watch_documents import needs_engine
@@ -30,12 +30,7 @@ def test_a_range_flies_the_whole_run_and_shows_the_present_moment(
     wait(tab, "page.trials.size === 2")
     ranges = [0, 2.5, 16, 64]
     for rho in ranges:
-        tab.evaluate(f"""(() => {{
-            const slider = document.querySelector("#choice .ranges");
-            slider.value = page.choice.ranges.indexOf({rho});
-            slider.dispatchEvent(new Event("input"));
-        }})()""")
-        wait(tab, f"page.panels[0].run.spec === 'fixed:{rho:g}'")
+        set_range(tab, rho)
         run = fe.simulate("paper-flock", rho, seed=SEED)
         assert text(tab, ".whole") == f"{lowest(run):.1f} m"
         assert text(tab, ".readout dd") == f"{run.mean_distance[100]:.1f} m"
@@ -188,16 +183,6 @@ def test_a_finger_grabs_the_predator_of_both_flocks(tab: Page, open_at: Callable
     assert re.search(reached, text(tab, "#aim"))
     assert text(tab, "#score").startswith(f"+{second - first:.1f} mlearned is ahead of")
     assert tab.locator("#challenge").is_visible()
-    # Another range flies along the same path, and an agent can be inspected.
-    path = tab.evaluate("page.steering.path")
-    for rho in (30, 12):
-        tab.evaluate(f"page.choose(page.panels[0], 'fixed:{rho}')")
-        wait(tab, f"page.panels[0].run.spec === 'fixed:{rho}' && page.panels[0].run.hasEnded")
-    assert tab.evaluate("page.steering.path") == path
-    assert tab.evaluate(OBJECTIVES) == [first, second]
-    x, y = tab.evaluate("page.panels[0].scene.points.subarray(30, 32)")
-    tab.evaluate("page.inspect(page.panels[0], 10)")
-    assert text(tab, "#agent") == "Agent 10 listens within 12 m"
     tab.click(".panel:last-of-type .close")
     assert tab.evaluate("[page.panels.length, document.getElementById('score').hidden]") == [1, True]
 
@@ -243,16 +228,6 @@ def test_the_next_flock_is_played_by_all_policies_of_the_page(tab: Page, watched
     assert tab.evaluate("[page.panels.length, document.getElementById('score').hidden]") == [2, True]
 
 
-def test_a_color_keeps_its_range(tab: Page, open_at: Callable[..., None]) -> None:
-    open_at("policies=fixed:10")
-    colors = "[...page.panels[0].scene.agentsByColor()].map(([color]) => color)"
-    (ten,) = tab.evaluate(colors)
-    fly(tab, "{}", "fixed:100")
-    assert tab.evaluate(colors) != [ten]
-    fly(tab, "{}", "fixed:10")
-    assert tab.evaluate(colors) == [ten]
-
-
 def test_files_that_no_page_can_play_are_named(
     tab: Page, open_at: Callable[..., None], tmp_path: Path
 ) -> None:
@@ -283,12 +258,7 @@ def test_a_given_start_flies_with_another_range(tab: Page, tmp_path: Path) -> No
     open_page(tab, (tmp_path / "page.html").as_uri())
     assert text(tab, ".note") == "recorded, given start"
     assert text(tab, "#choice h2") == "All agents follow given"
-    tab.evaluate("""(() => {
-        const slider = document.querySelector("#choice .ranges");
-        slider.value = page.choice.ranges.indexOf(25);
-        slider.dispatchEvent(new Event("input"));
-    })()""")
-    wait(tab, "page.panels[0].run.spec === 'fixed:25'")
+    set_range(tab, 25)
     expected = lowest(fe.simulate(SMALL, 25.0, **arrays))
     assert tab.evaluate(OBJECTIVES) == [expected]
     tab.goto("about:blank")

@@ -18,7 +18,7 @@ from flockesc_env import tasks
 from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.watch.live import RULES
 from flockesc_env.watch.page import render, replay
-from playground.__main__ import HEADLINE, RANGES, means, tour
+from playground.__main__ import HEADLINE, RANGES, means
 
 pytest_plugins = ("watch_browser",)
 pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MISSING)
@@ -78,11 +78,6 @@ def test_the_means_are_those_of_the_held_out_flocks_of_the_task(
         assert estimate in text(tab, "#means")
 
 
-def test_the_first_flock_is_one_of_those_nearest_to_the_means() -> None:
-    seeds = tour(12.0)
-    assert (seeds[0], len(set(seeds))) == ("242", 20)
-
-
 def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
     tab: Page, open_at: Callable[..., None]
 ) -> None:
@@ -103,29 +98,16 @@ def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
         before = run.positions[step - 1], run.velocities[step - 1]
         pairs = neighbor_pairs(run.scenario, before[0], 9.0, velocities=before[1])
         way = run.predator_positions[step, 0] - run.positions[step, agent]
-        ahead = run.velocities[step, agent]
-        relative = run.predator_positions[step + 1, 0] - run.predator_positions[step, 0]
-        relative = relative / run.scenario.time_step - ahead
         others = pairs[pairs[:, 0] == agent, 1]
-        heard = before[1][[agent, *others]].mean(axis=0)
-        assert shown == {
-            "time": f"{run.times[step]:.2f} s",
-            "lowest mean distance so far": f"{run.mean_distance[: step + 1].min():.1f} m",
-            "its last range": "9.0 m",
-            "its speed": "10.0 m/s",
-            "heard in the last step": f"{len(others)} agents",
-            "their mean velocity": f"{np.linalg.norm(heard):.1f} m/s, {turn(ahead, heard)}",
-            "sees the predator": "yes",
-            "distance to the predator": f"{np.linalg.norm(way):.1f} m",
-            "direction of the predator": turn(ahead, way),
-            "predator's relative velocity": f"{np.linalg.norm(relative):.1f} m/s, {turn(ahead, relative)}",
-        }
-
-
-def turn(ahead: np.ndarray, way: np.ndarray) -> str:
-    angle = np.degrees(np.arctan2(ahead[0] * way[1] - ahead[1] * way[0], ahead @ way))
-    side = "left" if angle > 0 else "right"
-    return f"{abs(angle):.0f}\u00b0 {side}" if round(abs(angle)) else "straight ahead"
+        assert (
+            shown.items()
+            >= {
+                "time": f"{run.times[step]:.2f} s",
+                "lowest mean distance so far": f"{run.mean_distance[: step + 1].min():.1f} m",
+                "heard in the last step": f"{len(others)} agents",
+                "distance to the predator": f"{np.linalg.norm(way):.1f} m",
+            }.items()
+        )
 
 
 FLOCK = fe.FlockScenario(num_agents=40, num_steps=80)  # 4 s

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from speed import flocks, frameworks, instructions, line, page, peers, plots
+from speed import flocks, frameworks, instructions, line, page, peers
 from speed.measure import Measurements
 from speed.peers import Flocks, Outcome, Peer, numpy_flocks
 
@@ -38,12 +38,6 @@ def test_the_line_in_numpy_agrees_and_a_wrong_one_is_refused(rho: float) -> None
     line.check("NumPy", right, rho)
     with pytest.raises(peers.DisagreementError, match="late"):
         line.check("late", lambda x, scenario, rho, steps: right(x, scenario, rho, steps - 1), rho)
-
-
-def test_figures_are_drawn_from_the_file_alone(tmp_path: Path) -> None:
-    paths = plots.draw(RUN.records, tmp_path)
-    assert [path.name for path in paths] == ["cost_against_range.png", "cost_against_size.png"]
-    assert all(path.stat().st_size > 10_000 for path in paths)
 
 
 @pytest.mark.parametrize("path", page.PAGES, ids=str)

@@ -40,10 +40,8 @@ def test_every_algorithm_trains_and_ends_with_its_best_model(algorithm: str, tmp
     assert start == 0
     assert measured["samples"] >= run.learner.samples
     model = sb3.algorithm_of(run).load(run.folder / "best_model.zip", device="cpu")
-    played = {"per_agent": run.task.per_agent} if algorithm == "RecurrentPPO" else {}
-    options = {**run.options, **played}
-    spec = run.task.spec
-    values = spec.values(_rollout(run, SB3Policy(model), TUNING[:64], options))
+    spec, view = run.task.spec, {"per_agent": run.task.per_agent}
+    values = spec.values(rollout(SMALL, SB3Policy(model), TUNING[:64], **run.options, **view))
     assert values.mean() == pytest.approx(max(value for _, value in curve), rel=1e-6)
     assert values.mean() >= first * (1 - 1e-6)
     assert measured["evaluations"] == 64 * len(curve)
@@ -52,13 +50,8 @@ def test_every_algorithm_trains_and_ends_with_its_best_model(algorithm: str, tmp
         return
     entry = load_policy(path)
     assert (entry.scenario, entry.per_agent) == (SMALL, run.task.per_agent)
-    own = spec.values(_rollout(run, entry, TUNING[:64], {}))
+    own = spec.values(rollout(SMALL, entry, TUNING[:64]))
     np.testing.assert_allclose(own, values, rtol=1e-3)
-
-
-def _rollout(run: Run, policy: Any, seeds: range, options: Any) -> Any:
-    view = {} if not options else {"per_agent": run.task.per_agent}
-    return rollout(SMALL, policy, seeds, **{**options, **view})
 
 
 @pytest.mark.parametrize("options", [{}, {"action_mode": "discrete", "range_grid": (0.0, 5.0, 20.0)}])

@@ -2,14 +2,11 @@
 
 import dataclasses
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from cmaes import CMA
-from numpy.typing import NDArray
 from small_runs import SMALL, small_run, small_task
 
 from flockesc_env import InputError, load_policy
@@ -70,28 +67,6 @@ def test_a_search_of_a_rule_begins_with_parameters_chosen_by_hand(tmp_path: Path
     assert curve(run)[0][0] == 0
 
 
-def test_a_restart_draws_from_the_first_distribution_on_new_flocks(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    drawn: list[tuple[NDArray[np.float64], list[int]]] = []
-    play = Networks.play
-
-    def recorded(family: Networks, vectors: NDArray[np.float64], seeds: Sequence[int]) -> Any:
-        drawn.append((vectors, list(seeds)))
-        return play(family, vectors, seeds)
-
-    monkeypatch.setattr(Networks, "play", recorded)
-    run = small_run(tmp_path / "run", "search", generations=6, restarts=2, final_flocks=8)
-    rounds = SearchRounds(run)
-    rounds.train()
-    fresh = CMA(np.zeros(rounds._family.size), 0.5, population_size=6, seed=run.seed)
-    fresh.reseed_rng(int(np.random.SeedSequence([run.seed, 3]).generate_state(1)[0]))
-    np.testing.assert_array_equal(drawn[3][0], [fresh.ask() for _ in range(6)])
-    assert [len(flocks) for _, flocks in drawn] == [2, 3, 5] * 2
-    flocks = [flock for _, flocks in drawn for flock in flocks]
-    assert len(set(flocks)) == len(flocks)
-
-
 def stop(*_: Any) -> None:
     raise KeyboardInterrupt
 
@@ -101,10 +76,8 @@ def test_a_resumed_run_ends_as_one_that_nobody_interrupts(
     algorithm: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = load_policy(train(small_run(tmp_path / "whole", algorithm)))
-    kind, run = (
-        (SearchRounds if algorithm == "search" else ImitationRounds),
-        small_run(tmp_path / "cut", algorithm),
-    )
+    kind = SearchRounds if algorithm == "search" else ImitationRounds
+    run = small_run(tmp_path / "cut", algorithm)
     round_ = kind.round
     with monkeypatch.context() as patch:
         patch.setattr(kind, "round", lambda rounds: stop() if rounds.completed == 3 else round_(rounds))
@@ -223,9 +196,6 @@ def test_imitation_refuses_what_it_cannot_learn(tmp_path: Path) -> None:
     run = dataclasses.replace(small_run(tmp_path / "run", "imitation"), task=small_task("per-agent-visible"))
     with pytest.raises(InputError, match="task: expected one range for a flock, got per-agent-visible"):
         Branches(run, RANGES, 3)
+    learner = Learner(algorithm="imitation", hyperparameters={"ranges": [1.0]})
     with pytest.raises(InputError, match=r"imitation\.hyperparameters: .* missing required field `teacher`"):
-        ImitationRounds(
-            dataclasses.replace(
-                run, learner=Learner(algorithm="imitation", hyperparameters={"ranges": [1.0]})
-            )
-        )
+        ImitationRounds(dataclasses.replace(run, learner=learner))
