@@ -18,13 +18,15 @@ from cli_runs import Ran
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line, sweep
 from flockesc_env.cli.output import Exit
 from flockesc_env.common import stats
+from flockesc_env.jobs import Arrays
 from flockesc_env.models import LineSweepResult
 from studies.__main__ import STUDIES
-from studies.paper import jobs
+from studies.paper import jobs, plan
 from studies.paper.claims import Verdict, judge
 from studies.paper.line_claims import clusters
+from studies.paper.mechanism_claims import mechanism_claims
 from studies.paper.page import PaperResults, html_page, markdown_page
-from studies.paper.plan import Trials
+from studies.paper.plan import CONTROL_GRID, LINE_GRID, NO_FORCE, STRENGTHS, Trials, captures, control
 from studies.study import RESULTS_FILE, document
 
 ROOT = Path(__file__).parents[2]
@@ -178,6 +180,49 @@ def test_the_parts_of_a_gain_add_up_to_it() -> None:
     parts = columns["agreement"] + columns["turning"] + columns["sorting"]
     np.testing.assert_allclose(parts, columns["mean_distance"] - columns["mean_distance"][0], atol=1e-9)
     np.testing.assert_allclose(parts, columns["gain"], atol=1e-9)
+
+
+def verdicts(
+    without: dict[float, float], fleeing: dict[float, float], blocked: float = 0.0
+) -> dict[str, set[Verdict]]:
+    """Return the verdicts on 40 made-up flocks and lines, by the claim's first word.
+
+    The objective without and with the force is 0 except for the given ranges. ``blocked`` is that at 10 m if
+    warnings are blocked.
+    """
+    noise = np.random.default_rng(0).normal(scale=0.01, size=40)
+
+    def values(peaks: dict[float, float], grid: tuple[float, ...], scale: float = 1.0) -> Arrays:
+        rows = np.array([peaks.get(round(rho * scale, 9), 0.0) for rho in grid])[:, np.newaxis] + noise
+        names = ("min_mean_distance", "min_min_distance", "fraction_surviving", "escape_distance")
+        return dict.fromkeys(names, rows)
+
+    found = {
+        name(scenario, strength): values(without if strength == NO_FORCE else fleeing, CONTROL_GRID)
+        for scenario in plan.SCENARIOS
+        for strength in STRENGTHS
+        for name in (control, captures)
+    }
+    for name in ("blocked", "blocked captures"):
+        found[name] = values({0.0: fleeing.get(0.0, 0.0), 10.0: blocked}, plan.SHORT_RANGES)
+    found["fearless line"], found["grid linear"] = (values(p, LINE_GRID, 100) for p in (without, fleeing))
+    words: dict[str, set[Verdict]] = {}
+    for row in mechanism_claims(found):
+        words.setdefault(row.claim.split()[0], set()).add(row.judgment.verdict)
+    return words
+
+
+def test_the_explanation_is_judged_by_what_the_force_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It makes the optimum; the optimum needs no force; warning and masking are judged apart."""
+    monkeypatch.setattr(stats, "bootstrap", no_bootstrap)
+    best = {10.0: 2.0, 100.0: 1.0}
+    holds, fails = {Verdict.HOLDS}, {Verdict.FAILS}
+    assert verdicts({}, best) == {"Some": holds, "Too": holds, "The": holds}
+    assert verdicts(best, best, blocked=2.0) == {"Some": fails, "Too": fails, "The": fails}
+    neither = verdicts({10.0: 1.0}, {0.0: 1.5, 10.0: 2.0, 100.0: 2.5}, blocked=2.0)
+    assert neither["Some"] == neither["Too"] == fails
+    masking = verdicts({10.0: 1.0}, {0.0: 1.5, 10.0: 2.0}, blocked=2.0)
+    assert (masking["Some"], masking["Too"]) == (fails, holds)
 
 
 LINE_BATCH = 40

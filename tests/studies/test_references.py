@@ -10,11 +10,11 @@ from scipy.optimize import minimize_scalar
 from flockesc_env import (
     FlockScenario,
     InputError,
+    ScheduledRange,
     load_policy,
     parallel_env,
     rollout,
     simulate,
-    sweep,
 )
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.scenario import PurePursuit
@@ -22,7 +22,7 @@ from flockesc_env.scenario.predators import approach
 from flockesc_env.tasks import Task, tasks
 from studies.scoreboard import references
 from studies.scoreboard.references import clairvoyant, free_headings, informed_greedy, is_bounded
-from studies.scoreboard.rewards import gains
+from studies.scoreboard.rewards import gains, pairs_of
 
 TASKS = {"min_mean_distance": "per-agent-visible", "min_min_distance": "per-agent-visible-minimum"}
 SMALL = FlockScenario(num_agents=12, num_steps=36, initial_side=30.0)
@@ -86,14 +86,40 @@ def test_free_headings_need_straight_predators_and_a_constant_speed() -> None:
 
 
 @pytest.mark.parametrize("objective", TASKS)
-def test_a_schedule_is_better_than_a_constant_range(objective: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_schedule_is_no_worse_than_a_constant_range_and_replays(
+    objective: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     name = {"min_mean_distance": "one-range", "min_min_distance": "one-range-minimum"}[objective]
     task: Task = dataclasses.replace(tasks[name], scenarios={"small": SMALL})
     monkeypatch.setattr(references, "tasks", {name: task})
+    played: list[tuple[np.ndarray, np.ndarray]] = []
+    objectives = references._Replays.objectives
+
+    def noting(self: Any, schedules: np.ndarray) -> np.ndarray:
+        played.append((schedules, objectives(self, schedules)))
+        return played[-1][1]
+
+    monkeypatch.setattr(references._Replays, "objectives", noting)
     monkeypatch.setattr(references, "_GENERATIONS", 8)
     (best,) = clairvoyant(name, "small", HELD_OUT[:1])["objective"]
-    ranges = task.options["max_range"] * np.linspace(0, 1, 24) ** 2
-    assert best > sweep(SMALL, ranges, HELD_OUT[:1]).values(objective).max()
+    (_, constants), *rest = played
+    assert len(constants) == 24
+    assert len(rest) == 8
+    assert best == max(values.max() for _, values in played) > constants.max()
+    schedules, values = max(rest, key=lambda generation: generation[1].max())
+    ranges = task.options["max_range"] * schedules[values.argmax(), :3].astype(np.float32).astype(float) ** 2
+    run = simulate(SMALL, policy=ScheduledRange(np.repeat(ranges, 12)), seed=HELD_OUT[0])
+    distances = run.mean_distance if objective == "min_mean_distance" else run.min_distance
+    assert distances.min() == pytest.approx(best, abs=1e-3)
+
+
+def test_equal_ranges_gain_nothing_and_the_order_is_the_sign() -> None:
+    same = gains("per-agent-local", 12.0, 12.0, range(2))
+    np.testing.assert_allclose(same["team"], 0)
+    np.testing.assert_allclose(same["own"], 0, atol=1e-9)  # each agent is once in each half
+    there, back = (gains("per-agent-local", *pair, range(2)) for pair in ((12.0, 0.0), (0.0, 12.0)))
+    np.testing.assert_array_equal(there["team"], -back["team"])
+    np.testing.assert_allclose(there["own"], -back["own"], rtol=1e-9)
 
 
 def test_gains_equal_episodes_of_the_environment() -> None:
@@ -110,3 +136,8 @@ def test_gains_equal_episodes_of_the_environment() -> None:
             returns += np.array(list(rewards.values()))
         means.append(returns[holds].mean() - returns[~holds].mean())
     assert gains("pursuit", 8.0, 20.0, range(seed, seed + 1))["own"] == pytest.approx(np.mean(means))
+
+
+def test_pairs_lie_within_the_ranges_of_an_action() -> None:
+    assert pairs_of(tasks["per-agent-visible-minimum"]) == [(20.0, 0.0), (20.0, 10.0)]
+    assert pairs_of(tasks["one-range"]) == pairs_of(tasks["held-out-sizes"]) == []

@@ -10,7 +10,7 @@ from pathlib import Path
 from pkgutil import resolve_name
 from textwrap import dedent
 from types import ModuleType
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
 from option_table import IDS
@@ -175,3 +175,30 @@ def test_modules_that_a_page_names_exist(page: Path) -> None:
     for name in set(re.findall(r"`(flockesc_env(?:\.\w+)+)", prose(page))):
         if not name.startswith(FRAMEWORKS):
             resolve_name(name)
+
+
+@pytest.mark.parametrize("name", ["fixed:10", *NAMES[1:]])
+def test_the_loop_of_the_readme_plays_every_policy_in_every_preset(name: str) -> None:
+    """Agents are caught on the way; a policy for the flock plays the loop of Gymnasium."""
+    entry = fe.load_policy(name)
+    options: dict[str, Any] = {"max_range": 150.0, **(entry.options or {})}
+    were_caught, per_agent = 0, bool(entry.per_agent)
+    for scenario in (preset.scenario for preset in fe.PRESETS.values()):
+        if not isinstance(scenario, fe.FlockScenario) or not scenario.predators:
+            continue
+        fields = vars(scenario).items()
+        unlike = {k: v[:8] for k, v in fields if isinstance(v, tuple) and len(v) == scenario.num_agents}
+        flock = scenario.replace(num_agents=8, num_steps=9, capture_radius=70.0, **unlike)
+        try:
+            env: Any = fe.parallel_env(flock, **options) if per_agent else fe.FlockEscapeEnv(flock, **options)
+        except fe.InputError:  # this preset has no profile
+            assert "profile_ranges" in options
+            continue
+        act = entry.bind(env)
+        observations, _ = env.reset(seed=7)
+        has_ended = False
+        while not has_ended:
+            observations, _, terminated, truncated, _ = env.step(act(observations))
+            has_ended = not env.agents if per_agent else terminated or truncated
+            were_caught += per_agent and 0 < len(env.agents) < 8
+    assert were_caught or not per_agent

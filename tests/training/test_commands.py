@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,14 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("runs") / "small"
     train(small_run(folder))
     return folder
+
+
+def test_seed_ranges_are_disjoint_and_out_of_reach_of_drawn_seeds() -> None:
+    ranges = [splits.TUNING, splits.HELD_OUT, splits.TRAINING]
+    for one, other in combinations(ranges, 2):
+        assert one.stop <= other.start or other.stop <= one.start
+    assert max(r.stop for r in ranges) <= 2**32
+    assert all(fe.episode_seed(0, episode) >= 2**32 for episode in range(1, 1000))
 
 
 def test_training_seeds_stay_in_their_range() -> None:
