@@ -150,6 +150,11 @@ def _draw_flock(canvas: Canvas, frame: FlockFrame, options: RenderOptions, title
     if options.show == "discs" and unit == "m":
         canvas.discs(places[chosen], eye.scale * ranges[chosen], faded(colors, 0.84)[chosen])
     canvas.discs(predators, reach, faded(red, 0.5), rim=1.0)
+    if len(predators) == 1 and len(places) and frame.scenario.periodic_side is None:
+        # A ring: the mean distance of the agents.
+        away = frame.positions[alive] - frame.predator_positions[0]
+        mean = eye.scale * float(np.linalg.norm(away, axis=1).mean())
+        canvas.discs(predators, mean, faded([TEXT], 0.4), rim=1.5)
     _ground(canvas, eye, frame)
     if (options.show == "edges" or (options.show == "discs" and unit != "m")) and len(places):
         pairs = neighbor_pairs(frame.scenario, heard, ranges, velocities=headings)
