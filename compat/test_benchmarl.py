@@ -1,7 +1,8 @@
-"""BenchMARL trains on the flock's tasks: an iteration of MAPPO, IPPO and IQL."""
+"""BenchMARL trains on the flock's tasks: a few iterations of MAPPO and IPPO."""
 
 from __future__ import annotations
 
+import math
 import re
 import subprocess
 import sys
@@ -9,6 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from benchmarl.algorithms import IppoConfig, MappoConfig, MasacConfig
+from benchmarl.experiment import Experiment, ExperimentConfig
+from benchmarl.models.deepsets import DeepsetsConfig
+from benchmarl.models.mlp import MlpConfig
 from torchrl.envs import check_env_specs
 
 from flockesc_env import FlockScenario, load_policy
@@ -25,6 +30,35 @@ SMALL = {
     "steps_per_action": 4,
     "reward": "individual_distance_change",
 }
+ACTIONS, FLOCKS = 5, 4
+
+
+def experiment(algorithm: Any, critic: Any, folder: Path, **changes: Any) -> Experiment:
+    config = ExperimentConfig.get_from_yaml()
+    settings = {
+        "max_n_iters": 3,
+        "max_n_frames": None,
+        "on_policy_n_envs_per_worker": FLOCKS,
+        "on_policy_collected_frames_per_batch": FLOCKS * ACTIONS,
+        "on_policy_n_minibatch_iters": 2,
+        "on_policy_minibatch_size": 10,
+        "off_policy_n_envs_per_worker": FLOCKS,
+        "off_policy_collected_frames_per_batch": FLOCKS * ACTIONS,
+        "off_policy_n_optimizer_steps": 2,
+        "off_policy_train_batch_size": 10,
+        "off_policy_memory_size": 100,
+        "evaluation_episodes": 2,
+        "evaluation_interval": FLOCKS * ACTIONS,
+        "render": False,
+        "loggers": ["csv"],
+        "save_folder": str(folder),
+        **changes,
+    }
+    for name, value in settings.items():
+        setattr(config, name, value)
+    task = FlockTask.PER_AGENT_VISIBLE.get_task(SMALL)
+    models = MlpConfig.get_from_yaml(), critic.get_from_yaml()
+    return Experiment(task, algorithm.get_from_yaml(), models[0], 0, config, critic_model_config=models[1])
 
 
 @pytest.mark.parametrize("task", list(FlockTask))
@@ -52,6 +86,30 @@ def test_unknown_options_are_refused() -> None:
     task = FlockTask.PER_AGENT_VISIBLE.get_task({"horizon": 3})
     with pytest.raises(InputError, match="horizon"):
         task.get_env_fun(num_envs=2, continuous_actions=True, seed=3, device="cpu")()
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "critic"),
+    [
+        (MappoConfig, MlpConfig),
+        (MappoConfig, DeepsetsConfig),
+        (IppoConfig, MlpConfig),
+        (MasacConfig, DeepsetsConfig),
+    ],
+)
+def test_training(algorithm: Any, critic: Any, tmp_path: Path) -> None:
+    trained = experiment(algorithm, critic, tmp_path)
+    trained.run()
+    assert trained.n_iters_performed == 3
+    assert math.isfinite(trained.mean_return)
+    (logged,) = tmp_path.rglob("collection_info_min_mean_distance.csv")
+    assert len(logged.read_text().splitlines()) == 3
+
+
+def test_training_with_discrete_actions(tmp_path: Path) -> None:
+    trained = experiment(MappoConfig, MlpConfig, tmp_path, prefer_continuous_actions=False)
+    trained.run()
+    assert trained.action_spec["agents", "action"].space.n == 21
 
 
 @pytest.mark.parametrize(

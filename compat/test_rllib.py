@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import runpy
 import sys
@@ -15,11 +16,14 @@ import ray
 import torch
 from ray.rllib.algorithms.ppo import PPOConfig
 from ray.rllib.env.single_agent_env_runner import SingleAgentEnvRunner
+from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
+from ray.tune import register_env
 
 from flockesc_env import FlockScenario, parallel_env
 
 SCENARIO = FlockScenario(num_agents=4, num_steps=10)
 OPTIONS: dict[str, Any] = {"reward": "individual_distance_change", "steps_per_action": 1}
+EPISODES = 8
 EXAMPLE = Path(__file__).parents[1] / "examples" / "rllib_ppo.py"
 
 
@@ -64,6 +68,17 @@ def test_the_episodes_of_slots_are_those_of_the_agents() -> None:
     runner.stop()
 
 
+def test_one_iteration_of_ppo_over_slots() -> None:
+    algorithm = slots().build_algo()
+    try:
+        result = algorithm.train()
+    finally:
+        algorithm.stop()
+    assert result["env_runners"]["num_episodes"] == 8
+    assert result["env_runners"]["episode_len_mean"] == SCENARIO.num_steps
+    assert math.isfinite(result["learners"]["default_policy"]["total_loss"])
+
+
 def test_the_policy_of_the_example_acts_with_the_mean() -> None:
     example = runpy.run_path(str(EXAMPLE))
     algorithm = example["configure"]("slots", 1, 1, 0).build_algo()
@@ -74,6 +89,47 @@ def test_the_policy_of_the_example_acts_with_the_mean() -> None:
     actions = example["mean_action"](module).act(rows, spec)
     np.testing.assert_allclose(actions, outputs[:, :1].detach().numpy().clip(-1, 1), rtol=0, atol=1e-6)
     algorithm.stop()
+
+
+def wrapped(_: Any = None) -> ParallelPettingZooEnv:
+    return ParallelPettingZooEnv(parallel_env(SCENARIO, **OPTIONS))
+
+
+def test_the_wrapper_returns_the_environments_results() -> None:
+    env, plain = wrapped(), parallel_env(SCENARIO, **OPTIONS)
+    for each in (env, plain):
+        each.reset(seed=3)
+    done = {"__all__": False}
+    steps = 0
+    while not done["__all__"]:
+        actions = {agent: plain.action_space(agent).sample() for agent in plain.agents}
+        rewards, expected = env.step(actions)[1], plain.step(actions)[1]
+        assert rewards == expected
+        steps += 1
+        done = {"__all__": not plain.agents}
+    assert steps == SCENARIO.num_steps
+
+
+def test_one_iteration_of_ppo() -> None:
+    register_env("flock", wrapped)
+    steps = EPISODES * SCENARIO.num_steps
+    config = (
+        PPOConfig()
+        .environment("flock")
+        .env_runners(num_env_runners=0)
+        .multi_agent(policies={"shared"}, policy_mapping_fn=lambda *_, **__: "shared")
+        .training(train_batch_size_per_learner=steps, minibatch_size=steps, num_epochs=1)
+        .debugging(seed=0)
+    )
+    algorithm = config.build_algo()
+    try:
+        result = algorithm.train()
+    finally:
+        algorithm.stop()
+    assert result["env_runners"]["num_episodes"] >= 1
+    assert result["env_runners"]["episode_len_mean"] == SCENARIO.num_steps
+    assert math.isfinite(result["env_runners"]["episode_return_mean"])
+    assert math.isfinite(result["learners"]["shared"]["total_loss"])
 
 
 # RLlib registers its own environment once per algorithm.

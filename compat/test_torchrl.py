@@ -15,7 +15,8 @@ import pytest
 import torch
 from tensordict import TensorDict
 from torchrl.collectors import Collector
-from torchrl.envs import SerialEnv, check_env_specs
+from torchrl.envs import PettingZooWrapper, SerialEnv, check_env_specs
+from torchrl.envs.utils import MarlGroupMapType
 
 from flockesc_env import EnvOptions, FlockEscapeEnv, FlockScenario, load_policy, parallel_env
 from flockesc_env.common.errors import InputError, ResetNeededError
@@ -39,6 +40,11 @@ STEPS = SCENARIO.num_steps // EnvOptions.steps_per_action
 
 def same(tensor: torch.Tensor, array: Any) -> None:
     np.testing.assert_array_equal(tensor.numpy(), array)
+
+
+def wrapped() -> PettingZooWrapper:
+    group_map = MarlGroupMapType.ALL_IN_ONE_GROUP
+    return PettingZooWrapper(parallel_env(SCENARIO), group_map=group_map, use_mask=False)
 
 
 @pytest.mark.parametrize("per_agent", [True, False])
@@ -199,6 +205,26 @@ def test_a_collector_and_nested_batches() -> None:
         assert batch.shape == (2, STEPS + 5)
         assert batch["next", "done"].any()
     collector.shutdown()
+
+
+def test_specs_of_the_wrapper() -> None:
+    check_env_specs(wrapped())
+
+
+def test_a_rollout_of_the_wrapper_equals_that_of_the_environment() -> None:
+    env, own = wrapped(), FlockTorchRLEnv(1, SCENARIO)
+    for each in (env, own):
+        each.set_seed(3)
+    own.reset()  # because `set_seed` of the wrapper resets, and `rollout` resets again
+    torch.manual_seed(0)
+    episode = env.rollout(100)
+    assert episode.shape == (STEPS,)
+    start = own.reset()
+    same(start["agents", "observation"][0], episode["agents", "observation"][0])
+    for step in episode:
+        again = own.step(start.set(("agents", "action"), step["agents", "action"][None]))["next"]
+        for name in ("observation", "reward", "truncated", "done"):
+            same(again["agents", name][0], step["next", "agents", name])
 
 
 @pytest.mark.parametrize("interface", ["flocks", "pettingzoo"])
