@@ -127,8 +127,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         if len(slots) < len(flocks):
             observations = self._batch.core.observe(flocks)
         self._show()
-        ended = np.array([self._batch.core.has_ended(slot) for slot in flocks])
-        return self._output(observations, ended, self._batch.core.metrics())
+        return self._output(observations, self._batch.core.ended(), self._batch.core.metrics())
 
     @needs_reset_if_interrupted
     def _step(self, tensordict: TensorDictBase) -> TensorDictBase:

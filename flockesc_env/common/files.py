@@ -6,7 +6,7 @@ import hashlib
 import os
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -25,6 +25,49 @@ def atomic_write(path: Path, *, durable: bool = True) -> Iterator[BinaryIO]:
     Raises:
         OSError: if the file cannot be written; ``filename`` is ``path``.
     """
+    yield from _writing(path, durable)
+
+
+def suffix_of(path: str | Path) -> str:
+    """Return the suffix of a file's name in lower case, with its dot."""
+    return Path(path).suffix.lower()
+
+
+def check_writable(path: Path) -> None:
+    """Check that ``atomic_write`` can open ``path``, and change nothing. Folders may still be missing."""
+    nearest = path
+    while not nearest.parent.exists():
+        nearest = nearest.parent
+    if not nearest.is_fifo():  # opening a pipe waits for its reader
+        with closing(_writing(nearest, durable=False)) as trial:
+            next(trial)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text in UTF-8."""
+    with atomic_write(path) as file:
+        file.write(text.encode())
+
+
+def write_sealed(path: Path, owner: str, content: bytes, *, durable: bool = True) -> None:
+    """Write bytes, followed by a hash of the bytes and of their owner."""
+    with atomic_write(path, durable=durable) as file:
+        file.write(content)
+        file.write(_seal(owner, content))
+
+
+def read_sealed(path: Path, owner: str) -> bytes | None:
+    """Return the bytes that ``write_sealed`` wrote, or None if they are damaged or have another owner."""
+    raw = path.read_bytes()
+    content, seal = raw[:-_SEAL_BYTES], raw[-_SEAL_BYTES:]
+    return content if seal == _seal(owner, content) else None
+
+
+def _seal(owner: str, content: bytes) -> bytes:
+    return hashlib.sha256(hashlib.sha256(owner.encode()).digest() + content).digest()
+
+
+def _writing(path: Path, durable: bool) -> Generator[BinaryIO, None, None]:
     unfinished = older = None
     try:
         with suppress(FileNotFoundError):
@@ -52,45 +95,6 @@ def atomic_write(path: Path, *, durable: bool = True) -> Iterator[BinaryIO]:
     finally:
         if unfinished is not None:
             unfinished.unlink(missing_ok=True)
-
-
-def suffix_of(path: str | Path) -> str:
-    """Return the suffix of a file's name in lower case, with its dot."""
-    return Path(path).suffix.lower()
-
-
-def check_writable(path: Path) -> None:
-    """Check that ``atomic_write`` can open ``path``, and change nothing. Folders may still be missing."""
-    nearest = path
-    while not nearest.parent.exists():
-        nearest = nearest.parent
-    if not nearest.is_fifo():  # opening a pipe waits for its reader
-        with closing(atomic_write(nearest, durable=False).gen) as trial:
-            next(trial)
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text in UTF-8."""
-    with atomic_write(path) as file:
-        file.write(text.encode())
-
-
-def write_sealed(path: Path, owner: str, content: bytes, *, durable: bool = True) -> None:
-    """Write bytes, followed by a hash of the bytes and of their owner."""
-    with atomic_write(path, durable=durable) as file:
-        file.write(content)
-        file.write(_seal(owner, content))
-
-
-def read_sealed(path: Path, owner: str) -> bytes | None:
-    """Return the bytes that ``write_sealed`` wrote, or None if they are damaged or have another owner."""
-    raw = path.read_bytes()
-    content, seal = raw[:-_SEAL_BYTES], raw[-_SEAL_BYTES:]
-    return content if seal == _seal(owner, content) else None
-
-
-def _seal(owner: str, content: bytes) -> bytes:
-    return hashlib.sha256(hashlib.sha256(owner.encode()).digest() + content).digest()
 
 
 def _sync_folder(folder: Path) -> None:

@@ -123,7 +123,7 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         is_partial = len(flocks) < self._batch.num_flocks
         if is_partial:
             try:
-                self._batch.core.caught()
+                self._batch.core.ended()
             except ResetNeededError:
                 message = "first reset() called with a reset_mask that leaves slots out"
                 raise ResetNeededError(message) from None

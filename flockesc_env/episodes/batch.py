@@ -216,10 +216,17 @@ def info_dicts(columns: Mapping[str, NDArray[Any]], ranges: FloatArray | None = 
     flocks = [dict(zip(names, row, strict=True)) for row in rows]
     if ranges is None:
         return flocks
-    each = ranges.reshape(len(flocks), -1).tolist()
-    return [
-        {**flock, "interaction_range": rho} for flock, rows in zip(flocks, each, strict=True) for rho in rows
-    ]
+    each = zip(flocks, ranges.reshape(len(flocks), -1), strict=True)
+    return [info for flock, own in each for info in with_ranges(flock, own)]
+
+
+def with_ranges(info: dict[str, Any], ranges: FloatArray) -> list[dict[str, Any]]:
+    """Return a copy of an ``info`` dict for each range in m. To copy it is faster than to merge dicts."""
+    info, infos = info.copy(), []
+    for rho in ranges.tolist():
+        info["interaction_range"] = rho
+        infos.append(info.copy())
+    return infos
 
 
 def is_over(columns: Mapping[str, Any]) -> Any:

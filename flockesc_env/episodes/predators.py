@@ -48,7 +48,7 @@ class PredatorPolicySpec:
     def plain(self, actions: Any, count: int | None, name: str = "predator_actions") -> FloatArray:
         """Return stacked actions, shape (count, D), as a new float64 array; ``name``: of the argument.
 
-        ``count=None`` stands for a single action, shape (D,), of which the result is the only row.
+        With ``count=None``, ``actions`` is a single action, shape (D,), and the result has one row.
 
         Raises:
             InputError: if the dtype or shape is wrong, or an action is outside the action space.

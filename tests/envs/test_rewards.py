@@ -75,7 +75,7 @@ def rewards_of(interface: str, scenario: fe.FlockScenario, **options: Any) -> np
 
 
 def own_distances(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distance of every agent, 0 if it is caught, and who is caught; shape (times, agents)."""
+    """Return distances, 0 for caught agents, and whether agents are caught; shape (times, agents)."""
     offsets = run.positions[:, :, None] - run.predator_positions[:, None]
     is_caught = (run.caught_at >= 0) & (run.caught_at <= np.arange(len(run.times))[:, None])
     return np.where(is_caught, 0.0, np.linalg.norm(offsets, axis=3).min(axis=2)), is_caught

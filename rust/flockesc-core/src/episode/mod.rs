@@ -68,9 +68,9 @@ impl<const D: usize> Episode<D> {
         scenario: &Arc<FlockConfig>,
         config: &Arc<EpisodeConfig>,
         seed: u64,
-    ) -> Result<Self> {
-        let world = World::restore(world, scenario, seed)?;
-        Ok(Self::of(config.clone(), world, outcomes))
+    ) -> Self {
+        let world = World::restore(world, scenario, seed);
+        Self::of(config.clone(), world, outcomes)
     }
 
     /// Applies one action for `steps_per_action` steps or until the end of the episode, and writes the

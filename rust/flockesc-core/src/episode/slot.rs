@@ -70,13 +70,13 @@ impl<const D: usize> Slot<D> {
         &self,
         (schedule, episode): SlotState<D>,
         config: &Arc<EpisodeConfig>,
-    ) -> Result<Self> {
+    ) -> Self {
         let restore = |state| Episode::restore(state, &self.scenario, config, schedule.seed);
-        Ok(Self {
+        Self {
             schedule,
-            episode: episode.map(restore).transpose()?,
+            episode: episode.map(restore),
             ..self.without_episode()
-        })
+        }
     }
 
     /// Returns a copy of the slot without its episode.

@@ -46,7 +46,8 @@ pub(super) fn integrate<const D: usize>(
     group.speed = speeds;
 }
 
-/// Vicsek's law: adds dt v to r and sets v to v0 f / ||f||, as in T. Vicsek et al., PRL 75, 1226 (1995). If f has length 0, the old v stays.
+/// Vicsek's law: adds dt v to r and sets v to v0 f / ||f||, as in T. Vicsek et al., PRL 75, 1226 (1995). If f has
+/// length 0, the old v stays.
 #[inline(always)]
 pub(super) fn integrate_vicsek<const D: usize>(
     config: &FlockConfig,

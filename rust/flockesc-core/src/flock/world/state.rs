@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use super::World;
 use crate::agents::{Agents, AgentsState};
-use crate::base::error::Result;
 use crate::base::rng::{self, Stream};
 use crate::flock::motion::{Response, ResponseState};
 use crate::flock::scenario::FlockConfig;
@@ -36,11 +35,7 @@ impl<const D: usize> World<D> {
     }
 
     /// Restores a world that was started with `seed` in the scenario `config`.
-    pub(crate) fn restore(
-        state: WorldState<D>,
-        config: &Arc<FlockConfig>,
-        seed: u64,
-    ) -> Result<Self> {
+    pub(crate) fn restore(state: WorldState<D>, config: &Arc<FlockConfig>, seed: u64) -> Self {
         let config = config.clone().drawn(seed);
         let mut agents = Agents::restore(state.agents);
         let mut rng = rng::stream(seed, Stream::Predators);
@@ -48,13 +43,6 @@ impl<const D: usize> World<D> {
         let options = config.neighbor_options();
         let neighborhood = Neighborhood::restore(state.neighborhood, options, &mut agents);
         let response = Response::restore(state.response, seed);
-        Ok(Self::assemble(
-            config,
-            agents,
-            state.predators,
-            rng,
-            neighborhood,
-            response,
-        ))
+        Self::assemble(config, agents, state.predators, rng, neighborhood, response)
     }
 }
