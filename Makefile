@@ -56,23 +56,23 @@ speed: build ## benchmark this project and its peers (about 15 minutes)
 
 .PHONY: paper
 paper: build ## reproduce the figures and check the claims of the paper (about 15 minutes)
-	$(BIN)/python -m studies paper --output results/paper --page docs/paper.md
+	$(BIN)/python -m studies paper --output results/paper
 
 .PHONY: robustness
 robustness: build ## find the best fixed range of every flock preset (about 35 minutes)
-	$(BIN)/python -m studies robustness --output results/robustness --page docs/robustness.md
+	$(BIN)/python -m studies robustness --output results/robustness
 
 .PHONY: findings
 findings: build ## measure how the best trained policies work and where they lose (about an hour)
-	$(BIN)/python -m studies findings --output results/findings --page docs/findings.md
+	$(BIN)/python -m studies findings --output results/findings
 
 .PHONY: validation
 validation: build ## measure published results of other models (about 45 minutes)
-	$(BIN)/python -m studies validation --output results/validation --page docs/validation.md
+	$(BIN)/python -m studies validation --output results/validation
 
 .PHONY: arms-race
 arms-race: build ## train predators and flock policies in turns (about 40 minutes on one core)
-	$(BIN)/python -m studies arms-race --output results/arms_race --page docs/arms-race.md
+	$(BIN)/python -m studies arms-race --output results/arms_race
 
 .PHONY: test
 test: lint test-rust test-python ## run linters and all tests except the slow ones

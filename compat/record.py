@@ -1,4 +1,4 @@
-"""Record the run of an environment's tests for docs/scoreboard.md: versions, number of tests and date.
+"""Record the run of an environment's tests for the report of the scoreboard: versions, number of tests, date.
 
 Usage: ENVIRONMENT/bin/python compat/record.py ENVIRONMENT JUNIT_FILE
 """

@@ -1,7 +1,8 @@
-"""Generates one page per environment, with its spaces from the code, and copies the notebooks."""
+"""Generates one page per environment, with its spaces from the code, and copies notebooks and reports."""
 
 import inspect
 import math
+import os
 import re
 import shutil
 from functools import partial
@@ -20,6 +21,10 @@ from flockesc_env.episodes.options import ActionMode, ExtraEntries, TeamReward
 
 ROOT = Path(__file__).parents[1]
 MODEL = (ROOT / "docs" / "model.md").read_text("utf-8")
+REPORTS = {path.parent: path.parent.name for path in ROOT.glob("results/*/README.md")}
+REPORTS[ROOT / "speed" / "results"] = "speed"
+"""Names of the generated pages by the folders of the reports."""
+
 VIEWS = ("Flock view", "Agent view", "Predator view", "Line view")
 """Headings in model.md whose tables say what the entries of observations mean."""
 
@@ -43,6 +48,13 @@ def write(docs: Path) -> None:
     folder.mkdir()
     for notebook in (ROOT / "examples").glob("*.ipynb"):
         shutil.copy(notebook, notebooks)
+    reports = docs / "generated" / "reports"
+    reports.mkdir()
+    for source, name in REPORTS.items():
+        text = (source / "README.md").read_text("utf-8")
+        (reports / f"{name}.md").write_text(
+            f"---\norphan: true\n---\n\n{_moved(text, source, reports)}", "utf-8"
+        )
     loader = jinja2.FileSystemLoader(docs / "_templates")
     template = jinja2.Environment(loader=loader, trim_blocks=True)  # noqa: S701, writes Markdown
     specs = [gymnasium.spec(name) for name in sorted(gymnasium.registry) if name.startswith("flockesc/")]
@@ -52,6 +64,17 @@ def write(docs: Path) -> None:
         text = template.get_template("environment.md").render(page)
         (folder / f"{page['stem']}.md").write_text(text, "utf-8")
         imsave(folder / f"{page['stem']}.png", _picture(page["view"]))
+
+
+def _moved(text: str, source: Path, target: Path) -> str:
+    """Return a report with links for another folder; links between reports are links between pages."""
+
+    def link(match: re.Match[str]) -> str:
+        file = (source / match[1]).resolve()
+        is_report = file.name == "README.md" and file.parent in REPORTS
+        return f"]({REPORTS[file.parent]}.md" if is_report else f"]({os.path.relpath(file, target.resolve())}"
+
+    return re.sub(r"\]\((?!https?:|#)([^)#\s]+)", link, text)
 
 
 def _registered(name: str) -> dict[str, Any]:

@@ -30,8 +30,15 @@ class RepositoryLinks(SphinxTransform):
             if notebook := re.fullmatch(r"examples/(\w+)\.ipynb", path):
                 page = f"generated/notebooks/{notebook[1]}"
                 link.attributes.update(refdomain="doc", reftarget=page, reftargetid=None)
-            elif link["reftype"] == "myst" and ((here / path).is_dir() or (ROOT / path).is_file()):
+            elif link["reftype"] == "myst" and (_is_outside(here, link) or (ROOT / path).is_file()):
                 link.replace_self(link.children)
+
+
+def _is_outside(here: Path, link: addnodes.pending_xref) -> bool:
+    """Return whether a link leads to a folder, or to a Markdown file that is no page of the site."""
+    path = (here / link["reftarget"]).resolve()
+    is_page = link.get("refdomain") == "doc" or path.suffix == ".md"
+    return path.is_dir() or (is_page and ROOT / "docs" not in path.parents)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
@@ -42,6 +49,9 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 
 def _shorten(_app: Sphinx, _docname: str, source: list[str]) -> None:
-    """Shorten links from a page out of its folder and back, and to notebooks, which the site copies."""
+    """Shorten links out of the folder and back, and to notebooks and reports, which the site copies."""
     text = source[0].replace("](../docs/", "](")
+    text = re.sub(
+        r"\]\(\.\./(?:results/(\w+)|(speed)/results)/README\.md", r"](generated/reports/\1\2.md", text
+    )
     source[0] = re.sub(r"\]\(\.\./examples/(\w+\.ipynb)\)", r"](generated/notebooks/\1)", text)

@@ -1,4 +1,4 @@
-"""Types of the compiled core (Rust, PyO3); docs/architecture.md describes its layers."""
+"""Types of the compiled core (Rust, PyO3); docs/engineering.md describes its layers."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self, TypeAlias, final

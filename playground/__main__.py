@@ -52,7 +52,7 @@ def main(folder: Path, address: str = "", *, flocks: int = 1000) -> None:
     links = {"README": "README.md", "The paper, measured": "paper.md", "Cite": "CITATION.cff"}
     if site.exists():  # the documentation
         links |= {"README": "../index.html", "The paper, measured": "../paper.html"}
-        links |= {"Documentation": "../getting-started.html"}
+        links |= {"Documentation": "../first-policy.html"}
     for name in ["README.md", "CITATION.cff", "docs/paper.md", "docs/learned.gif"]:
         shutil.copyfile(ROOT / name, folder / Path(name).name)
     write_text(folder / "index.html", render([], content(policies, links, address, flocks)))

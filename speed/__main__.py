@@ -72,16 +72,16 @@ def run(only: tuple[Section, ...] = get_args(Section), quick: bool = False, outp
 
 @app.command(name="page")
 def write_pages() -> None:
-    """Draw the figures and write the tables of docs/performance.md and README.md from speed/results."""
+    """Draw the figures and write the tables of the report and the README from speed/results."""
     measurements = Measurements.read(_RESULTS / _FILE)
     plots.draw(measurements.records, _RESULTS)
-    for path in page.PAGES:
+    for path in (page.REPORT, page.README):
         write_text(path, page.rendered(path.read_text("utf-8"), measurements))
 
 
 @app.command(name="instructions")
 def count_instructions() -> None:
-    """Count the instructions of steps and observations, beside earlier counts; write docs/performance.md."""
+    """Count the instructions of steps and observations, beside earlier counts; write the report."""
     file = instructions.RESULTS
     earlier: dict[str, int] = json.loads(file.read_text())
     counts = instructions.count()
@@ -91,7 +91,7 @@ def count_instructions() -> None:
     ]
     show(*table(["benchmark", "instructions", "ratio to before"], rows))
     write_text(file, json.dumps(counts, indent=1) + "\n")
-    write_text(page.PERFORMANCE, page.with_counts(page.PERFORMANCE.read_text("utf-8"), counts))
+    write_text(page.REPORT, page.with_counts(page.REPORT.read_text("utf-8"), counts))
 
 
 app.command(frameworks)

@@ -1,4 +1,4 @@
-"""Trainers on this package: runs of ``examples``, and the tables of docs/trainers.md.
+"""Trainers on this package: runs of ``examples``, and the tables of speed/results/README.md.
 
 A JSON document in speed/results/frameworks describes a learner and holds its measurements. A document in the
 folder ``changes`` does so for changes of an example: in its text, every key of ``replaced`` is replaced by
@@ -17,10 +17,9 @@ from typing import Any
 
 from flockesc_env.common.files import write_text
 from speed.measure import machine, output
-from speed.page import table, with_table
+from speed.page import REPORT, table, with_table
 
 RESULTS = Path("speed/results/frameworks")
-PAGE = Path("docs/trainers.md")
 _GAINS = ["gain over the best fixed range (m)", "seeds", "lowest to highest (m)"]
 
 Document = dict[str, Any]
@@ -31,7 +30,7 @@ _GAIN = re.compile(r"^([+-][\d.]+) m \[([+-][\d.]+), ([+-][\d.]+)\]", re.MULTILI
 
 
 def frameworks(measure: tuple[Path, ...] = (), python: str = sys.executable) -> None:
-    """Write the tables of docs/trainers.md, after measuring the learners of some documents again.
+    """Write the tables of speed/results/README.md, after measuring the learners of some documents again.
 
     Args:
         measure: documents in speed/results/frameworks, which get the new measurements.
@@ -39,7 +38,7 @@ def frameworks(measure: tuple[Path, ...] = (), python: str = sys.executable) -> 
     """
     for path in measure:
         write_text(path, json.dumps(_measured(json.loads(path.read_text()), python), indent=1) + "\n")
-    write_text(PAGE, rendered(PAGE.read_text("utf-8")))
+    write_text(REPORT, rendered(REPORT.read_text("utf-8")))
 
 
 def changed(text: str, replaced: dict[str, str]) -> str:
@@ -72,7 +71,7 @@ def _row(document: Document) -> list[str]:
     example = document["command"].split()[1]
     dicts = document["pettingzoo_samples_per_second"]
     return [
-        f"{document['learner']}: [{Path(example).name}](../{example})",
+        f"{document['learner']}: [{Path(example).name}](../../{example})",
         ", ".join(f"{package} {number}" for package, number in document["versions"].items()),
         f"{statistics.median(run['samples_per_second'] for run in document['runs']):,.0f}",
         "-" if dicts is None else f"{dicts:,}",

@@ -1,4 +1,4 @@
-"""The tables of docs/performance.md and README.md that come from a benchmark run or a count."""
+"""Tables of a benchmark run or a count, in the report and on the pages that show some of them."""
 
 from __future__ import annotations
 
@@ -6,18 +6,16 @@ import math
 import re
 import statistics
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
 
 from speed.flocks import ARITHMETIC, BANDWIDTH, BYTES
 from speed.measure import PROJECT, Measurements, Record
 
-PERFORMANCE = Path("docs/performance.md")
-PAGES = (PERFORMANCE, Path("README.md"))
+REPORT = Path("speed/results/README.md")
+README = Path("README.md")
 WIDTH = 110  # of lines of text
 VECTOR = f"{PROJECT}, Gymnasium vector"
-IN_README = (VECTOR, "VMAS flocking", "JAX, all pairs", "JAX, all pairs, float32")
 AVX2 = Path("speed/results/avx2.json")
 """Measurements of a core that was built without AVX-512."""
 IN_AVX2 = (PROJECT, "plain Rust, cell list", "Numba, cell list, fastmath")
@@ -36,7 +34,6 @@ def rendered(page: str, run: Measurements) -> str:
         "size": _size(records),
         "grid and line": _grid_and_line(records),
         "environments": _environments(_of(records, "environments")),
-        "environments in short": _in_short(records),
         "run": _run(run),
     }
     names = "|".join(blocks)
@@ -114,16 +111,6 @@ def _grid_and_line(records: list[Record]) -> str:
         f"of 100 agents takes {limits(PROJECT)}; all pairs in NumPy take {limits('NumPy, all pairs')}.",
         WIDTH,
     )
-
-
-def _in_short(records: list[Record]) -> str:
-    """Return a few environments, and JAX, which steps 64 flocks without observations."""
-    jax = [
-        replace(r, case={"agents": 300, "flocks": 64}, seconds=[64 * each for each in r.seconds])
-        for r in _of(records, "kernel")
-        if r.case["rho"] == 10
-    ]
-    return _environments(r for r in [*_of(records, "environments"), *jax] if r.implementation in IN_README)
 
 
 def _environments(records: Iterable[Record]) -> str:

@@ -13,10 +13,11 @@ from tyro.conf import Positional, arg
 from flockesc_env import jobs
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.flags import Backend, Json, Progress, optional
-from flockesc_env.cli.output import Exit, check_folder, check_output, note, show, show_json
+from flockesc_env.cli.output import Exit, check_folder, note, show, show_json
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
+from flockesc_env.common.files import write_text
 from studies.paper.plan import BATCH, LEAST_FLOCKS, Trials
 from studies.robustness.plan import attacked_presets
 from studies.validation import PARTS
@@ -25,25 +26,21 @@ if TYPE_CHECKING:  # slow to import
     from studies.measurements import Runner
 
 _LIBRARIES = {
-    "analysis": ["matplotlib", "scipy", "jinja2", "markdown"],
+    "analysis": ["matplotlib", "scipy", "jinja2"],
     "train": ["matplotlib", "polars", "rliable", "jinja2", "cmaes"],
 }
 
-_Output = Annotated[Path, arg(help="folder of results and figures; made if it is missing")]
-_Page = Annotated[Path, arg(help="file of the Markdown page")]
-_OwnPage = Annotated[Path | None, *optional("file of the Markdown page", "in the output folder")]
+_Output = Annotated[
+    Path, arg(help="folder of results, figures and the report README.md; made if it is missing")
+]
 _Parts = Annotated[Path, arg(help="folder that keeps finished parts")]
 _RUNS = Path("runs/scoreboard")
 
 
-def prepare(
-    folder: Path | None, extra: str, *, page: Path | None = None, backend: str = "serial"
-) -> jobs.Backend:
+def prepare(folder: Path, extra: str, backend: str = "serial") -> jobs.Backend:
     """Check that files can be written and libraries are installed; return the back end."""
     found = jobs.find_backend(backend)
-    check_output(page, [".md"], field="page")
-    if folder is not None:
-        check_folder(folder)
+    check_folder(folder)
     require(extra, _LIBRARIES[extra])
     return found
 
@@ -58,33 +55,32 @@ def paper(
         arg(
             help="write only these figures, 2 to 10, edge, force or anatomy, and measure only what they show",
             metavar="[NUMBER ..]",
-            help_behavior_hint="(default: all, and the page)",
+            help_behavior_hint="(default: all, and the report)",
         ),
     ] = (),
-    page: _OwnPage = None,
     backend: Backend = "processes",
     progress: Progress = False,
     json: Json = False,
 ) -> Exit:
     """Set the paper's claims and figures beside what this package measures.
 
-    Writes paper.html (self-contained), paper.md, figures (PNG, SVG), results.json.
+    Writes README.md, figures (PNG, SVG), results.json.
 
     Takes about a quarter of an hour on two cores; interrupted, run it again to continue.
 
     Example: python -m studies paper --output runs/paper --figures 5 9
     """
     trials = Trials(flocks=flocks, lines=lines)
-    runs_on = prepare(output, "analysis", page=page, backend=backend)
+    runs_on = prepare(output, "analysis", backend)
     from studies.paper.figures import measure_and_draw
-    from studies.paper.page import PAPER, summary
+    from studies.paper.report import PAPER, summary
 
     if figures:
         for file in measure_and_draw(output, figures, trials, runs_on, progress=progress):
             note(f"saved: {file}")
         return Exit.DONE
-    results = PAPER.run(output, page or output / "paper.md", runs_on, progress=progress, trials=trials)
-    note(f"saved: {output / 'paper.html'}")
+    results = PAPER.run(output, runs_on, progress=progress, trials=trials)
+    _saved(output)
     if json:
         show_json({"command": "paper", "output": str(output), **to_builtins(results)})
     else:
@@ -106,14 +102,13 @@ def robustness(
             metavar="NAME|FILE ..",
         ),
     ] = None,
-    page: _OwnPage = None,
     backend: Backend = "processes",
     progress: Progress = False,
     json: Json = False,
 ) -> Exit:
     """Find the best fixed range in every preset: does the paper's finding survive?
 
-    Writes robustness.md, robustness.png and robustness.svg, results.json.
+    Writes README.md, robustness.png and robustness.svg, results.json.
 
     About 35 minutes on two cores; interrupted, run it again to continue.
 
@@ -121,12 +116,11 @@ def robustness(
     """
     as_count(num_flocks, "num_flocks", least=2)  # without two there is no interval
     attacked_presets(presets)  # refuses unknown ones before heavy imports
-    runs_on = prepare(output, "analysis", page=page, backend=backend)
+    runs_on = prepare(output, "analysis", backend)
     from studies.robustness.survey import ROBUSTNESS, summary
 
-    page = page or output / "robustness.md"
-    results = ROBUSTNESS.run(output, page, runs_on, progress=progress, num_flocks=num_flocks, names=presets)
-    note(f"saved: {page}")
+    results = ROBUSTNESS.run(output, runs_on, progress=progress, num_flocks=num_flocks, names=presets)
+    _saved(output)
     if json:
         show_json({"command": "robustness", "output": str(output), "results": to_builtins(results)})
     else:
@@ -146,7 +140,6 @@ def validation(
         ),
     ] = PARTS,
     scale: Annotated[float, arg(help="share of the flocks that run")] = 1.0,
-    page: _Page = Path("docs/validation.md"),
     backend: Backend = "processes",
     progress: Progress = False,
 ) -> Exit:
@@ -160,11 +153,11 @@ def validation(
         if name not in PARTS:
             raise InputError("only", f"any of {', '.join(PARTS)}", repr(name))
     _check_share(scale)
-    runs_on = prepare(output, "analysis", page=page, backend=backend)
+    runs_on = prepare(output, "analysis", backend)
     from studies.validation.survey import VALIDATION
 
-    VALIDATION.run(output, page, runs_on, progress=progress, only=only, scale=scale)
-    return _saved(page)
+    VALIDATION.run(output, runs_on, progress=progress, only=only, scale=scale)
+    return _saved(output)
 
 
 def arms_race(
@@ -172,7 +165,6 @@ def arms_race(
     output: _Output = Path("results/arms_race"),
     rounds: Annotated[int, arg(help="rounds, in which a flock policy and then a predator is trained")] = 3,
     num_flocks: Annotated[int, arg(help="held-out flocks of the cross-play, at least 2")] = 1000,
-    page: _Page = Path("docs/arms-race.md"),
     backend: Backend = "processes",
     progress: Progress = False,
 ) -> Exit:
@@ -184,18 +176,17 @@ def arms_race(
     """
     as_count(rounds, "rounds")
     as_count(num_flocks, "num_flocks", least=2)
-    runs_on = prepare(output, "train", page=page, backend=backend)
-    from studies.arms_race.page import ARMS_RACE
+    runs_on = prepare(output, "train", backend)
+    from studies.arms_race.report import ARMS_RACE
 
-    ARMS_RACE.run(output, page, runs_on, progress=progress, rounds=rounds, num_flocks=num_flocks)
-    return _saved(page)
+    ARMS_RACE.run(output, runs_on, progress=progress, rounds=rounds, num_flocks=num_flocks)
+    return _saved(output)
 
 
 def findings(
     *,
     output: _Output = Path("results/findings"),
     scale: Annotated[float, arg(help="share of the flocks that play")] = 1.0,
-    page: _Page = Path("docs/findings.md"),
     backend: Backend = "processes",
     progress: Progress = False,
 ) -> Exit:
@@ -206,28 +197,12 @@ def findings(
     Example: python -m studies findings --scale 0.1
     """
     _check_share(scale)
-    runs_on = prepare(output, "train", page=page, backend=backend)
+    runs_on = prepare(output, "train", backend)
     require("video", ["pygame", "imageio_ffmpeg"])
-    from studies.findings.page import FINDINGS
+    from studies.findings.report import FINDINGS
 
-    FINDINGS.run(output, page, runs_on, progress=progress, scale=scale)
-    return _saved(page)
-
-
-def findings_page(
-    *,
-    output: Annotated[Path, arg(help="folder of results and figures")] = Path("results/findings"),
-    page: _Page = Path("docs/findings.md"),
-) -> Exit:
-    """Write the page and its figures from the results.
-
-    Example: python -m studies findings-page
-    """
-    prepare(None, "train", page=page)
-    from studies.findings.page import FINDINGS
-
-    FINDINGS.write(output, page)
-    return _saved(page)
+    FINDINGS.run(output, runs_on, progress=progress, scale=scale)
+    return _saved(output)
 
 
 def scoreboard_freeze(
@@ -284,19 +259,31 @@ def scoreboard_rewards(*, runs: _Parts = _RUNS, backend: Backend = "processes") 
     return _saved(FILE)
 
 
-def scoreboard_page(*, page: _Page = Path("docs/scoreboard.md")) -> Exit:
-    """Write the page of the scoreboard, print the README's table, and copy the policies of the wheel.
+def reports() -> Exit:
+    """Write the reports of all studies from results/ again, and copy the policies of the wheel.
 
-    Example: python -m studies scoreboard-page
+    Prints the README's table of tasks.
+
+    Example: python -m studies reports
     """
-    prepare(None, "train", page=page)
+    require("train", _LIBRARIES["train"])
+    from studies.arms_race.report import ARMS_RACE
+    from studies.findings.report import FINDINGS, rows_of, tasks_table
+    from studies.paper.report import PAPER
+    from studies.robustness.survey import ROBUSTNESS
     from studies.scoreboard.board import load_board, ship
-    from studies.scoreboard.page import write_page
+    from studies.scoreboard.report import RESULTS, entries_of, report
+    from studies.study import REPORT
+    from studies.validation.survey import VALIDATION
 
+    studies = {"paper": PAPER, "robustness": ROBUSTNESS, "validation": VALIDATION, "arms_race": ARMS_RACE}
+    for name, study in {**studies, "findings": FINDINGS}.items():
+        study.write(Path("results", name))
     board = load_board()
     ship(board)
-    show(*write_page(board, page).split("\n"))
-    return _saved(page)
+    write_text(RESULTS / REPORT, report(board))
+    show(*tasks_table(rows_of(entries_of(board))).split("\n"))
+    return Exit.DONE
 
 
 def _saved(path: Path) -> Exit:
@@ -318,8 +305,8 @@ def _runner(folder: Path, backend: str) -> Runner:
 
 
 _COMMANDS: tuple[Callable[..., Exit], ...] = (
-    *(paper, robustness, validation, arms_race, findings, findings_page),
-    *(scoreboard_freeze, scoreboard_train, scoreboard_rewards, scoreboard_page),
+    *(paper, robustness, validation, arms_race, findings),
+    *(scoreboard_freeze, scoreboard_train, scoreboard_rewards, reports),
 )
 _BY_NAME = {command.__name__.replace("_", "-"): command for command in _COMMANDS}
 STUDIES = Application("python -m studies", "Studies made with flockesc_env.", _BY_NAME)

@@ -1,9 +1,8 @@
-"""A study: what it measures, its results, figures and pages, and the one runner of all studies."""
+"""A study: what it measures, its results, figures and report, and the one runner of all studies."""
 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from studies.measurements import Runner
 from training.figure_style import save_figure
 
 RESULTS_FILE = "results.json"
+REPORT = "README.md"
 
 
 def document(fields: Any) -> str:
@@ -38,43 +38,39 @@ class Results:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """A study: how it measures, and its figures and pages, which are made from the results in a folder.
+    """A study: how it measures, and its figures and report, which are made from the results in a folder.
 
     ``measure`` takes a runner of jobs, the folder of the results and the study's options, and writes results.
-    ``figures`` returns figures by the names of their files. ``pages`` takes results, their folder and the
-    main page, and returns texts by files.
+    ``figures`` returns figures by the names of their files. ``report`` takes results and returns the text of
+    README.md in their folder.
     """
 
     measure: Callable[..., Any]
     load: Callable[[Path], Any]
     figures: Callable[[Any], Mapping[str, Figure]]
-    pages: Callable[[Any, Path, Path], Mapping[Path, str]]
+    report: Callable[[Any], str]
     formats: tuple[str, ...] = ("png",)
 
-    def run(
-        self, output: Path, page: Path, backend: Backend, *, progress: bool = False, **options: Any
-    ) -> Any:
-        """Measure, and write results, figures and pages; return the results.
+    def run(self, output: Path, backend: Backend, *, progress: bool = False, **options: Any) -> Any:
+        """Measure, and write results, figures and the report; return the results.
 
         Called again after an interrupt, it continues where it stopped and ends with the same bytes.
         """
         output.mkdir(parents=True, exist_ok=True)
         self.measure(Runner(Cache(output / "cache"), backend, progress), output, **options)
-        return self.write(output, page)
+        return self.write(output)
 
-    def write(self, output: Path, page: Path) -> Any:
-        """Write figures and pages from the results in a folder; return the results."""
+    def write(self, output: Path) -> Any:
+        """Write figures and the report from the results in a folder; return the results."""
         results = self.load(output)
         for name, figure in self.figures(results).items():
             save_figure(figure, output / name, self.formats)
-        page.parent.mkdir(parents=True, exist_ok=True)
-        for file, text in self.pages(results, output, page).items():
-            write_text(file, text)
+        write_text(output / REPORT, self.report(results))
         return results
 
 
 def template(name: str) -> Template:
-    """Return the template of a page, such as ``"paper/templates/page.md"``."""
+    """Return the template of a report, such as ``"paper/templates/paper.md"``."""
     # No text that a user typed gets onto the pages unchecked, so nothing has to be escaped.
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
@@ -85,11 +81,6 @@ def template(name: str) -> Template:
         keep_trailing_newline=True,
     )
     return environment.get_template(name)
-
-
-def path_from(page: Path, target: Path) -> str:
-    """Return the path of a file or folder in links on a page."""
-    return Path(os.path.relpath(target.resolve(), page.resolve().parent)).as_posix()
 
 
 def signed(estimate: Estimate) -> str:

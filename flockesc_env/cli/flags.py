@@ -84,7 +84,7 @@ Json = Annotated[bool, switch("print the result as a JSON document on stdout")]
 Progress = Annotated[bool, switch("show a progress bar even if stderr is not a terminal")]
 Threads = Annotated[int | None, *optional("number of threads; results do not depend on it", "one per core")]
 BACKEND = (
-    "where jobs run: serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..] (docs/cluster.md);"
+    "where jobs run: serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..] (docs/long-work.md);"
     " results do not depend on it"
 )
 Backend = Annotated[str, arg(help=BACKEND, metavar="BACKEND")]

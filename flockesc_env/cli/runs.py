@@ -40,7 +40,7 @@ from flockesc_env.watch.page import Content, render
 from flockesc_env.watch.page import replay as replayed_content
 
 BEST_RANGE = 12.0
-"""The best fixed range for J_mean in the paper's flock, in m (docs/scoreboard.md)."""
+"""The best fixed range for J_mean in the paper's flock, in m (results/scoreboard/README.md)."""
 
 _PAGE, _VIDEOS = ".html", (".mp4", ".gif")
 _GROUP = "given files"

@@ -36,7 +36,7 @@ ResultFiles = Annotated[Positional[tuple[Path, ...]], several("results that floc
 def run(*, json: Json = False) -> Exit:
     """List the tasks and what normalizes their scores.
 
-    docs/scoreboard.md describes every task, and has the results of all learners.
+    docs/environments.md describes the tasks, docs/scoreboard.md their results.
 
     Example: flockesc tasks
     """

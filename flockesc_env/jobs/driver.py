@@ -140,7 +140,7 @@ def run_jobs(
         JobError: if calls fail, with their arguments and tracebacks; the results of all others are kept.
         KeyboardInterrupt: on Ctrl-C; finished results are kept.
 
-    docs/cluster.md has an example.
+    docs/long-work.md has an example.
     """
     name = import_name(function, "function", "a function of a module that other processes can import")
     estimate, is_shown = float(as_floats(seconds, "seconds", (), least=0.0)), as_flag(progress, "progress")

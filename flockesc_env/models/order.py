@@ -24,12 +24,12 @@ def rotation(trajectory: Trajectory) -> FloatArray:
     perfect mill, 0 in a swarm or a parallel flock.
 
     Raises:
-        InputError: if the argument is not a run of a flock, or the world is periodic and so has no
+        InputError: if the argument is not a run of a flock, or the domain is periodic and so has no
             centroid.
     """
     run, counted = _checked(trajectory)
     if run.scenario.periodic_side is not None:
-        raise InputError("trajectory", "a run in an open world", "one in a periodic world")
+        raise InputError("trajectory", "a run in an open domain", "one in a periodic domain")
     alive = counted[..., np.newaxis]
     count = np.maximum(alive.sum(axis=1, keepdims=True), 1)
     center = (run.positions * alive).sum(axis=1, keepdims=True) / count
@@ -59,7 +59,7 @@ def nearest_neighbor_distances(trajectory: Trajectory) -> FloatArray:
 def density(trajectory: Trajectory) -> FloatArray:
     """Return the number of agents per m^D, shape (T + 1,).
 
-    In a periodic world it refers to the domain (Vicsek et al. 1995, PRL 75, 1226), otherwise to the convex
+    In a periodic domain it refers to the domain (Vicsek et al. 1995, PRL 75, 1226), otherwise to the convex
     hull of the agents (Cavagna et al. 2008, Anim Behav 76, 237). It is infinite if the hull has no volume,
     and NaN if no agent is left.
     Errors are those of ``nearest_neighbor_distances``.

@@ -22,7 +22,7 @@ _FIRST_SLOPE = 8.0
 """Decrease of the first scores with the range, in units of the largest one.
 
 With equal probabilities the mean range is long, and a policy that starts with a long range learns little
-(docs/scoreboard.md, "What PPO needs").
+(results/scoreboard/README.md, "What PPO needs").
 """
 
 

@@ -136,7 +136,7 @@ LITERATURE: Final = {
         initial_positions=parts.Disc(radius=40.0),
     ),
     "order": _flock(
-        "the model of Vicsek et al. in their periodic world, which 10 m orders at little noise",
+        "the model of Vicsek et al. in their periodic domain, which 10 m orders at little noise",
         num_agents=400,
         speed=6.0,
         motion=parts.Vicsek(),

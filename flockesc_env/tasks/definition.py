@@ -43,7 +43,7 @@ class Scale(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         one: ``zero`` plus the reference's mean gain over the best fixed range; the score 1. The gain is
             paired: both play the same held-out flocks, all of them or the first ones.
         one_error: half width of the 95 % interval of ``one``; 0 if the reference plays all flocks.
-        reference: what reaches ``one``; docs/scoreboard.md describes the kinds.
+        reference: what reaches ``one``; results/scoreboard/README.md describes the kinds.
     """
 
     best_fixed_range: float

@@ -154,7 +154,7 @@ impl<'de> Deserializer<'de> for Maker<'_, '_> {
         self,
         visitor: V,
     ) -> std::result::Result<V::Value, Refused> {
-        // A periodic world has no predators.
+        // A periodic domain has no predators.
         let is_some = self.field != "periodic_side" && generated(self.u.ratio(1, 2))?;
         if self.field == "max_speed" {
             self.context.has_max_speed = is_some;

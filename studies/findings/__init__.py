@@ -1,1 +1,1 @@
-"""From training runs to docs/findings.md: rows, tables, figures, the page."""
+"""How learned policies work and where they lose: measurements, figures and the report."""

@@ -20,7 +20,7 @@ from flockesc_env.scenario.presets import PRESETS
 from studies.measurements import Runner, means
 from studies.paper.plan import PAPER_OBJECTIVES
 from studies.robustness.plan import QUESTIONS, Grid, attacked_presets, grid_of
-from studies.study import RESULTS_FILE, Results, Study, document, path_from, template
+from studies.study import RESULTS_FILE, Results, Study, document, template
 from studies.style import ROW, caption, draw_forest, subplots
 
 FIGURE = "robustness"
@@ -198,12 +198,11 @@ def figure(results: RobustnessResults) -> Figure:
     return figure
 
 
-def markdown_page(results: RobustnessResults, figures: Path, page: Path) -> str:
-    """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
+def report(results: RobustnessResults) -> str:
+    """Return the report as Markdown."""
     return template("robustness/templates/robustness.md").render(
         results=results,
         grids=sorted({str(row.grid) for row in results.presets}),
-        picture=path_from(page, figures / f"{FIGURE}.png"),
     )
 
 
@@ -211,6 +210,6 @@ ROBUSTNESS = Study(
     measure=measure,
     load=RobustnessResults.load,
     figures=lambda results: {FIGURE: figure(results)},
-    pages=lambda results, output, page: {page: markdown_page(results, output, page)},
+    report=report,
     formats=("svg", "png"),
 )

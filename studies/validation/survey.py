@@ -15,7 +15,7 @@ from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models import records
 from studies.measurements import Runner
-from studies.study import RESULTS_FILE, Results, Study, document, path_from, signed, template
+from studies.study import RESULTS_FILE, Results, Study, document, signed, template
 from studies.validation import PARTS, part
 
 _SECONDS = "processor_seconds"
@@ -82,12 +82,12 @@ def measure(runner: Runner, output: Path, only: Iterable[str], scale: float) -> 
         write_text(file, document(ValidationResults(ordered)))
 
 
-def markdown_page(results: ValidationResults, figures: Path, page: Path) -> str:
-    """Return the page as Markdown, for the file ``page``, with the pictures in the folder ``figures``."""
+def report(results: ValidationResults) -> str:
+    """Return the report as Markdown."""
     sections = []
     for name, measured in results.parts.items():
-        module, picture = part(name), path_from(page, figures / f"{name}.png")
-        values = {"part": module, "results": measured.results, "picture": picture, "signed": signed}
+        module = part(name)
+        values = {"part": module, "results": measured.results, "picture": f"{name}.png", "signed": signed}
         section = template(f"validation/templates/{name}.md").make_module(values)
         sections.append((section, module.verdict(measured.results), measured))
     return template("validation/templates/validation.md").render(sections=sections)
@@ -97,5 +97,5 @@ VALIDATION = Study(
     measure=measure,
     load=ValidationResults.load,
     figures=lambda results: {name: part(name).figure(found.results) for name, found in results.parts.items()},
-    pages=lambda results, output, page: {page: markdown_page(results, output, page)},
+    report=report,
 )

@@ -193,6 +193,7 @@ def figure(results: ValueOfWarnings) -> Figure:
         figure.colorbar(image, ax=axes, location="bottom", label=label, ticks=ticks, format="%.2g")
         axes.set_xticks(range(len(columns)), [f"{sensing:g} m, {a:g}" for sensing, a in columns], rotation=90)
         names = [f"{start}, {kind}, {speed:.0f} m/s" for start, kind, speed in rows]
-        axes.set_yticks(range(len(rows)), names)
+        axes.set_yticks(range(len(rows)), [] if index == 1 else names)  # (b) has the rows of (a)
+        axes.tick_params(labelsize="small")
         letter(axes, index, spec.symbol)
     return figure

@@ -20,7 +20,7 @@ STEPS = 25
 def test_every_preset(name: str) -> None:
     """Presets cover all neighbor rules, laws of motion, predators, captures, noise and randomization.
 
-    Environments need a predator, which the periodic world of "order" cannot have.
+    Environments need a predator, which the periodic domain of "order" cannot have.
     """
 
     def make() -> fe.FlockEscapeEnv | fe.LineEscapeEnv:

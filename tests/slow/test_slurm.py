@@ -20,7 +20,7 @@ from slurm_cluster import SlurmCluster, kill_processes, obstacle, processes, slu
 from flockesc_env.jobs import Cache, Job, find_backend, run
 
 RESULTS = os.environ.get("SLURM_FAULTS")
-"""A CSV file that gets the seconds of docs/cluster.md."""
+"""A CSV file that gets the seconds of docs/long-work.md."""
 COMMAND = (
     "SLURM_FAULTS=results/cluster/slurm_faults.csv python -m pytest tests/slow/test_slurm.py --numprocesses 2"
 )

@@ -15,8 +15,8 @@ from flockesc_env.jobs import find_backend
 from flockesc_env.policies import Pursue
 from studies.arms_race import race
 from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
-from studies.arms_race.page import ARMS_RACE, load_race, markdown_page
 from studies.arms_race.race import FIXED, LEARNED, Budget, learner
+from studies.arms_race.report import ARMS_RACE, load_race
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "arms_race"
@@ -73,8 +73,8 @@ def test_a_generation_of_predators_plays_as_each_does_alone(
 @pytest.mark.usefixtures("small")
 def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None:
     options: dict[str, Any] = {"rounds": 1, "num_flocks": 4, "budget": BUDGET}
-    output, page = tmp_path / "race", tmp_path / "page.md"
-    results = ARMS_RACE.run(output, page, find_backend("serial"), **options)
+    output = tmp_path / "race"
+    results = ARMS_RACE.run(output, find_backend("serial"), **options)
     flocks = list(range(2_000_000, 2_000_004))
     for _, rows in pl.read_parquet(output / "cross_play.parquet").group_by("flock_policy", "predator"):
         assert rows["seed"].to_list() == flocks
@@ -88,9 +88,9 @@ def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None
     expected = played(stored, Pursue("centroid"), flocks)
     np.testing.assert_array_equal(results.objective["per agent, round 1", "centroid"], expected)
 
-    files = [*output.glob("*.*"), *output.glob("policies/*"), page]
+    files = [*output.glob("*.*"), *output.glob("policies/*")]
     before = {file: file.read_bytes() for file in files}
-    ARMS_RACE.run(output, page, find_backend("serial"), **options)
+    ARMS_RACE.run(output, find_backend("serial"), **options)
     assert {file: file.read_bytes() for file in files} == before
 
 
@@ -102,8 +102,3 @@ def test_the_committed_policies_repeat_their_episodes() -> None:
     policy = str(COMMITTED / "policies" / "per-agent-round-2.npz")
     found = played(policy, predator, list(range(2_000_000, 2_000_003)))
     np.testing.assert_array_equal(found, objective[last, last][:3])
-
-
-def test_the_committed_page_follows_from_its_results() -> None:
-    page = ROOT / "docs" / "arms-race.md"
-    assert page.read_text("utf-8") == markdown_page(load_race(COMMITTED), COMMITTED, page)

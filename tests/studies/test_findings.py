@@ -21,22 +21,14 @@ from flockesc_env.scenario import GivenHeadings, GivenPositions
 from flockesc_env.tasks.fitting import check_fits
 from studies.__main__ import STUDIES
 from studies.findings import controls, headlines, losses, one_agent
-from studies.findings.page import Findings, markdown_page, outcome, rows_of
+from studies.findings.report import Findings, report
 from studies.measurements import Runner, play
+from studies.study import REPORT
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "findings"
 HEADLINES = {one.task.name: one for one in headlines.load(COMMITTED)}
 SCENARIO = small_flock(num_agents=8, num_steps=18, predator_range=45.0)
-
-
-def test_the_committed_page_follows_from_the_committed_results() -> None:
-    results, page = Findings.load(COMMITTED), ROOT / "docs" / "findings.md"
-    assert page.read_text("utf-8") == markdown_page(results, COMMITTED, page)
-    rows = rows_of(results.entries)
-    lost = sum(outcome(row.gain) == "loss" for row in rows)
-    readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
-    assert f"in {lost} of {len(rows)} tasks to an untrained rule" in readme
 
 
 @pytest.mark.parametrize("task", headlines.EXPLAINED)
@@ -140,7 +132,7 @@ def test_all_is_measured_and_an_interrupted_study_continues(
     encircled = losses.scenarios()["encircled"]
     monkeypatch.setattr(losses, "scenarios", lambda: {"encircled": encircled})
     monkeypatch.setattr(losses, "starts", lambda: {"half the side": FlockScenario(initial_side=50.0)})
-    flags = ["--output", tmp_path, "--page", tmp_path / "it.md", "--backend", "serial", "--scale", "0.01"]
+    flags = ["--output", tmp_path, "--backend", "serial", "--scale", "0.01"]
     run, jobs = Job.run, []
 
     def die(job: Job) -> Any:
@@ -163,11 +155,8 @@ def test_all_is_measured_and_an_interrupted_study_continues(
     spec, scenario = chosen.task.spec, chosen.task.scenario
     means = [play(content, scenario, spec.name, TUNING[:2])["objective"].mean() for content in contents]
     assert chosen.content == contents[int(np.argmax(means))]
-    page = (tmp_path / "it.md").read_text("utf-8")
-    assert page == markdown_page(Findings.load(tmp_path), tmp_path, tmp_path / "it.md")
+    assert (tmp_path / REPORT).read_text("utf-8") == report(Findings.load(tmp_path))
     assert (tmp_path / "figures" / "policies.gif").stat().st_size > 10_000
-    assert Ran(capsys, "findings-page", *flags[:4], run=STUDIES.main).code == Exit.DONE
-    assert (tmp_path / "it.md").read_text("utf-8") == page
 
 
 @pytest.mark.parametrize("study", ["paper", "robustness", "validation", "arms-race", "findings"])

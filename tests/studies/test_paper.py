@@ -25,9 +25,9 @@ from studies.paper import jobs, plan
 from studies.paper.claims import Verdict, judge
 from studies.paper.line_claims import clusters
 from studies.paper.mechanism_claims import mechanism_claims
-from studies.paper.page import PaperResults, html_page, markdown_page
 from studies.paper.plan import CONTROL_GRID, LINE_GRID, NO_FORCE, STRENGTHS, Trials, captures, control
-from studies.study import RESULTS_FILE, document
+from studies.paper.report import PaperResults
+from studies.study import REPORT, RESULTS_FILE, document
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "paper"
@@ -58,8 +58,8 @@ def test_verdicts_follow_one_rule(share: float, in_expectation: bool, expected: 
 
 
 def test_equations_name_functions_and_tests_that_exist() -> None:
-    _, _, equations = (ROOT / "docs" / "paper.md").read_text("utf-8").partition("## Equations in the code")
-    links = re.findall(r"\[`(\w+)`\]\(\.\./(\S+\.(?:rs|py))\)", equations.partition("\n## ")[0])
+    _, _, equations = (COMMITTED / REPORT).read_text("utf-8").partition("## Equations in the code")
+    links = re.findall(r"\[`(\w+)`\]\(\.\./\.\./(\S+\.(?:rs|py))\)", equations.partition("\n## ")[0])
     assert len(links) == 20
     for name, file in links:
         assert re.search(rf"\b(fn|def) {name}\b", (ROOT / file).read_text("utf-8")), file
@@ -96,13 +96,13 @@ def test_consensus_is_what_a_slow_reference_finds(force: str | None) -> None:
 def test_the_paper_is_reproduced(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A small run from the command line gives the same numbers in JSON, on the pages and on stdout."""
+    """A small run from the command line gives the same numbers in JSON, in the report and on stdout."""
     # Bootstraps take most of the time: every interval gets the width 0.
     monkeypatch.setattr(stats, "bootstrap", no_bootstrap)
     monkeypatch.setattr("training.figure_style.DPI", 40)
-    output, page = tmp_path / "paper", tmp_path / "docs.md"
+    output = tmp_path / "paper"
     flags = ["--flocks", 4, "--lines", 40, "--backend", "serial", "--output", output]
-    ran = Ran(capsys, "paper", *flags, "--page", page, "--json", run=STUDIES.main)
+    ran = Ran(capsys, "paper", *flags, "--json", run=STUDIES.main)
     assert ran.code == Exit.DONE
     results = PaperResults.load(output)
     text = (output / RESULTS_FILE).read_text("utf-8")
@@ -111,14 +111,11 @@ def test_the_paper_is_reproduced(
     drawn = {path.stem: path.read_bytes() for path in output.glob("*.svg")}
     assert len(drawn) == 12
     assert {path.stem for path in output.glob("*.png")} == set(drawn)
-    markdown, html = page.read_text("utf-8"), (output / "paper.html").read_text("utf-8")
-    assert "](paper/figure_9.png)" in markdown
+    markdown = (output / REPORT).read_text("utf-8")
+    assert "](figure_9.png)" in markdown
     for claim in results.claims:
         for text in (claim.holds_if, claim.judgment.verdict, *map(str, claim.measured)):
             assert text.replace("*", "\\*") in markdown
-    assert html.count("<tr>") == markdown.count("\n| ")
-    assert not re.search(r"""src=["'](?!data:)""", html)
-    assert set(re.findall(r'href="#([^"]+)"', html)) <= set(re.findall(r'id="([^"]+)"', html))
     jobs_before = sorted((output / "cache").iterdir())
     for name in drawn:
         (output / f"{name}.svg").unlink()
@@ -128,16 +125,9 @@ def test_the_paper_is_reproduced(
     assert sorted((output / "cache").iterdir()) == jobs_before
 
 
-def test_the_committed_page_follows_from_the_committed_results() -> None:
+def test_the_committed_results_are_those_of_the_defaults() -> None:
     results = PaperResults.load(COMMITTED)
-    page = ROOT / "docs" / "paper.md"
-    assert page.read_text("utf-8") == markdown_page(results, COMMITTED, page)
-    assert (COMMITTED / "paper.html").read_text("utf-8") == html_page(results, COMMITTED)
     assert results.trials == Trials()
-    (best,) = (claim.measured[0].value for claim in results.claims if claim.where == "V, Fig. 9b")
-    readme = (ROOT / "README.md").read_text("utf-8")
-    assert f"{best.mean:g} m is the best fixed range in expectation" in readme
-    assert f"95 % interval {best.low:g} to {best.high:g} m" in readme
 
 
 CALM = FlockScenario(num_agents=40, repulsion_strength=0.0)

@@ -1,4 +1,4 @@
-"""The studies of robustness and of published results: measurements, commands, committed pages."""
+"""The studies of robustness and of published results; the committed reports of all studies."""
 
 import dataclasses
 import json
@@ -13,16 +13,23 @@ from flockesc_env.cli.output import Exit
 from flockesc_env.common.errors import InputError
 from flockesc_env.scenario.presets import LITERATURE, OF_TASKS
 from studies.__main__ import STUDIES
+from studies.arms_race.report import ARMS_RACE
+from studies.findings.report import FINDINGS
+from studies.paper.report import PAPER
 from studies.robustness.plan import attacked_presets
-from studies.robustness.survey import Finding, RobustnessResults, outcome
-from studies.robustness.survey import markdown_page as robustness_page
-from studies.study import RESULTS_FILE, document
+from studies.robustness.survey import ROBUSTNESS, Finding, RobustnessResults, outcome
+from studies.study import REPORT, RESULTS_FILE, document
 from studies.validation import stable_range, vicsek, warning
-from studies.validation.survey import ValidationResults
-from studies.validation.survey import markdown_page as validation_page
+from studies.validation.survey import VALIDATION, ValidationResults
 
 ROOT = Path(__file__).parents[2]
-ROBUSTNESS, VALIDATION = ROOT / "results" / "robustness", ROOT / "results" / "validation"
+REPORTED = {
+    "paper": PAPER,
+    "robustness": ROBUSTNESS,
+    "validation": VALIDATION,
+    "arms_race": ARMS_RACE,
+    "findings": FINDINGS,
+}
 
 
 def test_every_flock_preset_without_learned_predators_is_surveyed() -> None:
@@ -62,8 +69,8 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert document(results) == text
     assert ran.json()["results"] == json.loads(text)
     assert results.command == "python -m studies robustness --num-flocks 2 --presets paper-flock pursuit"
-    page = (output / "robustness.md").read_text("utf-8")
-    assert page == robustness_page(results, output, output / "robustness.md")
+    page = (output / REPORT).read_text("utf-8")
+    assert page == ROBUSTNESS.report(results)
     assert (output / "robustness.png").is_file()
     for row in results.presets:
         measured = sweep(attacked_presets()[row.name], row.grid.actions, range(2, 4))
@@ -79,21 +86,18 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert (output / RESULTS_FILE).read_text("utf-8") == text
 
 
-def test_the_committed_page_of_robustness_follows_from_its_results() -> None:
-    results = RobustnessResults.load(ROBUSTNESS)
-    page = ROOT / "docs" / "robustness.md"
-    assert page.read_text("utf-8") == robustness_page(results, ROBUSTNESS, page)
-    assert {row.name for row in results.presets} == set(attacked_presets())
+@pytest.mark.parametrize("name", REPORTED)
+def test_the_committed_report_follows_from_its_results(name: str) -> None:
+    study, folder = REPORTED[name], ROOT / "results" / name
+    assert (folder / REPORT).read_text("utf-8") == study.report(study.load(folder))
 
 
-def test_the_committed_page_of_validation_follows_from_its_results() -> None:
-    results = ValidationResults.load(VALIDATION)
-    page = ROOT / "docs" / "validation.md"
-    assert page.read_text("utf-8") == validation_page(results, VALIDATION, page)
-    assert document(results) == (VALIDATION / RESULTS_FILE).read_text("utf-8")
-    gained = results.parts["warning"].results.paper[0]
-    readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
-    assert f"still gains {gained.blocked[0].mean:.2f} of its {gained.hearing[0].mean:.2f} m over" in readme
+def test_committed_surveys_are_complete() -> None:
+    assert {row.name for row in RobustnessResults.load(ROOT / "results/robustness").presets} == set(
+        attacked_presets()
+    )
+    committed = ROOT / "results" / "validation"
+    assert document(ValidationResults.load(committed)) == (committed / RESULTS_FILE).read_text("utf-8")
 
 
 def test_one_part_is_measured_and_the_others_keep_their_results(
@@ -102,10 +106,9 @@ def test_one_part_is_measured_and_the_others_keep_their_results(
     small = {"SIZES": {10: 4, 60: 4}, "CONTROL": 10, "NUM_STEPS": 400, "SKIP": 50}
     for name, value in small.items():
         monkeypatch.setattr(vicsek, name, value)
-    stored = ValidationResults.load(VALIDATION)
+    stored = ValidationResults.load(ROOT / "results" / "validation")
     (tmp_path / RESULTS_FILE).write_text(document(stored))
-    page = tmp_path / "validation.md"
-    flags = ["--output", tmp_path, "--page", page, "--backend", "serial"]
+    flags = ["--output", tmp_path, "--backend", "serial"]
     ran = Ran(capsys, "validation", "--only", "vicsek", *flags, run=STUDIES.main)
     assert ran.code == Exit.DONE, ran.err
     found = ValidationResults.load(tmp_path)
@@ -113,7 +116,7 @@ def test_one_part_is_measured_and_the_others_keep_their_results(
     assert found.parts["milling"] == stored.parts["milling"]
     assert found.parts["vicsek"].command == "python -m studies validation --only vicsek"
     assert (tmp_path / "vicsek.png").is_file()
-    assert page.read_text("utf-8") == validation_page(found, tmp_path, page)
+    assert (tmp_path / REPORT).read_text("utf-8") == VALIDATION.report(found)
     measured = found.parts["vicsek"].results
     assert measured.num_flocks == (4, 4)
     assert all(row[0].mean == pytest.approx(1) for row in measured.order)  # without noise

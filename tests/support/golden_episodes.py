@@ -1,7 +1,7 @@
 """Hashes of whole episodes: of the bytes of every observation, reward, end and info.
 
 ``python tests/support/golden_episodes.py`` adds new cases to ``tests/golden/golden_episodes.json``. It
-changes hashes of old cases only if an id has a new version (``docs/reliability.md``).
+changes hashes of old cases only if an id has a new version (``docs/engineering.md``).
 """
 
 import hashlib

@@ -23,8 +23,9 @@ from flockesc_env.tasks.fitting import FREE, fitted, is_checkable
 from flockesc_env.tasks.results import read_result
 from flockesc_env.tasks.scoring import draw_flocks, play, verify
 from flockesc_env.tasks.task import Task, read_tasks, tasks
+from studies.findings.report import rows_of, tasks_table
 from studies.scoreboard.board import BOARD, load_board
-from studies.scoreboard.page import entries_of, readme_table
+from studies.scoreboard.report import entries_of, report
 
 ROOT = Path(flockesc_env.__file__).parents[1]
 
@@ -146,15 +147,11 @@ def test_every_policy_file_has_a_result() -> None:
         assert {f"policies/{file.name}" for file in files} <= named, entrant.name
 
 
-def test_the_page_and_the_readme_are_those_of_the_results() -> None:
-    entries = entries_of(load_board(ROOT / BOARD))
+def test_the_report_and_the_readme_follow_from_the_results() -> None:
+    entries = entries_of(board := load_board(ROOT / BOARD))
     assert set(entries) == set(tasks)
-    page = (ROOT / "docs/scoreboard.md").read_text()
-    for shown in entries.values():
-        for entry in shown:
-            assert f"[{entry.result.learner}]" in page
-            assert f"| {entry.row.score:z.3f} |" in page
-    assert readme_table(entries) in (ROOT / "README.md").read_text()
+    assert (ROOT / "results/scoreboard/README.md").read_text() == report(board)
+    assert tasks_table(rows_of(entries)) in (ROOT / "README.md").read_text()
 
 
 def changed(task: Task, **options: Any) -> Task:

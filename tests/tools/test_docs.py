@@ -1,4 +1,4 @@
-"""Snippets of the pages run, the names in them exist, lists of names are complete, and numbers agree."""
+"""Pages are short, their links and names exist, lists of names are complete, and numbers are measured."""
 
 import doctest
 import re
@@ -8,7 +8,6 @@ from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
 from pkgutil import resolve_name
-from textwrap import dedent
 from types import ModuleType
 from typing import Any, get_args
 
@@ -22,19 +21,30 @@ from flockesc_env.policies import NAMES
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+WORDS = {
+    "index": 600,
+    "first-policy": 900,
+    "train": 900,
+    "enter": 500,
+    "your-own-parts": 1200,
+    "long-work": 1200,
+    "environments": 2200,
+    "scenarios": 1300,
+    "model": 6000,
+    "policies": 900,
+    "scoreboard": 1800,
+    "findings": 2500,
+    "paper": 3000,
+    "engineering": 2500,
+}
+"""The largest number of words of every page in docs/."""
+PAGES = [ROOT / "README.md", *(ROOT / "docs" / f"{name}.md" for name in WORDS)]
+REPORTS = [*sorted((ROOT / "results").glob("*/README.md")), ROOT / "speed" / "results" / "README.md"]
+TEXTS = [*PAGES, *REPORTS, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
+texts = pytest.mark.parametrize("page", TEXTS, ids=lambda page: page.relative_to(ROOT).as_posix())
 
-FENCED = re.compile(r"^( *)```python\n(.*?)^\1```", flags=re.DOTALL | re.MULTILINE)
 FRAMEWORKS = ("flockesc_env.torchrl", "flockesc_env.benchmarl")
-"""Their modules are imported, and their snippets run, in compat/."""
-RUN_ELSEWHERE = {"README-0", "cluster-0"}  # below, and in tests/jobs/test_backends.py
-SNIPPETS = [
-    pytest.param(dedent(code), id=f"{page.stem}-{number}")
-    for page in PAGES
-    for number, (_, code) in enumerate(FENCED.findall(page.read_text("utf-8")))
-    if f"{page.stem}-{number}" not in RUN_ELSEWHERE and not any(framework in code for framework in FRAMEWORKS)
-]
+"""Modules that compat/ imports."""
 WITH_EXAMPLES = [
     ".".join(path.relative_to(ROOT).with_suffix("").parts)
     for path in sorted((ROOT / "flockesc_env").rglob("*.py"))
@@ -45,7 +55,7 @@ SOURCES = (
     *("compat", "docs", "examples", "flockesc_env", "fuzz", "results", "rust", "scoreboard", "speed"),
     *("playground", "studies", "tests", "training"),
 )
-SUFFIX = re.compile(r"\.(css|gif|html|js|json|lock|md|parquet|png|py|pyi|rs|svg|toml)$")
+SUFFIX = re.compile(r"\w\.(css|gif|html|js|json|lock|md|parquet|png|py|pyi|rs|svg|toml)$")
 
 FILES = [path.relative_to(ROOT).as_posix() for path in ROOT.iterdir()]
 FILES += [path.relative_to(ROOT).as_posix() for source in SOURCES for path in (ROOT / source).rglob("*")]
@@ -70,9 +80,26 @@ MODULES = (
 )
 
 
-@pytest.mark.parametrize("snippet", SNIPPETS)
-def test_snippet_runs(snippet: str) -> None:
-    exec(compile(snippet, "snippet", "exec"), {})  # noqa: S102, our own text
+def test_every_page_is_short() -> None:
+    words = {path.stem: len(path.read_text("utf-8").split()) for path in (ROOT / "docs").glob("*.md")}
+    assert words.keys() == WORDS.keys()
+    assert {name: number for name, number in words.items() if number > WORDS[name]} == {}
+    assert len(README.splitlines()) <= 75
+
+
+DECIMAL = re.compile(r"(?<![\d.])\d+\.\d+(?![\d.]*\d)")
+
+
+@pytest.mark.parametrize("name", ["README", "docs/findings", "docs/paper", "docs/scoreboard"])
+def test_measured_numbers_stand_in_the_reports_that_their_section_links(name: str) -> None:
+    page = ROOT / f"{name}.md"
+    _, *sections = re.split(r"^(?=## |\*\*Tasks\*\*)", prose(page), flags=re.MULTILINE)
+    for section in sections:
+        links = re.findall(r"\]\(([^)#\s]*results/[^)#\s]*\.md)", section)
+        reports = [(page.parent / link).read_text("utf-8") for link in links]
+        reported = {number for report in reports for number in DECIMAL.findall(report)}
+        numbers = DECIMAL.findall(re.sub(r"\]\([^)]*\)", "]", section))
+        assert sorted({number for number in numbers if number not in reported}) == [], section[:60]
 
 
 @pytest.mark.parametrize("module", WITH_EXAMPLES)
@@ -85,7 +112,7 @@ def test_examples_in_docstrings_run(module: str) -> None:
 def test_the_snippet_and_the_caption_of_the_readme_have_the_numbers_of_their_flock(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    (_, snippet), *_ = FENCED.findall(README)
+    snippet = re.findall(r"^```python\n(.*?)^```", README, re.DOTALL | re.MULTILINE)[0]
     exec(compile(snippet, "snippet", "exec"), {})  # noqa: S102, our own text
     learned = float(capsys.readouterr().out)
     assert f"# {learned:.2f} m\n" in snippet
@@ -96,7 +123,7 @@ def test_the_snippet_and_the_caption_of_the_readme_have_the_numbers_of_their_flo
 
 def test_the_table_of_the_demo_is_the_committed_one() -> None:
     table = (ROOT / "results" / "demo" / "table.md").read_text("utf-8").strip().split("\n\n")[-1]
-    assert table in (ROOT / "docs" / "getting-started.md").read_text("utf-8")
+    assert table in (ROOT / "docs" / "first-policy.md").read_text("utf-8")
 
 
 def test_all_files_have_the_version_of_the_crates() -> None:
@@ -158,7 +185,7 @@ def is_path(code: str) -> bool:
     return bool(SUFFIX.search(code)) or code.endswith("/") or code.split("/")[0] in SOURCES
 
 
-@pages
+@texts
 def test_files_links_headings_and_tests_that_a_page_names_exist(page: Path) -> None:
     text = prose(page)
     named = {code for code in re.findall(r"`([^`\n]+)`", text) if is_path(code)}
@@ -170,7 +197,7 @@ def test_files_links_headings_and_tests_that_a_page_names_exist(page: Path) -> N
     assert sorted(set(re.findall(r"\btest_\w+(?:\.py)?\b", text)) - TESTS) == []
 
 
-@pages
+@texts
 def test_modules_that_a_page_names_exist(page: Path) -> None:
     for name in set(re.findall(r"`(flockesc_env(?:\.\w+)+)", prose(page))):
         if not name.startswith(FRAMEWORKS):

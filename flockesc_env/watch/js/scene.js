@@ -8,7 +8,7 @@ const MAX_TRAIL_PARTS = 8000; // of all trails of the page; more are slow
 const TURNS = 72; // directions of the stamps of agents
 const MAX_EDGES = 60000; // more are unreadable and slow
 
-/** Returns the shortest offset along an axis in a periodic world, or the offset itself if `side` is null. */
+/** Returns the shortest offset along an axis in a periodic domain, or the offset itself if `side` is null. */
 function shortest(offset, side) {
   return side === null || Math.abs(offset) <= side / 2 ? offset : offset - side * Math.round(offset / side);
 }

@@ -89,7 +89,7 @@ pub struct FlockConfig {
     /// Whether agents that no predator has reached hear no agent that one has reached: a predator reaches an
     /// agent that is within `predator_range` of it.
     pub blocks_warnings: bool,
-    /// Side in m of a periodic world, from 1e-20 to 1e20; `None` is the open world.
+    /// Side in m of a periodic domain, from 1e-20 to 1e20; `None` is the open domain.
     pub periodic_side: Option<f64>,
     /// Distributions of the numbers that every episode draws from its seed, in this order.
     pub randomization: Vec<Distribution>,
@@ -231,7 +231,7 @@ impl FlockConfig {
         if let Some(side) = self.periodic_side {
             positive_quantity("periodic_side", side)?;
             if !self.predators.is_empty() {
-                let expected = "None with predators, which need an open world";
+                let expected = "None with predators, which need an open domain";
                 return Err(Error::input("periodic_side", expected, side));
             }
         }

@@ -1,4 +1,4 @@
-//! `Torus`, `FieldOfView` and `Own`: offsets in a periodic world, the blind sector behind an agent, and whom a register of
+//! `Torus`, `FieldOfView` and `Own`: offsets in a periodic domain, the blind sector behind an agent, and whom a register of
 //! agents senses.
 
 use std::f64::consts::PI;
@@ -11,12 +11,12 @@ use crate::agents::{Column, Group};
 use crate::base::vector::{larger, squared_norm};
 use crate::neighbor::engine::nodes::Bounds;
 
-/// A periodic world with this side in m, or the open world.
+/// A periodic domain with this side in m, or the open domain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Torus(pub(super) Option<f64>);
 
 impl Torus {
-    /// The open world.
+    /// The open domain.
     pub(crate) const NONE: Self = Self(None);
 
     pub(crate) fn new(side: Option<f64>) -> Self {

@@ -12,7 +12,7 @@ use crate::neighbor::ranges::{Ranges, SAMPLE};
 const STEPS: f64 = 5.0;
 /// Number of steps after which too many candidates may have become few enough.
 const PAUSE: usize = 32;
-/// Fraction of the reach, or of the side of a periodic world, that covers the rounding of distances. It is larger
+/// Fraction of the reach, or of the side of a periodic domain, that covers the rounding of distances. It is larger
 /// than the rounding.
 const ROUNDING: f64 = 1e-12;
 

@@ -31,7 +31,7 @@ struct Case<const D: usize> {
     ranges: Vec<f64>,
     /// In rad.
     blind_angle: f64,
-    /// Side in m of a periodic world.
+    /// Side in m of a periodic domain.
     side: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-"""Statistics, figure and page of the arms race, from its stored results."""
+"""Statistics, figure and report of the arms race, from its stored results."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from studies.arms_race import race
 from studies.arms_race.opponents import WIDTHS
 from studies.arms_race.race import UNTRAINED
 from studies.measurements import sign, values_by
-from studies.study import Study, path_from, signed, template
+from studies.study import Study, signed, template
 from studies.style import subplots
 
 _LABELS = {"straight": "straight", "lead": "lead pursuit"}
@@ -121,8 +121,8 @@ def cross_play_figure(results: RaceResults) -> Figure:
     return figure
 
 
-def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
-    """Return the page as Markdown, for the file ``page``, with the picture in the folder ``figures``."""
+def report(results: RaceResults) -> str:
+    """Return the report as Markdown."""
     distinct = results.distinct()
     worst = {flock: results.cells[flock, results.worst(flock)] for flock in results.flocks}
     losses = {flock: results.loss(flock, "straight", results.worst(flock)) for flock in results.flocks}
@@ -138,7 +138,6 @@ def markdown_page(results: RaceResults, figures: Path, page: Path) -> str:
         race=race,
         hidden=WIDTHS[1],
         trainings=trainings,
-        picture=f"{path_from(page, figures)}/cross_play.png",
         label=label,
         difference=signed,
         grouped=grouped,
@@ -164,5 +163,5 @@ ARMS_RACE = Study(
     measure=race.measure,
     load=load_race,
     figures=lambda results: {"cross_play": cross_play_figure(results)},
-    pages=lambda results, output, page: {page: markdown_page(results, output, page)},
+    report=report,
 )

@@ -1,16 +1,15 @@
-"""The page of the scoreboard, and the README's table."""
+"""The report of the scoreboard: the entries of all tasks, best first."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate
 from flockesc_env.tasks import Result, tasks
 from flockesc_env.tasks.definition import FLOCKS, VERSION
@@ -18,17 +17,9 @@ from flockesc_env.tasks.report import Row, rows, scores_of, with_reference_error
 from flockesc_env.tasks.statistics import difference
 from studies.scoreboard import rewards
 from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, Entrant
-from studies.study import path_from, template
+from studies.study import template
 
 RESULTS: Final = Path("results/scoreboard")
-
-IN_README: Final = {
-    "per-agent-local": "one range per agent, predator visible within 30 m",
-    "per-agent-visible-varied": "one range per agent, predator always visible, from a random side",
-    "one-range": "one range for the flock",
-    "per-agent-visible": "one range per agent, predator always visible",
-}
-"""Tasks of the README's table and how it calls them."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +63,8 @@ def entries_of(board: Sequence[Entrant]) -> dict[str, list[Entry]]:
     return entries
 
 
-def write_page(board: Sequence[Entrant], page: Path) -> str:
-    """Write the page; return the README's table."""
+def report(board: Sequence[Entrant]) -> str:
+    """Return the report as Markdown."""
     entries = entries_of(board)
     every = [(name, entry) for name, shown in entries.items() for entry in shown if entry.result.training]
     gains = json.loads(rewards.FILE.read_text())
@@ -84,7 +75,6 @@ def write_page(board: Sequence[Entrant], page: Path) -> str:
         below=[(name, entry) for name, entry in every if entry.row.score.high < 0],
         trained=len(every),
         board=board,
-        link=lambda path: path_from(page, Path(path)),
         folder=BOARD,
         version=VERSION,
         flocks=FLOCKS,
@@ -98,19 +88,4 @@ def write_page(board: Sequence[Entrant], page: Path) -> str:
         measured=len(rewards.FLOCKS),
         opposite=[name for name, rows in gains.items() if any(map(rewards.is_opposite, rows))],
     )
-    write_text(page, text.rstrip() + "\n")
-    return readme_table(entries)
-
-
-def readme_table(entries: Mapping[str, Sequence[Entry]]) -> str:
-    """Return the README's table as Markdown: the best rule and the best learner, losses first."""
-    lines = []
-    for name, title in IN_README.items():
-        (scenario, scale), spec = next(iter(tasks[name].scales.items())), tasks[name].spec
-        rule = next(entry.result for entry in entries[name] if not entry.result.training)
-        learned = next(entry.result for entry in entries[name] if entry.is_learned)
-        gain = difference(learned.values(scenario), rule.values(scenario))
-        means = (scale.zero, rule.values(scenario).mean(), learned.values(scenario).mean())
-        lines.append((gain.mean, f"| {title} | {' | '.join(map(spec.number, means))} | {gain:+.1f} |"))
-    head = "| mean predator distance in m | best fixed | best untrained rule | learned | learned minus rule |"
-    return "\n".join([head, "|---|---|---|---|---|", *(line for _, line in sorted(lines))])
+    return text.rstrip() + "\n"

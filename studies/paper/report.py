@@ -1,16 +1,12 @@
-"""The reproduction of the paper as a study: its results, and their page as Markdown and as one HTML file."""
+"""The reproduction of the paper as a study: its results, and their report."""
 
 from __future__ import annotations
 
-import base64
 import re
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-
-from markdown import Markdown
 
 from flockesc_env.cli.output import note
 from flockesc_env.common.files import write_text
@@ -24,7 +20,7 @@ from studies.paper.jobs import anatomy_table
 from studies.paper.line_claims import edge_claim, line_claims, theory_claims
 from studies.paper.mechanism_claims import SECTION, force_table, mechanism_claims
 from studies.paper.plan import Trials
-from studies.study import RESULTS_FILE, Results, Study, document, path_from, signed, template
+from studies.study import RESULTS_FILE, Results, Study, document, signed, template
 
 _SECTIONS = {
     "III": "Theory of the line (Section III)",
@@ -37,7 +33,7 @@ _SECTIONS = {
 
 @dataclass(frozen=True)
 class PaperResults(Results):
-    """Everything that the page shows.
+    """Everything that the report shows.
 
     The seeds are those of the line of Figures 3 and 4 and of the flock of Figures 6 to 10. ``tables`` holds
     columns by table and name, an estimate per range of ``CONTROL_GRID``: ``force_table`` under ``"force"``,
@@ -101,48 +97,22 @@ def summary(results: PaperResults) -> list[str]:
     return [*lines, "; ".join(f"{verdict}: {number}" for verdict, number in counts.items())]
 
 
-def markdown_page(results: PaperResults, figures: Path, page: Path) -> str:
-    """Return the page as Markdown, for the file ``page``, with the pictures in the folder ``figures``."""
-    return _render(results, page, lambda name: f"{path_from(page, figures)}/{name}.png", str)
-
-
-def html_page(results: PaperResults, figures: Path) -> str:
-    """Return the page as one HTML file in ``figures`` that holds its pictures."""
-
-    def embedded(name: str) -> str:
-        picture = base64.b64encode((figures / f"{name}.png").read_bytes()).decode()
-        return f"data:image/png;base64,{picture}"
-
-    def colored(verdict: str) -> str:
-        return f'<span class="verdict {verdict.replace(" ", "-")}">{verdict}</span>'
-
-    text = _render(results, figures / "paper.html", embedded, colored)
-    converter = Markdown(
-        extensions=["tables", "fenced_code", "toc"], extension_configs={"toc": {"toc_depth": "2-3"}}
-    )
-    body = converter.convert(text)
-    return template("paper/templates/page.html").render(body=body, contents=converter.toc)
-
-
-def _render(
-    results: PaperResults, page: Path, picture: Callable[[str], str], mark: Callable[[str], str]
-) -> str:
+def report(results: PaperResults) -> str:
+    """Return the report as Markdown."""
     sections: dict[str, list[tuple[int, Claim]]] = {}
     for number, row in enumerate(results.claims, start=1):
         title = next(title for start, title in _SECTIONS.items() if row.where.startswith(start))
         sections.setdefault(title, []).append((number, row))
     judged = [(row.judgment.verdict, row.is_reading) for row in results.claims]
     unclear = " (sample too small to tell)"
-    return template("paper/templates/page.md").render(
+    return template("paper/templates/paper.md").render(
         results=results,
         sections=sections,
         counts={
             verdict: [judged.count((verdict, reading)) for reading in (False, True)] for verdict in Verdict
         },
-        picture=picture,
-        mark=lambda judgment: mark(judgment.verdict.value) + ("" if judgment.is_clear else unclear),
+        mark=lambda judgment: judgment.verdict.value + ("" if judgment.is_clear else unclear),
         figure_link=_figure_link,
-        root=path_from(page, Path(__file__).parents[2]),
         most=MOST,
         plan=plan,
         signed=signed,
@@ -160,8 +130,5 @@ PAPER = Study(
     measure=measure,
     load=PaperResults.load,
     figures=lambda _: {},
-    pages=lambda results, output, page: {
-        page: markdown_page(results, output, page),
-        output / "paper.html": html_page(results, output),
-    },
+    report=report,
 )

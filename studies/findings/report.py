@@ -1,4 +1,4 @@
-"""The study of learned ranges: its measurements, its figures and its page."""
+"""The study of learned ranges: its measurements, its figures and its report."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from studies.findings import controls, headlines, listening, losses, one_agent
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, sign
 from studies.scoreboard.board import ANY_RATE, load_board
-from studies.scoreboard.page import Entry, entries_of
-from studies.study import Study, path_from, template
+from studies.scoreboard.report import Entry, entries_of
+from studies.study import Study, template
 
 FIGURES: Final = "figures"
 FILM: Final = f"{FIGURES}/policies.gif"
@@ -88,6 +88,22 @@ def rows_of(entries: dict[str, list[Entry]]) -> list[Row]:
     return sorted(found, key=lambda row: row.learned.row.score.mean - row.best[RULE].row.score.mean)
 
 
+def tasks_table(rows: Sequence[Row]) -> str:
+    """Return the README's table of tasks as Markdown, losses first."""
+    lines = [
+        "| task | range per | best fixed | best untrained rule | learned "
+        "| learned minus rule, 95 % interval |",
+        "|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        zero = np.mean([scale.zero for scale in row.task.scales.values()])
+        means = (zero, values(row.best[RULE]).mean(), values(row.learned).mean())
+        digits = row.task.spec.digits
+        cells = [row.task.name, row.task.actor, *(f"{mean:.{digits}f}" for mean in means)]
+        lines.append(f"| {' | '.join(cells)} | {row.gain:+.{digits}f} |")
+    return "\n".join(lines)
+
+
 def outcome(gain: Estimate) -> str:
     """Return "loss", "win", or "tie" if the interval includes 0."""
     return OUTCOMES[1 + sign(gain)]
@@ -143,9 +159,11 @@ def figures(results: Findings) -> dict[str, Figure]:
     return {f"{FIGURES}/{name}": figure for name, figure in drawn.items()}
 
 
-def markdown_page(results: Findings, output: Path, page: Path) -> str:
-    """Return the page as Markdown, for the file ``page``."""
-    starts, transfer = (losses.gains(output / file) for file in (losses.STARTS_FILE, losses.TRANSFER_FILE))
+def report(results: Findings) -> str:
+    """Return the report as Markdown."""
+    starts, transfer = (
+        losses.gains(results.output / file) for file in (losses.STARTS_FILE, losses.TRANSFER_FILE)
+    )
     every, by_task = {**starts, **transfer}, {one.task.name: one for one in results.headlines}
     lost = sorted((gain.mean, key) for key, (gain, _) in every.items() if outcome(gain) == "loss")
     rows = rows_of(results.entries)
@@ -157,7 +175,6 @@ def markdown_page(results: Findings, output: Path, page: Path) -> str:
         results=results,
         headlines=by_task,
         tuning_flocks=headlines.TUNING_FLOCKS,
-        pictures=path_from(page, output / FIGURES),
         starts=starts,
         every=every,
         lost=[key for _, key in lost],
@@ -189,5 +206,5 @@ FINDINGS: Final = Study(
     measure=measure,
     load=Findings.load,
     figures=figures,
-    pages=lambda results, output, page: {page: markdown_page(results, output, page)},
+    report=report,
 )
