@@ -41,7 +41,7 @@ class Branches:
         if run.task.per_agent or not isinstance(model, FlockScenario):
             raise InputError("task", "one range for a flock", run.task.name)
         if not ranges:
-            raise InputError("ranges", "candidate ranges", "none")
+            raise InputError("ranges", "at least one candidate range", "none")
         self._candidates, self._count, self._column = np.array(ranges), count, run.task.spec.name
         self._model, self._options = model, options_in(model, options)
         self.spec: PolicySpec = run.policy_spec

@@ -73,7 +73,7 @@ class Run:
 
     @cached_property
     def policy_spec(self) -> PolicySpec:
-        """Policy spec of the environment."""
+        """Observations and actions of the environment."""
         return self.task.policy_spec(**self.learner.options)
 
     def objectives(

@@ -183,7 +183,7 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         return super()._num_actions() if self._limit is None else self._limit
 
     def _add_final(self, columns: Columns, ending: _autoreset.Ending, infos: dict[str, Any]) -> None:
-        """Add ``final_obs`` and ``final_info`` of ended episodes; the other infos describe the new ones."""
+        """Add ``final_obs`` and ``final_info`` of ended episodes. Other infos describe the new episodes."""
         ended = ending.rows
         last = np.full(self.num_envs, None, object)
         for slot, observation in zip(np.flatnonzero(ended).tolist(), ending.observations, strict=True):

@@ -226,7 +226,7 @@ class BasePolicy(ABC):
         observed ``time`` is 0.
 
         Raises:
-            InputError: if the policy knows no options, or the observation has another number of entries.
+            InputError: if the policy knows no options, or the observation lacks or adds entries.
         """
         if self.options is None:
             raise InputError("policy.options", "those of the environment (use bind(env))", "none")

@@ -95,8 +95,8 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         """Start an episode in every flock, with the seeds and options that were set since the last reset.
 
         ``set_options`` takes the options of ``FlockEscapeEnv.reset``, for all slots or one dict per slot. The
-        options of the first slot of each flock are used. To continue a run, call ``seed(s)`` and set the
-        option ``episode``.
+        options of the first slot of each flock are used. To continue a run at episode e, call ``seed(s)``
+        and set the option ``episode`` to e.
 
         Raises:
             InputError: if an option is invalid; the running episodes continue.

@@ -37,7 +37,8 @@ SHIPPED: Final = ("search", "searched-rule", "schedule", "imitation", "ppo")
 class Card(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What a person says about a learner: the file ``card.toml`` in its folder.
 
-    Nobody trained a ``"rule"``. ``code`` is a link or a command, ``license`` that of the policy files.
+    Nobody trained a ``"rule"``. ``code`` is a link or a command. ``license`` is the license of the policy
+    files.
     """
 
     kind: Literal["rule", "search", "imitation", "reinforcement learning"]

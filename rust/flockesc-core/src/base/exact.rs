@@ -54,7 +54,7 @@ impl Scale {
         }
     }
 
-    /// Returns `value` in units of a scale [`for_registers`](Scale::for_registers), rounded to the nearest.
+    /// Returns the number of units nearest to `value`, for a scale made by [`Scale::for_registers`].
     /// This is an addition instead of a cast, because every instruction set vectorizes additions.
     #[inline(always)]
     pub(crate) fn quantize(self, value: f64) -> i64 {

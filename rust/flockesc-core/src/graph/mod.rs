@@ -67,7 +67,7 @@ impl<const D: usize> NeighborGraph<D> {
         Ok(pairs)
     }
 
-    /// Returns the weakly connected component of every agent, labeled by the lowest id in it.
+    /// Returns a label per agent: the lowest id in the weakly connected component of the agent.
     ///
     /// # Errors
     /// As [`Self::pairs`].

@@ -181,7 +181,7 @@ struct Group {
 pub(super) struct Groups {
     /// Groups in ascending order of their states. Two groups may have the same state until the next step.
     sorted: Vec<Group>,
-    /// For every agent the id of an agent with the same state and a lower id, or its own id if there is none.
+    /// Entry i is a lower id of an agent with the same state as agent i, or i if there is none.
     companion: Vec<u32>,
 }
 
