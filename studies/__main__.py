@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # slow to import
 
 _LIBRARIES = {
     "analysis": ["matplotlib", "scipy", "jinja2"],
-    "train": ["matplotlib", "polars", "rliable", "jinja2", "cmaes"],
+    "train": ["matplotlib", "polars", "jinja2", "cmaes"],
 }
 
 _Output = Annotated[
@@ -198,7 +198,6 @@ def findings(
     """
     _check_share(scale)
     runs_on = prepare(output, "train", backend)
-    require("video", ["pygame", "imageio_ffmpeg"])
     from studies.findings.report import FINDINGS
 
     FINDINGS.run(output, runs_on, progress=progress, scale=scale)

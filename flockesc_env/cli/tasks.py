@@ -15,12 +15,11 @@ from flockesc_env.cli.flags import EXPECTED, Json, Threads, described, optional,
 from flockesc_env.cli.output import Exit, check_folder, check_output, note, saving, show, show_json, table
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
-from flockesc_env.common.files import write_text
 from flockesc_env.episodes.options import to_plain
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.tasks.definition import FLOCKS, VERSION
 from flockesc_env.tasks.episodes import record_episodes
-from flockesc_env.tasks.results import SUFFIX, Result, Training, check_learner, read_result, write_result
+from flockesc_env.tasks.results import SUFFIX, Result, Training, check_learner, write_result
 from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks
 from flockesc_env.tasks.scoring import score as play_all
 from flockesc_env.tasks.scoring import verify as play_again
@@ -197,36 +196,6 @@ def verify(
             head = f"{path}: verified: {len(played):,} of {len(FLOCKS):,} flocks"
             show(f"{head}, {len(result.policies)} policies", *facts)
     return code
-
-
-def report(
-    files: ResultFiles,
-    *,
-    output: Annotated[
-        Path | None, *optional("write the report (.md) and a figure beside it", "print it only")
-    ] = None,
-) -> Exit:
-    """Compare learners: scores with intervals, and aggregates over tasks by rliable.
-
-    Example: flockesc report results/*.json --output report.md
-    """
-    if not files:
-        raise InputError("files", "at least one file", "none")
-    check_output(output, [".md"])
-    if output is not None:
-        check_output(output.with_suffix(".png"), [".png"])
-    require("analysis", ["matplotlib", "rliable", "scipy"])
-    from flockesc_env.tasks.report import page, write_figure
-
-    results = [read_result(path) for path in files]
-    text = page(results)
-    if output is None:
-        show(*text.splitlines())
-        return Exit.DONE
-    write_text(output, text)
-    write_figure(results, output.with_suffix(".png"))
-    note(f"saved: {output}")
-    return Exit.DONE
 
 
 def episodes(

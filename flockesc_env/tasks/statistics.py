@@ -24,12 +24,6 @@ def means(scores: FloatArray) -> list[Estimate]:
     return estimates(*intervals(scores))
 
 
-def profile(values: FloatArray, thresholds: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the share of episodes above each threshold, and the ends of its interval, as ``means``."""
-    share, low, high = intervals((values > thresholds[:, None, None]).astype(np.float64))
-    return share, np.maximum(low, 0), np.minimum(high, 1)
-
-
 def difference(values: FloatArray, other: FloatArray) -> Estimate:
     """Return the mean paired difference of two policies, each of shape (its training seeds, flocks)."""
     (found,) = estimates(*intervals(values[np.newaxis], other[np.newaxis]))

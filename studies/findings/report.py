@@ -13,10 +13,9 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env import FlockScenario, RenderOptions, simulate, tasks
+from flockesc_env import FlockScenario, tasks
 from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 from flockesc_env.episodes import splits
-from flockesc_env.render.video import write_video
 from flockesc_env.tasks import Task
 from flockesc_env.tasks.statistics import difference
 from studies.findings import controls, headlines, listening, losses, one_agent
@@ -27,10 +26,6 @@ from studies.scoreboard.report import Entry, entries_of
 from studies.study import Study, template
 
 FIGURES: Final = "figures"
-FILM: Final = f"{FIGURES}/policies.gif"
-FILMED: Final = ("per-agent-local", "per-agent-visible-derived", "per-agent-visible-profile")
-"""Tasks of the film beside the best fixed range."""
-
 OUTCOMES: Final = ("loss", "tie", "win")
 
 RULE, SEARCHED, NETWORK, REINFORCEMENT = KINDS = (
@@ -136,17 +131,6 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
     one_agent.measure(chosen, runner, output)
     controls.measure_blocked(chosen, scale, runner, output)
     losses.measure(chosen, scale, runner, output)
-    write_film(chosen, output / FILM)
-
-
-def write_film(chosen: Sequence[Headline], path: Path) -> None:
-    """Write a film of the headline policies of ``FILMED`` on the first held-out flock."""
-    shown, flock = [one for one in chosen if one.task.name in FILMED], splits.HELD_OUT[0]
-    fixed = f"fixed:{shown[0].best_fixed_range:g}"
-    named = {fixed: fixed, **{one.task.name: one.entry for one in shown}}
-    runs = [(name, simulate("paper-flock", policy=policy, seed=flock)) for name, policy in named.items()]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_video(runs, path, fps=8, options=RenderOptions(size=300, color="range"))
 
 
 def figures(results: Findings) -> dict[str, Figure]:

@@ -27,12 +27,12 @@ from flockesc_env.scenario.presets import Scenario
 from flockesc_env.tasks.comparison import grid_of
 from flockesc_env.tasks.definition import FLOCKS
 from flockesc_env.tasks.fitting import fitted
-from flockesc_env.tasks.report import with_reference_error
 from flockesc_env.tasks.statistics import means
 from flockesc_env.tasks.task import Task, read_tasks, tasks
 from studies.measurements import Runner, play_jobs, split
 from studies.scoreboard import references
 from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, rules_of
+from studies.scoreboard.rows import with_reference_error
 from studies.study import document
 
 _SIMULATED_FLOCKS: Final = {"paper-flock": 200, "startled": 60, "varied": 60}

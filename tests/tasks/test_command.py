@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 from cli_runs import Ran, policy_file
-from matplotlib.figure import Figure
 
 from flockesc_env import load_policy
 from flockesc_env.cli import tasks as command
@@ -83,13 +82,6 @@ def test_policies_are_scored_verified_and_compared(
     assert ran.out.startswith("mine.json: verified: 6 of 6 flocks, 1 policies")
     assert f"score {result.scores()[0]:.3f}" in ran.out
 
-    (folder / "other.json").unlink()
-    files = sorted(path.name for path in folder.glob("*.json"))  # `results/*.json` as the shell expands it
-    ran = Ran(capsys, "report", *files, "--output", "report.md")
-    assert (ran.code, ran.out) == (Exit.DONE, "")
-    assert "| mine | 1 |" in (folder / "report.md").read_text()
-    assert (folder / "report.png").read_bytes().startswith(b"\x89PNG")
-
 
 def test_a_full_disk_loses_no_score(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
@@ -97,12 +89,6 @@ def test_a_full_disk_loses_no_score(
     def full(*arguments: object, **options: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    score(capsys, "mine-0.npz", "--output", "mine.json")
-    (folder / "report.png").write_bytes(b"older")
-    monkeypatch.setattr(Figure, "savefig", lambda self, file, **options: (file.write(b"half"), full()))
-    ran = Ran(capsys, "report", "mine.json", "--output", "report.md")
-    assert (ran.code, (folder / "report.png").read_bytes()) == (Exit.REFUSED, b"older")
-    assert (folder / "report.md").read_text().startswith("# Report")
     monkeypatch.setattr(command, "write_result", full)
     ran = score(capsys, "mine-0.npz", "--output", "mine.json")
     assert ran.code == Exit.REFUSED
@@ -125,7 +111,7 @@ def test_code_is_scored_with_a_mark_and_not_verified(
 
 SCORE = ["score", "mine-0.npz", "--task"]
 BAD = {
-    "command": (["scores"], "report, episodes, got 'scores' (did you mean score or compare?)"),
+    "command": (["scores"], "episodes, got 'scores' (did you mean score or compare?)"),
     "task": ([*SCORE, "per-agent-visibly"], "got 'per-agent-visibly' (did you mean per-agent-visible, "),
     "no policy": (["score", "--task", TASK], "policies: expected at least one policy, got none"),
     "no file": (["verify"], "files: expected at least one file, got none"),

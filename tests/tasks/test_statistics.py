@@ -1,21 +1,16 @@
-"""Rows, aggregates and intervals over training seeds and flocks, compared with NumPy and SciPy."""
-
-from itertools import pairwise
-from typing import Any
+"""Rows and intervals over training seeds and flocks, compared with NumPy and SciPy."""
 
 import numpy as np
 import pytest
 from scipy import stats
 from scipy.stats import t, ttest_1samp, ttest_ind
 
-from flockesc_env import InputError
 from flockesc_env.common.stats import Estimate
-from flockesc_env.tasks import report
 from flockesc_env.tasks.definition import FLOCKS, VERSION
-from flockesc_env.tasks.report import aggregates, improvement, page, rows
 from flockesc_env.tasks.results import PolicyResult, Result, Training
-from flockesc_env.tasks.statistics import difference, intervals, means, profile
+from flockesc_env.tasks.statistics import difference, intervals, means
 from flockesc_env.tasks.task import tasks
+from studies.scoreboard.rows import rows
 
 NUM_FLOCKS = 40
 TASKS = ("held-out-predators", "line", "one-range")
@@ -59,18 +54,6 @@ def normalized(result: Result) -> np.ndarray:
     )
 
 
-def chance(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the probability that a training seed is better than one of another learner."""
-    return float(np.mean([(a > b) + 0.5 * (a == b) for a in one for b in other]))
-
-
-@pytest.fixture
-def _few_resamples(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Save time where no bootstrap interval is compared."""
-    monkeypatch.setattr(report, "RESAMPLES", 20)
-
-
-@pytest.mark.usefixtures("_few_resamples")
 @pytest.mark.parametrize("task", TASKS)
 def test_rows_are_those_of_numpy_and_scipy(task: str) -> None:
     results = [made_up(task, "rule", 0.3, 1), made_up(task, "ppo", 0.42, 5), made_up(task, "tqc", 0.4, 4)]
@@ -80,60 +63,14 @@ def test_rows_are_those_of_numpy_and_scipy(task: str) -> None:
     for row in found:
         scores = normalized(row.result)
         own = scores.mean(axis=1)
-        iqm = stats.trim_mean(own, 0.25)
-        told = (row.score.mean, row.iqm, row.low, row.high)
-        assert told == pytest.approx((own.mean(), iqm, own.min(), own.max()), rel=1e-12)
+        shown = (row.score.mean, row.low, row.high)
+        assert shown == pytest.approx((own.mean(), own.min(), own.max()), rel=1e-12)
         if row.result.learner == "rule":  # one policy: Student's interval over flocks
             (scale, *_) = tasks[task].scales.values()  # the reference plays 200 flocks of one-range
             error = own.mean() * scale.one_error / (scale.one - scale.zero)
             half = np.hypot(stats.t.interval(0.95, NUM_FLOCKS - 1, 0, stats.sem(scores[0]))[1], error)
             interval = (own.mean() - half, own.mean() + half)
             assert (row.score.low, row.score.high) == pytest.approx(interval, rel=1e-12)
-    better = [improvement(one.result, other.result) for one, other in pairwise(found)]
-    assert [entry.mean for entry in better if entry] == pytest.approx(
-        [
-            chance(normalized(one).mean(axis=1), normalized(other).mean(axis=1))
-            for one, other in pairwise(expected)
-            if min(len(one.policies), len(other.policies)) > 1  # otherwise there is no interval
-        ]
-    )
-
-
-def bootstrap(scores: np.ndarray, statistic: Any) -> list[float]:
-    """Return the ends of the 95 % interval of a statistic; the training seeds of every task are resampled."""
-    at = np.random.default_rng(1).integers(len(scores), size=(2000, *scores.shape))
-    drawn = [statistic(sample) for sample in np.take_along_axis(scores[np.newaxis], at, axis=1)]
-    return [float(end) for end in np.percentile(drawn, [2.5, 97.5])]
-
-
-def test_aggregates_are_over_all_tasks_and_as_many_training_seeds_as_all_have() -> None:
-    levels = {"ppo": 0.6, "tqc": 0.3}
-    results = [made_up(task, name, level, 5) for task in TASKS for name, level in levels.items()]
-    results[0] = made_up(TASKS[0], "ppo", 0.6, 8)
-    partial = [made_up(task, "partial", 0.9, 5) for task in TASKS[:-1]]
-    found = aggregates([*results, *partial])
-    assert [(entry.learner, entry.seeds) for entry in found] == [("ppo", 5), ("tqc", 5)]
-    for entry in found:
-        own = [result for result in results if result.learner == entry.learner]
-        scores = np.stack([normalized(result).mean(axis=1)[:5] for result in own], axis=1)
-        for estimate, statistic in (
-            (entry.iqm, lambda drawn: stats.trim_mean(drawn, 0.25, axis=None)),
-            (entry.mean, np.mean),
-        ):
-            assert estimate.mean == pytest.approx(statistic(scores))
-            low, high = bootstrap(scores, statistic)
-            assert [estimate.low, estimate.high] == pytest.approx([low, high], abs=0.1 * (high - low))
-    assert aggregates([*partial, made_up(TASKS[-1], "rule", 0.1, 1)]) == []
-
-
-@pytest.mark.usefixtures("_few_resamples")
-def test_a_page_ranks_learners_and_marks_code() -> None:
-    results = [made_up("one-range", "low", 0.1, 3), made_up("one-range", "high", 0.9, 3, is_code=True)]
-    table = [line for line in page(results).splitlines() if line.startswith("| ")]
-    assert table[1].startswith("| high (played by its author's code) | 3 | 0.")
-    assert table[2].startswith("| low | 3 | 0.")
-    with pytest.raises(InputError, match="results: expected one result per learner on one-range, got"):
-        rows([*results, results[0]])
 
 
 def drawn(*shape: int, seed: int = 0) -> np.ndarray:
@@ -168,18 +105,6 @@ def test_differences_of_two_learners_cover_both_training_seeds() -> None:
     (paired,) = means((flocks + mine - drawn(12, seed=3))[None])
     one = difference(flocks + mine, drawn(12, seed=3)[None])
     assert (one.mean, one.low, one.high) == pytest.approx((paired.mean, paired.low, paired.high))
-
-
-def test_shares_stay_within_0_and_1() -> None:
-    # Imported here, because it takes seconds in every worker that collects this file.
-    from rliable.library import score_distributions
-
-    values = drawn(3, 12)
-    share, low, high = profile(values, np.array([-3.0, 0.3, 2.0]))
-    assert share == pytest.approx(score_distributions(values, [-3.0, 0.3, 2.0]))
-    assert (low >= 0).all()
-    assert (high <= 1).all()
-    assert low[1] < share[1] < high[1]
 
 
 @pytest.mark.parametrize("num_seeds", [3, 5, 10])
