@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Iterable
 from dataclasses import fields
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import resolve_name
 from textwrap import dedent
@@ -28,6 +29,7 @@ pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 FENCED = re.compile(r"^( *)```python\n(.*?)^\1```", flags=re.DOTALL | re.MULTILINE)
 FRAMEWORKS = ("flockesc_env.torchrl", "flockesc_env.benchmarl")
 """Their modules are imported, and their snippets run, in compat/."""
+FRAMEWORKS += () if find_spec("jax") else ("flockesc_env.jax",)  # not installed by `make compat`
 RUN_ELSEWHERE = {"README-0", "cluster-0"}  # below, and in tests/jobs/test_backends.py
 SNIPPETS = [
     pytest.param(dedent(code), id=f"{page.stem}-{number}")
