@@ -119,7 +119,8 @@ def observe(
     d, nearest, heading = distances.min(axis=1), distances.argmin(axis=1), _unit(v)
     toward, count = _unit(r_p[nearest] - r), _squash(num_heard, 8)
     if as_flag(per_agent, "per_agent"):
-        own, relative, axes = d, v_p[nearest] - v, (heading, heading[:, ::-1] * jnp.array([-1, 1]))
+        ahead = jnp.where(speed[:, None] > 0, heading, jnp.eye(2, dtype=r.dtype)[0])
+        own, relative, axes = d, v_p[nearest] - v, (ahead, ahead[:, ::-1] * jnp.array([-1, 1]))
         vectors = heard / (_norm(heard) + v0)[:, None], toward, relative / (_norm(relative) + v0)[:, None]
         seen = [(axis * vector).sum(axis=1) for vector in vectors for axis in axes]  # ahead, left
         always, if_sensed = [share, _squash(speed, v0), count, *seen[:2]], [_squash(d, length), *seen[2:]]
