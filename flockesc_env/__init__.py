@@ -6,7 +6,7 @@
 - Policies: ``load_policy`` returns a rule, a trained policy or a file; ``rollout`` plays one on many flocks.
 - Models: ``simulate``, ``sweep`` and ``scan`` of a ``FlockScenario``, a ``LineScenario`` or a preset.
 - Modules: ``scenario`` (initial states, predators, neighbor rules, laws of motion, distributions), ``models``
-  (graphs, order), ``policies``, ``sb3``, ``torchrl``, ``benchmarl``, ``jobs`` and ``render``.
+  (graphs, order), ``policies``, ``sb3``, ``torchrl``, ``benchmarl``, ``jax``, ``jobs`` and ``render``.
 """
 
 from importlib import import_module as _import_module
@@ -74,7 +74,7 @@ __all__ = [
     "tasks",
 ]
 
-_MODULES = {"benchmarl", "flockesc_v1", "jobs", "sb3", "torchrl"}
+_MODULES = {"benchmarl", "flockesc_v1", "jax", "jobs", "sb3", "torchrl"}
 
 _register()
 

@@ -13,11 +13,11 @@ import flockesc_env
 ROOT = Path(flockesc_env.__file__).parents[1]
 HEAVY = {
     *("torch", "stable_baselines3", "torchrl", "matplotlib", "scipy", "polars", "pygame", "imageio"),
-    *("imageio_ffmpeg", "moviepy", "jinja2", "tqdm", "tyro", "ray", "submitit"),
+    *("imageio_ffmpeg", "moviepy", "jinja2", "tqdm", "tyro", "ray", "submitit", "jax"),
 }
 ROOMS = (
     *("_core", "common", "scenario", "episodes", "models", "policies", "render", "watch", "notebook"),
-    *("envs", "sb3", "tasks", "torchrl", "benchmarl", "jobs", "cli", "__main__"),
+    *("jax", "envs", "sb3", "tasks", "torchrl", "benchmarl", "jobs", "cli", "__main__"),
 )
 LAYERS = [*(f"flockesc_env.{room}" for room in ROOMS), "flockesc_env"]
 LAYERS += ["training", "studies", "speed", "playground"]

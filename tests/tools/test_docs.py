@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Iterable
 from dataclasses import fields
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import resolve_name
 from types import ModuleType
@@ -45,6 +46,7 @@ texts = pytest.mark.parametrize("page", TEXTS, ids=lambda page: page.relative_to
 
 FRAMEWORKS = ("flockesc_env.torchrl", "flockesc_env.benchmarl")
 """Modules that compat/ imports."""
+FRAMEWORKS += () if find_spec("jax") else ("flockesc_env.jax",)
 WITH_EXAMPLES = [
     ".".join(path.relative_to(ROOT).with_suffix("").parts)
     for path in sorted((ROOT / "flockesc_env").rglob("*.py"))

@@ -1,0 +1,147 @@
+"""The flock in JAX against the core, its gradients against finite differences, and what it refuses."""
+
+import re
+import runpy
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import flockesc_env as fe
+from flockesc_env import scenario as sc
+
+jax = pytest.importorskip("jax", reason="the extra jax is not installed")
+pytest.importorskip("optax", reason="the extra jax is not installed")
+import jax.numpy as jnp  # noqa: E402
+
+from flockesc_env import jax as twin  # noqa: E402
+
+PURSUIT = sc.PurePursuit(max_speed=16.0, acceleration=1.0)
+UNLIKE = fe.FlockScenario(
+    num_agents=40,
+    **{name: tuple(np.linspace(0.1, 0.9, 40)) for name in ("mass", "alignment_strength")},
+    **{name: tuple(np.linspace(8.0, 12.0, 40)) for name in ("speed", "repulsion_strength")},
+    predators=(PURSUIT, sc.PurePursuit((120, -10), (-5, 5), target="centroid"), sc.ConstantVelocity()),
+)
+SMALL = fe.FlockScenario(num_agents=12, num_steps=30, initial_side=30.0, predators=(PURSUIT,))
+WEIGHTS = np.random.default_rng(0).normal(size=13)
+assert_near = partial(np.testing.assert_allclose, rtol=0)
+
+
+@pytest.fixture(autouse=True)
+def double() -> Iterator[None]:
+    with jax.enable_x64(True):
+        yield
+
+
+def test_whole_episodes_follow_the_core() -> None:
+    scenario, play = fe.FlockScenario(), partial(twin.rollout, "paper-flock", policy=lambda _: 12.0)
+    starts = jax.tree.map(lambda *each: jnp.stack(each), *[twin.start(scenario, seed) for seed in range(20)])
+    states = jax.jit(partial(jax.lax.map, play))(starts)
+    for seed, run in enumerate(fe.simulate(scenario, 12.0, seed=seed) for seed in range(20)):
+        assert_near(states.positions[seed], run.positions[1:], atol=1e-10)
+        assert_near(states.min_mean_distance[seed, -1], run.mean_distance.min(), atol=1e-10)
+        assert_near(states.min_min_distance[seed, -1], run.min_distance.min(), atol=1e-10)
+    two = jax.vmap(play)(jax.tree.map(lambda each: each[:2], starts))
+    assert_near(two.positions, states.positions[:2], atol=1e-10)
+
+
+@pytest.mark.parametrize("per_agent", [True, False])
+@pytest.mark.parametrize("options", [{}, {"predator_sensing_range": 30.0, "objective": "min_min_distance"}])
+def test_observations_and_predators_follow_the_core(per_agent: bool, options: dict[str, Any]) -> None:
+    """Unlike agents under three predators, with random ranges that hold for 4 steps."""
+    env: Any = fe.parallel_env(UNLIKE, **options) if per_agent else fe.FlockEscapeEnv(UNLIKE, **options)
+    reset, play = (env.reset_array, env.step_array) if per_agent else (env.reset, env.step)
+    observe = jax.jit(partial(twin.observe, UNLIKE, per_agent=per_agent, **options))
+    step, state, observed = jax.jit(partial(twin.step, UNLIKE)), twin.start(UNLIKE, 7), reset(seed=7)[0]
+    for actions in np.random.default_rng(0).uniform(-1, 1, (22, 40, 1) if per_agent else (22, 1)):
+        assert_near(observe(state), observed, atol=1e-6)
+        for _ in range(4):
+            state = step(state, (actions[..., 0] + 1) * 20)
+        observed = play(actions)[0]
+    assert_near(state.predator_positions, env.flock.predator_positions, atol=1e-10)
+
+
+def objective(weights: Any, softness: float, straight_through: bool = False) -> Any:
+    def policy(observed: Any) -> Any:
+        return 6.0 + 4.0 * jnp.tanh(observed @ weights)
+
+    states = twin.rollout(SMALL, twin.start(SMALL, 3), policy, softness, straight_through)
+    return states.min_mean_distance[-1]
+
+
+def test_gradients_equal_finite_differences_and_hard_boundaries_hide_the_ranges() -> None:
+    play, step = jax.jit(jax.value_and_grad(objective), static_argnums=(1, 2)), 1e-6
+    shifts = step * np.eye(13)
+    ends = [[play(WEIGHTS + sign * shift, 2.0)[0] for shift in shifts] for sign in (1, -1)]
+    expected, (_, gradient) = np.subtract(*ends) / (2 * step), play(WEIGHTS, 2.0)
+    assert np.abs(gradient).max() > 0.01
+    assert_near(gradient, expected, rtol=1e-5, atol=1e-7)
+    (value, through), (hard_value, hard) = play(WEIGHTS, 2.0, True), play(WEIGHTS, 0.0)
+    assert value == hard_value
+    assert through.any()
+    assert not hard.any()
+
+
+@pytest.mark.parametrize("softness", [0.0, 2.0])
+def test_gradients_are_finite_at_distance_and_velocity_zero(softness: float) -> None:
+    scenario = SMALL.replace(num_agents=3, num_steps=2)
+
+    def total(positions: Any, velocities: Any) -> Any:
+        state = twin.init(scenario, positions, velocities)
+        states = twin.rollout(scenario, state, lambda observed: observed[:, 1], softness, steps_per_action=1)
+        after = jax.tree.map(lambda each: each[-1], states)
+        return after.velocities.sum() + twin.observe(scenario, after, per_agent=False).sum()
+
+    positions = jnp.array([[-30, -30], [5, 5], [5, 5]], np.float32)  # on the predator, and at one place
+    gradients = jax.jit(jax.grad(total, argnums=(0, 1)))(positions, jnp.zeros_like(positions))
+    assert all(jnp.isfinite(each).all() and each.dtype == np.float32 for each in gradients)
+
+
+@pytest.mark.parametrize(
+    ("field", "call"),
+    [
+        ("dimension", lambda _: twin.start(fe.FlockScenario(dimension=3), 0)),
+        ("motion", lambda state: twin.step("vicsek", state, 1.0)),
+        ("randomization", lambda state: twin.observe("varied", state)),
+        ("predators", lambda state: twin.rollout(SMALL.replace(predators=()), state, len)),
+        ("predators[0]", lambda _: twin.start("intercept", 0)),
+        ("predators[0].pure_pursuit.target", lambda _: twin.start("isolated-prey", 0)),
+        ("predators[0].pure_pursuit.confusion_rate", lambda _: twin.start("confused-pursuit", 0)),
+        ("positions", lambda state: twin.init(SMALL, state.positions[:3], state.velocities)),
+        ("velocities[0, 0]", lambda state: twin.init(SMALL, state.positions, state.velocities * np.nan)),
+        ("seed", lambda _: twin.start(SMALL, -1)),
+        ("ranges", lambda state: jax.jit(partial(twin.step, SMALL))(state, np.zeros(3))),
+        ("ranges", lambda state: twin.step(SMALL, state, -1.0)),
+        ("softness", lambda state: twin.step(SMALL, state, 1.0, -1.0)),
+        ("straight_through", lambda state: twin.step(SMALL, state, 1.0, 1.0, 2)),
+        ("profile_ranges", lambda state: twin.observe(SMALL, state, profile_ranges=[1.0])),
+        ("objective", lambda state: twin.observe(SMALL, state, objective="fraction_surviving")),
+        ("steps_per_action", lambda state: twin.rollout(SMALL, state, len, steps_per_action=0)),
+        ("policy", lambda state: twin.rollout(SMALL, state, lambda _: jnp.zeros(3))),
+    ],
+)
+def test_other_scenarios_and_bad_arguments_are_refused_by_name(field: str, call: Any) -> None:
+    with pytest.raises(fe.InputError, match=f"^{re.escape(field)}: "):
+        call(twin.start(SMALL, 0))
+
+
+def test_the_first_update_of_the_example() -> None:
+    """It is Adam's first step along the mean of the clipped gradients of two flocks."""
+    example = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "jax_gradient.py"))
+    layers, starts = example["draw"](seed=0, updates=1, flocks=2)
+    play = jax.jit(jax.vmap(jax.value_and_grad(example["objective"]), in_axes=(None, 0)))
+    values, gradients = play(layers, jax.tree.map(lambda each: each[0], starts))
+    flat = np.concatenate([each.reshape(2, -1) for each in jax.tree.leaves(gradients)], axis=1)
+    clipped = flat * np.minimum(1, example["CLIP"] / np.linalg.norm(flat, axis=1, keepdims=True))
+    trained, found = example["train"](layers, starts)
+    np.testing.assert_allclose(found[0], values)
+    before, after = (
+        np.concatenate([each.ravel() for each in jax.tree.leaves(one)]) for one in (layers, trained)
+    )
+    mean = clipped.mean(axis=0)
+    expected = example["LEARNING_RATE"] * mean / (abs(mean) + 1e-8)
+    np.testing.assert_allclose(after - before, expected, rtol=1e-3, atol=1e-6)
