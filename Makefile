@@ -230,7 +230,7 @@ MUTANTS := 100
 SHARD := 0/40
 .PHONY: mutants
 mutants: build $(CARGO_TOOLS)/cargo-mutants ## mutation testing of samples of the package and the core (hours)
-	$(UV) run --quiet --no-project --isolated --python $(BIN)/python --with cosmic-ray==8.7.0 tests/support/mutants.py $(MUTANTS)
+	$(UV) run --quiet --no-project --isolated --python $(BIN)/python --with cosmic-ray==8.7.0 fuzz/mutants.py $(MUTANTS)
 	$(CARGO_TOOLS)/cargo-mutants mutants --package flockesc-core --shard $(SHARD) --sharding round-robin \
 	  --output runs
 

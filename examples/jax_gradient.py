@@ -26,7 +26,6 @@ TASK = tasks["per-agent-visible"]
 NETWORK = Architecture(TASK.policy_spec().layout.names, hidden=(8,), squash="tanh")
 SOFTNESS = 1.0  # in m
 LEARNING_RATE = 0.03
-CLIP = 1.0  # largest norm of the gradient of a flock
 
 
 def objective(layers: Any, state: FlockState) -> jax.Array:
@@ -41,11 +40,10 @@ def objective(layers: Any, state: FlockState) -> jax.Array:
 
 
 @jax.jit
-def train(layers: Any, starts: FlockState) -> tuple[Any, jax.Array]:
+def train(layers: Any, starts: FlockState, clip: float) -> tuple[Any, jax.Array]:
     """Return trained layers, and J_mean in m of all flocks; starts have two more axes, (updates, flocks).
 
-    Each flock's gradient is clipped before the mean is taken. Otherwise a few flocks with huge gradients
-    decide the direction.
+    The gradient of each flock is clipped to the norm ``clip`` before the mean is taken.
     """
     updates, flocks = starts.num_steps.shape
     optimizer = optax.adam(optax.cosine_decay_schedule(LEARNING_RATE, updates))
@@ -53,7 +51,7 @@ def train(layers: Any, starts: FlockState) -> tuple[Any, jax.Array]:
     def update(carry: Any, states: FlockState) -> tuple[Any, jax.Array]:
         layers, memory = carry
         values, gradients = jax.lax.map(partial(jax.value_and_grad(objective), layers), states)
-        total, _ = optax.per_example_global_norm_clip(gradients, CLIP)
+        total, _ = optax.per_example_global_norm_clip(gradients, clip)
         steps, memory = optimizer.update(jax.tree.map(lambda each: -each / flocks, total), memory)
         return (optax.apply_updates(layers, steps), memory), values
 
@@ -69,10 +67,12 @@ def draw(seed: int, updates: int, flocks: int) -> tuple[Any, FlockState]:
     return layers, jax.tree.map(lambda *e: jnp.stack(e).reshape(updates, flocks, *e[0].shape), *states)
 
 
-def main(updates: int = 200, flocks: int = 4, seed: int = 0, output: Path = Path("runs/jax.npz")) -> None:
+def main(
+    updates: int = 200, flocks: int = 4, seed: int = 0, clip: float = 1.0, output: Path = Path("runs/jax.npz")
+) -> None:
     """Train, save the policy, and compare it with the best fixed range on 200 held-out flocks."""
     begin = time.process_time()
-    layers, _ = jax.block_until_ready(train(*draw(seed, updates, flocks)))
+    layers, _ = jax.block_until_ready(train(*draw(seed, updates, flocks), clip))
     print(f"{updates * flocks} episodes in {time.process_time() - begin:.0f} s of CPU time")
     policy = NetworkPolicy(NETWORK, np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(layers)]))
     known = {"scenario": TASK.scenario, "per_agent": TASK.per_agent, **TASK.options}

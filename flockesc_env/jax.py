@@ -1,10 +1,10 @@
 """The default flock in JAX: pure functions of arrays, with gradients; needs the extra ``jax``.
 
 The flock lives in the plane, with metric neighbors, inertial motion at constant speed, and predators that fly
-straight on or pursue. ``partial(step, scenario)`` works under ``jit``, ``vmap``, ``lax.map`` and ``grad``.
-A scenario is a ``FlockScenario`` or a preset's name. Results have the dtype of the positions.
-All functions raise ``InputError`` if an argument has the wrong type or shape or is out of bounds, or if a
-field of the scenario is not supported. Under ``jit`` the shapes of arrays are checked, but not their numbers.
+straight on or pursue the nearest agent. A scenario is a ``FlockScenario`` or a preset's name.
+``partial(step, scenario)`` works under ``jit``, ``vmap``, ``lax.map`` and ``grad``. Results have the dtype of
+the positions. All functions raise ``InputError`` for arguments and scenarios that are not supported. Under
+``jit`` they check the shapes of arrays, but not the numbers.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from flockesc_env.common.extras import require
 from flockesc_env.episodes.options import EnvOptionsDict, options_in
 from flockesc_env.models.simulate import run_flock
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.predators import Predator, PurePursuit, Start
+from flockesc_env.scenario.predators import ConstantVelocity, Predator, PurePursuit
 from flockesc_env.scenario.presets import as_scenario
 
 require("jax", ["jax"])
@@ -28,9 +28,9 @@ import jax.numpy as jnp  # noqa: E402
 
 _Scenario = FlockScenario | str
 _NUMBERS = ("mass", "speed", "alignment_strength", "repulsion_strength", "predator_range")
-_FREE = {
+_SUPPORTED = {  # fields that may differ from the default
     *("num_agents", "num_steps", "time_step", "initial_side", "initial_positions", "initial_headings"),
-    *("predators", *_NUMBERS),
+    *("predators", "position", "velocity", "max_turn_rate", "acceleration", "max_speed", *_NUMBERS),
 }
 
 
@@ -54,7 +54,7 @@ def init(scenario: _Scenario, positions: Any, velocities: Any) -> FlockState:
     model = _supported(scenario)
     r = _floats(positions, "positions", (model.num_agents, 2))
     v = _floats(velocities, "velocities", (model.num_agents, 2)).astype(r.dtype)
-    starts = [(one.position, one.velocity) for one in model.predators if isinstance(one, Start)]
+    starts = [(predator.position, predator.velocity) for predator in model.predators]  # type: ignore[union-attr]
     r_p, v_p = jnp.asarray(starts, r.dtype).swapaxes(0, 1)
     zero, d = jnp.zeros_like(r[:, 0]), _norm(r[:, None] - r_p).min(axis=1)
     return FlockState(r, v, r_p, v_p, zero, v, zero, d.mean(), d.min(), jnp.int32(0))
@@ -170,17 +170,17 @@ def rollout(
 
 def _supported(scenario: _Scenario) -> FlockScenario:
     model = as_scenario(scenario, FlockScenario)
-    for name, default in vars(FlockScenario()).items():
-        if name not in _FREE and getattr(model, name) != default:
-            raise InputError(name, f"{default!r} in flockesc_env.jax", shown(getattr(model, name)))
-    if not model.predators:
+    parts = {f"predators[{index}]": predator for index, predator in enumerate(model.predators)}
+    if not parts:
         raise InputError("predators", "at least one predator in flockesc_env.jax", "none")
-    for index, predator in enumerate(model.predators):
-        path = f"predators[{index}].pure_pursuit"
-        as_choice(type(predator).__name__, f"predators[{index}]", ("ConstantVelocity", "PurePursuit"))
-        as_choice(getattr(predator, "target", "nearest"), f"{path}.target", ("nearest", "centroid"))
-        if rate := getattr(predator, "confusion_rate", 0.0):
-            raise InputError(f"{path}.confusion_rate", "0 in flockesc_env.jax", rate)
+    part: Any
+    for path, part in {"": model, **parts}.items():
+        if path and not isinstance(part, ConstantVelocity | PurePursuit):
+            raise InputError(path, "ConstantVelocity or PurePursuit in flockesc_env.jax", shown(part))
+        for name, default in vars(type(part)()).items():
+            if name not in _SUPPORTED and getattr(part, name) != default:
+                field = f"{path}.{part.kind}.{name}" if path else name
+                raise InputError(field, f"{default!r} in flockesc_env.jax", shown(getattr(part, name)))
     return model
 
 
@@ -229,8 +229,7 @@ def _within(softness: float, straight_through: bool, limit: jax.Array, squares: 
 def _steered(predator: Predator, r_p: jax.Array, v_p: jax.Array, r: jax.Array, dt: float) -> jax.Array:
     if not isinstance(predator, PurePursuit):
         return v_p
-    aim = r.mean(axis=0) if predator.target == "centroid" else r[_norm(r - r_p).argmin()]
-    direction, speed = _unit(aim - r_p), _norm(v_p)
+    direction, speed = _unit(r[_norm(r - r_p).argmin()] - r_p), _norm(v_p)
     heading = jnp.where(v_p.any(), _unit(v_p), direction)
     left = heading[::-1] * jnp.array([-1, 1])
     angle = jnp.arctan2(left @ direction, jnp.where(direction.any(), heading @ direction, 1))

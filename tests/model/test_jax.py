@@ -24,7 +24,7 @@ UNLIKE = fe.FlockScenario(
     num_agents=40,
     **{name: tuple(np.linspace(0.1, 0.9, 40)) for name in ("mass", "alignment_strength")},
     **{name: tuple(np.linspace(8.0, 12.0, 40)) for name in ("speed", "repulsion_strength")},
-    predators=(PURSUIT, sc.PurePursuit((120, -10), (-5, 5), target="centroid"), sc.ConstantVelocity()),
+    predators=(PURSUIT, sc.PurePursuit((120, -10), (-5, 5), max_turn_rate=2.0), sc.ConstantVelocity()),
 )
 SMALL = fe.FlockScenario(num_agents=12, num_steps=30, initial_side=30.0, predators=(PURSUIT,))
 WEIGHTS = np.random.default_rng(0).normal(size=13)
@@ -49,10 +49,10 @@ def test_whole_episodes_follow_the_core() -> None:
     assert_near(two.positions, states.positions[:2], atol=1e-10)
 
 
-@pytest.mark.parametrize("per_agent", [True, False])
-@pytest.mark.parametrize("options", [{}, {"predator_sensing_range": 30.0, "objective": "min_min_distance"}])
-def test_observations_and_predators_follow_the_core(per_agent: bool, options: dict[str, Any]) -> None:
+@pytest.mark.parametrize(("per_agent", "reach"), [(True, 30.0), (False, 30.0), (False, np.inf)])
+def test_observations_and_predators_follow_the_core(per_agent: bool, reach: float) -> None:
     """Unlike agents under three predators, with random ranges that hold for 4 steps."""
+    options: Any = {"predator_sensing_range": reach, "objective": "min_min_distance"}
     env: Any = fe.parallel_env(UNLIKE, **options) if per_agent else fe.FlockEscapeEnv(UNLIKE, **options)
     reset, play = (env.reset_array, env.step_array) if per_agent else (env.reset, env.step)
     observe = jax.jit(partial(twin.observe, UNLIKE, per_agent=per_agent, **options))
@@ -86,13 +86,12 @@ def test_gradients_equal_finite_differences_and_hard_boundaries_hide_the_ranges(
     assert not hard.any()
 
 
-@pytest.mark.parametrize("softness", [0.0, 2.0])
-def test_gradients_are_finite_at_distance_and_velocity_zero(softness: float) -> None:
+def test_gradients_are_finite_at_distance_and_velocity_zero() -> None:
     scenario = SMALL.replace(num_agents=3, num_steps=2)
 
     def total(positions: Any, velocities: Any) -> Any:
         state = twin.init(scenario, positions, velocities)
-        states = twin.rollout(scenario, state, lambda observed: observed[:, 1], softness, steps_per_action=1)
+        states = twin.rollout(scenario, state, lambda observed: observed[:, 1], 2.0, steps_per_action=1)
         after = jax.tree.map(lambda each: each[-1], states)
         return after.velocities.sum() + twin.observe(scenario, after, per_agent=False).sum()
 
@@ -106,21 +105,15 @@ def test_gradients_are_finite_at_distance_and_velocity_zero(softness: float) -> 
     [
         ("dimension", lambda _: twin.start(fe.FlockScenario(dimension=3), 0)),
         ("motion", lambda state: twin.step("vicsek", state, 1.0)),
-        ("randomization", lambda state: twin.observe("varied", state)),
         ("predators", lambda state: twin.rollout(SMALL.replace(predators=()), state, len)),
         ("predators[0]", lambda _: twin.start("intercept", 0)),
         ("predators[0].pure_pursuit.target", lambda _: twin.start("isolated-prey", 0)),
-        ("predators[0].pure_pursuit.confusion_rate", lambda _: twin.start("confused-pursuit", 0)),
         ("positions", lambda state: twin.init(SMALL, state.positions[:3], state.velocities)),
         ("velocities[0, 0]", lambda state: twin.init(SMALL, state.positions, state.velocities * np.nan)),
-        ("seed", lambda _: twin.start(SMALL, -1)),
         ("ranges", lambda state: jax.jit(partial(twin.step, SMALL))(state, np.zeros(3))),
         ("ranges", lambda state: twin.step(SMALL, state, -1.0)),
         ("softness", lambda state: twin.step(SMALL, state, 1.0, -1.0)),
-        ("straight_through", lambda state: twin.step(SMALL, state, 1.0, 1.0, 2)),
         ("profile_ranges", lambda state: twin.observe(SMALL, state, profile_ranges=[1.0])),
-        ("objective", lambda state: twin.observe(SMALL, state, objective="fraction_surviving")),
-        ("steps_per_action", lambda state: twin.rollout(SMALL, state, len, steps_per_action=0)),
         ("policy", lambda state: twin.rollout(SMALL, state, lambda _: jnp.zeros(3))),
     ],
 )
@@ -136,12 +129,9 @@ def test_the_first_update_of_the_example() -> None:
     play = jax.jit(jax.vmap(jax.value_and_grad(example["objective"]), in_axes=(None, 0)))
     values, gradients = play(layers, jax.tree.map(lambda each: each[0], starts))
     flat = np.concatenate([each.reshape(2, -1) for each in jax.tree.leaves(gradients)], axis=1)
-    clipped = flat * np.minimum(1, example["CLIP"] / np.linalg.norm(flat, axis=1, keepdims=True))
-    trained, found = example["train"](layers, starts)
+    clipped = flat * np.minimum(1, 1 / np.linalg.norm(flat, axis=1, keepdims=True))
+    trained, found = example["train"](layers, starts, 1.0)
     np.testing.assert_allclose(found[0], values)
-    before, after = (
-        np.concatenate([each.ravel() for each in jax.tree.leaves(one)]) for one in (layers, trained)
-    )
-    mean = clipped.mean(axis=0)
-    expected = example["LEARNING_RATE"] * mean / (abs(mean) + 1e-8)
+    before, after = (np.concatenate([*map(np.ravel, jax.tree.leaves(one))]) for one in (layers, trained))
+    expected = example["LEARNING_RATE"] * np.sign(clipped.mean(axis=0))
     np.testing.assert_allclose(after - before, expected, rtol=1e-3, atol=1e-6)

@@ -97,7 +97,7 @@ def test_measured_numbers_stand_in_the_reports_that_their_section_links(name: st
     page = ROOT / f"{name}.md"
     _, *sections = re.split(r"^(?=## |\*\*Tasks\*\*)", prose(page), flags=re.MULTILINE)
     for section in sections:
-        links = re.findall(r"\]\(([^)#\s]*results/[^)#\s]*\.md)", section)
+        links = re.findall(r"\]\(([^)#\s]*results/[^)#\s]*\.(?:json|md|txt))", section)
         reports = [(page.parent / link).read_text("utf-8") for link in links]
         reported = {number for report in reports for number in DECIMAL.findall(report)}
         numbers = DECIMAL.findall(re.sub(r"\]\([^)]*\)", "]", section))

@@ -17,7 +17,7 @@ from pathlib import Path
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator, operator_names
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 LEFT_OUT = (".compat", ".git", ".venv", "__pycache__", "dist", "runs", "target")
 TIMEOUT = 900.0  # seconds
 OPERATORS = re.compile(
@@ -60,6 +60,7 @@ def first_failure(tree: Path, path: Path, timeout: float) -> str:
 
 
 def main() -> None:
+    """Run the tests on a sample of changes, and print which test finds each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("size", type=int)
     parser.add_argument("--seed", type=int, default=0)
