@@ -18,8 +18,9 @@ from speed.environments import environments
 from speed.frameworks import frameworks
 from speed.line import line
 from speed.measure import Comparison, Measurements, machine, measure
+from speed.own_parts import own_parts
 
-Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "floor"]
+Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "floor", "own parts"]
 _RESULTS = Path("speed/results")
 _FILE = "benchmarks.json"
 _REPEATED = ("kernel", "environments")  # measured again at the end of a run
@@ -32,6 +33,7 @@ BENCHMARKS: dict[Section, Callable[..., Iterator[Comparison]]] = {
     "grid": flocks.grid,
     "rules": flocks.rules,
     "floor": flocks.floor,
+    "own parts": own_parts,
 }
 """Functions that take the peers, and ``quick`` for few and small cases, and yield what to measure."""
 

@@ -23,7 +23,7 @@ AGENTS, FLOCKS = 300, 64
 RANGE = 10.0
 STEPS = 240
 
-_ID = "flockesc_env:flockesc/FlockEscape-v1"
+ID = "flockesc_env:flockesc/FlockEscape-v1"
 _INPUTS = (
     *("last_range", "neighbor_count", "heard_velocity_ahead", "heard_velocity_left", "predator_distance"),
     *("predator_direction_ahead", "predator_direction_left"),
@@ -47,8 +47,8 @@ def _own() -> Iterator[Candidate]:
     agents, slots = (np.full((n * AGENTS, 1), RANGE, np.float32) for n in (1, FLOCKS))
     options: dict[str, Any] = {**EVERY_STEP, "action_mode": "range"}
     threads: dict[str, Any] = {"num_threads": 1, **options}
-    env = gymnasium.make(_ID, **options)
-    vector = gymnasium.make_vec(_ID, FLOCKS, "vector_entry_point", copy=False, **threads)
+    env = gymnasium.make(ID, **options)
+    vector = gymnasium.make_vec(ID, FLOCKS, "vector_entry_point", copy=False, **threads)
     vec = vec_env(num_flocks=FLOCKS, **threads)
     per_agent = BatchVectorEnv(FLOCKS * AGENTS, per_agent=True, copy=False, **threads)
     parallel, few = parallel_env(**options), parallel_env(infos="end", **options)
@@ -63,7 +63,7 @@ def _own() -> Iterator[Candidate]:
         "PettingZoo, infos at the end": (1, partial(few.reset, seed=0), lambda: few.step(dicts)),
     }
     for name, (flocks, reset, step) in rows.items():
-        yield _steps(f"{PROJECT}, {name}", reset, step, flocks=flocks)
+        yield steps(f"{PROJECT}, {name}", reset, step, flocks=flocks)
     architecture = Architecture(_INPUTS, hidden=(8,), mirror=True)
     network = NetworkPolicy(architecture, np.linspace(-1, 1, architecture.size))
     alone: dict[str, Any] = {**EVERY_STEP, "per_agent": True, "num_threads": 1}
@@ -81,7 +81,7 @@ def _no_dynamics() -> Candidate:
         numbers = [dict.fromkeys(names, value) for value in (0.0, False, False)]
         return dict(zip(names, rows, strict=True)), *numbers, {name: {} for name in names}
 
-    return _steps("PettingZoo, no dynamics", None, step)
+    return steps("PettingZoo, no dynamics", None, step)
 
 
 def _vmas() -> Candidate:
@@ -94,7 +94,7 @@ def _vmas() -> Candidate:
         "flocking", num_envs=flocks, device="cpu", seed=0, n_agents=agents, min_dist_between_entities=0.05
     )
     actions = [torch.zeros(flocks, 2) for _ in range(agents)]
-    return _steps("VMAS flocking", None, partial(env.step, actions), steps=2, agents=agents, flocks=flocks)
+    return steps("VMAS flocking", None, partial(env.step, actions), count=2, agents=agents, flocks=flocks)
 
 
 def _mpe2() -> Candidate:
@@ -103,16 +103,18 @@ def _mpe2() -> Candidate:
     env = simple_tag_v3.parallel_env(num_good=99, num_adversaries=1, max_cycles=10**9)
     env.reset(seed=0)
     actions = {agent: i % 5 for i, agent in enumerate(env.agents)}  # all five moves
-    return _steps("mpe2 simple_tag", None, partial(env.step, actions), steps=5, agents=100)
+    return steps("mpe2 simple_tag", None, partial(env.step, actions), count=5, agents=100)
 
 
-def _steps(
-    name: str, reset: Call | None, step: Call, *, steps: int = STEPS, agents: int = AGENTS, flocks: int = 1
+def steps(
+    name: str, reset: Call | None, step: Call, *, count: int = STEPS, agents: int = AGENTS, flocks: int = 1
 ) -> Candidate:
+    """Return a candidate that resets and makes ``count`` steps per call."""
+
     def run() -> None:
         if reset:
             reset()
-        for _ in range(steps):
+        for _ in range(count):
             step()
 
-    return Candidate(name, run, steps, case={"agents": agents, "flocks": flocks})
+    return Candidate(name, run, count, case={"agents": agents, "flocks": flocks})
