@@ -33,6 +33,8 @@ assert_near = partial(np.testing.assert_allclose, rtol=0)
 
 @pytest.fixture(autouse=True)
 def double() -> Iterator[None]:
+    """Compute in float64. Most of the time is compilation, which is shorter without optimizations."""
+    jax.config.update("jax_disable_most_optimizations", True)
     with jax.enable_x64(True):
         yield
 
