@@ -157,6 +157,7 @@ def rollout(
     model = _supported(scenario)
     every = options_in(model, options).steps_per_action
 
+    @partial(jax.checkpoint, prevent_cse=False)
     def advance(state: FlockState, index: jax.Array) -> tuple[FlockState, FlockState]:
         def act() -> jax.Array:
             return _ranges(policy(observe(model, state, per_agent, **options)), "policy", state)
@@ -164,16 +165,14 @@ def rollout(
         ranges = jax.lax.cond(index % every == 0, act, lambda: state.ranges)
         return (moved := step(model, state, ranges, softness, straight_through)), moved
 
-    advance = jax.checkpoint(advance, prevent_cse=False)
     return FlockState(*jax.lax.scan(advance, state, jnp.arange(model.num_steps))[1])
 
 
 def _supported(scenario: _Scenario) -> FlockScenario:
     model = as_scenario(scenario, FlockScenario)
-    parts = {f"predators[{index}]": predator for index, predator in enumerate(model.predators)}
+    parts: dict[str, Any] = {f"predators[{index}]": one for index, one in enumerate(model.predators)}
     if not parts:
         raise InputError("predators", "at least one predator in flockesc_env.jax", "none")
-    part: Any
     for path, part in {"": model, **parts}.items():
         if path and not isinstance(part, ConstantVelocity | PurePursuit):
             raise InputError(path, "ConstantVelocity or PurePursuit in flockesc_env.jax", shown(part))
@@ -216,8 +215,7 @@ def _squares(r: jax.Array) -> jax.Array:
     """Return the squared distances of all pairs. As a product, a difference has a fast gradient on a CPU."""
     ones = jnp.ones_like(r[:, 0])
     pairs = [(jnp.stack([x, ones], axis=1), jnp.stack([ones, -x])) for x in r.T]
-    dx, dy = (jnp.matmul(*pair, precision="highest") for pair in pairs)
-    return dx**2 + dy**2
+    return sum(jnp.matmul(*pair, precision="highest") ** 2 for pair in pairs)  # type: ignore[return-value]
 
 
 def _within(softness: float, straight_through: bool, limit: jax.Array, squares: jax.Array) -> jax.Array:

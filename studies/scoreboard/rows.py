@@ -10,7 +10,7 @@ import numpy as np
 
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.tasks.results import Result
-from flockesc_env.tasks.statistics import intervals
+from flockesc_env.tasks.statistics import means
 from flockesc_env.tasks.task import Task, tasks
 
 
@@ -44,8 +44,8 @@ def rows(results: Sequence[Result]) -> dict[str, list[Row]]:
     for task in dict.fromkeys(result.task for result in results):
         for result in (one for one in results if one.task == task):
             own = result.scores()
-            mean, low, high = (float(end[0]) for end in intervals(scores_of(result)[np.newaxis]))
-            score = with_reference_error(Estimate(mean, low, high), tasks[task])
+            (score,) = means(scores_of(result)[np.newaxis])
+            score = with_reference_error(score, tasks[task])
             found.setdefault(task, []).append(Row(result, score, float(own.min()), float(own.max())))
         found[task].sort(key=lambda row: -row.score.mean)
     return found

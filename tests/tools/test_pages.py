@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -23,8 +24,8 @@ def run_python(example: Example) -> None:
 
 
 def run_shell(example: Example) -> None:
-    """Run a block with the commands of .venv. ``blocks.sh`` replaces the commands that take minutes."""
-    path = f"{ROOT / '.venv' / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    """Run a block with the commands of this environment. ``blocks.sh`` replaces long ones."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "PATH": path, "BROWSER": "true", "ROOT": str(ROOT)}
     command = ["bash", "-euo", "pipefail", "-c", f'source "{REPLACED}"\n{example.parsed}']
     ran = subprocess.run(  # noqa: S603, our own text
