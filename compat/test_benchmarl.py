@@ -19,7 +19,7 @@ from torchrl.envs import check_env_specs
 from flockesc_env import FlockScenario, load_policy
 from flockesc_env.benchmarl import FlockTask
 from flockesc_env.common.errors import InputError
-from flockesc_env.tasks import tasks
+from flockesc_env.taskset import tasks
 
 # BenchMARL uses deprecated names of TorchRL.
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::UserWarning")

@@ -18,7 +18,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 from flockesc_env import FixedRange, SB3Policy, rollout, save_policy, tasks
 
 TASK = tasks["per-agent-visible"]
-HYPERPARAMETERS = TASK.hyperparameters("ppo")  # of flockesc_env/tasks/learners/every-agent.toml
+HYPERPARAMETERS = TASK.hyperparameters("ppo")  # of flockesc_env/taskset/learners/every-agent.toml
 
 
 def main(

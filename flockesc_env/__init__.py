@@ -34,7 +34,7 @@ from flockesc_env.render import RenderOptions
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import PRESETS
-from flockesc_env.tasks.task import tasks
+from flockesc_env.taskset.task import tasks
 
 if _TYPE_CHECKING:
     from flockesc_env.envs.pettingzoo import parallel_env

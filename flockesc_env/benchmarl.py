@@ -15,7 +15,7 @@ from tensordict import TensorDictBase  # noqa: E402
 from torchrl.data import Composite  # noqa: E402
 from torchrl.envs import EnvBase  # noqa: E402
 
-from flockesc_env.tasks.task import tasks  # noqa: E402
+from flockesc_env.taskset.task import tasks  # noqa: E402
 from flockesc_env.torchrl import GROUP, INFO, FlockTorchRLEnv  # noqa: E402
 
 

@@ -14,7 +14,7 @@ from flockesc_env.scenario.presets import PRESETS
 
 if TYPE_CHECKING:
     from flockesc_env.envs.vector import BatchVectorEnv
-    from flockesc_env.tasks.task import Task
+    from flockesc_env.taskset.task import Task
 
 _VECTOR = "flockesc_env.envs.vector:BatchVectorEnv"
 
@@ -33,7 +33,7 @@ def register() -> None:
     gymnasium.register("flockesc/FlockAgents-v1", refusal, vector_entry_point=_VECTOR, kwargs=agents)
     gymnasium.register("flockesc/Predator-v1", f"{one}:PredatorEnv")
     gymnasium.register("flockesc/LineEscape-v1", "flockesc_env.envs.line:LineEscapeEnv")
-    document = tomllib.loads(files("flockesc_env").joinpath("tasks/v1.toml").read_text("utf-8"))
+    document = tomllib.loads(files("flockesc_env").joinpath("taskset/v1.toml").read_text("utf-8"))
     for name, entry in document["tasks"].items():
         model = PRESETS[entry["scenario"]].scenario
         is_line = isinstance(model, LineScenario)
@@ -72,7 +72,7 @@ def make_task_vec(task: str, num_envs: int, **options: Any) -> BatchVectorEnv:
 
 def _checked(name: str, options: dict[str, Any]) -> Task:
     """Return a task after a check that no option changes it."""
-    from flockesc_env.tasks.task import tasks
+    from flockesc_env.taskset.task import tasks
 
     task = tasks[name]
     for option in options.keys() & set(FIXED):

@@ -207,7 +207,7 @@ def findings(
 def scoreboard_freeze(
     names: Annotated[Positional[tuple[str, ...]], arg(help="tasks; none: all", metavar="TASK")] = (),
     *,
-    output: Annotated[Path, arg(help="file of the tasks")] = Path("flockesc_env/tasks/v1.toml"),
+    output: Annotated[Path, arg(help="file of the tasks")] = Path("flockesc_env/taskset/v1.toml"),
     runs: _Parts = _RUNS,
     backend: Backend = "processes",
 ) -> Exit:

@@ -10,8 +10,8 @@ from flockesc_env.cli.application import Application
 from flockesc_env.cli.flags import EXPECTED, policy_of
 from flockesc_env.cli.output import Exit, check_folder, show, table
 from flockesc_env.common.extras import require
-from flockesc_env.tasks import tasks
-from flockesc_env.tasks.learners import learners as learners_of
+from flockesc_env.taskset import tasks
+from flockesc_env.taskset.learners import learners as learners_of
 
 _MODULES = ("cmaes", "matplotlib", "polars", "sb3_contrib", "stable_baselines3", "tensorboard", "torch")
 _Task = Annotated[Positional[str], arg(help="name of a task; flockesc tasks lists them", metavar="TASK")]
@@ -20,7 +20,7 @@ _Task = Annotated[Positional[str], arg(help="name of a task; flockesc tasks list
 def _train(
     task: _Task,
     *,
-    learner: Annotated[str, arg(help="a table of flockesc_env/tasks/learners/TASK.toml")],
+    learner: Annotated[str, arg(help="a table of flockesc_env/taskset/learners/TASK.toml")],
     seed: Annotated[int, arg(help="seed of the learner and of its flocks")] = 0,
     run: Annotated[Path | None, arg(help="folder of the run; none: runs/TASK/LEARNER-SEED")] = None,
     resume: Annotated[bool, arg(help="continue the unfinished run in the folder")] = False,

@@ -23,8 +23,8 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.models.records import versions
 from flockesc_env.policies import PolicySpec
 from flockesc_env.policies.registry import POLICY_FILE, Stored
-from flockesc_env.tasks import Task
-from flockesc_env.tasks.learners import Learner, learner_of
+from flockesc_env.taskset import Task
+from flockesc_env.taskset.learners import Learner, learner_of
 
 CONFIG_FILE = "config.json"
 RUN_FILE = "run.json"

@@ -21,7 +21,7 @@ from flockesc_env import InputError, SB3Policy
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies.registry import Stored
 from flockesc_env.sb3 import FlockEvalCallback
-from flockesc_env.tasks.learners import arguments
+from flockesc_env.taskset.learners import arguments
 from training.run import BEST_FILE, MODEL_FILE, Measured, Run
 
 _FREE = ("policy", "env", "seed", "device", "tensorboard_log", "verbose", "_init_setup_model", "self")

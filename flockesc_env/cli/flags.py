@@ -31,7 +31,7 @@ from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import MODELS, PRESETS, Scenario, preset
 
 if TYPE_CHECKING:
-    from flockesc_env.tasks.task import Task
+    from flockesc_env.taskset.task import Task
 
 EXPECTED = f"{NAMED}, the folder of a training run or module:function"
 

@@ -12,8 +12,8 @@ from typing import Final
 from flockesc_env.common.files import write_text
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import BasePolicy
-from flockesc_env.tasks import Task, tasks
-from flockesc_env.tasks.results import is_file
+from flockesc_env.taskset import Task, tasks
+from flockesc_env.taskset.results import is_file
 from studies.measurements import Runner, play_jobs, policy_of, share_of
 from studies.scoreboard.board import BOARD, load_board
 from studies.study import document

@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from flockesc_env import FlockScenario, tasks
 from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 from flockesc_env.episodes import splits
-from flockesc_env.tasks import Task
-from flockesc_env.tasks.statistics import difference
+from flockesc_env.taskset import Task
+from flockesc_env.taskset.statistics import difference
 from studies.findings import controls, headlines, listening, losses, one_agent
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, sign

@@ -17,7 +17,16 @@ from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Arrays
 from flockesc_env.policies import NAMES
 from flockesc_env.policies.registry import TRAINED, parse_policy
-from flockesc_env.tasks import LoadedPolicy, Result, Task, Training, fitting, read_result, score, write_result
+from flockesc_env.taskset import (
+    LoadedPolicy,
+    Result,
+    Task,
+    Training,
+    fitting,
+    read_result,
+    score,
+    write_result,
+)
 from studies.scoreboard.trainings import Key, hyperparameters_of, versions_of
 
 BOARD: Final = Path("scoreboard")

@@ -24,11 +24,11 @@ from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.policies import load_policy
 from flockesc_env.scenario.presets import Scenario
-from flockesc_env.tasks.comparison import grid_of
-from flockesc_env.tasks.definition import FLOCKS
-from flockesc_env.tasks.fitting import fitted
-from flockesc_env.tasks.statistics import means
-from flockesc_env.tasks.task import Task, read_tasks, tasks
+from flockesc_env.taskset.comparison import grid_of
+from flockesc_env.taskset.definition import FLOCKS
+from flockesc_env.taskset.fitting import fitted
+from flockesc_env.taskset.statistics import means
+from flockesc_env.taskset.task import Task, read_tasks, tasks
 from studies.measurements import Runner, play_jobs, split
 from studies.scoreboard import references
 from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, rules_of

@@ -20,8 +20,8 @@ from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View, options_in
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.jobs import Arrays
-from flockesc_env.tasks.learners import learners
-from flockesc_env.tasks.task import Task, tasks
+from flockesc_env.taskset.learners import learners
+from flockesc_env.taskset.task import Task, tasks
 from studies.measurements import Runner, sign, split
 from studies.study import document
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.tasks.results import Result
-from flockesc_env.tasks.statistics import means
-from flockesc_env.tasks.task import Task, tasks
+from flockesc_env.taskset.results import Result
+from flockesc_env.taskset.statistics import means
+from flockesc_env.taskset.task import Task, tasks
 
 
 @dataclass(frozen=True)

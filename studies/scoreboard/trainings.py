@@ -22,7 +22,7 @@ from flockesc_env import SB3Policy, save_policy, tasks
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models.records import versions
 from flockesc_env.policies.registry import POLICY_FILE
-from flockesc_env.tasks.learners import learner_of, learners
+from flockesc_env.taskset.learners import learner_of, learners
 from training.run import RUN_FILE, Run
 from training.train import train as train_run
 

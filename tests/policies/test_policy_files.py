@@ -15,8 +15,8 @@ from flockesc_env import policies
 from flockesc_env.common.errors import InputError
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import TRAINED, find_policy, trained
-from flockesc_env.tasks import read_result
-from flockesc_env.tasks.fitting import fitted
+from flockesc_env.taskset import read_result
+from flockesc_env.taskset.fitting import fitted
 
 SCOREBOARD = Path(__file__).parents[2] / "scoreboard"
 SCENARIO = small_flock(num_agents=6, predator_range=60.0)

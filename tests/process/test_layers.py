@@ -17,7 +17,7 @@ HEAVY = {
 }
 ROOMS = (
     *("_core", "common", "scenario", "episodes", "models", "policies", "render", "watch", "notebook"),
-    *("jax", "envs", "sb3", "tasks", "torchrl", "benchmarl", "jobs", "cli", "__main__"),
+    *("jax", "envs", "sb3", "taskset", "torchrl", "benchmarl", "jobs", "cli", "__main__"),
 )
 LAYERS = [*(f"flockesc_env.{room}" for room in ROOMS), "flockesc_env"]
 LAYERS += ["training", "studies", "speed", "playground"]

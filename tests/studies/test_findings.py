@@ -18,7 +18,7 @@ from flockesc_env.jobs import Cache, Job, find_backend
 from flockesc_env.models.sweep import FLOCK_RANGES
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.scenario import GivenHeadings, GivenPositions
-from flockesc_env.tasks.fitting import check_fits
+from flockesc_env.taskset.fitting import check_fits
 from studies.__main__ import STUDIES
 from studies.findings import controls, headlines, losses, one_agent
 from studies.findings.report import Findings, report

@@ -19,7 +19,7 @@ from flockesc_env import (
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.scenario import PurePursuit
 from flockesc_env.scenario.predators import approach
-from flockesc_env.tasks import Task, tasks
+from flockesc_env.taskset import Task, tasks
 from studies.scoreboard import references
 from studies.scoreboard.references import clairvoyant, free_headings, informed_greedy, is_bounded
 from studies.scoreboard.rewards import gains, pairs_of

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from flockesc_env import FlockScenario
-from flockesc_env.tasks import Task, tasks
-from flockesc_env.tasks.learners import Learner
+from flockesc_env.taskset import Task, tasks
+from flockesc_env.taskset.learners import Learner
 from training.run import Run
 
 SMALL = FlockScenario(num_agents=6, num_steps=24, initial_side=20.0)

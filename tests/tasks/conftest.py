@@ -6,7 +6,7 @@ import pytest
 
 from flockesc_env.cli import tasks
 from flockesc_env.episodes.splits import HELD_OUT
-from flockesc_env.tasks import results, scoring
+from flockesc_env.taskset import results, scoring
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,9 @@ from flockesc_env import load_policy
 from flockesc_env.cli import tasks as command
 from flockesc_env.cli.output import Exit
 from flockesc_env.policies import StubbornLeaders
-from flockesc_env.tasks.results import read_result
-from flockesc_env.tasks.scoring import draw_flocks
-from flockesc_env.tasks.task import tasks
+from flockesc_env.taskset.results import read_result
+from flockesc_env.taskset.scoring import draw_flocks
+from flockesc_env.taskset.task import tasks
 
 TASK = "per-agent-visible"
 

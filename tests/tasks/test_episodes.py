@@ -16,10 +16,10 @@ from flockesc_env.cli.tasks import episodes as run
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.splits import HELD_OUT, TRAINING
 from flockesc_env.policies import PolicySpec, as_policy
-from flockesc_env.tasks.definition import Shortcut
-from flockesc_env.tasks.episodes import environment, record_episodes
-from flockesc_env.tasks.scoring import LoadedPolicy
-from flockesc_env.tasks.task import tasks
+from flockesc_env.taskset.definition import Shortcut
+from flockesc_env.taskset.episodes import environment, record_episodes
+from flockesc_env.taskset.scoring import LoadedPolicy
+from flockesc_env.taskset.task import tasks
 
 GRID = (0.0, 0.1, 0.35, 1.0)
 

@@ -14,10 +14,10 @@ from cli_runs import policy_file
 from flockesc_env import InputError, load_policy, rollout, save_policy
 from flockesc_env.policies import StubbornWitnesses
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.tasks import scoring
-from flockesc_env.tasks.results import Result, Training, read_result, write_result
-from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks, score, verify
-from flockesc_env.tasks.task import tasks
+from flockesc_env.taskset import scoring
+from flockesc_env.taskset.results import Result, Training, read_result, write_result
+from flockesc_env.taskset.scoring import LoadedPolicy, draw_flocks, score, verify
+from flockesc_env.taskset.task import tasks
 
 TASK = tasks["held-out-predators"]
 FILE, RULE = "policies/mine-0.npz", "stubborn-leaders"

@@ -6,10 +6,10 @@ from scipy import stats
 from scipy.stats import t, ttest_1samp, ttest_ind
 
 from flockesc_env.common.stats import Estimate
-from flockesc_env.tasks.definition import FLOCKS, VERSION
-from flockesc_env.tasks.results import PolicyResult, Result, Training
-from flockesc_env.tasks.statistics import difference, intervals, means
-from flockesc_env.tasks.task import tasks
+from flockesc_env.taskset.definition import FLOCKS, VERSION
+from flockesc_env.taskset.results import PolicyResult, Result, Training
+from flockesc_env.taskset.statistics import difference, intervals, means
+from flockesc_env.taskset.task import tasks
 from studies.scoreboard.rows import rows
 
 NUM_FLOCKS = 40

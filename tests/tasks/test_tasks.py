@@ -16,13 +16,13 @@ from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.episodes.splits import HELD_OUT, TRAINING, TUNING, refuse_held_out
 from flockesc_env.policies import NAMES, BasePolicy, FixedRange, RandomRange, ScheduledRange, StubbornLeaders
 from flockesc_env.policies.registry import as_policy
-from flockesc_env.tasks import fitting
-from flockesc_env.tasks.comparison import grid_of
-from flockesc_env.tasks.definition import VERSION
-from flockesc_env.tasks.fitting import FREE, fitted, is_checkable
-from flockesc_env.tasks.results import read_result
-from flockesc_env.tasks.scoring import draw_flocks, play, verify
-from flockesc_env.tasks.task import Task, read_tasks, tasks
+from flockesc_env.taskset import fitting
+from flockesc_env.taskset.comparison import grid_of
+from flockesc_env.taskset.definition import VERSION
+from flockesc_env.taskset.fitting import FREE, fitted, is_checkable
+from flockesc_env.taskset.results import read_result
+from flockesc_env.taskset.scoring import draw_flocks, play, verify
+from flockesc_env.taskset.task import Task, read_tasks, tasks
 from studies.findings.report import rows_of, tasks_table
 from studies.scoreboard.board import BOARD, load_board
 from studies.scoreboard.report import entries_of, report
@@ -89,7 +89,7 @@ CHANGES = {
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_change_of_the_file_changes_the_checksums_of_the_tasks_that_it_is_about(name: str) -> None:
     old, new, expected = CHANGES[name]
-    text = files("flockesc_env.tasks").joinpath(f"{VERSION}.toml").read_text("utf-8")
+    text = files("flockesc_env.taskset").joinpath(f"{VERSION}.toml").read_text("utf-8")
     assert old in text
     changed = read_tasks(text.replace(old, new, 1))
     assert {task for task in tasks if changed[task].sha256 != tasks[task].sha256} == expected
@@ -105,7 +105,7 @@ def test_a_change_of_the_file_changes_the_checksums_of_the_tasks_that_it_is_abou
     ],
 )
 def test_a_bad_field_of_a_task_is_named(old: str, new: str, message: str) -> None:
-    text = files("flockesc_env.tasks").joinpath(f"{VERSION}.toml").read_text("utf-8")
+    text = files("flockesc_env.taskset").joinpath(f"{VERSION}.toml").read_text("utf-8")
     with pytest.raises(InputError, match=message):
         read_tasks(text.replace(old, new, 1))
 
@@ -120,7 +120,7 @@ def test_nothing_is_chosen_on_held_out_flocks(seed: int) -> None:
 
 def test_the_tasks_are_frozen() -> None:
     """A change of a task is another version of the tasks, in another file."""
-    content = files("flockesc_env.tasks").joinpath("v1.toml").read_bytes()
+    content = files("flockesc_env.taskset").joinpath("v1.toml").read_bytes()
     assert hashlib.sha256(content).hexdigest() == (
         "94456e3a5751e0ca6ebd6bc9da17b299273dedf69de00316ff0db95a8f1b314d"
     )

@@ -19,7 +19,7 @@ from flockesc_env.cli import COMMANDS
 from flockesc_env.cli.output import MEANINGS, Exit
 from flockesc_env.models.records import load_run, run_differences, save_run
 from flockesc_env.scenario import AlignedHeadings, Herd, Intercept, PurePursuit, Ring, Vicsek
-from flockesc_env.tasks import tasks
+from flockesc_env.taskset import tasks
 
 
 def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -16,8 +16,8 @@ import flockesc_env as fe
 from flockesc_env.cli import main
 from flockesc_env.episodes import splits
 from flockesc_env.policies import FixedRange, SB3Policy, load_policy
-from flockesc_env.tasks import tasks
-from flockesc_env.tasks.comparison import ORACLE, grid_of
+from flockesc_env.taskset import tasks
+from flockesc_env.taskset.comparison import ORACLE, grid_of
 from training.__main__ import TRAINING
 from training.compare import compare
 from training.train import train

@@ -18,8 +18,8 @@ from flockesc_env import InputError, load_policy, rollout
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import SB3Policy
 from flockesc_env.sb3 import RangePolicy
-from flockesc_env.tasks import tasks
-from flockesc_env.tasks.learners import OWN_ALGORITHMS, Learner, learners, read_learners
+from flockesc_env.taskset import tasks
+from flockesc_env.taskset.learners import OWN_ALGORITHMS, Learner, learners, read_learners
 from training import sb3
 from training.imitation import ImitationArguments
 from training.rounds import hyperparameters_of

@@ -11,7 +11,7 @@ from small_runs import SMALL, small_run, small_task
 
 from flockesc_env import InputError, load_policy
 from flockesc_env.policies import Architecture, WinStayLoseShift
-from flockesc_env.tasks.learners import Learner
+from flockesc_env.taskset.learners import Learner
 from training.branches import Branches
 from training.families import Family, Networks, Rules
 from training.imitation import ImitationArguments, ImitationRounds, fit

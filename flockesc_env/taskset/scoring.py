@@ -17,10 +17,10 @@ from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import load_policy, parse_policy
 from flockesc_env.policies.rollout import rollout
 from flockesc_env.policies.rules import RandomRange
-from flockesc_env.tasks import results
-from flockesc_env.tasks.definition import FLOCKS, VERSION
-from flockesc_env.tasks.fitting import content, fitted, is_checkable
-from flockesc_env.tasks.task import Task, tasks
+from flockesc_env.taskset import results
+from flockesc_env.taskset.definition import FLOCKS, VERSION
+from flockesc_env.taskset.fitting import content, fitted, is_checkable
+from flockesc_env.taskset.task import Task, tasks
 
 _SHOWN: Final = 3
 """Flocks that the error about a difference names."""

@@ -23,12 +23,12 @@ from flockesc_env.policies.registry import as_policy
 from flockesc_env.policies.rollout import rollout
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import PRESETS
-from flockesc_env.tasks import learners
-from flockesc_env.tasks.definition import FLOCKS, VERSION, Control, Scale, Shortcut, TaskDefinition
-from flockesc_env.tasks.fitting import fitted
+from flockesc_env.taskset import learners
+from flockesc_env.taskset.definition import FLOCKS, VERSION, Control, Scale, Shortcut, TaskDefinition
+from flockesc_env.taskset.fitting import fitted
 
 if TYPE_CHECKING:
-    from flockesc_env.tasks.comparison import Comparison
+    from flockesc_env.taskset.comparison import Comparison
 
 
 class Task(TaskDefinition):
@@ -64,7 +64,7 @@ class Task(TaskDefinition):
             InputError: if a policy does not fit the task, or an argument is out of bounds.
         """
         require("analysis", ["scipy"])
-        from flockesc_env.tasks.comparison import ORACLE, Comparison, grid_of  # slow to import
+        from flockesc_env.taskset.comparison import ORACLE, Comparison, grid_of  # slow to import
 
         seeds = self.seeds[: as_count(num_flocks, "num_flocks", most=len(self.seeds))]
         name = as_choice(scenario or next(iter(self.scenarios)), "scenario", self.scenarios)

@@ -12,7 +12,7 @@ import msgspec
 
 from flockesc_env.common.errors import InputError, shown_name
 from flockesc_env.common.extras import require
-from flockesc_env.tasks.definition import TaskDefinition
+from flockesc_env.taskset.definition import TaskDefinition
 
 OWN_ALGORITHMS: Final = ("search", "imitation")
 """Algorithms of ``python -m training`` that are not of stable-baselines3 or sb3-contrib."""

@@ -14,7 +14,7 @@ from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.models.sweep import FLOCK_RANGES, LINE_RANGES, FlockSweepResult, LineSweepResult
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.tasks.definition import TaskDefinition
+from flockesc_env.taskset.definition import TaskDefinition
 
 if TYPE_CHECKING:
     import polars as pl

@@ -21,9 +21,9 @@ from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.splits import refuse_held_out
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.tasks.fitting import fitted
-from flockesc_env.tasks.scoring import LoadedPolicy, Report
-from flockesc_env.tasks.task import Task
+from flockesc_env.taskset.fitting import fitted
+from flockesc_env.taskset.scoring import LoadedPolicy, Report
+from flockesc_env.taskset.task import Task
 
 
 def environment(task: Task, **options: Any) -> Any:

@@ -18,8 +18,8 @@ from flockesc_env.common.checks import FloatArray, parse_json
 from flockesc_env.common.errors import InputError, errors_at, shown
 from flockesc_env.common.files import suffix_of, write_text
 from flockesc_env.policies.registry import SUFFIX as POLICY_SUFFIX
-from flockesc_env.tasks.definition import FLOCKS, VERSION
-from flockesc_env.tasks.task import Task, tasks
+from flockesc_env.taskset.definition import FLOCKS, VERSION
+from flockesc_env.taskset.task import Task, tasks
 
 SUFFIX: Final = ".json"
 

@@ -1,9 +1,9 @@
 """The frozen tasks: environments, comparison, scores, and results that anyone can verify bit for bit."""
 
-from flockesc_env.tasks.definition import Control, Scale, Shortcut, TaskDefinition
-from flockesc_env.tasks.results import PolicyResult, Result, Training, read_result, write_result
-from flockesc_env.tasks.scoring import LoadedPolicy, draw_flocks, score, verify
-from flockesc_env.tasks.task import Task, tasks
+from flockesc_env.taskset.definition import Control, Scale, Shortcut, TaskDefinition
+from flockesc_env.taskset.results import PolicyResult, Result, Training, read_result, write_result
+from flockesc_env.taskset.scoring import LoadedPolicy, draw_flocks, score, verify
+from flockesc_env.taskset.task import Task, tasks
 
 __all__ = [
     "Control",

@@ -13,7 +13,7 @@ from flockesc_env.policies import rules
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import Stored
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.tasks.definition import TaskDefinition
+from flockesc_env.taskset.definition import TaskDefinition
 
 FREE = ("action_mode", "min_range", "center_range", "range_grid", *UNOBSERVED)
 """Options that a policy chooses itself."""
