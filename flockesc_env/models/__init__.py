@@ -9,9 +9,9 @@ from flockesc_env.models.order import (
     rotation,
 )
 from flockesc_env.models.records import RecordedRun, load_run, replay_run, run_differences, save_run
-from flockesc_env.models.scan import ScanResult, scan
+from flockesc_env.models.scan import ScanResult
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate_line
-from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
+from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult
 
 __all__ = [
     "FlockSweepResult",
@@ -34,7 +34,5 @@ __all__ = [
     "rotation",
     "run_differences",
     "save_run",
-    "scan",
     "simulate_line",
-    "sweep",
 ]

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from graphlib import TopologicalSorter
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -97,6 +98,10 @@ def test_rules_multiply_and_add_themselves() -> None:
 
 
 def test_all_public_names_exist() -> None:
+    """No object hides a module of the same name: ``import package.module as x`` would return the object."""
+    for module in IMPORTS:
+        parent, _, name = module.rpartition(".")
+        assert isinstance(vars(sys.modules.get(parent, ast)).get(name, ast), ModuleType), module
     assert len(set(flockesc_env.__all__)) == len(flockesc_env.__all__)
     assert all(hasattr(flockesc_env, name) for name in flockesc_env.__all__)
     assert (ROOT / "flockesc_env" / "py.typed").exists()
