@@ -177,10 +177,12 @@ def as_instance(value: Any, field: str, kind: type[_T]) -> _T:
 
 
 def as_predator_policy(value: Any) -> Any:
-    """Return a predator policy: an object with a method ``act``."""
-    if isinstance(value, type) or not callable(getattr(value, "act", None)):
-        expected = "an object with a method act (SB3Policy(model) for one of stable-baselines3)"
-        raise InputError("predator_policy", expected, shown(value))
+    """Return a predator policy: an object with a method ``act`` that is not a policy of a flock."""
+    is_policy = not isinstance(value, type) and callable(getattr(value, "act", None))
+    if not is_policy or getattr(value, "sets_ranges", False):
+        expected = "Pursue(), SB3Policy(model) of a predator's model or an object with a method act"
+        given = f"{shown(value)}, which sets ranges of a flock" if is_policy else shown(value)
+        raise InputError("predator_policy", expected, given)
     return value
 
 

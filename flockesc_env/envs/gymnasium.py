@@ -15,7 +15,7 @@ from flockesc_env.episodes.batch import Observations, info_dicts, is_over
 from flockesc_env.episodes.options import View
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.policies.base import Policy
-from flockesc_env.policies.registry import as_policy
+from flockesc_env.policies.registry import as_flock_policy
 from flockesc_env.policies.rules import FixedRange
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
@@ -142,7 +142,7 @@ class PredatorEnv(GymnasiumEnv):
             raise InputError("predators", "exactly one Learned predator", spec.count)
         self.policy_spec = spec  # type: ignore[assignment]
         chosen = FixedRange(10.0) if flock_policy is None else flock_policy
-        self.flock_policy = as_policy(chosen, "flock_policy")
+        self.flock_policy = as_flock_policy(chosen, "flock_policy")
         self.flock_policy.check(self.options, per_agent=View.of(per_agent).is_per_agent)
         self.observation_space = spec.layout.space()
         self.action_space = spec.space()

@@ -205,24 +205,38 @@ class PolicySpec:
     Attributes:
         actions: the action space, and the maps between actions and ranges.
         layout: names and bounds of the entries of an observation row.
+        scenario: the scenario of the environment; the first one if flocks have different scenarios.
         options: the options of the environment.
         view: what a row and an action belong to, the flock or an agent.
-        num_agents: number of agents per flock. Rows are ordered by flock, then by agent.
         num_steps: number of model steps of an episode; the largest if flocks have different scenarios.
-        length_scale: a length of this many m is observed as 1/2; 1 on the line.
-        speed_scale: a speed of this many m/s is observed as 1/2; 1 on the line.
-        time_step: duration of a model step in s; 1 on the line.
     """
 
     actions: RangeActions
     layout: ObservationLayout
+    scenario: FlockScenario | LineScenario
     options: EnvOptions | LineOptions
     view: View
-    num_agents: int
     num_steps: int
-    length_scale: float = 1.0
-    speed_scale: float = 1.0
-    time_step: float = 1.0
+
+    @property
+    def num_agents(self) -> int:
+        """Number of agents per flock. Rows are ordered by flock, then by agent."""
+        return self.scenario.num_agents
+
+    @property
+    def length_scale(self) -> float:
+        """A length of this many m is observed as 1/2; 1 on the line."""
+        return 1.0 if isinstance(self.scenario, LineScenario) else self.scenario.initial_side
+
+    @property
+    def speed_scale(self) -> float:
+        """A speed of this many m/s is observed as 1/2; 1 on the line."""
+        return 1.0 if isinstance(self.scenario, LineScenario) else float(np.max(self.scenario.speed))
+
+    @property
+    def time_step(self) -> float:
+        """Duration of a model step in s; 1 on the line."""
+        return 1.0 if isinstance(self.scenario, LineScenario) else self.scenario.time_step
 
     @property
     def per_agent(self) -> bool:
@@ -273,21 +287,11 @@ def policy_spec(
 def flock_policy_spec(scenario: FlockScenario, options: EnvOptions, view: View) -> PolicySpec:
     """Return the policy spec of a flock environment with this scenario and these options."""
     entries = _core.observation_entries(options.to_core(view), scenario.dimension)
-    return PolicySpec(
-        actions=RangeActions(options),
-        layout=ObservationLayout.of(entries),
-        options=options,
-        view=view,
-        num_agents=scenario.num_agents,
-        num_steps=scenario.num_steps,
-        length_scale=scenario.initial_side,
-        speed_scale=float(np.max(scenario.speed)),
-        time_step=scenario.time_step,
-    )
+    layout = ObservationLayout.of(entries)
+    return PolicySpec(RangeActions(options), layout, scenario, options, view, scenario.num_steps)
 
 
 def line_policy_spec(scenario: LineScenario, options: LineOptions) -> PolicySpec:
     """Return the policy spec of a line environment with this scenario and these options."""
     layout = ObservationLayout.of(_core.line_observation_entries(scenario.num_agents))
-    actions = RangeActions(options)
-    return PolicySpec(actions, layout, options, View.FLOCK, scenario.num_agents, scenario.max_steps)
+    return PolicySpec(RangeActions(options), layout, scenario, options, View.FLOCK, scenario.max_steps)

@@ -109,6 +109,7 @@ class BasePolicy(ABC):
     """
 
     name: str = ""
+    sets_ranges: bool = True  # and so cannot control predators
     per_agent: bool | None = None
     options: Mapping[str, Any] | None = None
     scenario: Scenario | None = None
@@ -166,6 +167,9 @@ class BasePolicy(ABC):
     def is_per_agent_in(self, scenario: Scenario, options: EnvOptions | LineOptions) -> bool:  # noqa: ARG002
         """Return the view of a policy whose ``per_agent`` is None, in a scenario with these options."""
         return False
+
+    def check_known(self) -> None:  # noqa: B027, only models can lack what they were trained with
+        """Raise ``InputError`` if the policy was trained with options that it does not know."""
 
     @property
     def policy_spec(self) -> PolicySpec:

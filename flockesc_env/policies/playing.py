@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_predator_policy, as_threads
+from flockesc_env.common.checks import FloatArray, as_threads
 from flockesc_env.common.extras import data_frame
 from flockesc_env.common.progress import Progress
 from flockesc_env.episodes.batch import Columns, FlockBatch, Step
@@ -21,6 +21,7 @@ from flockesc_env.episodes.spaces import RangeActions, candidates, line_policy_s
 from flockesc_env.models.simulate import Displayed, IntArray, Trajectory, run_flock
 from flockesc_env.policies.base import Observations, Policy
 from flockesc_env.policies.network import Architecture, NetworkPolicy, Parameters, choices
+from flockesc_env.policies.setup import Setup
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import Scenario
@@ -87,22 +88,16 @@ class LineEpisodes(_Rows):
 
 
 def play(
-    policy: Policy,
-    seeds: Sequence[int],
-    model: Scenario,
-    options: EnvOptions | LineOptions,
-    *,
-    per_agent: bool = False,
-    batch_size: int,
-    num_threads: int | None,
-    predator_policy: PredatorPolicy | None = None,
-    progress: Progress | None = None,
+    setup: Setup, seeds: Sequence[int], *, batch_size: int | None = None, progress: Progress | None = None
 ) -> Columns:
     """Run a policy on the flock or line of every seed, see ``rollout``; return outcomes of shape (seeds,)."""
-    if type(policy) is NetworkPolicy and predator_policy is None:
+    policy, model, options = setup.policy, setup.scenario, setup.options
+    if type(policy) is NetworkPolicy and setup.predator_policy is None:
         network = policy.architecture, policy.parameters[np.newaxis]
-        shared: Any = {"per_agent": per_agent, "num_threads": num_threads, "progress": progress}
+        shared: Any = {"per_agent": setup.per_agent, "num_threads": setup.num_threads, "progress": progress}
         return rollout_networks(*network, seeds, model, options, **shared)
+    if batch_size is None:
+        batch_size = 256 if isinstance(model, LineScenario) else 64
     parts: list[Columns] = []
     for start in range(0, len(seeds), batch_size):
         chunk = seeds[start : start + batch_size]
@@ -110,14 +105,7 @@ def play(
         if isinstance(model, LineScenario):
             batch = _LineBatch(model, cast("LineOptions", options))
         else:
-            batch = FlockBatch(
-                model,
-                cast("EnvOptions", options),
-                num_flocks=len(chunk),
-                view=View.of(per_agent),
-                num_threads=num_threads,
-                predator_policy=predator_policy,
-            )
+            batch = _flock_batch(setup, len(chunk), setup.predator_policy)
         total = np.zeros(len(chunk))
         for _, rewards in episode_steps(batch, policy, chunk):
             total += rewards.reshape(len(chunk), -1).mean(axis=1)
@@ -168,30 +156,31 @@ def rollout_networks(
     return _core.rollout_line(documents, actions.core, network, numbers, as_threads(num_threads), report)
 
 
-def record(
-    policy: Policy,
-    seed: int,
-    scenario: FlockScenario,
-    options: EnvOptions,
-    *,
-    view: View,
-    start: Mapping[str, Any],
-    num_threads: int | None,
-    predator_policy: PredatorPolicy | None,
-) -> Trajectory:
+def _flock_batch(setup: Setup, num_flocks: int, predator_policy: PredatorPolicy | None) -> FlockBatch:
+    return FlockBatch(
+        cast("FlockScenario", setup.scenario),
+        cast("EnvOptions", setup.options),
+        num_flocks=num_flocks,
+        view=setup.view,
+        num_threads=setup.num_threads,
+        predator_policy=predator_policy,
+    )
+
+
+def record(setup: Setup, seed: int, start: Mapping[str, Any]) -> Trajectory:
     """Run a policy on one flock and return the trajectory; ``start`` holds given initial states."""
-    recorder = None if predator_policy is None else _Recorder(as_predator_policy(predator_policy))
-    batch = FlockBatch(scenario, options, view=view, num_threads=num_threads, predator_policy=recorder)
-    steps = episode_steps(batch, policy, [seed], [start])
+    scenario = cast("FlockScenario", setup.scenario)
+    recorder = None if setup.predator_policy is None else _Recorder(setup.predator_policy)
+    steps = episode_steps(_flock_batch(setup, 1, recorder), setup.policy, [seed], [start])
     ranges = np.array([ranges for ranges, _ in steps])
 
     def per_step(actions: FloatArray) -> FloatArray:
-        held = np.repeat(actions, options.steps_per_action, axis=0)[: scenario.num_steps]
+        held = np.repeat(actions, setup.options.steps_per_action, axis=0)[: scenario.num_steps]
         rest = scenario.num_steps - len(held)  # after the last agent was caught
         return np.concatenate([held, np.repeat(held[-1:], rest, axis=0)])
 
     predator_actions = None if recorder is None else per_step(np.array(recorder.actions))
-    arguments: Any = {**start, "seed": seed, "num_threads": num_threads}
+    arguments: Any = {**start, "seed": seed, "num_threads": setup.num_threads}
     return run_flock(scenario, per_step(ranges), predator_actions=predator_actions, **arguments)
 
 

@@ -166,7 +166,17 @@ def as_policy(value: Any, argument: str = "policy") -> BasePolicy:
         if callable(getattr(value, "predict", None)):
             return SB3Policy(value)
     expected = "an object with a method act, a model of stable-baselines3, a name, or the path of a file"
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        expected = f"a policy, such as FixedRange({shown(value)}) or 'fixed:{shown(value)}'"
     raise InputError(argument, expected, shown(value))
+
+
+def as_flock_policy(value: Any, argument: str = "policy") -> BasePolicy:
+    """Return ``as_policy``; the built-in policies of predators are refused."""
+    if isinstance(value, rules.FlyStraight | rules.Pursue):
+        expected = "a policy that sets ranges (predator_policy=.. takes policies of predators)"
+        raise InputError(argument, expected, shown(value))
+    return as_policy(value, argument)
 
 
 def bind(policy: Any, env: Any) -> Callable[[Any], Any]:

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any, cast, overload
+import os
+from collections.abc import Iterable
+from typing import Any, overload
 
 from numpy.typing import ArrayLike
 
-from flockesc_env.common.checks import as_array, as_count, as_flag, as_seed, as_seeds
+from flockesc_env.common.checks import as_array, as_count, as_seed, as_seeds
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.progress import Progress, reporting
-from flockesc_env.episodes.options import EnvOptions, LineOptions, View, options_in
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.starts import fresh_seed
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
 from flockesc_env.policies.base import BasePolicy, Policy
 from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record
-from flockesc_env.policies.registry import as_policy
 from flockesc_env.policies.rules import FixedRange, ScheduledRange
+from flockesc_env.policies.setup import refuse, setup
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import Scenario, as_model
@@ -86,29 +86,13 @@ def rollout(
         scenario, policy, seeds = None, scenario, policy
     elif policy is None:
         scenario, policy = None, scenario
-    player = as_policy(policy)
-    model = _model_of(scenario, player)
     checked = as_seeds(seeds)
-    is_line = isinstance(model, LineScenario)
-    if batch_size is None:
-        batch_size = 256 if is_line else 64
-    size = as_count(batch_size, "batch_size")
-    if is_line:
-        _refuse({"per_agent": per_agent or None, "predator_policy": predator_policy}, "None for a line")
-    player, view, chosen = _prepared(player, per_agent, model, options)
+    size = None if batch_size is None else as_count(batch_size, "batch_size")
+    given: Any = {"per_agent": per_agent, "predator_policy": predator_policy, "num_threads": num_threads}
+    playing = setup(policy, scenario, **given, **options)
     with reporting(progress, "Rollout", len(checked)) as callback:
-        columns = play(
-            player,
-            checked,
-            model,
-            chosen,
-            per_agent=view,
-            batch_size=size,
-            num_threads=num_threads,
-            predator_policy=predator_policy,
-            progress=callback,
-        )
-    return (LineEpisodes if is_line else Episodes).of(checked, columns)
+        columns = play(playing, checked, batch_size=size, progress=callback)
+    return (LineEpisodes if isinstance(playing.scenario, LineScenario) else Episodes).of(checked, columns)
 
 
 @overload
@@ -176,65 +160,31 @@ def simulate(
     if (interaction_range is None) == (policy is None):
         given = "neither" if policy is None else "both"
         raise InputError("interaction_range", "either interaction_range or policy", given)
-    player = FixedRange(0.0) if policy is None else as_policy(policy)
-    model = _model_of(scenario, player)
-    ranges = interaction_range
-    if isinstance(player, FixedRange) and policy is not None:
-        ranges = player.interaction_range
     start = {"initial_positions": initial_positions, "initial_velocities": initial_velocities}
-    others: dict[str, Any] = {**start, "per_agent": per_agent, "predator_policy": predator_policy}
-    others |= {"num_threads": num_threads, **options}
-    if isinstance(model, LineScenario):
-        if ranges is None:
+    steering: dict[str, Any] = {"per_agent": per_agent, "predator_policy": predator_policy}
+    steering = {name: value for name, value in steering.items() if value is not None} | options
+    ranges, model = interaction_range, FlockScenario() if scenario is None else as_model(scenario)
+    if policy is not None:
+        playing = setup(policy, scenario, num_threads=num_threads, **steering)
+        player, model = playing.policy, playing.scenario
+        if isinstance(player, FixedRange):
+            ranges = player.interaction_range
+        elif isinstance(model, LineScenario):
             raise InputError("policy", "a FixedRange for a line", player.name)
-        _refuse(others, "None for a line")
+        elif isinstance(player, ScheduledRange):
+            player.check_length(model.num_steps)
+            ranges = player.schedule if player.per_agent else player.schedule[:, None]
+        if ranges is None or (steering and isinstance(model, FlockScenario)):
+            return record(playing, fresh_seed() if seed is None else as_seed(seed), start)
+    elif isinstance(ranges, str | os.PathLike) or hasattr(ranges, "act"):
+        raise InputError("interaction_range", "ranges in m (policy=.. takes a policy)", shown(ranges))
+    if isinstance(model, LineScenario):
+        refuse({**start, **steering, "num_threads": num_threads}, "None for a line")
         return simulate_line(model, ranges, seed=seed)
-    if isinstance(player, ScheduledRange) and predator_policy is None and not options:
-        player.check_length(model.num_steps)
-        ranges = player.schedule if player.per_agent else player.schedule[:, None]
-    if ranges is not None and per_agent is None and predator_policy is None and not options:
-        if policy is None and (array := as_array(ranges, "interaction_range")).ndim > 1:
+    if policy is None:
+        for name, value in steering.items():
+            raise InputError(name, "a policy beside it", shown(value))
+        if (array := as_array(ranges, "interaction_range")).ndim > 1:
             expected = f"a scalar or shape ({model.num_agents},) (policy=ScheduledRange(..): one per step)"
             raise InputError("interaction_range", expected, f"shape {array.shape}")
-        return run_flock(model, ranges, seed=seed, num_threads=num_threads, **start)
-    if policy is None:
-        alone = {name: others[name] for name in ("per_agent", "predator_policy", *options)}
-        _refuse(alone, "a policy beside it")
-    player, view, chosen = _prepared(player, per_agent, model, options)
-    return record(
-        player,
-        fresh_seed() if seed is None else as_seed(seed),
-        model,
-        cast("EnvOptions", chosen),
-        view=View.of(view),
-        start=start,
-        num_threads=num_threads,
-        predator_policy=predator_policy,
-    )
-
-
-def _refuse(given: Mapping[str, Any], expected: str) -> None:
-    for name, value in given.items():
-        if value is not None:
-            raise InputError(name, expected, shown(value))
-
-
-def _model_of(scenario: Any, policy: BasePolicy) -> Scenario:
-    model = (policy.scenario or FlockScenario()) if scenario is None else as_model(scenario)
-    if policy.scenario is not None and type(policy.scenario) is not type(model):
-        kinds = ["a line" if isinstance(one, LineScenario) else "a flock" for one in (model, policy.scenario)]
-        raise InputError("policy", f"a policy for {kinds[0]}", f"{policy.name!r}, a policy for {kinds[1]}")
-    return model
-
-
-def _prepared(
-    policy: BasePolicy, per_agent: bool | None, model: Scenario, options: Mapping[str, Any]
-) -> tuple[BasePolicy, bool, EnvOptions | LineOptions]:
-    """Return the policy, its view, and the options of its environment."""
-    chosen = options_in(model, {**policy.all_options(model), **options})
-    view = policy.per_agent if per_agent is None else as_flag(per_agent, "per_agent")
-    if view is None:
-        view = policy.is_per_agent_in(model, chosen)
-    if policy.options is not None:
-        policy = policy.with_options(per_agent=view, **options)
-    return policy, view, chosen
+    return run_flock(model, ranges, seed=seed, num_threads=num_threads, **start)

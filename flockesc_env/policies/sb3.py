@@ -24,16 +24,17 @@ from flockesc_env.scenario.presets import Scenario
 class SB3Policy(BasePolicy, RowMemory):
     """A range policy or predator policy from a model of stable-baselines3 or sb3-contrib.
 
-    The state of a recurrent model is kept per row and reset at the start of every episode. Use the
-    environment options with which the model was trained. Different spaces are rejected. While the model holds
-    its environment, so are other options, except for ``reward`` and ``count_components``. A saved model
-    contains its spaces but no environment: after ``model.load(path)``, without ``env``, only the spaces are
-    compared.
+    The state of a recurrent model is kept per row and reset at the start of every episode. The model plays
+    with the scenario and the options of its environment; ``reward`` and ``count_components`` may differ. A
+    saved model contains its spaces but no environment. After ``model.load(path)``, without ``env``, the
+    policy classes ``RangePolicy`` and ``ScorerPolicy`` still know them; with another class give options to
+    ``with_options`` or to the call that plays.
 
     Observations are normalized with the statistics of ``vec_normalize``. A saved model does not contain these
     statistics. It contains the last observations of its training: if they are out of bounds, they were
-    normalized, and the model is rejected without ``vec_normalize``. They tell nothing if they happen to be
-    within bounds, or if the model was loaded with an environment that does not normalize.
+    normalized, and the model is rejected without ``vec_normalize``. Loading with an ``env`` deletes them.
+    Then a model of PPO, A2C or TRPO whose training had a ``VecNormalize`` that ``env`` lacks is rejected;
+    models of off-policy algorithms keep no trace.
 
     Args:
         model: a model, or any object with a method ``predict(observation, state, episode_start,
@@ -41,6 +42,7 @@ class SB3Policy(BasePolicy, RowMemory):
             ``action_space``, if present, must equal those of the environment.
         vec_normalize: the ``VecNormalize`` of the training, for example ``VecNormalize.load(path, venv)``.
             ``None``: the outermost one of the model's environment that normalizes observations, if any.
+            False: observations were not normalized, as with ``VecNormalize(norm_obs=False)``.
         deterministic: True: the mode of the action distribution. False: a sample.
 
     Raises:
@@ -50,17 +52,37 @@ class SB3Policy(BasePolicy, RowMemory):
     def __init__(self, model: Any, *, vec_normalize: Any = None, deterministic: bool = True) -> None:
         if isinstance(model, type) or not callable(getattr(model, "predict", None)):
             raise InputError("model", "a model (an object with a method predict)", shown(model))
-        if vec_normalize is not None and not hasattr(vec_normalize, "norm_obs"):
-            raise InputError("vec_normalize", "a VecNormalize or None", shown(vec_normalize))
+        is_given = vec_normalize is not None and vec_normalize is not False
+        if is_given and not hasattr(vec_normalize, "norm_obs"):
+            raise InputError("vec_normalize", "a VecNormalize, None or False", shown(vec_normalize))
         self.model, self.name = model, type(model).__name__
         self.vec_normalize = vec_normalize
         self.deterministic = as_flag(deterministic, "deterministic")
         self._checked_spec: Any = None
-        env: Any = getattr(model, "env", None)
-        spec = _trained_spec(env)
+        spec = self._trained_spec()
         if spec is not None:
             self.options, self.per_agent = asdict(spec.options), spec.per_agent
-            self.scenario = env.get_attr("scenario", [0])[0]
+            self.scenario = spec.scenario
+
+    @property
+    def sets_ranges(self) -> bool:  # type: ignore[override]
+        """Whether the model is known to set ranges; it may also control predators otherwise."""
+        return self._trained_spec() is not None
+
+    def check_known(self) -> None:
+        """Raise ``InputError`` if the options of the training are unknown, or two origins disagree."""
+        stored = _stored_spec(self.model)
+        if self.scenario is None and self.options is None and hasattr(self.model, "observation_space"):
+            name = type(self.model).__name__
+            expected = (
+                f"the environment of the training, as after {name}.load(path, env=env), or its scenario and"
+                " options, as in SB3Policy(model).with_options(scenario=.., **options)"
+            )
+            env = getattr(self.model, "env", None)
+            raise InputError("model.env", expected, "none" if env is None else shown(env))
+        spec = self._trained_spec()
+        if stored is not None and spec is not None:
+            check_options(stored.options, spec.options, "trained (stored in the model)")
 
     def act(self, observations: Observations, spec: PolicySpec | PredatorPolicySpec) -> NDArray[Any]:
         """Return the model's action for every row; see ``Policy.act``.
@@ -112,27 +134,20 @@ class SB3Policy(BasePolicy, RowMemory):
 
         Raises:
             InputError: if the model is not a ``ScorerPolicy``, or an ``MlpPolicy`` of PPO, A2C, TRPO, SAC,
-                TQC, TD3, DDPG or DQN with tanh between its layers; if its actions are ranges in m; if neither
-                it nor ``vec_normalize`` holds its environment; if a wrapper changes the spaces; if the
-                statistics of normalized observations are missing, or observations can reach ``clip_obs``.
+                TQC, TD3, DDPG or DQN with tanh between its layers; if its actions are ranges in m; if the
+                options of its training are unknown; if a wrapper changes the spaces; if the statistics of
+                normalized observations are missing, or observations can reach ``clip_obs``.
         """
         scorer = getattr(getattr(self.model, "policy", None), "network", None)
         layers = [] if scorer is not None else _layers(self.model)
-        env: Any = getattr(self.model, "env", None)
-        env = self.vec_normalize if env is None else env
-        spec = _trained_spec(env)
-        if env is None:
-            name = type(self.model).__name__
-            expected = f"the environment of the training, as after {name}.load(path, env=env)"
-            raise InputError("model.env", expected, "none")
-        if spec is None:
-            raise InputError("model.env", "an environment of this package that sets ranges", shown(env))
+        self.check_known()
+        spec = self._trained_spec() or self.policy_spec
         if spec.actions.mode == "range":
             expected = "'normalized' or 'discrete'"
             raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
         self._check_spaces(spec)
         made_for = {name: value for name, value in asdict(spec.options).items() if name not in UNOBSERVED}
-        made_for |= {"scenario": env.get_attr("scenario", [0])[0], "per_agent": spec.per_agent}
+        made_for |= {"scenario": spec.scenario, "per_agent": spec.per_agent}
         if scorer is not None:  # of ``ScorerPolicy``
             return cast("NetworkPolicy", scorer()).with_options(**made_for)
         grid = spec.actions.grid
@@ -143,10 +158,38 @@ class SB3Policy(BasePolicy, RowMemory):
         plain = network if normalizer is None else _normalized(network, spec.layout, normalizer)
         return plain.with_options(**made_for)
 
+    def _trained_spec(self) -> PolicySpec | None:
+        """Return the spec of the training: of the environment that the model or the wrapper holds, or stored.
+
+        ``None``: the model has no environment, or one that is not of this package or sets no ranges.
+        """
+        env = getattr(self.model, "env", None)
+        env = self.vec_normalize or None if env is None else env
+        return _stored_spec(self.model) if env is None else _spec_of(env)
+
     def _normalizer(self) -> Any:
         """Return the ``VecNormalize`` that normalizes observations, or ``None``."""
         given = self.vec_normalize
         return normalizer_of(getattr(self.model, "env", None) if given is None else given)
+
+    def _check_normalizer(self, layout: ObservationLayout) -> None:
+        normalizer, last = self._normalizer(), getattr(self.model, "_last_obs", None)
+        if normalizer is not None and normalizer.obs_rms.mean.shape != layout.low.shape:
+            expected = f"statistics of {len(layout.low)} entries"
+            raise InputError("vec_normalize", expected, normalizer.obs_rms.mean.shape)
+        if normalizer is not None or self.vec_normalize is not None:
+            return
+        if last is not None:
+            is_plain = bool(((last >= layout.low) & (last <= layout.high)).all())
+        else:
+            # Loading with an environment deletes the last observations, but not the original ones, which
+            # a VecNormalize leaves in a model. Off-policy algorithms always have some.
+            is_wrapped = getattr(self.model, "get_vec_normalize_env", lambda: None)() is not None
+            has_original = getattr(self.model, "_last_original_obs", None) is not None
+            is_plain = is_wrapped or not has_original or hasattr(self.model, "replay_buffer_class")
+        if not is_plain:
+            expected = "VecNormalize.load(path, venv) of the training, or False if it normalized only rewards"
+            raise InputError("vec_normalize", expected, "none")
 
     def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
         row, actions = (
@@ -159,24 +202,24 @@ class SB3Policy(BasePolicy, RowMemory):
         trained = getattr(self.model, "action_space", None)
         if trained is not None and trained != actions:
             raise InputError("model.action_space", f"the environment's, {actions}", trained)
-        normalizer, last = self._normalizer(), getattr(self.model, "_last_obs", None)
-        if normalizer is not None and normalizer.obs_rms.mean.shape != spec.layout.low.shape:
-            expected = f"statistics of {len(spec.layout.low)} entries"
-            raise InputError("vec_normalize", expected, normalizer.obs_rms.mean.shape)
-        is_plain = last is None or ((last >= spec.layout.low) & (last <= spec.layout.high)).all()
-        if normalizer is None and not is_plain:
-            expected = "VecNormalize.load(path, venv) of the training, whose observations were normalized"
-            raise InputError("vec_normalize", expected, "none")
-        trained_spec = _trained_spec(getattr(self.model, "env", None))
+        self._check_normalizer(spec.layout)
+        trained_spec = self._trained_spec()
         if isinstance(spec, PolicySpec) and trained_spec is not None:
             check_options(trained_spec.options, spec.options, "trained")
 
 
-def _trained_spec(env: Any) -> PolicySpec | None:
-    """Return the spec of a model's environment; ``None`` if it has none of this package."""
-    if not hasattr(env, "has_attr") or not env.has_attr("policy_spec"):
+def _stored_spec(model: Any) -> PolicySpec | None:
+    """Return the spec that ``RangePolicy`` or ``ScorerPolicy`` stores in a model, or ``None``."""
+    found = (getattr(model, "policy_kwargs", None) or {}).get("spec")
+    return found if isinstance(found, PolicySpec) else None
+
+
+def _spec_of(env: Any) -> PolicySpec | None:
+    """Return the spec of an environment of stable-baselines3; ``None`` if it has none of this package."""
+    try:
+        found = env.get_attr("policy_spec", [0])[0]
+    except (AttributeError, TypeError):  # SuperSuit's environments have no such method
         return None
-    found = env.get_attr("policy_spec", [0])[0]
     return found if isinstance(found, PolicySpec) else None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any, Unpack, get_args
@@ -22,12 +23,13 @@ from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, Registered, needs_reset_if_interrupted
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.batch import Columns, info_dicts
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES
+from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.options import View
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.episodes.starts import Scenarios, consecutive_seeds, fresh_seed
 from flockesc_env.policies.playing import play
 from flockesc_env.policies.sb3 import SB3Policy
+from flockesc_env.policies.setup import setup
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import preset
 
@@ -226,17 +228,17 @@ class FlockEvalCallback(BaseCallback):
 
     def _on_training_start(self) -> None:
         env: Any = self.training_env.unwrapped
-        arguments: dict[str, Any] = {"per_agent": False, "batch_size": 64, "num_threads": None}
+        self._given: dict[str, Any] = {}
         if isinstance(env, DummyVecEnv) and all(isinstance(one.unwrapped, LineEscapeEnv) for one in env.envs):
             env = env.envs[0].unwrapped
-            self._played: Any = ([env.scenario], env.options, LINE_OBJECTIVES["escape_distance"], arguments)
+            self._scenarios, self._objective = [env.scenario], "escape_distance"
         elif isinstance(env, BatchVecEnv):
-            arguments["per_agent"] = env.policy_spec.per_agent
-            arguments["predator_policy"] = env.predator_policy
-            objective = FLOCK_OBJECTIVES[env.options.objective]
-            self._played = (dict.fromkeys(env.scenarios), env.options, objective, arguments)
+            self._given |= {"per_agent": env.policy_spec.per_agent, "predator_policy": env.predator_policy}
+            self._scenarios = [*dict.fromkeys(env.scenarios)]
+            self._objective = FLOCK_OBJECTIVES[env.options.objective].name
         else:
             raise InputError("model.env", "an environment of Task.vec_env", shown(self.training_env))
+        self._given |= asdict(env.options)
         self._evaluate()
 
     def _on_step(self) -> bool:
@@ -248,16 +250,13 @@ class FlockEvalCallback(BaseCallback):
         self._evaluate()
 
     def _evaluate(self) -> None:
-        scenarios, options, spec, arguments = self._played
-        seeds = TUNING[: self.num_flocks]
-        objectives = [
-            play(SB3Policy(self.model), seeds, scenario, options, **arguments)[spec.name]
-            for scenario in scenarios
-        ]
+        policy, seeds = SB3Policy(self.model), TUNING[: self.num_flocks]
+        setups = [setup(policy, scenario, **self._given) for scenario in self._scenarios]
+        objectives = [play(one, seeds)[self._objective] for one in setups]
         objective = float(np.mean(objectives))
         self.num_episodes += np.size(objectives)
         self.history.append((self.num_timesteps, objective))
-        self.logger.record(f"eval/{spec.name}", objective)
+        self.logger.record(f"eval/{self._objective}", objective)
         self.logger.record("eval/episodes", self.num_episodes)
         self.logger.dump(self.num_timesteps)
         if objective > self.best_objective:

@@ -34,6 +34,7 @@ def fitted(policy: BasePolicy, task: TaskDefinition) -> BasePolicy:
     also does, but keeps its range: the best fixed range may be longer than the task's ``max_range``. A rule
     that nobody trained keeps what it observes, and takes the task's ``max_range`` and ``steps_per_action``.
     """
+    policy.check_known()
     if policy.options is None or isinstance(policy, rules.FixedRange | rules.RandomRange):
         own = policy.default_options(task.scenario) if isinstance(policy, rules.FixedRange) else {}
         return policy.with_options(per_agent=task.per_agent, **{**task.options, **own})

@@ -234,6 +234,7 @@ DRAWN = table.FLOCK.replace(
         scenario.Choice("predator_range", (20.0, 30.0)),
     )
 )
+HUNTED = table.FLOCK.with_learned_predators()
 LEAGUE = table.FLOCK.replace(predators=(PurePursuit(), PurePursuit((40.0, 20.0), (-3.0, 1.0))))
 CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: approach((1.0, 2.0, 3.0), dimension=2), "aim"),
@@ -243,6 +244,13 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: fe.FlockEscapeEnv(action_mode="range", center_range=5.0), "center_range"),
     (lambda: fe.PredatorEnv(LEAGUE), "predators"),
     (lambda: fe.PredatorEnv(predator_policy=FlyStraight()), "predator_policy"),
+    (lambda: fe.PredatorEnv(flock_policy=FlyStraight()), "flock_policy"),
+    (lambda: fe.rollout(table.FLOCK, FlyStraight(), [0]), "policy"),
+    (
+        lambda: fe.rollout(HUNTED, fe.FixedRange(5.0), [0], predator_policy=fe.FixedRange(5.0)),
+        "predator_policy",
+    ),
+    (lambda: fe.FlockEscapeEnv(HUNTED, predator_policy=fe.StubbornLeaders()), "predator_policy"),
     (lambda: fe.FlockEscapeEnv(profile_ranges=[0.0, 5.0]), "profile_ranges"),
     (lambda: fe.rollout(table.FLOCK, fe.StubbornLeaders(), [0], per_agent=False), "per_agent"),
     (lambda: fe.rollout(table.FLOCK, policies.BestCandidate("escape_cosine"), [0]), "profile_ranges"),
@@ -290,13 +298,19 @@ def test_contradictions(call: Callable[[], Any], field: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("call", "told"),
     [
-        ({"reward": "teem"}, "did you mean team"),
-        ({"objective": "mean_distance"}, "did you mean min_mean_distance"),
-        ({"predator_sensing_range": None}, "math.inf: agents see the predator at any distance"),
+        (lambda: fe.parallel_env(reward="teem"), "did you mean team"),
+        (lambda: fe.parallel_env(objective="mean_distance"), "did you mean min_mean_distance"),
+        (lambda: fe.parallel_env(predator_sensing_range=None), "math.inf: agents see the predator at any"),
+        (
+            lambda: fe.rollout("paper-flock", seeds=2),
+            r"rollout\('paper-flock', 'stubborn-leaders', seeds=2\)",
+        ),
+        (lambda: fe.rollout(table.FLOCK, 12.0, [0]), "'fixed:12.0'"),
+        (lambda: fe.simulate(table.FLOCK, "fixed:12"), "policy=.. takes a policy"),
     ],
 )
-def test_an_error_says_what_to_type(given: dict[str, Any], told: str) -> None:
+def test_an_error_says_what_to_type(call: Callable[[], Any], told: str) -> None:
     with pytest.raises(FlockescError, match=told):
-        fe.parallel_env(**given)
+        call()

@@ -18,7 +18,7 @@ import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import SB3Policy, bind
-from flockesc_env.sb3 import vec_env
+from flockesc_env.sb3 import RangePolicy, vec_env
 
 SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
 SEEDS = [3, 4]
@@ -139,18 +139,47 @@ def test_observations_are_normalized_as_in_the_training(wrap: Any, is_loaded: bo
     assert run.interaction_ranges.tolist() == expected
 
 
-@pytest.mark.parametrize("algorithm", [A2C, SAC])
+@pytest.mark.parametrize(("algorithm", "has_env"), [(A2C, False), (A2C, True), (SAC, False)])
 def test_a_model_without_the_statistics_of_its_observations_is_refused(
-    algorithm: Any, tmp_path: Path
+    algorithm: Any, has_env: bool, tmp_path: Path
 ) -> None:
-    env = VecNormalize(vec_env(SCENARIO, per_agent=True))
-    algorithm("MlpPolicy", env, device="cpu", seed=0).learn(1).save(tmp_path / "model.zip")
-    policy = SB3Policy(algorithm.load(tmp_path / "model.zip"))
+    plain = vec_env(SCENARIO, per_agent=True)
+    algorithm("MlpPolicy", VecNormalize(plain), device="cpu", seed=0).learn(1).save(tmp_path / "model.zip")
+    model = algorithm.load(tmp_path / "model.zip", env=plain if has_env else None)
+    known = {"scenario": SCENARIO, "per_agent": True}
     with pytest.raises(InputError, match=r"^vec_normalize: expected VecNormalize.load\(path, venv\)"):
-        fe.rollout(SCENARIO, policy, [1])
-    policy = SB3Policy(policy.model, vec_normalize=VecNormalize(vec_env(SCENARIO)))
-    with pytest.raises(InputError, match=r"^vec_normalize: expected statistics of 13 entries"):
-        fe.rollout(SCENARIO, policy, [1])
+        fe.rollout(SB3Policy(model).with_options(**known), [1])
+    policy = SB3Policy(model, vec_normalize=VecNormalize(vec_env(SCENARIO)))
+    with pytest.raises(InputError, match=r"statistics of 13 entries" if has_env else "observation_space"):
+        fe.rollout(policy, [1])
+    said = SB3Policy(model, vec_normalize=False).with_options(**known)
+    assert len(fe.rollout(said, [1]).seeds) == 1
+
+
+OWN = {"max_range": 100.0, "steps_per_action": 2, "per_agent": True}
+
+
+def test_a_loaded_model_plays_as_it_was_trained(tmp_path: Path) -> None:
+    """``RangePolicy`` stores its scenario and options; with another class they have to be given."""
+    env = vec_env(SCENARIO, **OWN)
+    stored = {"spec": env.get_attr("policy_spec")[0], "first_range": 30.0}
+    for policy_class, settings in ((RangePolicy, stored), ("MlpPolicy", {})):
+        model = PPO(policy_class, env, policy_kwargs=settings, **SIZES)
+        expected = fe.rollout(model, SEEDS).min_mean_distance.tolist()
+        model.save(tmp_path / "model.zip")
+        alone, with_env = (PPO.load(tmp_path / "model.zip", env=one, device="cpu") for one in (None, env))
+        assert fe.rollout(SCENARIO, alone, SEEDS, **OWN).min_mean_distance.tolist() == expected
+        assert fe.rollout(with_env, SEEDS).min_mean_distance.tolist() == expected
+        if settings:
+            assert fe.rollout(alone, SEEDS).min_mean_distance.tolist() == expected
+            alone.set_env(vec_env(SCENARIO, **(OWN | {"max_range": 50.0})))
+            message = r"^max_range: expected 100.0, .*stored.* got 50.0"
+        else:
+            message = r"model.env: expected .* PPO.load\(path, env=env\)"
+            with pytest.raises(InputError, match=message):
+                fe.tasks["per-agent-visible"].compare(alone, num_flocks=1)
+        with pytest.raises(InputError, match=message):
+            fe.rollout(SCENARIO, alone, SEEDS)
 
 
 @pytest.mark.parametrize(
@@ -183,9 +212,9 @@ def model_of(algorithm: Any, env: Any = None) -> Any:
     return algorithm("MlpPolicy", env or vec_env(SCENARIO), device="cpu")
 
 
-def alone() -> Any:
+def of_environment(env: Any) -> Any:
     model = model_of(PPO)
-    model.env = None
+    model.env = env
     return model
 
 
@@ -197,8 +226,9 @@ def alone() -> Any:
             lambda: RecurrentPPO("MlpLstmPolicy", vec_env(SCENARIO), device="cpu"),
             "model: expected a model without a memory, got RecurrentPPO",
         ),
-        (alone, r"model.env: expected .* after PPO.load\(path, env=env\), got none"),
-        (lambda: model_of(PPO, "Pendulum-v1"), "model.env: expected an environment of this package"),
+        (lambda: of_environment(None), r"model.env: .* after PPO.load\(path, env=env\), .* got none"),
+        (lambda: of_environment(object()), "model.env: .* got <object"),  # as those of SuperSuit
+        (lambda: model_of(PPO, "Pendulum-v1"), "model.env: expected .* got <.*DummyVecEnv"),
         (
             lambda: model_of(PPO, vec_env(SCENARIO, action_mode="range")),
             "model.env.options.action_mode: expected 'normalized' or 'discrete', got 'range'",
