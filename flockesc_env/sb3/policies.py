@@ -43,8 +43,8 @@ class RangePolicy(ActorCriticPolicy):
 
     Raises:
         InputError: if ``first_range`` is none of the ranges of an action, or an end of them with
-            ``squash_output``; if ``first_std`` is not positive, or given with ``log_std_init`` or ``use_sde``;
-            if ``spec`` is not that of the environment.
+            ``squash_output``; if ``first_std`` is not positive, or given with ``log_std_init`` or
+            ``use_sde``; if ``spec`` is not that of the environment.
     """
 
     def __init__(

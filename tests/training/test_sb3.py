@@ -205,8 +205,10 @@ def test_an_unknown_learner_or_field_lists_the_known_ones() -> None:
         InputError, match=r"learner: expected one of ppo, .* \(did you mean ppo or ppo-10x\?\)"
     ):
         tasks["one-range"].hyperparameters("pp0")
-    with pytest.raises(InputError, match="one of stable-baselines3 or sb3-contrib, got search"):
+    with pytest.raises(InputError, match="python -m training train one-range --learner search runs"):
         tasks["one-range"].hyperparameters("search")
+    with pytest.raises(InputError, match=r"task: expected one with learners, .* got held-out-sizes"):
+        tasks["held-out-sizes"].hyperparameters("ppo")
     with pytest.raises(InputError, match=r"a\.toml: expected tables with .*unknown field `seed`"):
         read_learners({"ppo": {"algorithm": "PPO", "seed": 3}}, "a.toml")
     assert read_learners({"ppo": {"algorithm": "PPO"}}, "a.toml") == {"ppo": Learner(algorithm="PPO")}
