@@ -191,9 +191,10 @@ def verify(
         try:
             result = play_again(path, flocks=played)
         except (FlockescError, OSError) as error:
-            how = f"flockesc score --output {path} writes a result"
-            is_unread = isinstance(error, OSError)
-            note(f"refused: {f'{error.filename}: {error.strerror} ({how})' if is_unread else error}")
+            reason = str(error)
+            if isinstance(error, OSError):
+                reason = f"{error.filename}: {error.strerror} (flockesc score --output {path} writes one)"
+            note(f"refused: {reason}")
             code = Exit.REFUSED
         else:
             facts = _lines(result, played)
