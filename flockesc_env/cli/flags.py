@@ -223,10 +223,10 @@ def _model_policy(spec: str, task: Task | None) -> BasePolicy:
     name, _, path = spec.rpartition(":")
     try:
         packages = [importlib.import_module(package) for package in _SB3 if importlib.util.find_spec(package)]
-        (algorithm,) = {getattr(package, name) for package in packages if hasattr(package, name)}
-        model = algorithm.load(path, device="cpu")
+        package = next((each for each in packages if hasattr(each, name)), packages[0])
+        model = getattr(package, name).load(path, device="cpu")
     except (Exception, SystemExit) as error:  # the class, its code and the file are the user's
-        expected = "ALGORITHM:FILE.zip with a class of stable-baselines3 or sb3-contrib, as PPO:model.zip"
+        expected = f"ALGORITHM:FILE.zip with a class of stable-baselines3 or sb3-contrib, such as PPO:{path}"
         raise InputError("policy", expected, f"{spec!r} ({error!r})") from error
     known = {"per_agent": task.per_agent, "scenario": task.scenario, **task.options}
     return SB3Policy(model).with_options(name=Path(path).stem, **known)

@@ -19,7 +19,7 @@ from flockesc_env.episodes.options import to_plain
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.taskset.definition import FLOCKS, VERSION
 from flockesc_env.taskset.episodes import record_episodes
-from flockesc_env.taskset.results import SUFFIX, Result, Training, check_learner, write_result
+from flockesc_env.taskset.results import SUFFIX, UNVERIFIED, Result, Training, check_learner, write_result
 from flockesc_env.taskset.scoring import LoadedPolicy, draw_flocks
 from flockesc_env.taskset.scoring import score as play_all
 from flockesc_env.taskset.scoring import verify as play_again
@@ -169,6 +169,8 @@ def verify(
 
     The task, the flocks and the checksums of files must match, too.
 
+    Nobody verifies the names and numbers of the training, for example its samples.
+
     With --flocks, the output has no score: the other flocks are not verified.
 
     The exit code is 2 if one is refused.
@@ -189,12 +191,15 @@ def verify(
         try:
             result = play_again(path, flocks=played)
         except (FlockescError, OSError) as error:
-            note(f"refused: {error}")
+            reason = str(error)
+            if isinstance(error, OSError):
+                reason = f"{error.filename}: {error.strerror} (flockesc score --output {path} writes one)"
+            note(f"refused: {reason}")
             code = Exit.REFUSED
         else:
             facts = _lines(result, played)
             head = f"{path}: verified: {len(played):,} of {len(FLOCKS):,} flocks"
-            show(f"{head}, {len(result.policies)} policies", *facts)
+            show(f"{head}, {len(result.policies)} policies; not verified: {UNVERIFIED}", *facts)
     return code
 
 

@@ -104,6 +104,9 @@ def find_policy(policy: Any, argument: str) -> BasePolicy:
     if spec.startswith("fixed:"):
         with suppress(ValueError):  # not a finite number >= 0
             return rules.FixedRange(parse_number(spec.removeprefix("fixed:"), float)).with_options(name=spec)
+        if suffix_of(spec) != SUFFIX:
+            expected = "fixed:RHO with a finite number RHO >= 0, such as fixed:10"
+            raise InputError(argument, expected, shown(spec))
     if spec in _BUILT_IN:
         make, options = _BUILT_IN[spec]
         return make().with_options(name=spec, **options)
@@ -116,6 +119,8 @@ def find_policy(policy: Any, argument: str) -> BasePolicy:
 
 def policy_file(spec: str) -> Path | None:
     """Return the file of a trained policy of this package, of a training run, or at a path, or ``None``."""
+    if spec in _BUILT_IN:  # also if a training run has this name
+        return None
     if spec in trained():
         return TRAINED / f"{spec}{SUFFIX}"
     path = Path(spec, POLICY_FILE) if Path(spec, POLICY_FILE).is_file() else Path(spec)

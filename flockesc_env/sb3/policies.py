@@ -37,22 +37,37 @@ class RangePolicy(ActorCriticPolicy):
         spec: policy spec of the environment; see ``Task.policy_spec``.
         first_range: the first range, in m for a flock. With discrete actions, the candidate next to it is the
             most likely; the probabilities of the others fall by a factor of e with every place.
-        first_std: standard deviation of the first actions, where 1 is half of the action space.
+        first_std: standard deviation of the first actions, where 1 is half of the action space. ``None``: 0.6
+            or, with ``log_std_init`` or ``use_sde``, that of ``ActorCriticPolicy``.
         **kwargs: arguments of ``ActorCriticPolicy``.
 
     Raises:
-        InputError: if ``first_range`` is none of the ranges of an action; if ``first_std`` is not positive;
-            if ``spec`` is not that of the environment.
+        InputError: if ``first_range`` is none of the ranges of an action, or an end of them with
+            ``squash_output``; if ``first_std`` is not positive, or given with ``log_std_init`` or
+            ``use_sde``; if ``spec`` is not that of the environment.
     """
 
     def __init__(
-        self, *args: Any, spec: PolicySpec, first_range: float, first_std: float = 0.6, **kwargs: Any
+        self, *args: Any, spec: PolicySpec, first_range: float, first_std: float | None = None, **kwargs: Any
     ) -> None:
         first = float(as_floats(first_range, "first_range", ()))
-        self._first = float(spec.actions.from_ranges(np.array([first])).item())
-        self._first_std = float(as_floats(first_std, "first_std", ()))
-        if self._first_std <= 0:
-            raise InputError("first_std", "a positive number", self._first_std)
+        self._first, space = float(spec.actions.from_ranges(np.array([first])).item()), spec.actions.space()
+        half = float(space.high[0] - space.low[0]) / 2 if isinstance(space, spaces.Box) else 1.0
+        if kwargs.get("squash_output") and isinstance(space, spaces.Box):
+            scaled = (self._first - float(space.low[0])) / half - 1
+            if abs(scaled) >= 1:
+                expected = "a range between the ends, which squash_output=True (tanh) never reaches"
+                raise InputError("first_range", expected, first)
+            self._first = math.atanh(scaled)
+        if kwargs.get("use_sde") or "log_std_init" in kwargs:
+            if first_std is not None:
+                expected = "None with log_std_init or use_sde, whose deviation depends on the observation"
+                raise InputError("first_std", f"{expected} (log_std_init=-2 sets it)", first_std)
+        else:
+            deviation = float(as_floats(0.6 if first_std is None else first_std, "first_std", ()))
+            if deviation <= 0:
+                raise InputError("first_std", "a positive number", deviation)
+            kwargs["log_std_init"] = math.log(deviation * half)
         super().__init__(*args, **kwargs)
         _check_spaces(self, spec)
 
@@ -62,8 +77,6 @@ class RangePolicy(ActorCriticPolicy):
         first = torch.tensor([self._first])
         if isinstance(self.action_space, spaces.Discrete):
             first = -torch.abs(torch.arange(outputs.out_features) - self._first)
-        else:
-            nn.init.constant_(self.log_std, math.log(self._first_std))
         with torch.no_grad():
             outputs.weight.zero_()
             outputs.bias.copy_(first)

@@ -70,9 +70,12 @@ def learners(task: TaskDefinition) -> dict[str, Learner]:
 def learner_of(task: TaskDefinition, name: str) -> Learner:
     """Return a learner of a task; an unknown name raises ``InputError``."""
     known = learners(task)
+    if not known:
+        expected = "one with learners, such as per-agent-visible, whose policies fit the held-out tasks"
+        raise InputError("task", expected, task.name)
     if name not in known:
         given = shown_name(name, list(known))
-        raise InputError("learner", f"one of {', '.join(known) or 'none'} for {task.name}", given)
+        raise InputError("learner", f"one of {', '.join(known)} for {task.name}", given)
     return known[name]
 
 
@@ -82,8 +85,10 @@ def arguments(task: TaskDefinition, name: str, learner: Learner) -> dict[str, An
     ``RangePolicy`` starts at ``first_range``, or at the largest range of an action if that is shorter.
     """
     if learner.algorithm in OWN_ALGORITHMS:
-        expected = "one of stable-baselines3 or sb3-contrib"
-        raise InputError("learner", expected, f"{name}, {learner.algorithm}")
+        expected = (
+            f"one of stable-baselines3; python -m training train {task.name} --learner {name} runs this one"
+        )
+        raise InputError("learner", expected, repr(name))
     require("sb3", ["stable_baselines3"])
     found = {key: _value(value) for key, value in learner.hyperparameters.items()}
     if learner.policy.startswith("flockesc_env"):

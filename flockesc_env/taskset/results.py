@@ -15,13 +15,17 @@ import numpy as np
 from msgspec import Meta
 
 from flockesc_env.common.checks import FloatArray, parse_json
-from flockesc_env.common.errors import InputError, errors_at, shown
+from flockesc_env.common.errors import InputError, errors_at, shown, shown_name
 from flockesc_env.common.files import suffix_of, write_text
+from flockesc_env.policies.registry import NAMES, trained
 from flockesc_env.policies.registry import SUFFIX as POLICY_SUFFIX
 from flockesc_env.taskset.definition import FLOCKS, VERSION
 from flockesc_env.taskset.task import Task, tasks
 
 SUFFIX: Final = ".json"
+
+UNVERIFIED: Final = "learner, training and versions"
+"""Fields of a result that no replay verifies, for example the number of samples."""
 
 Seed = Annotated[int, Meta(ge=0, le=2**63 - 1)]
 Minutes = Annotated[float, Meta(ge=0, le=sys.float_info.max)]
@@ -43,7 +47,7 @@ class PolicyResult(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class Training(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How a learner was trained.
+    """How a learner was trained, in its author's words: nobody verifies it.
 
     Attributes:
         seeds: training seed of every policy.
@@ -66,6 +70,8 @@ class Training(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The result of a learner, or of a rule, on a task.
+
+    ``verify`` plays the policies again. Nothing verifies ``UNVERIFIED``, which the author states.
 
     Attributes:
         version: version of the tasks.
@@ -135,24 +141,45 @@ def is_file(policy: str) -> bool:
     return suffix_of(policy) == POLICY_SUFFIX
 
 
+def is_code(policy: str) -> bool:
+    """Return whether the text that names a policy is its author's code, such as ``module:function``."""
+    return ":" in policy and not is_file(policy) and not policy.startswith("fixed:")
+
+
+def is_below(policy: str) -> bool:
+    """Return whether the path of a policy file is in or below the result's folder, spelled in one way."""
+    path = PurePosixPath(policy)
+    return not path.is_absolute() and ".." not in path.parts and str(path) == policy
+
+
 def check_source(policy: str, sha256: str) -> None:
     """Check where a result says that a policy comes from: one text per file, below the result's folder."""
-    path, pattern, expected = PurePosixPath(policy), "", "no checksum for a policy without a file"
+    pattern, expected = "", "no checksum for a policy without a file"
     if is_file(policy):
-        if path.is_absolute() or ".." in path.parts or str(path) != policy:
+        if not is_below(policy):
             place = "a relative path of a file in or below the result's folder, such as policies/ppo-0.npz"
             raise InputError("policy", place, shown(policy))
         pattern, expected = r"[0-9a-f]{64}", "64 hexadecimal digits"
+    elif not (":" in policy or policy in NAMES or policy in trained()):
+        expected = "a policy file below the result's folder (.npz), the name of a policy, or module:function"
+        raise InputError("policy", expected, shown_name(policy, NAMES))
     if not re.fullmatch(pattern, sha256):
         raise InputError("sha256", expected, shown(sha256))
 
 
-def check_different(contents: Sequence[tuple[str, Any]]) -> None:
-    """Check that no policy counts as two training seeds: the name of each, and what is compared."""
-    for at, (name, own) in enumerate(contents):
-        for other, same in contents[:at]:
-            if own == same:
-                raise InputError("policies", "different policies", f"one of them twice ({other} and {name})")
+def check_different(policies: Sequence[PolicyResult], task: Task) -> None:
+    """Check that the last policy is none of those before it: equal objectives on all flocks are one policy.
+
+    Policies with the score 0.000 may be equal: trainings start at the best fixed range, and some end there.
+    """
+    *others, own = policies
+    means = {name: float(np.mean(values)) for name, values in own.objectives.items()}
+    is_start = abs(task.normalize(means)) < 0.0005
+    for other in others:
+        is_same = (other.sha256 or other.policy) == (own.sha256 or own.policy)
+        if is_same or (own.objectives == other.objectives and not is_start):
+            given = f"one of them twice ({other.policy} and {own.policy})"
+            raise InputError("policies", "policies that differ on some flock (list equal ones once)", given)
 
 
 def check_training(training: Training | None, policies: int) -> None:
@@ -181,7 +208,10 @@ def _check(result: Result) -> None:
         with errors_at(f"policies[{index}]."):
             check_source(policy.policy, policy.sha256)
             _check_objectives(policy, task)
-    check_different([(policy.policy, policy.sha256 or policy.policy) for policy in result.policies])
+        check_different(result.policies[: index + 1], task)
+    is_played_by_code = any(is_code(policy.policy) for policy in result.policies)
+    if result.is_code is not is_played_by_code:
+        raise InputError("is_code", f"{is_played_by_code}, as its policies are", result.is_code)
     check_training(result.training, len(result.policies))
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -14,12 +14,12 @@ from flockesc_env.common.checks import FloatArray, as_count, as_seed, as_seeds
 from flockesc_env.common.errors import InputError, errors_at, shown
 from flockesc_env.models.records import versions
 from flockesc_env.policies.base import BasePolicy
-from flockesc_env.policies.registry import load_policy, parse_policy
+from flockesc_env.policies.registry import load_policy, parse_policy, policy_file, trained
 from flockesc_env.policies.rollout import rollout
 from flockesc_env.policies.rules import RandomRange
 from flockesc_env.taskset import results
 from flockesc_env.taskset.definition import FLOCKS, VERSION
-from flockesc_env.taskset.fitting import content, fitted, is_checkable
+from flockesc_env.taskset.fitting import fitted, is_checkable
 from flockesc_env.taskset.task import Task, tasks
 
 _SHOWN: Final = 3
@@ -32,7 +32,7 @@ class LoadedPolicy(NamedTuple):
     """A policy with the text that names it, and the checksum of the bytes that it was loaded from.
 
     Attributes:
-        spec: path of a policy file, name of a policy, or ``module:function``.
+        spec: path of a policy file, of a training run's folder too; name of a policy; or ``module:function``.
         sha256: checksum of the policy file; empty without a file.
         policy: the policy.
     """
@@ -42,18 +42,24 @@ class LoadedPolicy(NamedTuple):
     policy: BasePolicy
 
     @classmethod
-    def of(cls, spec: str, find: Callable[[str], BasePolicy] = load_policy) -> LoadedPolicy:
-        """Return the policy that a text names; ``find`` knows those without a file. A file is read once."""
-        if not results.is_file(spec):
-            return cls(spec, "", find(spec))
-        if not Path(spec).is_file():
-            raise InputError("policies", "an existing policy file", shown(spec))
-        raw = Path(spec).read_bytes()
-        return cls(spec, hashlib.sha256(raw).hexdigest(), parse_policy(raw, Path(spec)))
+    def of(
+        cls, spec: str, find: Callable[[str], BasePolicy] = load_policy, *, sha256: str = ""
+    ) -> LoadedPolicy:
+        """Return the policy that a text names; ``find`` knows those without a file. A file is read once.
 
-    def content(self, task: Task) -> Any:
-        """Return what decides the actions in a task, for a comparison; of code it is the text."""
-        return content(self.policy, task) if is_checkable(self.policy) else self.spec
+        A file with another checksum than ``sha256``, if that is given, is refused.
+        """
+        file = None if spec in trained() else policy_file(spec)
+        if file is None:
+            if results.is_file(spec):
+                raise InputError("policy", "an existing policy file", shown(spec))
+            return cls(spec, "", find(spec))
+        raw = file.read_bytes()
+        found = hashlib.sha256(raw).hexdigest()
+        if sha256 not in {"", found}:
+            expected = f"{spec} with the sha256 {sha256} (restore the file, or score it again)"
+            raise InputError("policy", expected, found)
+        return cls(str(file), found, parse_policy(raw, file))
 
 
 def play(policy: BasePolicy, task: Task, scenario: str, flocks: Sequence[int]) -> FloatArray:
@@ -77,27 +83,28 @@ def score(
     ``report`` is called with the name of every policy before it plays.
 
     Raises:
-        InputError: if a policy does not fit the task, two policies are the same, a policy file is not in
-            or below the folder of ``output``, or the training does not have one seed per policy.
+        InputError: if a policy does not fit the task, two policies reach equal objectives on all flocks, a
+            policy file is not in or below the folder of ``output``, or the training does not have one seed
+            per policy.
     """
     results.check_training(training, len(policies))
     folder = (Path() if output is None else output.parent).resolve()
-    fitting = []
+    files = {spec: Path(spec).parent.resolve() / Path(spec).name for spec, sha256, _ in policies if sha256}
+    fitting = []  # a link to a file stays itself
     for spec, sha256, policy in policies:
-        source = spec
-        if sha256:  # a link to a file stays itself
-            path = Path(spec).parent.resolve() / Path(spec).name
-            source = Path(os.path.relpath(path, folder)).as_posix()
+        source = Path(os.path.relpath(files[spec], folder)).as_posix() if spec in files else spec
         with errors_at(f"{spec}: "):
             fitting.append((source, fitted(policy, task)))
             if output is not None:
+                if spec in files and not results.is_below(source):
+                    raise InputError("policy", _below(files.values(), output), shown(source))
                 results.check_source(source, sha256)
-    results.check_different([(one.spec, one.content(task)) for one in policies])
-    found = []
+    found: list[results.PolicyResult] = []
     for (spec, sha256, _), (source, policy) in zip(policies, fitting, strict=True):
         report(spec)
         objectives = {name: play(policy, task, name, FLOCKS).tolist() for name in task.scales}
         found.append(results.PolicyResult(policy=source, sha256=sha256, objectives=objectives))
+        results.check_different(found, task)
     return results.Result(
         version=VERSION,
         task=task.name,
@@ -105,7 +112,7 @@ def score(
         flocks=(FLOCKS.start, len(FLOCKS)),
         learner=learner,
         is_code=not all(  # others can play a file or a built-in policy that computes rows one by one
-            (sha256 or ":" not in spec or spec.startswith("fixed:")) and is_checkable(policy)
+            (sha256 or not results.is_code(spec)) and is_checkable(policy)
             for spec, sha256, policy in policies
         ),
         policies=found,
@@ -136,7 +143,7 @@ def verify(
     Raises:
         InputError: if ``flocks`` is empty or has other seeds than the held-out flocks; if the result is not
             about this version's tasks and flocks, a policy file has another checksum, a policy does not fit
-            the task, two policies are the same, an objective differs, or the policies are code.
+            the task, two policies have equal objectives, an objective differs, or the policies are code.
     """
     result = results.read_result(path)
     task = tasks[result.task]
@@ -146,15 +153,10 @@ def verify(
     drawn = [seed - FLOCKS.start for seed in seeds]
     found = []
     for index, policy in enumerate(result.policies):
-        with errors_at(f"{path}: policies[{index}]"):
-            found.append(_find(policy, path.parent))
-            with errors_at(": "):
-                fitted(found[-1].policy, task)
-    with errors_at(f"{path}: "):
-        results.check_different([(one.spec, one.content(task)) for one in found])
-    for index, (policy, one) in enumerate(zip(result.policies, found, strict=True)):
+        with errors_at(f"{path}: policies[{index}]: "):
+            found.append(fitted(_find(policy, path.parent), task))
+    for index, (policy, playing) in enumerate(zip(result.policies, found, strict=True)):
         report(policy.policy)
-        playing = fitted(one.policy, task)
         for name, recorded in policy.objectives.items():
             if isinstance(playing, RandomRange):  # its numbers depend on all flocks before
                 played = play(playing, task, name, FLOCKS)[drawn]
@@ -173,17 +175,17 @@ def verify(
     return result
 
 
-def _find(policy: results.PolicyResult, folder: Path) -> LoadedPolicy:
+def _find(policy: results.PolicyResult, folder: Path) -> BasePolicy:
     """Return a policy of a result in ``folder``, after a check of its file."""
-    is_file = results.is_file(policy.policy)
-    try:
-        found = LoadedPolicy.of(str(folder / policy.policy) if is_file else policy.policy)
-    except InputError:
-        expected, given = "an existing policy file", shown(policy.policy)
-        if not is_file:
-            expected = "a policy file or the name of a policy, which can be played again"
-            given += ", played by its author's code"
-        raise InputError("", expected, given) from None
-    if found.sha256 != policy.sha256:
-        raise InputError("", f"{policy.policy} with the sha256 {policy.sha256}", found.sha256)
-    return found
+    if results.is_code(policy.policy):
+        expected = "a policy file or the name of a policy, which can be played again"
+        raise InputError("policy", expected, f"{shown(policy.policy)}, played by its author's code")
+    if not results.is_file(policy.policy):
+        return load_policy(policy.policy)
+    return LoadedPolicy.of(str(folder / policy.policy), sha256=policy.sha256).policy
+
+
+def _below(files: Collection[Path], output: Path) -> str:
+    """Return the expected place of policy files, with the path of a result that they lie below."""
+    above = Path(os.path.relpath(os.path.commonpath([file.parent for file in files])), output.name)
+    return f"a file in or below the result's folder (copy it there, or give --output {above})"

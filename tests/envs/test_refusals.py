@@ -283,6 +283,7 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     ),
     (lambda: fe.rollout(table.LINE, fe.FixedRange(0.1), [0], per_agent=True), "per_agent"),
     (lambda: neighbor_pairs(fe.FlockScenario(blind_angle=1.0), np.zeros((4, 2)), 1.0), "velocities"),
+    (lambda: FlockBatch(table.FLOCK, fe.EnvOptions()).core.observe([0], "no such view"), "view"),
     (lambda: jobs.find_backend("ray2"), "backend"),
     (lambda: jobs.Job("m:f", ({1, 2},), engine="").key, "arguments"),
     (lambda: Replay([("run", fe.simulate(table.FLOCK, 1.0, seed=0))], height=0), "height"),

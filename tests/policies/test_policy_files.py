@@ -198,7 +198,7 @@ def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
     for name in policies.NAMES:
         assert fe.load_policy(name.replace("RHO", "3.5")).name == name.replace("RHO", "3.5")
     for spec, near in (("lost.npz", ""), ("fixed:far", ""), ("per-agent-visble/serch", "visible/search")):
-        with pytest.raises(InputError, match=r"which: expected fixed:RHO, .* got '") as caught:
+        with pytest.raises(InputError, match=r"which: expected fixed:RHO\b.* got '") as caught:
             find_policy(spec, "which")
         assert caught.value.given.startswith(repr(spec))
         assert near in caught.value.given

@@ -68,7 +68,7 @@ def test_policies_are_scored_verified_and_compared(
     flags = ("mine.json", "rule.json", "--flocks", 4)
     ran = Ran(capsys, "verify", *flags)
     assert ran.code == Exit.DONE
-    assert "mine.json: verified: 4 of 6 flocks, 1 policies" in ran.out
+    assert "mine.json: verified: 4 of 6 flocks, 1 policies; not verified: learner, training and" in ran.out
     assert "score" not in ran.out
     seed = int(re.fullmatch(r"flockesc: playing 4 of 6 flocks, which --draw (\d+) repeats\n", ran.err)[1])
     assert Ran(capsys, "verify", *flags, "--draw", seed).out == ran.out
@@ -78,7 +78,7 @@ def test_policies_are_scored_verified_and_compared(
     ran = Ran(capsys, "verify", "other.json", "mine.json", "none.json")
     assert ran.code == Exit.REFUSED
     assert "refused: other.json: version: expected v1, got 'v2'" in ran.err
-    assert "none.json" in ran.err
+    assert "refused: none.json: No such file or directory (flockesc score --output none.json" in ran.err
     assert ran.out.startswith("mine.json: verified: 6 of 6 flocks, 1 policies")
     assert f"score {result.scores()[0]:.3f}" in ran.out
 
@@ -119,6 +119,10 @@ BAD = {
     "suffix": ([*SCORE, TASK, "--output", "mine.md"], "output: expected a file that ends in .json, got"),
     "training": ([*SCORE, TASK, "--training", "training.toml"], "missing required field `cpu_minutes`"),
     "same file twice": (["score", "mine-0.npz", "mine-0.npz", "--task", TASK], "got one of them twice (mine"),
+    "model": (
+        ["compare", "best_model.zip", "--task", TASK],
+        "such as PPO:best_model.zip, got 'best_model.zip'",
+    ),
     "draw of all": (["verify", "a.json", "--draw", "1"], "draw: expected --flocks beside it, got 1"),
     "training seeds": ([*SCORE, TASK, "--training", "seeds.toml"], "training.seeds: expected 1 different"),
 }

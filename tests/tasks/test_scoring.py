@@ -4,6 +4,7 @@ import hashlib
 import json
 import shutil
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import pytest
 from cli_runs import policy_file
 
 from flockesc_env import InputError, load_policy, rollout, save_policy
-from flockesc_env.policies import StubbornWitnesses
+from flockesc_env.policies import NetworkPolicy, StubbornWitnesses
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.taskset import scoring
 from flockesc_env.taskset.results import Result, Training, read_result, write_result
@@ -91,15 +92,23 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         "policies[0]: expected objectives in two-predators with the bits that policies/mine-0.npz reaches, "
         "got 1 of 6 others (flock 2000003: ",
     ),
-    "checksum": ({"policies.0.sha256": "0" * 64}, f"mine-0.npz with the sha256 {'0' * 64}, got "),
-    "no file": ({"policies.0.policy": "none.npz"}, "an existing policy file, got 'none.npz'"),
+    "checksum": ({"policies.0.sha256": "0" * 64}, f"mine-0.npz with the sha256 {'0' * 64} (restore"),
+    "no file": ({"policies.0.policy": "none.npz"}, "none.npz'"),
+    "training run": (
+        {"policies.0.policy": "policies", "policies.0.sha256": ""},
+        f"policies[0].policy: expected a policy file {BELOW}",
+    ),
+    "mark": ({"is_code": True}, "is_code: expected False, as its policies are, got True"),
     **{
         f"path {path}": ({"policies.0.policy": path}, f"expected a relative path of a file in or {BELOW}")
         for path in ("/mine-0.npz", "policies/../mine-0.npz", "policies//mine-0.npz")
     },
     "folder": ({"policies.0.policy": f"{FILE}/"}, f"a relative path of a file in or {BELOW}, such as"),
     "checksum of a rule": ({"policies.1.sha256": "0" * 64}, "checksum for a policy without a file, got '0"),
-    "code": ({"policies.1.policy": "my:rule"}, "which can be played again, got 'my:rule', played by its"),
+    "code": (
+        {"policies.1.policy": "my:rule", "is_code": True},
+        "which can be played again, got 'my:rule', played by its",
+    ),
     "sees more": ({"policies.1.policy": "turn-away"}, "[1]: profile_ranges: expected none, as in the task"),
     "flock's view": ({"policies.1.policy": "listen-while-fleeing"}, "expected True, as in the task"),
     "first flock": ({"flocks": [2_000_001, 6]}, "number (2000000, 6), got (2000001, 6)"),
@@ -153,29 +162,49 @@ def test_another_policy_under_the_name_of_the_file_is_refused(path: Path) -> Non
 
 
 def test_damaged_files_are_refused(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:-100])
-    with pytest.raises(InputError, match="expected a result on a task"):
-        verify(path)
+    for file, expected in (
+        (path.parent / FILE, "with the sha256 .* score it again"),
+        (path, "a result on a task"),
+    ):
+        file.write_bytes(file.read_bytes()[:-100])
+        with pytest.raises(InputError, match=f"expected .*{expected}"):
+            verify(path)
 
 
-def same_content(file: Path, copy: Path) -> None:
-    """Save a policy again: another name and reward, other bytes."""
-    entry = load_policy(file)
-    save_policy(entry.with_options(name="other", reward="terminal"), copy)
+def same_content(policy: Any) -> Any:
+    """Return a policy with another name and reward."""
+    return policy.with_options(name="other", reward="terminal")
 
 
-def test_a_policy_counts_once_whatever_its_file_is_called(path: Path) -> None:
+def with_an_idle_unit(policy: Any) -> Any:
+    """Return a network with one more hidden unit, of weight 0."""
+    (rows, width), (_, outputs) = policy.architecture.shapes
+    first, last = np.split(policy.parameters, [(rows + 1) * width])
+    first = np.insert(first.reshape(rows + 1, width), width, 0, axis=1)
+    last = np.insert(last.reshape(width + 1, outputs), width, 0, axis=0)
+    wide = replace(policy.architecture, hidden=(width + 1,))
+    known = {"per_agent": policy.per_agent, "scenario": policy.scenario, **policy.options}
+    return NetworkPolicy(wide, np.concatenate([first.ravel(), last.ravel()])).with_options(**known)
+
+
+@pytest.mark.parametrize("again", [same_content, with_an_idle_unit])
+def test_a_policy_counts_once_whatever_its_file_is_called(again: Callable[[Any], Any], path: Path) -> None:
+    """Equal objectives on all flocks are one policy."""
     file, copy = path.parent / FILE, path.parent / "policies/mine-1.npz"
-    same_content(file, copy)
+    save_policy(again(load_policy(file)), copy)
     policies = [LoadedPolicy.of(str(one)) for one in (file, copy)]
-    with pytest.raises(InputError, match="different policies, got one of them twice"):
+    with pytest.raises(
+        InputError, match=r"differ on some flock \(list equal ones once\), got one of them twice"
+    ):
         score(policies, TASK, learner="mine", output=path)
     sha256 = hashlib.sha256(copy.read_bytes()).hexdigest()
     change(path, {"policies.1": {**json.loads(path.read_text())["policies"][0]}})
     change(path, {"policies.1.policy": "policies/mine-1.npz", "policies.1.sha256": sha256})
-    assert read_result(path).policies[1].sha256 == sha256
-    with pytest.raises(InputError, match="different policies, got one of them twice"):
-        verify(path)
+    for check in (read_result, verify):
+        with pytest.raises(
+            InputError, match=r"differ on some flock \(list equal ones once\), got one of them twice"
+        ):
+            check(path)
 
 
 def test_the_checksum_is_that_of_the_bytes_that_play(path: Path) -> None:
@@ -190,8 +219,16 @@ def test_the_checksum_is_that_of_the_bytes_that_play(path: Path) -> None:
 
 
 def test_files_lie_below_the_folder_of_the_result(path: Path) -> None:
-    policies, elsewhere = [LoadedPolicy.of(str(path.parent / FILE))], path.parent / "other" / "result.json"
-    with pytest.raises(InputError, match=f"mine-0.npz: policy: expected .* {BELOW}"):
+    """The folder of a training run stands for its file."""
+    run, recorded = path.parent / "run", read_result(path).policies[0]
+    run.mkdir()
+    shutil.copy(path.parent / FILE, run / "policy.npz")
+    policies, elsewhere = [LoadedPolicy.of(str(run))], path.parent / "other" / "mine.json"
+    (found,) = score(policies, TASK, learner="mine", output=path).policies
+    assert (found.policy, found.sha256) == ("run/policy.npz", recorded.sha256)
+    with pytest.raises(
+        InputError, match=f"policy.npz: policy: expected .* {BELOW} .*--output .*run/mine.json"
+    ):
         score(policies, TASK, learner="mine", output=elsewhere)
 
 

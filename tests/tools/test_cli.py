@@ -229,6 +229,10 @@ BAD: list[tuple[list[str], str]] = [
     (["simulate", "math:pi"], "policy: expected one of fixed:RHO"),
     (["simulate", "--seed", "1_0"], "expected an integer, got '1_0'"),
     (["simulate", f"fixed:{DIGIT}"], f"got 'fixed:{DIGIT}'"),
+    (
+        ["simulate", "fixed:-3"],
+        "expected fixed:RHO with a finite number RHO >= 0, such as fixed:10, got 'fixed:-3'",
+    ),
     (["sweep", "--seeds", "4:4"], "seeds: expected START:STOP with START below STOP, got 4:4"),
     (["sweep", "--seeds", "0:1_0"], "START:STOP, two integers, got '0:1_0'"),
     (["sweep", "--interaction-ranges", "1", "--grid-size", "3"], "expected either ranges or a grid"),

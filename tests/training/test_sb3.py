@@ -4,6 +4,7 @@ import dataclasses
 import inspect
 import json
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -54,7 +55,10 @@ def test_every_algorithm_trains_and_ends_with_its_best_model(algorithm: str, tmp
     np.testing.assert_allclose(own, values, rtol=1e-3)
 
 
-@pytest.mark.parametrize("options", [{}, {"action_mode": "discrete", "range_grid": (0.0, 5.0, 20.0)}])
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"action_mode": "range"}, {"action_mode": "discrete", "range_grid": (0.0, 5.0, 20.0)}],
+)
 def test_the_untrained_policy_is_a_fixed_range(options: dict[str, Any]) -> None:
     task = small_task()
     env, spec = task.vec_env(**options), task.policy_spec(**options)
@@ -64,9 +68,28 @@ def test_the_untrained_policy_is_a_fixed_range(options: dict[str, Any]) -> None:
     played = rollout(SMALL, SB3Policy(model), TUNING[:20], **options).min_mean_distance
     np.testing.assert_array_equal(played, rollout(SMALL, "fixed:5", TUNING[:20], **options).min_mean_distance)
     if not options.get("range_grid"):
-        env.reset()
-        drawn = [model.predict(env.reset(), deterministic=False)[0] for _ in range(500)]
-        assert np.std(drawn) == pytest.approx(0.25, rel=0.06)  # 4 standard errors of 3,000 draws
+        rows, half = (
+            np.repeat(env.reset(), 2000, axis=0),
+            np.ptp([env.action_space.low, env.action_space.high]) / 2,
+        )
+        drawn, _ = model.predict(rows, deterministic=False)
+        assert np.std(drawn) == pytest.approx(0.25 * half, rel=0.03)  # 4 standard errors of 12,000 draws
+        del first["first_std"]
+        squashed = {"first_range": 5.0, "squash_output": True, "log_std_init": -9.0}
+        for use_sde, given, told in (
+            (True, squashed, ""),
+            (True, squashed | {"first_range": 0.0}, "first_range: .* ends, which squash_output"),
+            (True, squashed | {"first_range": 20.0}, "first_range: .* ends, which squash_output"),
+            (True, {"first_std": 0.6}, "first_std: expected None with log_std_init or use_sde"),
+            (False, {"first_std": 0.6, "log_std_init": -9.0}, "first_std: expected None with log_std_init"),
+        ):
+            make = partial(PPO, RangePolicy, env, use_sde=use_sde, policy_kwargs=first | given, device="cpu")
+            if told:
+                with pytest.raises(InputError, match=told):
+                    make()
+            else:
+                drawn, _ = make().predict(rows, deterministic=False)
+                np.testing.assert_allclose(spec.actions.to_ranges(drawn, len(rows)), 5.0, atol=0.1)
     for field, value in (("first_range", 20.5), ("first_range", "far"), ("first_std", 0.0), ("spec", None)):
         wrong = {**first, field: tasks["one-range"].policy_spec() if field == "spec" else value}
         with pytest.raises(InputError, match="interaction_range" if value == 20.5 else field):
@@ -182,8 +205,10 @@ def test_an_unknown_learner_or_field_lists_the_known_ones() -> None:
         InputError, match=r"learner: expected one of ppo, .* \(did you mean ppo or ppo-10x\?\)"
     ):
         tasks["one-range"].hyperparameters("pp0")
-    with pytest.raises(InputError, match="one of stable-baselines3 or sb3-contrib, got search"):
+    with pytest.raises(InputError, match="python -m training train one-range --learner search runs"):
         tasks["one-range"].hyperparameters("search")
+    with pytest.raises(InputError, match=r"task: expected one with learners, .* got held-out-sizes"):
+        tasks["held-out-sizes"].hyperparameters("ppo")
     with pytest.raises(InputError, match=r"a\.toml: expected tables with .*unknown field `seed`"):
         read_learners({"ppo": {"algorithm": "PPO", "seed": 3}}, "a.toml")
     assert read_learners({"ppo": {"algorithm": "PPO"}}, "a.toml") == {"ppo": Learner(algorithm="PPO")}

@@ -197,7 +197,11 @@ impl FlockBatch {
         let observed = match view {
             "flock" => Observed::Flock,
             "predators" => Observed::Predators,
-            _ => Observed::OwnView,
+            "own" => Observed::OwnView,
+            _ => {
+                let error = Error::input("view", "own, flock or predators", view);
+                return Err(CoreError::from(error).into());
+            }
         };
         on_batch!(&this.inner, batch => {
             let [rows, entries] = batch.shape_of(observed);
