@@ -246,7 +246,7 @@ def watch(
     is_video = output is not None and suffix_of(output) in _VIDEOS
     if is_video:
         require("video", ["pygame", "imageio_ffmpeg"])
-    # A page plays some policies by itself. They are played here, too, so that one that cannot play is refused.
+    # Also those that a page plays by itself: one that cannot play is refused.
     played = {spec: (spec, run_once(chosen, policy=policy, seed=seed)) for spec, policy in found}
     shown = [(runs | played)[spec] for spec in specs]
     if output is not None and is_video:

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import imageio_ffmpeg
 import pytest
-from chromium import BOARD
 from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file
 from watch_documents import FLOCK, RUNS, assert_shows, document_in, is_live, needs_engine
 
@@ -14,6 +13,7 @@ from flockesc_env.cli.output import Exit
 from flockesc_env.models.records import save_run, versions
 from flockesc_env.watch import write_page
 
+BOARD = Path(__file__).parents[2] / "scoreboard" / "search"
 HAS_ENGINE = ["flockesc_env.cli.runs.has_engine", "flockesc_env.watch.page.has_engine"]
 
 
@@ -85,7 +85,7 @@ def test_policies_that_cannot_play_are_refused(
         ("line", [], "expected a policy for a flock"),
         ("per-agent-visible-profile", ["--set", "frozen_graph=true"], "profile_ranges: expected none"),
     ):
-        path = BOARD / "search" / "policies" / f"{task}-0.npz"
+        path = BOARD / "policies" / f"{task}-0.npz"
         ran = Ran(capsys, "watch", path, *SMALL_FLAGS, *flags, "--output", tmp_path / f"flock.{suffix}")
         assert (ran.code, ran.out, [*tmp_path.iterdir()]) == (Exit.REFUSED, "", [])
         assert message in ran.err
