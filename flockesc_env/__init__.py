@@ -88,3 +88,7 @@ if not _TYPE_CHECKING:
         if name in _MODULES:
             return _import_module(f"flockesc_env.{name}")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+    def __dir__() -> list[str]:
+        """Return the names of the package, with those that ``__getattr__`` imports."""
+        return sorted({*globals(), *__all__, *_MODULES})

@@ -243,15 +243,15 @@ def watch(
     runs = {spec: _load_run(Path(spec)) for spec in specs if records.is_run(Path(spec))}
     found = [(spec, policy_of(spec)) for spec in specs if spec not in runs]
 
-    def recorded() -> list[tuple[str, Trajectory]]:
-        played = {spec: (spec, run_once(chosen, policy=policy, seed=seed)) for spec, policy in found}
-        return [(runs | played)[spec] for spec in specs]
-
-    if output is not None and suffix_of(output) in _VIDEOS:
+    is_video = output is not None and suffix_of(output) in _VIDEOS
+    if is_video:
         require("video", ["pygame", "imageio_ffmpeg"])
+    # Also those that a page plays by itself: one that cannot play is refused.
+    played = {spec: (spec, run_once(chosen, policy=policy, seed=seed)) for spec, policy in found}
+    shown = [(runs | played)[spec] for spec in specs]
+    if output is not None and is_video:
         from flockesc_env.render.video import write_video
 
-        shown = recorded()
         frames = max(run.scenario.num_steps for _, run in shown) + 1
         with progress_bar("Video", frames, always=progress) as report:
             write_video(shown, output, progress=report)
@@ -262,10 +262,9 @@ def watch(
             note(
                 "This build has no engine for pages: the page replays. `make engine` builds it in a checkout."
             )
-        shown = recorded()
         page = render(shown, replayed_content(shown))
     else:
-        page = _policy_page(found, seed, chosen)
+        page = _policy_page(found, shown, seed, chosen)
     if output is not None:
         write_text(output, page)
         note(f"saved: {output}")
@@ -278,12 +277,17 @@ def watch(
     return Exit.DONE
 
 
-def _policy_page(policies: list[tuple[str, BasePolicy]], seed: int, scenario: FlockScenario) -> str:
+def _policy_page(
+    policies: list[tuple[str, BasePolicy]],
+    played: list[tuple[str, Trajectory]],
+    seed: int,
+    scenario: FlockScenario,
+) -> str:
     """Return a page that simulates the policies it can, and replays the others."""
-    recorded = [(spec, policy) for spec, policy in policies if page_spec(spec, policy) is None]
-    runs = [(spec, run_once(scenario, policy=policy, seed=seed)) for spec, policy in recorded]
-    indices = {spec: f"recording:{index}" for index, (spec, _) in enumerate(recorded)}
-    shown = [page_spec(spec, policy) or indices[spec] for spec, policy in policies]
+    specs = [page_spec(spec, policy) for spec, policy in policies]
+    runs = [run for spec, run in zip(specs, played, strict=True) if spec is None]
+    recordings = (f"recording:{index}" for index in range(len(runs)))
+    shown = [spec or next(recordings) for spec in specs]
     networks = [
         file_document(path, spec, _GROUP) for spec in shown if (path := policy_file(spec)) is not None
     ]

@@ -19,7 +19,7 @@ from flockesc_env.common.extras import MissingExtraError, figure_style, require
 from flockesc_env.common.files import atomic_write, suffix_of
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, OBJECTIVES, ObjectiveSpec
-from flockesc_env.episodes.options import GRID_SIZE, EnvOptions, LineOptions
+from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.jobs import Arrays, Cache, find_backend
 from flockesc_env.jobs import run as run_all
 from flockesc_env.jobs.sweeps import OUTCOMES, joined, outcomes_of, seed_jobs
@@ -29,6 +29,9 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import Scenario
 
 _TABLES, _PICTURES = (".parquet", ".csv"), (".png", ".svg", ".pdf")
+
+GRID_SIZE = 21
+"""Number of ranges in the default grid."""
 
 
 def run(

@@ -38,7 +38,8 @@ class FlockArguments(EnvOptionsDict, total=False):
 
     Attributes:
         render_mode: ``"rgb_array"``: ``render`` returns an image; ``"human"``: a window shows every reset
-            and step; ``None``: no rendering.
+            and step; ``None``: no rendering. The first picture raises ``DependencyNotInstalled`` if pygame is
+            not installed.
         render_options: what the images show; ``None``: the defaults of ``RenderOptions``.
         num_threads: number of threads for many flocks or one large flock; ``None``: one per core. Results do
             not depend on it.

@@ -66,7 +66,6 @@ class FlockEscapeEnv(GymnasiumEnv):
     Raises:
         InputError: if an argument has the wrong type or value; if an option is unknown, missing or out of
             bounds; if the scenario has no predator.
-        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     _ranges_at_start = np.zeros(1)

@@ -37,7 +37,6 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
 
     Raises:
         InputError: if an option is unknown or out of bounds; if the scenario has no predator.
-        DependencyNotInstalled: if ``render_mode`` is given and pygame is not installed.
     """
 
     _arguments = LineArguments

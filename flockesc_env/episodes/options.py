@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Literal, Self, TypedDict, get_args
 
-import numpy as np
-
 from flockesc_env import _core
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats, as_vector
 from flockesc_env.common.errors import InputError, shown
@@ -51,16 +49,11 @@ class View(StrEnum):
         return self is View.AGENT
 
 
-_LARGEST_ACTION = float(np.finfo(np.float32).max)
-
 PROFILE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
 """Candidate ranges in m that suit the paper's flock, for the option ``profile_ranges``."""
 
 UNOBSERVED = ("reward", "count_components")
 """Options that change neither observations nor actions."""
-
-GRID_SIZE = 21
-"""Number of ranges in the default grid of ``action_mode="discrete"``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,26 +83,20 @@ class ActionOptions:
 
     def __post_init__(self) -> None:
         as_choice(self.action_mode, "action_mode", get_args(ActionMode))
-        low = float(as_floats(self.min_range, "min_range", (), least=0.0))
-        high = float(as_floats(self.max_range, "max_range", ()))
-        if high <= low:
-            raise InputError("max_range", f"a number above min_range = {low}", high)
-        if self.action_mode == "range" and high > _LARGEST_ACTION:
-            raise InputError("max_range", f"at most {_LARGEST_ACTION}, the largest float32", high)
-        steps = as_count(self.steps_per_action, "steps_per_action")
-        vars(self).update(min_range=low, max_range=high, steps_per_action=steps)
-        if self.center_range is not None:
-            center = float(as_floats(self.center_range, "center_range", ()))
-            if not low < center < high:
-                raise InputError("center_range", f"a number above {low} and below {high}", center)
-            if self.action_mode != "normalized":
-                raise InputError("center_range", "None, unless action_mode is 'normalized'", center)
-            vars(self).update(center_range=center)
-        if self.range_grid is not None:
-            grid = as_floats(self.range_grid, "range_grid")
-            if grid.ndim != 1 or not grid.size or grid.min() < low or grid.max() > high:
-                raise InputError("range_grid", f"ranges from {low} to {high}", shown(self.range_grid))
-            vars(self).update(range_grid=tuple(grid.tolist()))
+        center, grid = self.center_range, self.range_grid
+        vars(self).update(
+            min_range=float(as_floats(self.min_range, "min_range", ())),
+            max_range=float(as_floats(self.max_range, "max_range", ())),
+            center_range=None if center is None else float(as_floats(center, "center_range", ())),
+            range_grid=None if grid is None else tuple(as_vector(grid, "range_grid").tolist()),
+            steps_per_action=as_count(self.steps_per_action, "steps_per_action"),
+        )
+        self.range_map()  # raises if one is out of bounds
+
+    def range_map(self) -> _core.RangeMap:
+        """Return the maps between actions and ranges in the compiled core."""
+        names = [field.name for field in dataclasses.fields(ActionOptions)]
+        return _core.RangeMap(json.dumps({name: getattr(self, name) for name in names}))
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some options changed and checked."""

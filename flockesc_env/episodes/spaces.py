@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_array
 from flockesc_env.common.errors import InputError
-from flockesc_env.episodes.options import GRID_SIZE, ActionOptions, EnvOptions, LineOptions, View, options_in
+from flockesc_env.episodes.options import ActionOptions, EnvOptions, LineOptions, View, options_in
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
@@ -53,7 +53,7 @@ class RangeActions:
         max_range: largest range.
         center_range: range of the action 0; ``None``: the map is linear.
         grid: ranges of the action mode ``"discrete"``, shape (size,); ``None`` in other modes.
-        core: the map from actions to ranges in the compiled core.
+        core: the maps between actions and ranges in the compiled core.
     """
 
     def __init__(self, options: ActionOptions) -> None:
@@ -61,14 +61,11 @@ class RangeActions:
         self.min_range = options.min_range
         self.max_range = options.max_range
         self.center_range = options.center_range
+        self.core = options.range_map()
         self.grid: FloatArray | None = None
-        if self.mode == "discrete":
-            default = np.linspace(self.min_range, self.max_range, GRID_SIZE)
-            self.grid = default if options.range_grid is None else np.array(options.range_grid)
+        if self.core.grid is not None:
+            self.grid = np.array(self.core.grid)
             self.grid.flags.writeable = False
-        grid = None if self.grid is None else self.grid.tolist()
-        bounds = (self.min_range, self.max_range, self.center_range)
-        self.core = _core.RangeMap(*bounds, self.mode == "normalized", grid)
 
     def space(self) -> gymnasium.Space[Any]:
         """Return a new action space for one range: a Box of shape (1,), or Discrete."""
@@ -149,20 +146,8 @@ class RangeActions:
         Raises:
             InputError: if a range is outside [``min_range``, ``max_range``].
         """
-        outside = ~((ranges >= self.min_range) & (ranges <= self.max_range))
-        if outside.any():
-            bounds = f"a number from {self.min_range} to {self.max_range}"
-            raise InputError("interaction_range", bounds, ranges[outside][0])
-        if self.grid is not None:
-            indices: NDArray[np.int64] = np.abs(ranges[:, None] - self.grid).argmin(axis=1)
-            return indices
-        if self.center_range is not None:
-            below, above = self.center_range - self.min_range, self.max_range - self.center_range
-            lower, upper = ranges - self.min_range, (self.max_range - ranges) / above * below
-            ranges = (lower - upper) / (lower + upper)
-        elif self.mode == "normalized":
-            ranges = (ranges - self.min_range) / (self.max_range - self.min_range) * 2 - 1
-        return ranges[:, None].astype(np.float64)
+        actions = self.core.actions_of(ranges)
+        return actions[:, None] if self.grid is None else actions.astype(np.int64)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """Pictures of flocks and lines, in environments and of recorded runs. Needs the ``video`` extra.
 
-Importing this package does not load pygame. Environments with a render mode load it, and so do the functions
-that draw.
+The first picture loads pygame. Importing this package does not.
 """
 
 from flockesc_env.render.frames import RenderOptions

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from typing import Any, Final, Literal, get_args
 
@@ -24,9 +25,7 @@ class Viewer:
     """
 
     def __init__(self, mode: RenderMode, options: RenderOptions, fps: int, count: int) -> None:
-        from flockesc_env.render.picture import draw_frame  # loads pygame, an extra
-
-        self._draw, self._mode, self._fps = draw_frame, mode, fps
+        self._mode, self._fps = mode, fps
         self.options = options
         self.frames: list[Any] = [None] * count
 
@@ -40,7 +39,9 @@ class Viewer:
         """Return a picture of every flock, or of the line; raise ``ResetNeededError`` before a reset."""
         if any(frame is None for frame in self.frames):
             raise ResetNeededError("render() called before reset()")
-        return [self._draw(frame, self.options) for frame in self.frames]
+        from flockesc_env.render.picture import draw_frame  # loads pygame, an extra
+
+        return [draw_frame(frame, self.options) for frame in self.frames]
 
     def render(self) -> list[Image] | None:
         """Return ``images`` or, in mode ``"human"``, show them."""
@@ -54,10 +55,9 @@ class Viewer:
 
     def close(self) -> None:
         """Close the window, if there is one; the next picture opens it again."""
-        if self._mode == "human":
-            from flockesc_env.render.picture import close_window  # loads pygame, an extra
-
-            close_window()
+        picture = sys.modules.get("flockesc_env.render.picture")  # missing: nothing was drawn
+        if self._mode == "human" and picture is not None:
+            picture.close_window()
 
 
 def as_viewer(

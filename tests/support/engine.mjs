@@ -17,8 +17,8 @@ function started({ scenario, options, seed, start }) {
   return start ? engine.Flock.startedAt(...arguments_, ...start.map(floats)) : new engine.Flock(...arguments_);
 }
 
-function networkOf({ architecture, ranges, parameters }, entries) {
-  return new engine.Network(architecture, entries, floats(ranges), Float32Array.from(parameters));
+function policyOf({ header, parameters }) {
+  return new engine.PolicyFile(header, Float32Array.from(parameters));
 }
 
 const kinds = {
@@ -42,7 +42,7 @@ const kinds = {
   // The lowest value of the objective and the number of components after an episode under a network.
   network(play) {
     const flock = started(play);
-    const network = networkOf(play, flock.entries);
+    const network = policyOf(play).network(flock.entries);
     while (!flock.hasEnded) flock.step(network.ranges(flock.observe(), flock.rows), floats([]));
     return [flock.distances[2], flock.numComponents];
   },
@@ -50,17 +50,28 @@ const kinds = {
   // The same, for a flock with one range per agent and step, and a network with its own options.
   observed(play) {
     const flock = started(play);
-    const observer = new engine.Observer(play.scenario, play.observed);
-    const network = networkOf(play, observer.entries);
+    const policy = policyOf(play);
+    const observer = new engine.Observer(play.scenario, policy.options);
+    const network = policy.network(observer.entries);
     let ranges;
     while (!flock.hasEnded) {
-      if (flock.steps % play.stepsPerAction === 0) {
+      if (flock.steps % policy.stepsPerAction === 0) {
         const set = network.ranges(observer.observe(flock), observer.rows);
         ranges = floats({ length: flock.rows }).map((_, row) => set[row % set.length]);
       }
       flock.step(ranges, floats([]));
     }
     return [flock.distances[2], flock.numComponents];
+  },
+
+  // The message for a policy file that is refused.
+  refusal(play) {
+    try {
+      policyOf(play);
+    } catch ({ message }) {
+      return message;
+    }
+    return null;
   },
 
   // The labels of components and the pairs of neighbors.

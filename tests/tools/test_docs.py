@@ -161,7 +161,9 @@ def public(module: ModuleType) -> set[str]:
 def test_every_public_name_is_documented(module: str) -> None:
     documented = {id(resolve_name(":".join(name.rsplit(".", 1)))) for name in DOCUMENTED}
     names = public(import_module(module))
+    modules = {name.split(".")[1] for name in DOCUMENTED if module == "flockesc_env" and name.count(".") > 1}
     assert names
+    assert sorted((names | modules) - {*dir(import_module(module))}) == []
     assert sorted(name for name in names if id(resolve_name(f"{module}:{name}")) not in documented) == []
 
 
@@ -193,6 +195,11 @@ def test_files_links_headings_and_tests_that_a_page_names_exist(page: Path) -> N
     headings = re.findall(r"\]\(([\w./-]*\.md)?#([^)\s]+)\)", text)
     assert [at for name, at in headings if at not in anchors(page.parent / name if name else page)] == []
     assert sorted(set(re.findall(r"\btest_\w+(?:\.py)?\b", text)) - TESTS) == []
+
+
+@texts
+def test_items_of_lists_begin_lines(page: Path) -> None:
+    assert re.findall(r".*[.:] [-*] (?=[A-Z`*\[]).*", prose(page)) == []
 
 
 @texts

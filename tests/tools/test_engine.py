@@ -4,6 +4,7 @@ import hashlib
 import json
 import shutil
 import subprocess
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,13 @@ from watch_documents import needs_engine
 import flockesc_env as fe
 from flockesc_env.common.array_files import read_document
 from flockesc_env.common.checks import FloatArray
+from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import EnvOptions, View
-from flockesc_env.episodes.spaces import flock_policy_spec
+from flockesc_env.episodes.options import EnvOptions, View, to_plain
 from flockesc_env.episodes.starts import as_start
 from flockesc_env.models.graph import component_labels, neighbor_pairs
-from flockesc_env.policies.network import choices
-from flockesc_env.scenario import PrescribedPath
+from flockesc_env.policies.network import Architecture
+from flockesc_env.scenario import PrescribedPath, Topological
 
 ROOT = Path(__file__).parents[2]
 ENGINE = ROOT / "flockesc_env" / "watch" / "engine"
@@ -129,58 +130,125 @@ def test_flocks_of_both_views_have_the_same_bits() -> None:
     assert_equal_in_node(played)
 
 
+def header_of(scenario: fe.FlockScenario, architecture: Any, per_agent: bool, **options: Any) -> Case:
+    """Return the header of a policy file."""
+    parts = {"architecture": architecture, "per_agent": per_agent, "options": to_plain(options)}
+    return {"name": "mine", "model": "flock", "scenario": json.loads(scenario.to_json()), **parts}
+
+
 def network_case(
-    scenario: fe.FlockScenario, policy: fe.NetworkPolicy, architecture: str, per_agent: bool, **options: Any
+    scenario: fe.FlockScenario, policy: fe.NetworkPolicy, header: Case, **options: Any
 ) -> tuple[Case, list[Any]]:
     """Return an episode under a network as a case, and its result in the native core."""
-    played = fe.rollout(scenario, policy, [SEED], per_agent=per_agent, **options)
-    chosen, view = EnvOptions(**options), View.of(per_agent)
-    spec = flock_policy_spec(scenario, chosen, view)
-    _, candidates = choices(policy.architecture, spec.actions, spec.profile_ranges)
-    bounds = [chosen.min_range, chosen.max_range, chosen.center_range]
+    played = fe.rollout(scenario, policy, [SEED], per_agent=header["per_agent"], **options)
+    chosen, view = EnvOptions(**options), View.of(header["per_agent"])
     case = {
         "kind": "network",
         "scenario": scenario.to_json(),
         "options": chosen.to_core(view),
         "seed": SEED,
-        "architecture": architecture,
+        "header": json.dumps(header),
         "parameters": policy.parameters.tolist(),
-        "ranges": candidates.tolist() or [bound for bound in bounds if bound is not None],
     }
     lowest = played.min_min_distance if chosen.objective == "min_min_distance" else played.min_mean_distance
     return case, [lowest[0], played.num_components[0]]
 
 
+UNEVEN = {"inputs": ["time"], "hidden": [3], "ranges": [0.3, 7.3, 17.9]}
+"""A network that chooses from ranges that are no float32."""
+
+
 def test_networks_set_the_same_ranges() -> None:
-    played = [
-        network_case(
-            scenario, policy_of(architecture), architecture.to_core(), **{"per_agent": False, **options}
-        )
+    cases = [
+        (scenario, asdict(architecture), {"per_agent": False, **options})
         for scenario, architecture, options in networks().values()
         if isinstance(scenario, fe.FlockScenario)
     ]
+    flock = small_flock(num_agents=40)
+    grid = {"action_mode": "discrete", "range_grid": (0.0, 5.0, 7.0, 30.0)}
+    cases += [(flock, UNEVEN, {"per_agent": True, **options}) for options in ({}, grid)]
+    played = []
+    for scenario, document, options in cases:
+        lists = {name: tuple(value) for name, value in document.items() if isinstance(value, list)}
+        policy = policy_of(Architecture(**{**document, **lists}))
+        header = header_of(scenario, document, **options)
+        played.append(
+            network_case(scenario, policy, header, **{k: v for k, v in options.items() if k != "per_agent"})
+        )
     assert_equal_in_node(played)
 
 
 def test_stored_networks_set_the_same_ranges_on_a_flock_with_other_options() -> None:
-    """The architecture is the document in the file, which lacks fields in files of older versions."""
+    """The headers are those of the files, which lack fields in files of older versions."""
     played = []
     for path in sorted((ROOT / "scoreboard").glob("*/policies/*-0.npz")):
         header, _ = read_document(path, "a policy", "parameters")
         stored = fe.load_policy(path)
         if isinstance(stored.scenario, fe.FlockScenario) and isinstance(stored, fe.NetworkPolicy):
             short = stored.scenario.replace(num_steps=ACTIONS)
-            architecture, chosen = json.dumps(header["architecture"]), EnvOptions(**stored.options)
-            case, outcome = network_case(short, stored, architecture, stored.per_agent, **stored.options)
-            case |= {
-                "kind": "observed",
-                "options": EnvOptions(objective=chosen.objective, steps_per_action=1).to_core(View.AGENT),
-                "observed": case["options"],
-                "stepsPerAction": chosen.steps_per_action,
-            }
-            played.append((case, outcome))
+            case, outcome = network_case(short, stored, header, **stored.options)
+            objective = EnvOptions(**stored.options).objective
+            options = EnvOptions(objective=objective, steps_per_action=1).to_core(View.AGENT)
+            played.append(({**case, "kind": "observed", "options": options}, outcome))
     assert len(played) > 9
     assert_equal_in_node(played)
+
+
+REFUSED: list[tuple[str, Any, str]] = [
+    ("steps_per_action", 0, "expected an integer from 1 to "),
+    ("steps_per_action", -3, ""),
+    ("steps_per_action", None, ""),
+    ("min_range", -5, "expected a finite number of at least 0, got -5"),
+    ("min_range", 40, "max_range: expected a number above min_range = 40.0, got 40"),
+    ("max_range", 0, "expected a finite number above 0, got 0"),
+    ("max_range", None, ""),
+    ("center_range", 1e9, "expected a number above 0.0 and below 40.0, got 1000000000"),
+    ("range_grid", [-1.0, 5.0], "expected ranges from 0.0 to 40.0"),
+    ("range_grid", [], ""),
+    ("action_mode", "range", "expected 'normalized', got 'range'"),
+    ("action_mode", "no", ""),
+    ("profile_ranges", [5.0, 5.0], "expected increasing ranges"),
+    ("profile_ranges", [], ""),
+    ("predator_sensing_range", -1, ""),
+    ("extra_entries", ["wings"], ""),
+    ("objective", "no", ""),
+    ("reward", "no", ""),
+    ("count_components", 1, ""),
+    ("wings", 1, ""),
+    ("view", "agent", ""),
+]
+
+
+def test_files_that_python_refuses_are_refused_by_name(tmp_path: Path) -> None:
+    """Bounds have the same texts, because one check in the core serves both."""
+    document = {"inputs": ["time"], "hidden": []}
+    good = header_of(small_flock(), document, True, max_range=40.0)
+    headers = [{**good, "options": {"max_range": 40.0, name: value}} for name, value, _ in REFUSED]
+    topological = small_flock(neighbor_rule=Topological()).to_json()
+    changes: list[Case] = [
+        {"scenario": {**good["scenario"], "num_agents": 0}},
+        {"scenario": json.loads(topological), "options": {}},
+        {"architecture": {**document, "inputs": ["wings"]}},
+        {"architecture": {**document, "ranges": [50.0]}},
+        {"per_agent": 1},
+        {"name": None},
+    ]
+    headers += [{**good, **change} for change in changes]
+    headers += [{key: good[key] for key in good if key != name} for name in good]
+    messages = played_in_node(
+        [{"kind": "refusal", "header": json.dumps(each), "parameters": [1, 2]} for each in [good, *headers]]
+    )
+    assert messages[0] is None
+    rows = [(name, text) for name, _, text in REFUSED]
+    rows += [("", "")] * (len(headers) - len(REFUSED))
+    for header, message, (name, text) in zip(headers, messages[1:], rows, strict=True):
+        assert message, header
+        np.savez(tmp_path / "bad.npz", header=np.array(json.dumps(header)), parameters=np.ones(2))
+        with pytest.raises(InputError) as caught:
+            fe.load_policy(tmp_path / "bad.npz")
+        for found in (message, str(caught.value)):
+            assert text in found
+            assert name in found or ":" in text, (name, found)
 
 
 GRAPHS = (component_labels, neighbor_pairs)

@@ -138,6 +138,7 @@ INVALID = {
         DUEL,
     ),
     "policies=fixed:-3": ("fixed:-3: expected a range >= 0", ["fixed:12"]),
+    "policies=fixed:0x10": ("fixed:0x10: expected a range >= 0", ["fixed:12"]),
     "policies=,toString,recording:0,": (".*: this page has no such policy.*", ["fixed:12"]),
     "path=%%%&seed=-1": (r"seed: expected an integer from 0 to 2\^64 - 1, got -1\.", DUEL),
     "policies=fixed:1,fixed:2,fixed:3,fixed:4,fixed:5": (
@@ -231,23 +232,66 @@ def test_the_next_flock_is_played_by_all_policies_of_the_page(tab: Page, watched
 def test_files_that_no_page_can_play_are_named(
     tab: Page, open_at: Callable[..., None], tmp_path: Path
 ) -> None:
+    """test_engine.py has the options that are refused."""
     open_at("policies=fixed:3")
     save_run(fe.simulate(SMALL, 10.0, seed=1), tmp_path / "run.npz")
+    with np.load(BEST) as file:
+        arrays = dict(file)
+    numbers, header = arrays["parameters"], str(arrays["header"])
+    bad = {
+        "rows": {"parameters": numbers[np.newaxis]},
+        "nan": {"parameters": np.full_like(numbers, np.nan)},
+        "options": {"header": np.array(header.replace('"options": {', '"options": {"min_range": -5, '))},
+    }
+    for name, changes in bad.items():
+        np.savez(tmp_path / f"{name}.npz", **{**arrays, **changes})
+    np.savez(tmp_path / "sum.npz", **arrays)
+    flipped = bytearray((tmp_path / "sum.npz").read_bytes())
+    flipped[flipped.index(numbers.tobytes()[-64:])] ^= 1
     files = {
-        "cut": (BEST.read_bytes()[:-2000], "expected a policy file"),
-        "run": ((tmp_path / "run.npz").read_bytes(), "expected a policy file"),
-        "line": ((BOARD / "search/policies/line-0.npz").read_bytes(), "a policy for a line"),
-        "rule": ((BOARD / "searched-rule/policies/per-agent-local-0.npz").read_bytes(), "runs in Python"),
+        "cut.npz": (BEST.read_bytes()[:-2000], "expected a policy file"),
+        "sum.npz": (bytes(flipped), "damaged"),
+        "run.npz": ((tmp_path / "run.npz").read_bytes(), "expected a policy file"),
+        "rows.npz": ((tmp_path / "rows.npz").read_bytes(), "expected one dimension"),
+        "nan.npz": ((tmp_path / "nan.npz").read_bytes(), "parameters[0, 0]: expected"),
+        "options.npz": ((tmp_path / "options.npz").read_bytes(), "min_range: expected a finite number"),
+        "line.npz": ((BOARD / "search/policies/line-0.npz").read_bytes(), "a policy for a line"),
+        "rule.npz": (
+            (BOARD / "searched-rule/policies/per-agent-local-0.npz").read_bytes(),
+            "runs in Python",
+        ),
+        "stubborn-leaders": (BEST.read_bytes(), "expected a policy file (.npz)"),
+        "flock.toml": (SMALL.to_toml().encode(), "expected a policy file (.npz)"),
     }
     for name, (content, message) in files.items():
-        drop(tab, f"{name}.npz", content)
-        wait(tab, f"document.getElementById('message').textContent.startsWith('{name}.npz')")
+        drop(tab, name, content)
+        wait(tab, f"document.getElementById('message').textContent.startsWith('{name}: ')")
         assert message in text(tab, "#message")
+        if name.endswith(".npz"):
+            (tmp_path / name).write_bytes(content)
+            assert name == "rule.npz" or not plays(tmp_path / name)
     assert tab.evaluate(STATE)[4] == ["fixed:3"]
-    drop(tab, "mine.npz", BEST.read_bytes())
-    wait(tab, "page.panels[0].run.spec === 'mine'")
-    tab.click("#copy")
-    wait(tab, "document.getElementById('message').textContent.includes('mine.npz')")
+
+
+def plays(path: Path) -> bool:
+    try:
+        fe.simulate("paper-flock", policy=path, seed=0)
+    except fe.InputError:
+        return False
+    return True
+
+
+def test_files_play_under_their_own_names(tab: Page, open_at: Callable[..., None]) -> None:
+    open_at(f"policies=fixed:3&seed={SEED}")
+    expected = lowest(fe.simulate("paper-flock", policy=str(BEST), seed=SEED))
+    for name in ("mine.npz", "stubborn-leaders.npz", "fixed:12.npz", "recording:0.npz"):
+        drop(tab, name, BEST.read_bytes())
+        wait(tab, f"page.panels[0].run.spec === '{name}'")
+        assert tab.evaluate(OBJECTIVES) == [expected]
+        assert text(tab, ".panel h2") == f"your file {name}"
+        assert tab.evaluate("page.panels[0].select.selectedOptions[0].textContent") == name
+        tab.click("#copy")
+        wait(tab, f"document.getElementById('message').textContent.includes('{name}')")
 
 
 @needs_engine

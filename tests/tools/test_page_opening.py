@@ -1,6 +1,7 @@
 """The page in a browser as it opens: first screen, question, tour, accessibility, files beside it."""
 
 import gzip
+import html
 import re
 import threading
 from collections.abc import Callable
@@ -93,6 +94,35 @@ def test_a_browser_that_cannot_fly_shows_the_film(lacks: str, browser: Browser, 
         assert tab.locator("main").is_hidden()
         width = "document.querySelector('#unscripted img').naturalWidth"
         assert lacks == "JavaScript" or tab.evaluate(width) > 0
+
+
+@pytest.mark.parametrize("sandbox", ["", 'sandbox="allow-scripts"'])
+def test_a_page_in_a_frame_without_an_address_flies(sandbox: str, tab: Page, playground: str) -> None:
+    content = html.escape(Path(playground.removeprefix("file://")).read_text("utf-8"))
+    tab.set_content(f'<iframe {sandbox} width="1280" height="900" srcdoc="{content}"></iframe>')
+    (frame,) = tab.frames[1:]
+    frame.evaluate(READY)
+    frame.click("#skip")
+    frame.evaluate("page.player.pause()")
+    frame.click("#next")
+    frame.click("#copy")
+    frame.wait_for_selector("#message:not(:empty)")
+    assert frame.evaluate("[page.panels.length, location.protocol]") == [2, "about:"]
+    assert frame.locator("#unable").is_hidden()
+
+
+def test_links_that_follow_one_another_show_the_last_one(tab: Page, playground: str) -> None:
+    """A chart draws the runs of the flock before later: none is freed."""
+    tab.goto(playground)
+    tab.evaluate(READY)
+    links = [f"scenario=pursuit&policies=fixed:3,{HEADLINE}&seed=3", "policies=fixed:5&seed=4&t=1"]
+    tab.evaluate(f"location.hash = '{links[0]}'")
+    wait(tab, "page.panels.length === 2 && page.flight.seed === '3'")
+    for link in (*links, *links):
+        tab.evaluate(f"location.hash = '{link}'")
+    wait(tab, "page.panels.length === 1 && page.flight.seed === '4'")
+    tab.wait_for_timeout(300)
+    assert tab.evaluate(STATE) == ["paper-flock", "4", {}, False, ["fixed:5"]]
 
 
 def test_a_page_on_a_server_reads_the_files_beside_it(tab: Page, playground: str) -> None:

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
+from flockesc_env.common.extras import MissingExtraError
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import Trajectory
 from flockesc_env.render import RenderOptions, draw
@@ -119,6 +120,23 @@ def test_the_window_shows_the_same_pixels_as_arrays(interface: str) -> None:
         env.close()
     assert pygame.display.get_surface() is None
     env.close()
+
+
+@every
+def test_an_environment_needs_pygame_at_its_first_picture(
+    interface: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """stable-baselines3 makes environments with ``render_mode="rgb_array"``."""
+    monkeypatch.delitem(sys.modules, "flockesc_env.render.picture")
+    monkeypatch.setattr("flockesc_env.common.extras.find_spec", lambda _: None)
+    env, window = make(interface, render_mode="rgb_array"), make(interface, render_mode="human")
+    start(env, 0)
+    step(env)
+    for act in (env.render, lambda: start(window, 0)):
+        with pytest.raises(MissingExtraError, match="pygame is not installed"):
+            act()
+    env.close()
+    window.close()
 
 
 @every

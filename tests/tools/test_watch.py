@@ -13,6 +13,7 @@ from flockesc_env.cli.output import Exit
 from flockesc_env.models.records import save_run, versions
 from flockesc_env.watch import write_page
 
+BOARD = Path(__file__).parents[2] / "scoreboard" / "search"
 HAS_ENGINE = ["flockesc_env.cli.runs.has_engine", "flockesc_env.watch.page.has_engine"]
 
 
@@ -74,6 +75,20 @@ def test_a_page_of_policies_records_those_that_it_cannot_run(
     assert_shows(rule, simulate(SMALL, policy=load_policy("stubborn-witnesses"), seed=2**64 - 1))
     assert_shows(own, simulate(SMALL, policy=load_policy(mine), seed=2**64 - 1))
     assert [entry["spec"] for entry in document["policies"]] == [mine]
+
+
+@pytest.mark.parametrize("suffix", ["html", "gif"])
+def test_policies_that_cannot_play_are_refused(
+    suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    for task, flags, message in (
+        ("line", [], "expected a policy for a flock"),
+        ("per-agent-visible-profile", ["--set", "frozen_graph=true"], "profile_ranges: expected none"),
+    ):
+        path = BOARD / "policies" / f"{task}-0.npz"
+        ran = Ran(capsys, "watch", path, *SMALL_FLAGS, *flags, "--output", tmp_path / f"flock.{suffix}")
+        assert (ran.code, ran.out, [*tmp_path.iterdir()]) == (Exit.REFUSED, "", [])
+        assert message in ran.err
 
 
 @pytest.mark.usefixtures("without_engine")

@@ -89,3 +89,14 @@ function writeAddress({ scenario, seed, numbers, isSteered }, policies, path = [
   const plain = (text) => encodeURIComponent(text).replace(/%(2F|3A|2C)/g, (code) => decodeURIComponent(code));
   return entries.map(([name, value]) => `${name}=${plain(String(value))}`).join("&");
 }
+
+/** Shows the part of the address after `#`, and returns the whole address. */
+function showAddress(fragment) {
+  const address = `${location.href.split("#")[0]}#${fragment}`; // a part alone belongs to the parent of <iframe srcdoc>
+  try {
+    if (location.href !== address) history.replaceState(null, "", address);
+  } catch {
+    // A sandbox forbids it, or Safari, which counts calls. The page works without.
+  }
+  return address;
+}

@@ -47,7 +47,7 @@ class Choice {
   show({ run }, { scenario, unit }, name, trials, theme) {
     const { best, maxRange } = scenario;
     this.ranges = rangesUpTo(maxRange, unit);
-    const isFixed = run.spec.startsWith("fixed:");
+    const isFixed = run.policy?.kind === "fixed";
     const text = isFixed ? `${run.policy.range} ${unit}` : run.title;
     const verb = isFixed ? (unit === "m" ? "listen within" : "listen to") : "follow";
     this.title.replaceChildren(`${name} ${verb} `, element("output", {}, text));

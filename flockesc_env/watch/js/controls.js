@@ -45,29 +45,29 @@ class Controls {
 
   async copy() {
     const { page } = this;
-    const address = `${location.href.split("#")[0]}#${page.link()}`;
-    history.replaceState(null, "", address);
+    const address = showAddress(page.link());
     const copied = await navigator.clipboard?.writeText(address).then(
       () => true,
       () => false,
     );
     const files = page.panels.map(({ run }) => run.policy?.isDropped && run.policy.file).filter(Boolean);
     const note = files.length ? ` It does not hold ${files.join(", ")}: send the file, too.` : "";
-    page.say((copied ? "The link is copied." : "Copy the link from the address bar.") + note);
+    const hint = location.protocol === "about:" ? "This frame has no address." : "Copy the link from the address bar.";
+    page.say((copied ? "The link is copied." : hint) + note);
   }
 
   /** Takes policy files that are dropped on the page or chosen. */
   bindFiles() {
     const { page } = this;
     const take = async (file) => {
-      const spec = file.name.replace(/\.npz$/, "");
+      const { name } = file; // with its suffix, which no built-in policy has
+      const entry = { spec: name, label: name, title: `your file ${name}`, file: name, group: "your files" };
       try {
-        const names = { spec, label: spec, title: `your file ${spec}`, file: file.name };
-        const entry = { ...names, group: "your files", isDropped: true };
-        await page.policies.add(entry, new Uint8Array(await file.arrayBuffer()));
-        await page.choose(page.active, spec);
+        if (!/\.npz$/i.test(name)) throw new Error("expected a policy file (.npz)");
+        await page.policies.add({ ...entry, isDropped: true }, new Uint8Array(await file.arrayBuffer()));
+        await page.choose(page.active, name);
       } catch (error) {
-        page.say(`${file.name}: ${messageOf(error)}`);
+        page.say(`${name}: ${messageOf(error)}`);
       }
     };
     document.addEventListener("dragover", (event) => event.preventDefault());
@@ -95,8 +95,7 @@ class Controls {
     this.showCode();
     if (page.isTouring || document.body.classList.contains("asking")) return; // opening the page again begins again
     const specs = page.panels.map(({ run }) => run.spec);
-    const address = `#${writeAddress(page.flight, specs, path)}`;
-    if (location.hash !== address) history.replaceState(null, "", address);
+    showAddress(writeAddress(page.flight, specs, path));
   }
 
   /** Shows what whole runs have given. */

@@ -209,11 +209,6 @@ class LiveRun {
     const ranges = Float64Array.from(agents, (agent) => this.ranges[at * numAgents + agent]);
     return [take(this.positions, 1), take(this.headings, 127), ranges];
   }
-
-  /** Frees the memory in the engine. */
-  free() {
-    this.flock.free();
-  }
 }
 
 /** Headings as signed bytes, where 127 is 1; 0 for an agent at rest. */

@@ -85,8 +85,5 @@ class Flight {
 
 /** The objective of a whole run. */
 function objectiveOf(flight, policy) {
-  const run = new LiveRun(flight, policy);
-  const objective = run.finish();
-  run.free();
-  return objective;
+  return new LiveRun(flight, policy).finish();
 }

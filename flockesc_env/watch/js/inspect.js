@@ -70,10 +70,8 @@ class Inspector {
 
   /** The flock of a run at an earlier frame: played again, from the last frame that was asked for if it lies before. */
   flockAt(run, step) {
-    if (this.past?.of !== run.flock || this.past.flock.steps > step) {
-      this.past?.flock.free();
-      this.past = { of: run.flock, flock: run.flight.newFlock() };
-    }
+    const isUsable = this.past?.of === run.flock && this.past.flock.steps <= step;
+    if (!isUsable) this.past = { of: run.flock, flock: run.flight.newFlock() };
     const { flock } = this.past;
     while (flock.steps < step) flock.step(run.rangesAt(flock.steps), run.pushes[flock.steps]);
     return flock;

@@ -27,8 +27,13 @@ class LivePage extends Page {
     addEventListener("hashchange", () => this.restore());
   }
 
+  /** Shows the address, after an earlier one: reading files takes time. */
+  restore() {
+    return (this.restored = Promise.resolve(this.restored).then(() => this.readHash()));
+  }
+
   /** Starts the flock and the policies of the address or, without one, of the document. */
-  async restore() {
+  async readHash() {
     const { flight, policies, time, problems } = readAddress(location.hash, this.scenarios, this.start);
     // Files are read first, so that nothing draws the flocks between their end and the new ones.
     await Promise.all(policies.map((spec) => this.policies.find(spec).catch(() => null)));
@@ -89,7 +94,6 @@ class LivePage extends Page {
 
   drop(panel) {
     super.drop(panel);
-    if (panel.run.isLive) panel.run.free();
     this.inspector.choose(panel, null);
   }
 
@@ -100,7 +104,7 @@ class LivePage extends Page {
     this.steering.keepPath();
     try {
       const run = await this.runOf(spec);
-      if (panel.wanted !== spec) return run.isLive && run.free();
+      if (panel.wanted !== spec) return;
       panel.setRun(run);
       this.chosen = panel;
       this.say("");
@@ -130,7 +134,7 @@ class LivePage extends Page {
   flightOf(wanted) {
     try {
       const flight = new Flight(wanted);
-      flight.newFlock().free();
+      flight.newFlock(); // raises an error if the core refuses it
       return flight;
     } catch (error) {
       this.say(messageOf(error));
@@ -182,7 +186,6 @@ class LivePage extends Page {
     this.window = new Window();
     this.trials.clear();
     this.steering.forget();
-    this.best?.free();
     const { best } = this.flight.scenario;
     const hasBest = best !== null && !this.flight.isSteered && this.flight.document.predators.length > 0;
     this.best = hasBest ? new LiveRun(this.flight, new FixedRange(best, this.flight.unit)) : null;

@@ -35,7 +35,6 @@ class Panel {
   }
 
   setRun(run) {
-    if (this.run?.isLive && this.run !== run) this.run.free();
     this.run = run;
     this.scene.setRun(run);
   }

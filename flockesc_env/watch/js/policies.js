@@ -55,8 +55,6 @@ class Rule {
   }
 
   start(run) {
-    if (run.rangeUnit !== "m")
-      throw new Error("the rule sets ranges in m, and agents here listen to a number of neighbors");
     const observer = run.flight.observer(this.options);
     const { entries, rows } = observer;
     const at = entries.indexOf(this.entry);
@@ -67,32 +65,20 @@ class Rule {
   }
 }
 
-// The options that decide what a policy observes, as in EnvOptions.to_core.
-const OBSERVED = ["view", "objective", "max_range", "predator_sensing_range", "extra_entries", "profile_ranges"];
-
 /** The network of a policy file. */
 class NetworkPolicy {
-  /** `header` and `parameters` are the arrays of the file, see flockesc_env/policies/registry.py. */
-  constructor({ header, parameters }, { spec, title, file, sha256, isDropped = false }) {
-    const { architecture, per_agent: perAgent, model } = header;
-    const options = { min_range: 0, ...header.options };
-    if (model !== "flock") throw new Error(`${spec}: a policy for a line`);
-    if (typeof architecture === "string") throw new Error(`${spec}: a rule with parameters, which runs in Python only`);
-    Object.assign(this, { spec, title, file, sha256, isDropped, parameters, kind: "learned" });
-    this.stepsPerAction = options.steps_per_action;
-    this.architecture = JSON.stringify(architecture);
-    const candidates = options.profile_ranges ?? [];
-    const choices = architecture.candidate_inputs?.length ? candidates : (architecture.ranges ?? []);
-    // A chosen range is a float32 in Python, a set one is not.
-    const bounds = [options.min_range, options.max_range, options.center_range ?? []].flat();
-    this.ranges = Float64Array.from(choices.length ? choices.map(Math.fround) : bounds);
-    const view = perAgent ? "agent" : "flock";
-    this.options = JSON.stringify({ ...options, view, profile_ranges: candidates }, OBSERVED);
+  /** `content`: the bytes of the file; `entry`: names for readers, see `watch/live.py`. */
+  static async read(content, { spec, title, file, sha256, isDropped = false }) {
+    const { header, parameters } = await readPolicyFile(content);
+    const network = new wasm_bindgen.PolicyFile(header, parameters);
+    const { options, stepsPerAction } = network;
+    const names = { spec, title, file, sha256, isDropped, kind: "learned" };
+    return Object.assign(new NetworkPolicy(), names, { network, options, stepsPerAction, parameters });
   }
 
   start(run) {
     const observer = run.flight.observer(this.options);
-    const network = new wasm_bindgen.Network(this.architecture, observer.entries, this.ranges, this.parameters);
+    const network = this.network.network(observer.entries);
     return () => network.ranges(observer.observe(run.flock), observer.rows);
   }
 }
@@ -107,14 +93,15 @@ class PolicyList {
 
   /** Returns the policy of a text; reads its file if necessary. Raises an error with a message for readers. */
   async find(spec, unit = "m") {
-    if (spec.startsWith("fixed:")) {
-      const range = Number(spec.slice("fixed:".length) || NaN);
+    const entry = this.files.get(spec);
+    if (!entry && spec.startsWith("fixed:")) {
+      const text = spec.slice("fixed:".length);
+      const range = /^[+-]?[\d.]+(e[+-]?\d+)?$/i.test(text) ? Number(text) : NaN;
       if (!(range >= 0 && Number.isFinite(range))) throw new Error(`${spec}: expected a range >= 0`);
       return new FixedRange(range, unit);
     }
-    if (Object.hasOwn(RULES, spec)) return new Rule(spec);
+    if (!entry && Object.hasOwn(RULES, spec)) return new Rule(spec);
     if (!this.loaded.has(spec)) {
-      const entry = this.files.get(spec);
       if (!entry) throw new Error(`${spec}: this page has no such policy. If it is a file, drop it on the page.`);
       await this.add(entry, entry.data ? bytesOf(entry.data) : await this.fetch(entry));
     }
@@ -129,14 +116,15 @@ class PolicyList {
 
   /** Adds the policy of a file's bytes. */
   async add(entry, bytes) {
-    const policy = new NetworkPolicy(await readPolicyFile(bytes), entry);
+    const policy = await NetworkPolicy.read(bytes, entry);
     this.files.set(entry.spec, entry);
     this.loaded.set(entry.spec, policy);
     return policy;
   }
 
   /** Fills the list of a panel. `recordings`: recorded runs that it can show. */
-  list(select, { title, spec }, recordings) {
+  list(select, { title, spec, policy }, recordings) {
+    const isFixed = policy?.kind === "fixed";
     const isReadable = ({ data, spec }) => data || this.loaded.has(spec) || location.protocol !== "file:";
     const options = (entries) =>
       entries.map((entry) =>
@@ -151,10 +139,10 @@ class PolicyList {
       groups.set(group, options(files.filter((entry) => entry.group === group)));
     }
     select.replaceChildren(
-      new Option(spec.startsWith("fixed:") ? title : "fixed range", "fixed"),
+      new Option(isFixed ? title : "fixed range", "fixed"),
       ...recordings.map((run) => new Option(`${run.title} (recorded)`, run.spec)),
       ...[...groups].map(([label, entries]) => element("optgroup", { label }, ...entries)),
     );
-    select.value = spec.startsWith("fixed:") ? "fixed" : spec;
+    select.value = isFixed ? "fixed" : spec;
   }
 }

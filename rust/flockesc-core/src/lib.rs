@@ -38,7 +38,8 @@ pub use line::{
 };
 pub use neighbor::{NeighborRule, Ranges};
 pub use network::{
-    Architecture, Head, NetworkRanges, Networks, NormalizedRange, Squash, tanh_layers,
+    ActionMode, ActionOptions, Architecture, Head, NetworkRanges, Networks, NormalizedRange,
+    RangeMap, Squash, tanh_layers,
 };
 pub use observation::{ExtraEntries, View, flock_entries, predator_entries};
 pub use parallel::Progress;

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use flockesc_core::{Error, NormalizedRange, bindings};
+use flockesc_core::{ActionOptions, NormalizedRange, RangeMap as Map, bindings};
 use numpy::{
-    Element, IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray2, PyReadonlyArrayDyn,
-    PyUntypedArrayMethods,
+    Element, IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyReadonlyArrayDyn, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyBool;
@@ -17,44 +17,45 @@ use crate::errors::CoreError;
 #[pyclass(frozen, module = "flockesc_env._core")]
 #[derive(Clone)]
 pub(crate) struct RangeMap {
-    map: NormalizedRange,
-    /// Whether actions lie in [-1, 1] instead of [`min_range`, `max_range`].
-    is_normalized: bool,
-    /// Ranges in m that a discrete action is an index into.
-    grid: Option<Arc<[f64]>>,
+    map: Arc<Map>,
+    document: Arc<str>,
 }
 
 #[pymethods]
 impl RangeMap {
+    /// Parses and checks the document of `ActionOptions`.
     #[new]
-    #[pyo3(signature = (min_range, max_range, center, is_normalized, grid))]
-    fn new(
-        min_range: f64,
-        max_range: f64,
-        center: Option<f64>,
-        is_normalized: bool,
-        grid: Option<Vec<f64>>,
-    ) -> Self {
-        Self {
-            map: NormalizedRange {
-                min_range,
-                max_range,
-                center,
-            },
-            is_normalized,
-            grid: grid.map(Arc::from),
-        }
+    fn new(options: &str) -> Result<Self, CoreError> {
+        let map = Arc::new(ActionOptions::from_json(options)?.into());
+        let document = Arc::from(options);
+        Ok(Self { map, document })
     }
 
     /// Returns the arguments of the constructor, for copies and pickles.
-    fn __getnewargs__(&self) -> (f64, f64, Option<f64>, bool, Option<Vec<f64>>) {
-        let grid = self.grid.as_ref().map(|grid| grid.to_vec());
-        let NormalizedRange {
-            min_range,
-            max_range,
-            center,
-        } = self.map;
-        (min_range, max_range, center, self.is_normalized, grid)
+    fn __getnewargs__(&self) -> (&str,) {
+        (&self.document,)
+    }
+
+    /// The ranges of discrete actions, in the order of their indices; `None` in other modes.
+    #[getter]
+    fn grid(&self) -> Option<Vec<f64>> {
+        self.map.grid().map(<[f64]>::to_vec)
+    }
+
+    /// Returns the action of each range.
+    fn actions_of<'py>(
+        &self,
+        ranges: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let py = ranges.py();
+        let actions = ranges
+            .as_slice()?
+            .iter()
+            .map(|range| self.map.action_of(*range));
+        let actions = actions
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(CoreError::from)?;
+        Ok(actions.into_pyarray(py))
     }
 
     /// Returns the ranges of an array of actions.
@@ -62,7 +63,10 @@ impl RangeMap {
         &self,
         actions: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let ranges = actions.as_slice()?.iter().map(|action| self.of(*action));
+        let ranges = actions
+            .as_slice()?
+            .iter()
+            .map(|action| self.map.of(*action));
         Ok(ranges.collect::<Vec<_>>().into_pyarray(actions.py()))
     }
 
@@ -79,43 +83,23 @@ impl RangeMap {
 
     /// Returns the range of one action, or `None` as `of_each`.
     fn of_one(&self, action: &Bound<'_, PyAny>) -> Option<f64> {
-        let value = match (&self.grid, action.cast::<PyArray1<f32>>()) {
+        let value = match (self.map.grid(), action.cast::<PyArray1<f32>>()) {
             (Some(_), _) if action.is_instance_of::<PyBool>() => None,
             (Some(_), _) => action.extract::<i64>().ok().map(|index| index as f64),
             (None, Ok(array)) => only(array),
             (None, Err(_)) => only(action.cast::<PyArray1<f64>>().ok()?),
         };
-        Some(self.of(value?))
+        Some(self.map.of(value?))
     }
 }
 
 impl RangeMap {
-    /// Returns the map from normalized actions to ranges.
+    /// Returns the map of normalized actions.
     ///
     /// # Errors
     /// `InputError` on `action_mode` if it is not `"normalized"`.
     pub(crate) fn normalized(&self) -> Result<NormalizedRange, CoreError> {
-        let given = match (self.is_normalized, &self.grid) {
-            (true, None) => return Ok(self.map),
-            (_, Some(_)) => "'discrete'",
-            (false, None) => "'range'",
-        };
-        Err(Error::input("action_mode", "'normalized'", given).into())
-    }
-
-    /// Returns the range of a number or index, or NaN if it is outside of the action space.
-    fn of(&self, value: f64) -> f64 {
-        let NormalizedRange {
-            min_range,
-            max_range,
-            ..
-        } = self.map;
-        match &self.grid {
-            Some(grid) if value >= 0.0 => grid.get(value as usize).copied().unwrap_or(f64::NAN),
-            Some(_) => f64::NAN,
-            None if self.is_normalized => self.map.of(bindings::clipped(value, -1.0, 1.0)),
-            None => bindings::clipped(value, min_range, max_range),
-        }
+        Ok(self.map.normalized()?)
     }
 }
 

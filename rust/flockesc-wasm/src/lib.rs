@@ -7,4 +7,4 @@ mod policy;
 
 pub use flock::Flock;
 pub use graph::{component_labels, neighbor_pairs};
-pub use policy::{Network, Observer};
+pub use policy::{Network, Observer, PolicyFile};

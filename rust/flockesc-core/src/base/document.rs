@@ -6,7 +6,10 @@ use serde_json::Value;
 use crate::base::error::{Error, Result};
 
 /// Parses a document, which must be a JSON object.
-pub(crate) fn parse<T: DeserializeOwned>(document: &str) -> Result<T> {
+///
+/// # Errors
+/// [`Error::Input`] naming the field that is unknown, missing or of the wrong type.
+pub fn parse<T: DeserializeOwned>(document: &str) -> Result<T> {
     let value: Value = serde_json::from_str(document)
         .map_err(|error| Error::input("document", "valid JSON", error))?;
     // Serde also accepts a list, as the values of the fields in order.

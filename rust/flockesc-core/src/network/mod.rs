@@ -3,12 +3,14 @@
 //! Several rows are computed together, one per SIMD lane. The order of the additions is the same in
 //! every lane and on every instruction set. Actions are therefore the same on all machines.
 
+mod actions;
 mod architecture;
 mod forward;
 mod networks;
 mod tanh;
 
+pub use actions::{ActionMode, ActionOptions, NormalizedRange, RangeMap};
 pub use architecture::{Architecture, Head, Squash};
 pub use forward::{tanh_layers, work};
 pub(crate) use networks::EpisodeNetwork;
-pub use networks::{NetworkRanges, Networks, NormalizedRange};
+pub use networks::{NetworkRanges, Networks};

@@ -1,5 +1,6 @@
 //! `Networks`: networks of one architecture, and their memory during an episode.
 
+use super::actions::NormalizedRange;
 use super::architecture::{Architecture, Head, Squash};
 use super::forward::{LANES, Lanes, forward, squash, work};
 use crate::base::error::{Error, Result};
@@ -8,31 +9,6 @@ use crate::parallel::Progress;
 /// Entries whose sign determines whether a row is reflected. The second entry counts if the first
 /// is 0.
 const MIRROR_ENTRIES: [&str; 2] = ["predator_direction_left", "heard_velocity_left"];
-
-/// A map from actions in [-1, 1] to ranges: linear, or a Moebius map with a given center.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NormalizedRange {
-    /// Range in m of the action -1.
-    pub min_range: f64,
-    /// Range in m of the action 1.
-    pub max_range: f64,
-    /// Range in m of the action 0, between the others; `None`: their mean.
-    pub center: Option<f64>,
-}
-
-impl NormalizedRange {
-    /// Returns the range in m of an action in [-1, 1].
-    pub fn of(&self, action: f64) -> f64 {
-        let (low, high) = (self.min_range, self.max_range);
-        let Some(center) = self.center else {
-            return low + (action + 1.0) / 2.0 * (high - low);
-        };
-        // Every operation is monotone in the action. At -1 the ratio is infinite.
-        let ratio = (high - center) * (1.0 - action) / ((center - low) * (1.0 + action));
-        let range = low + (high - low) / (1.0 + ratio);
-        if range > high { high } else { range } // `min` would drop a NaN
-    }
-}
 
 /// The ranges that networks can set.
 #[derive(Debug, Clone)]
