@@ -232,11 +232,6 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: fe.rollout(table.FLOCK, policies.BestCandidate("escape_cosine"), [0]), "profile_ranges"),
     (lambda: fe.rollout(table.FLOCK, fe.FixedRange(5.5), [0], max_range=5.0), "interaction_range"),
     (lambda: fe.rollout(table.FLOCK, fe.ScheduledRange(np.ones((10, 4))), [0], per_agent=True), "schedule"),
-    (lambda: fe.rollout(table.FLOCK, policies.Planner(table.FLOCK), [0]), "policy"),
-    (lambda: policies.Planner("paper-line"), "scenario"),
-    (lambda: policies.Planner(table.FLOCK.replace(predators=())), "predators"),
-    (lambda: policies.Planner(table.FLOCK, steps_per_action=5), "steps"),
-    (lambda: policies.Planner(table.FLOCK, reward="difference"), "reward"),
     *(
         (partial(fe.simulate, table.FLOCK, seed=0, **given), field)
         for given, field in (
