@@ -213,7 +213,6 @@ def _files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     fe.save_policy(table.NAMED, "policy.npz")
     fe.save_run(table.RUN, "run.npz")
-    Path("state.csv").write_text("x,y\n1,2\n3,4\n", "utf-8")
 
 
 def called(row: Row, subject: Any, **changes: Any) -> Any:
