@@ -128,9 +128,9 @@ class Viewed:
     def _num_actions(self) -> int:
         """Return the number of actions of an episode that does not end early."""
 
-    def _prepare_rendering(self, arguments: Mapping[str, Any], fps: int, **flocks: int) -> None:
+    def _prepare_rendering(self, arguments: Mapping[str, Any], fps: int, count: int = 1) -> None:
         self._render_mode = arguments.get("render_mode")
-        self._viewer = as_viewer(self._render_mode, arguments.get("render_options"), fps, **flocks)
+        self._viewer = as_viewer(self._render_mode, arguments.get("render_options"), fps, count)
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
 
 
@@ -184,7 +184,7 @@ class FlockEnvironment(Viewed):
         self.policy_spec = batch.policy_spec
         seconds = first.time_step * batch.options.steps_per_action
         fps = max(1, round(min(1.0 / seconds, 1000.0)))  # real time, at most 1000 pictures per second
-        self._prepare_rendering(arguments, fps, count=batch.num_flocks, num_agents=first.num_agents)
+        self._prepare_rendering(arguments, fps, batch.num_flocks)
 
     def _as_scenarios(self, given: Any) -> FlockScenario | list[FlockScenario]:
         scenario: FlockScenario = as_scenario(given, FlockScenario)
@@ -199,8 +199,7 @@ class FlockEnvironment(Viewed):
     def _show(self) -> None:
         """Pass the current state to the viewer, after a reset or a step."""
         if self._viewer is not None:
-            last, trail = self._viewer.frames, self._viewer.options.trail
-            self._viewer.update(live_frames(self._batch, last, trail))
+            self._viewer.update(live_frames(self._batch, self._viewer.frames))
 
     def _restore(self, state: Any, flocks: Any = None) -> Observations:
         """Restore flocks from a snapshot and return the observations of all flocks."""

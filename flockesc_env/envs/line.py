@@ -126,4 +126,4 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
             (last,) = self._viewer.frames
             before = last.history if last is not None and episode.steps else []
             present = (episode.steps, episode.states, episode.interaction_range)
-            self._viewer.update([LineFrame(self.scenario, [*before, present])])
+            self._viewer.update([LineFrame(self.scenario, [*before, present], self.options.max_range)])
