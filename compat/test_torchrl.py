@@ -254,7 +254,7 @@ def test_snippets_of_the_docs() -> None:
 
 def test_settings_are_not_assigned_after_creation() -> None:
     env = FlockTorchRLEnv(2, SCENARIO)
-    for name in ("scenario", "max_range", "render_mode", "per_agent", "num_flocks"):
+    for name in ("scenario", "options", "max_range", "render_mode"):
         with pytest.raises(InputError, match=f"{name}: expected no assignment after creation"):
             setattr(env, name, None)
     check_env_specs(env.to("cpu"))

@@ -195,8 +195,7 @@ def _picture(view: str) -> Any:
     elif view == "Predator view":
         env, policy = fe.PredatorEnv(**PICTURE), fe.policies.Pursue("centroid")
     elif view == "Agent view":
-        colors = PICTURE | {"render_options": fe.RenderOptions(size=640, color="range")}
-        env, policy = fe.parallel_env(predator_sensing_range=math.inf, **colors), fe.StubbornLeaders()
+        env, policy = fe.parallel_env(predator_sensing_range=math.inf, **PICTURE), fe.StubbornLeaders()
     else:
         env, policy = fe.FlockEscapeEnv(**PICTURE), fe.FixedRange(12.0)
     act = fe.policies.bind(policy, env)

@@ -12,7 +12,6 @@
 from importlib import import_module as _import_module
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
-import flockesc_env.notebook as _notebook  # noqa: F401, results show themselves in notebooks
 from flockesc_env._core import __version__
 from flockesc_env.common.errors import FlockescError, InputError, ResetNeededError
 from flockesc_env.envs.gymnasium import FlockEscapeEnv, PredatorEnv

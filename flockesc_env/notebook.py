@@ -1,29 +1,17 @@
-"""HTML of results in notebooks: replays of runs, the curve of a sweep, tables of episodes.
-
-The package imports this module, which registers the types with ``to_html``.
-"""
+"""``Replay``: runs that play in a notebook."""
 
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import fields
 from io import BytesIO
-from typing import TYPE_CHECKING
-
-import numpy as np
 
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.extras import MissingExtraError, figure_style
-from flockesc_env.models.simulate import LineTrajectory, Trajectory, to_html
-from flockesc_env.models.sweep import SweepResult
-from flockesc_env.policies.playing import Episodes, LineEpisodes
+from flockesc_env.models.simulate import Trajectory
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.watch.page import check_runs, render, replay
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 class Replay:
@@ -56,56 +44,6 @@ class Replay:
         return f'<iframe srcdoc="{source}" style="{style}">{_moment(self.runs)}</iframe>'
 
 
-@to_html.register
-def _(run: Trajectory) -> str:
-    ranges = run.interaction_ranges
-    name = f"fixed:{ranges.flat[0]:.4g}" if np.ptp(ranges) == 0 else "run"
-    return Replay([(name, run)])._repr_html_()
-
-
-@to_html.register
-def _(run: LineTrajectory) -> str | None:
-    """Return the positions of a line's agents over time, with the predator and its range."""
-    with suppress(MissingExtraError), figure_style():
-        from matplotlib.figure import Figure  # optional and slow to import
-
-        figure = Figure(figsize=(6.0, 3.2), layout="constrained")
-        axes = figure.add_subplot()
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.plot(np.arange(len(run.states)), run.states, color=LIGHT.fixed, linewidth=0.6)
-        predator, reach = run.scenario.predator_position, run.scenario.predator_range
-        if predator is not None:
-            axes.axhspan(predator - reach, predator + reach, color=LIGHT.predator, alpha=0.1, linewidth=0)
-            axes.axhline(predator, color=LIGHT.predator, linewidth=1.5)
-        axes.set_xlabel("step")
-        axes.set_ylabel("position")
-        return _picture(figure)
-    return None
-
-
-@to_html.register
-def _(result: SweepResult) -> str:
-    mean = result.values().mean(axis=1)
-    if np.isfinite(mean).all():
-        with suppress(MissingExtraError):
-            return _picture(result.plot())
-    objective = next(iter(result.objectives.values()))
-    return _table(
-        ["interaction_range", f"mean {objective.with_unit(objective.symbol)}"],
-        zip(result.interaction_ranges, mean, strict=True),
-    )
-
-
-@to_html.register(Episodes)
-@to_html.register(LineEpisodes)
-def _(episodes: Episodes | LineEpisodes) -> str:
-    columns = {
-        field.name: getattr(episodes, field.name) for field in fields(episodes) if field.name != "seeds"
-    }
-    rows = ((name, column.mean(), column.min(), column.max()) for name, column in columns.items())
-    return _table([f"{len(episodes.seeds)} seeds", "mean", "smallest", "largest"], rows)
-
-
 def _moment(runs: Sequence[tuple[str, Trajectory]]) -> str:
     """Return a picture of flocks in the plane at their smallest mean predator distance, or nothing."""
     with suppress(MissingExtraError), figure_style():
@@ -122,24 +60,3 @@ def _moment(runs: Sequence[tuple[str, Trajectory]]) -> str:
         figure.savefig(file, format="png", dpi=60)
         return f'<img alt="flocks" src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
     return ""
-
-
-def _table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    def line(tag: str, cells: Iterable[object]) -> str:
-        return f"<tr>{''.join(f'<{tag}>{cell}</{tag}>' for cell in cells)}</tr>"
-
-    body = "".join(
-        line("td", (cell if isinstance(cell, str) else f"{cell:.3f}" for cell in row)) for row in rows
-    )
-    return f"<table><thead>{line('th', heads)}</thead><tbody>{body}</tbody></table>"
-
-
-@figure_style()
-def _picture(figure: Figure) -> str:
-    """Return a figure as an image in SVG, whose names do not collide with those of other images."""
-    import matplotlib as mpl  # optional and slow to import
-
-    file = BytesIO()
-    with mpl.rc_context({"svg.fonttype": "none"}):
-        figure.savefig(file, format="svg", metadata={"Date": None})
-    return f'<img alt="figure" src="data:image/svg+xml;base64,{b64encode(file.getvalue()).decode()}">'

@@ -9,7 +9,7 @@ import numpy as np
 
 from flockesc_env import LineScenario, simulate_line, sweep
 from speed.measure import PROJECT, Candidate, Comparison
-from speed.peers import TOLERANCE, DisagreementError, Floats, Peer, rust
+from speed.peers import TOLERANCE, DisagreementError, Floats, Peer
 
 RANGES = (0.05, 0.1, 0.2, 0.5)
 LINES = 200
@@ -66,5 +66,4 @@ def _numpy(states: Floats, scenario: LineScenario, interaction_range: float, ste
 
 PEERS: dict[str, Run] = {
     "NumPy, all pairs": _numpy,
-    "plain Rust, all pairs": lambda *args: rust().line_all_pairs(*args),
 }

@@ -19,11 +19,9 @@ _STYLES = {
     "NumPy, all pairs": (_NUMPY, "s"),
     "NumPy, BLAS": (_NUMPY, "P"),
     "SciPy cKDTree": (_SCIPY, "^"),
-    "Numba, all pairs, fastmath": (_NUMBA, "v"),
     "Numba, cell list, fastmath": (_NUMBA, "D"),
     "JAX, all pairs": (_JAX, "*"),
     "JAX, all pairs, float32": (_JAX, "p"),
-    "plain Rust, all pairs": (_RUST, "X"),
     "plain Rust, cell list": (_RUST, "h"),
 }
 

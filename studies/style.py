@@ -11,12 +11,19 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.render.palette import LABELS, LIGHT
+from flockesc_env.render.palette import LIGHT
 from studies.measurements import sign
 from training.figure_style import WIDTH
 
 ROW = 0.235
 """Height of a row of a forest plot in inches."""
+
+LABELS = (
+    *("#3073a5", "#ddb66a", "#934b63", "#7ed3a6", "#6b571f"),
+    *("#cba553", "#55b8e2", "#6bc08e", "#b69be6", "#a1b564", "#88aaf1", "#40c1bd", "#d790c5"),
+    *("#93892f", "#498cc4", "#1f9b82", "#a270b1", "#639654", "#7c7dc6", "#0097ab"),
+)
+"""Colors of components, which repeat after 20. They are muted, so that no component looks like a predator."""
 
 
 def subplots(height: float, *grid: int, **options: Any) -> tuple[Figure, Any]:

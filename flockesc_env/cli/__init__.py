@@ -22,7 +22,6 @@ COMMANDS: dict[str, Callable[..., Exit]] = {
     "compare": tasks.compare,
     "score": tasks.score,
     "verify": tasks.verify,
-    "episodes": tasks.episodes,
 }
 
 

@@ -26,7 +26,6 @@ from flockesc_env.policies.registry import SUFFIX, as_policy, load_policy
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.document import check_not_drawn, field_at, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.initial_files import read_initial_state
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import MODELS, PRESETS, Scenario, preset
 
@@ -118,18 +117,10 @@ class ScenarioFlags:
             help_behavior_hint="(default: no changes)",
         ),
     ] = ()
-    initial_state: Annotated[
-        Path | None,
-        *optional("initial positions, maybe velocities (.csv, .npy, .npz)", "the scenario's", "FILE"),
-    ] = None
 
     def build(self) -> Scenario:
         """Return the scenario that the flags describe."""
         scenario: Scenario = FlockScenario() if self.scenario is None else scenario_named(self.scenario)
-        if self.initial_state is not None:
-            if isinstance(scenario, LineScenario):
-                raise InputError("initial_state", "None for a line", repr(str(self.initial_state)))
-            scenario = scenario.replace(**read_initial_state(self.initial_state))
         return _changed(scenario, self.changes) if self.changes else scenario
 
 

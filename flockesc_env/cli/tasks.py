@@ -1,4 +1,4 @@
-"""The commands tasks, compare, score, verify, report and episodes: frozen tasks and results on them."""
+"""The commands tasks, compare, score and verify: frozen tasks and results on them."""
 
 from __future__ import annotations
 
@@ -16,9 +16,7 @@ from flockesc_env.cli.output import Exit, check_folder, check_output, note, savi
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
 from flockesc_env.episodes.options import to_plain
-from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.taskset.definition import FLOCKS, VERSION
-from flockesc_env.taskset.episodes import record_episodes
 from flockesc_env.taskset.results import SUFFIX, UNVERIFIED, Result, Training, check_learner, write_result
 from flockesc_env.taskset.scoring import LoadedPolicy, draw_flocks
 from flockesc_env.taskset.scoring import score as play_all
@@ -201,48 +199,6 @@ def verify(
             head = f"{path}: verified: {len(played):,} of {len(FLOCKS):,} flocks"
             show(f"{head}, {len(result.policies)} policies; not verified: {UNVERIFIED}", *facts)
     return code
-
-
-def episodes(
-    policies: Annotated[
-        Positional[tuple[str, ...]],
-        several(f"rule (the task's shortcut), {EXPECTED}", "POLICY .."),
-    ],
-    *,
-    task: TaskName,
-    flocks: Annotated[int, arg(help="number of flocks, or lines, that every policy plays")] = 100,
-    output: Annotated[Path, arg(help="folder of the data set, new or empty")],
-) -> Exit:
-    """Record episodes of policies on a task, for offline reinforcement learning.
-
-    The folder gets Parquet files.
-
-    The flocks are training flocks, never those that score policies.
-
-    For policies of several strengths, give random, rule and policy files.
-
-    A policy from a file gets the file's name, for example medium or best.
-
-    Example: flockesc episodes random rule --task one-range --output data
-    """
-    require("analysis", ["polars"])
-    import polars as pl
-
-    if not policies:
-        raise InputError("policies", "at least one policy", "none")
-    chosen = tasks[task]
-    check_folder(output)
-    specs = [chosen.shortcut.policy if spec == "rule" else spec for spec in policies]
-    found = [LoadedPolicy.of(spec, policy_of) for spec in specs]
-    record_episodes(found, chosen, training_seeds(0, 0, flocks), output, lambda spec: note(f"playing {spec}"))
-    note(f"saved: {output}")
-    played = pl.read_parquet(output / "episodes.parquet", columns=["policy", "objective"])
-    rows = [
-        [name, chosen.spec.text(mean), f"{(output / f'{name}.parquet').stat().st_size / 1e6:.1f}"]
-        for name, mean in played.group_by("policy", maintain_order=True).mean().iter_rows()
-    ]
-    show(*table(["policy", chosen.spec.symbol, "MB"], rows))
-    return Exit.DONE
 
 
 def _lines(result: Result, flocks: Sequence[int]) -> list[str]:

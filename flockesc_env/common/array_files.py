@@ -1,4 +1,4 @@
-"""Reading and writing of files of arrays (npz, npy) and tables (Parquet).
+"""Reading and writing of files of arrays (npz) and tables (Parquet).
 
 Reading executes no code from the file (no pickle) and checks the sizes in headers before it loads arrays.
 Damaged files raise ``InputError``; ``expected`` is the expected kind of file in its message.
@@ -30,7 +30,6 @@ _HEADER = "header"
 _KINDS = {
     "a policy": {_HEADER, "parameters"},
     "a recorded run": {_HEADER, "num_components"},
-    "an initial state": {"positions"},
 }
 """Arrays of each kind of npz file."""
 
@@ -90,15 +89,6 @@ def read_npz(path: Path, expected: str, raw: bytes | None = None) -> dict[str, N
     except Exception as error:  # zipfile, its decompressors and NumPy raise exceptions of many types
         raise InputError(str(path), expected, repr(error)) from None
     return arrays
-
-
-def read_npy(path: Path, expected: str) -> NDArray[Any]:
-    """Return the array of an npy file."""
-    raw = path.read_bytes()
-    try:
-        return _array(BytesIO(raw), len(raw))
-    except Exception as error:  # NumPy raises exceptions of many types
-        raise InputError(str(path), expected, repr(error)) from None
 
 
 def _array(file: IO[bytes], num_bytes: int) -> NDArray[Any]:

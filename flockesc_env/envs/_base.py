@@ -10,6 +10,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from copy import copy, deepcopy
 from functools import wraps
+from operator import attrgetter
 from typing import Any, ClassVar, Generic, Literal, TypeVar, cast
 
 from gymnasium import logger
@@ -82,37 +83,25 @@ def needs_reset_if_interrupted(method: Method) -> Method:
     return cast("Method", call)
 
 
+def read_only(name: str, path: str) -> Any:
+    """Return a property for the setting at ``path``; an assignment raises and says what to do instead."""
+
+    def assign(env: Viewed, value: Any) -> None:
+        if value is not getattr(env, name, env):  # `VecEnv` assigns the render mode that it has read
+            expected = f"no assignment after creation (create an environment with the new {name})"
+            raise InputError(name, expected, shown(value))
+
+    return property(attrgetter(path), assign)
+
+
 class Viewed:
-    """Base class of all environments: render mode and viewer. A complete environment keeps its settings."""
+    """Base class of all environments: render mode, viewer, and the options as read-only properties."""
 
     _arguments: ClassVar[type]
-    _is_complete = False
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 20}
-    render_mode: str | None = None
+    render_mode: str | None = read_only("render_mode", "_render_mode")
+    _render_mode: str | None = None
     _viewer: Viewer | None = None  # Gymnasium calls `close` even if the constructor failed
-
-    def __init_subclass__(cls, **kwargs: Any) -> None:
-        """Make the constructor set ``_is_complete`` at its end, unless a subclass's constructor called it."""
-        super().__init_subclass__(**kwargs)
-        if "__init__" in vars(cls):
-            init: Any = cls.__init__
-
-            @wraps(init)
-            def call(self: Viewed, *args: Any, **kwargs: Any) -> None:
-                init(self, *args, **kwargs)
-                self._is_complete = type(self).__init__ is call
-
-            cls.__init__ = call  # type: ignore[assignment]
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        """Set an attribute; after the constructor, settings raise ``InputError``."""
-        if self._is_complete and self._is_setting(name):
-            way = "create a new environment" + ("" if name in _DERIVED else f" with {name}=..")
-            raise InputError(name, f"no assignment after creation ({way})", shown(value))
-        super().__setattr__(name, value)
-
-    def _is_setting(self, name: str) -> bool:
-        return name in _SETTINGS or name in _DERIVED or name in self._arguments.__annotations__
 
     def close(self) -> None:
         """Close the window if one is open."""
@@ -140,21 +129,14 @@ class Viewed:
     def _num_actions(self) -> int:
         """Return the number of actions of an episode that does not end early."""
 
-    def _prepare_rendering(self, arguments: Mapping[str, Any], fps: int, **flocks: int) -> None:
-        self.render_mode = arguments.get("render_mode")
-        self._viewer = as_viewer(self.render_mode, arguments.get("render_options"), fps, **flocks)
+    def _prepare_rendering(self, arguments: Mapping[str, Any], fps: int, count: int = 1) -> None:
+        self._render_mode = arguments.get("render_mode")
+        self._viewer = as_viewer(self._render_mode, arguments.get("render_options"), fps, count)
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
 
 
-_SETTINGS = {"autoreset_mode", "copy", "max_episode_steps", "num_envs", "num_flocks", "per_agent", "scenario"}
-"""Arguments of constructors that are not in a ``TypedDict``."""
-
-_DERIVED = {
-    *("options", "policy_spec", "predator_policy_spec", "possible_agents"),
-    *("observation_space", "action_space", "single_observation_space", "single_action_space"),
-    *("observation_spaces", "action_spaces", "state_space"),
-}
-"""Attributes that follow from the arguments."""
+for _name in EnvOptionsDict.__annotations__:  # those of a line are among them
+    setattr(Viewed, _name, read_only(_name, f"options.{_name}"))
 
 
 class Registered(Viewed):
@@ -173,18 +155,14 @@ class Registered(Viewed):
         if self._spec is not None:
             self._spec.max_episode_steps = self._num_actions()
 
-    def set_wrapper_attr(self, name: str, value: Any, *, force: bool = True) -> bool:
-        """Set an attribute, as ``Wrapper.set_wrapper_attr`` asks for; see ``__setattr__``."""
-        if force or hasattr(self, name) or self._is_setting(name):
-            setattr(self, name, value)
-            return True
-        return False
-
 
 class FlockEnvironment(Viewed):
     """Base class of the flock environments; holds one ``FlockBatch``."""
 
     _arguments: ClassVar[type] = FlockArguments
+    scenario: FlockScenario = read_only("scenario", "_batch.scenario")  # of the first flock
+    options: EnvOptions = read_only("options", "_batch.options")
+    predator_policy: PredatorPolicy | None = read_only("predator_policy", "_batch.predator_policy")
 
     def __init__(
         self,
@@ -204,12 +182,10 @@ class FlockEnvironment(Viewed):
             num_threads=arguments.get("num_threads"),
             predator_policy=arguments.get("predator_policy"),
         )
-        self.scenario: FlockScenario = batch.scenario  # of the first flock
-        self.options: EnvOptions = batch.options
         self.policy_spec = batch.policy_spec
-        seconds = first.time_step * self.options.steps_per_action
+        seconds = first.time_step * batch.options.steps_per_action
         fps = max(1, round(min(1.0 / seconds, 1000.0)))  # real time, at most 1000 pictures per second
-        self._prepare_rendering(arguments, fps, count=batch.num_flocks, num_agents=first.num_agents)
+        self._prepare_rendering(arguments, fps, batch.num_flocks)
 
     def _as_scenarios(self, given: Any) -> FlockScenario | list[FlockScenario]:
         scenario: FlockScenario = as_scenario(given, FlockScenario)
@@ -224,8 +200,7 @@ class FlockEnvironment(Viewed):
     def _show(self) -> None:
         """Pass the current state to the viewer, after a reset or a step."""
         if self._viewer is not None:
-            last, trail = self._viewer.frames, self._viewer.options.trail
-            self._viewer.update(live_frames(self._batch, last, trail))
+            self._viewer.update(live_frames(self._batch, self._viewer.frames))
 
     def _restore(self, state: Any, flocks: Any = None) -> Observations:
         """Restore flocks from a snapshot and return the observations of all flocks."""

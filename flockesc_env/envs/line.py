@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import ResetNeededError
-from flockesc_env.envs._base import LineArguments, Registered, needs_reset_if_interrupted
+from flockesc_env.envs._base import LineArguments, Registered, needs_reset_if_interrupted, read_only
 from flockesc_env.episodes.current_state import LineView
 from flockesc_env.episodes.options import LineOptions, options_in
 from flockesc_env.episodes.spaces import line_policy_spec
@@ -40,18 +40,20 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
     """
 
     _arguments = LineArguments
+    scenario: LineScenario = read_only("scenario", "_scenario")
+    options: LineOptions = read_only("options", "_options")
     metadata: dict[str, Any] = {**Registered.metadata, "render_fps": FRAMES_PER_SECOND}
 
     def __init__(
         self, scenario: LineScenario | str | None = None, **arguments: Unpack[LineArguments]
     ) -> None:
-        self.scenario = as_scenario(scenario, LineScenario)
-        self.options: LineOptions = options_in(self.scenario, arguments, LineArguments)
-        self._document = self.options.to_core()
-        _core.LineEpisode(self.scenario.to_json(), self._document, 0)  # raises if there is no predator
+        self._scenario = as_scenario(scenario, LineScenario)
+        self._options = options_in(self._scenario, arguments, LineArguments)
+        self._document = self._options.to_core()
+        _core.LineEpisode(self._scenario.to_json(), self._document, 0)  # raises if there is no predator
         self._episode: _core.LineEpisode | None = None
         self._schedule = fresh_seed(), 0  # the seed of episode 0, and the index of the next episode
-        self.policy_spec = line_policy_spec(self.scenario, self.options)
+        self.policy_spec = line_policy_spec(self._scenario, self._options)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
         self._prepare_rendering(arguments, FRAMES_PER_SECOND)
@@ -123,4 +125,4 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
             (last,) = self._viewer.frames
             before = last.history if last is not None and episode.steps else []
             present = (episode.steps, episode.states, episode.interaction_range)
-            self._viewer.update([LineFrame(self.scenario, [*before, present])])
+            self._viewer.update([LineFrame(self.scenario, [*before, present], self.options.max_range)])

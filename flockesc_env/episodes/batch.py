@@ -70,7 +70,7 @@ class FlockBatch:
                 expected = "a scenario with a Learned predator; scenario.with_learned_predators() makes one"
                 kinds = ", ".join(type(predator).__name__ for predator in first.predators)
                 raise InputError("predator_policy", expected, kinds or "no predator")
-        self._predator_policy = predator_policy
+        self.predator_policy = predator_policy
         # Whether a slot's episode began after the predator policy's last action.
         self._has_begun = np.zeros(self.num_flocks, np.bool)
         self.options = options
@@ -147,7 +147,7 @@ class FlockBatch:
     ) -> Step:
         """Step as ``step`` does, with ranges in m instead of actions, shape (num_flocks * rows,)."""
         restarted: list[int] = []
-        if self._predator_policy is not None and at_end == "restart":
+        if self.predator_policy is not None and at_end == "restart":
             restarted = np.flatnonzero(self.core.ended()).tolist()
         step = self.core.step(ranges, at_end, out, self._hunt(predator_actions))
         if restarted:
@@ -198,14 +198,14 @@ class FlockBatch:
 
         The core calls it after its checks, so that a refused step does not change the policy's memory.
         """
-        return self._predator_actions if given is None and self._predator_policy is not None else given
+        return self._predator_actions if given is None and self.predator_policy is not None else given
 
     def _predator_actions(self) -> FloatArray:
         observations = self.core.observe(range(self.num_flocks), "predators")
         if self._has_begun.any():
-            reset_policy(self._predator_policy, self._has_begun.repeat(self.predator_policy_spec.count))
+            reset_policy(self.predator_policy, self._has_begun.repeat(self.predator_policy_spec.count))
             self._has_begun[:] = False
-        policy = cast("PredatorPolicy", self._predator_policy)
+        policy = cast("PredatorPolicy", self.predator_policy)
         actions = policy.act(observations, self.predator_policy_spec)
         return self.predator_policy_spec.plain(actions, len(observations), "actions of the predator policy")
 

@@ -24,7 +24,6 @@ IndividualReward = Literal[
     "individual_distance",
     "individual_distance_change",
     "individual",
-    "neighborhood_distance_change",
     "difference",
 ]
 Reward = Literal[TeamReward, IndividualReward]
@@ -118,8 +117,6 @@ class EnvOptions(ActionOptions):
             ``"individual_distance"``: d_i, divided by the number of steps;
             ``"individual_distance_change"``: d_i(t) - d_i(t-1);
             ``"individual"``: the agent's part of ``"team"`` of the mean distance;
-            ``"neighborhood_distance_change"``: the mean of d_j(t) - d_j(t-1) over the agents j within
-            ``max_range``, including j = i;
             ``"difference"``: the difference reward (Wolpert and Tumer): v_t minus its value if this agent had
             range 0 during the action. It simulates the action once more per agent.
         predator_sensing_range: distance in m up to which agents observe a predator; ``math.inf``: any

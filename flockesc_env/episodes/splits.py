@@ -4,8 +4,6 @@ Environments give seeds of 2^32 or more to the episodes that autoreset starts (`
 above all of these ranges.
 """
 
-from collections.abc import Iterable
-
 from flockesc_env.common.errors import InputError
 
 TUNING = range(1_000_000, 2_000_000)
@@ -37,11 +35,3 @@ def first_seeds(purpose: range, count: int) -> range:
     if not 1 <= count <= len(purpose):
         raise InputError("flocks", f"an integer from 1 to {len(purpose)}", count)
     return purpose[:count]
-
-
-def refuse_held_out(flocks: Iterable[int]) -> None:
-    """Check that seeds by which something is chosen are not in ``HELD_OUT``."""
-    for seed in flocks:
-        if seed in HELD_OUT:
-            expected = f"seeds outside of the held-out ones, {HELD_OUT.start} to {HELD_OUT.stop - 1}"
-            raise InputError("seeds", expected, seed)

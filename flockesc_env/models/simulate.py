@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,14 +26,8 @@ if TYPE_CHECKING:
 IntArray = NDArray[np.int64]
 
 
-@singledispatch
-def to_html(_result: object) -> str | None:
-    """Return a result as HTML; ``None``: notebooks show the ``repr``. See ``flockesc_env.notebook``."""
-    return None
-
-
 class Displayed(ABC):
-    """Base class of results: a short ``repr``, and HTML in notebooks."""
+    """Base class of results: a short ``repr``."""
 
     @abstractmethod
     def _summary(self) -> dict[str, object]:
@@ -46,9 +39,6 @@ class Displayed(ABC):
             for name, value in self._summary().items()
         )
         return f"{type(self).__name__}({', '.join(facts)})"
-
-    def _repr_html_(self) -> str | None:
-        return to_html(self)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,10 +1,9 @@
-"""Range policies and predator policies, built-in and from files, rollouts of them, and the planner."""
+"""Range policies and predator policies, built-in and from files, and rollouts of them."""
 
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import BasePolicy, Policy, RowMemory
 from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
 from flockesc_env.policies.network import Architecture, NetworkPolicy, torch_network
-from flockesc_env.policies.planner import Plan, PlannedEpisode, Planner
 from flockesc_env.policies.playing import Episodes, LineEpisodes
 from flockesc_env.policies.registry import NAMES, as_policy, bind, load_policy, save_policy, trained
 from flockesc_env.policies.rules import (
@@ -33,9 +32,6 @@ __all__ = [
     "ListenWhileFleeing",
     "ListenWhileThreatened",
     "NetworkPolicy",
-    "Plan",
-    "PlannedEpisode",
-    "Planner",
     "Policy",
     "PolicySpec",
     "Pursue",

@@ -1,8 +1,6 @@
 """The colors of every picture: pygame's, the watch page's and the figures of Matplotlib.
 
-Interaction ranges are viridis, learned policies purple, fixed ranges gray and predators vermilion. Components
-are muted, so that no component looks like a predator. The colors of the five largest components are as easy
-to tell apart with any kind of color blindness as those of Okabe and Ito.
+Interaction ranges are viridis, learned policies purple, fixed ranges gray and predators vermilion.
 """
 
 from __future__ import annotations
@@ -31,8 +29,6 @@ class Palette:
     ink: str
     accent: str  # controls, and a quantity that belongs to no policy
     predator: str
-    components: tuple[str, ...]  # the largest components
-    other: str  # a smaller component
     alone: str  # an agent without neighbors
     fixed: str
     learned: str
@@ -50,8 +46,6 @@ LIGHT = Palette(
     ink="#1d2129",
     accent="#0072b2",
     predator="#d55e00",
-    components=("#3073a5", "#ddb66a", "#934b63", "#7ed3a6", "#6b571f"),
-    other="#4b5058",
     alone="#949aa3",
     fixed="#3f4652",
     learned="#7c3aed",
@@ -69,8 +63,6 @@ DARK = Palette(
     ink="#e8eaed",
     accent="#56b4e9",
     predator="#ff7a1a",
-    components=("#97b8fc", "#ffd791", "#e399c7", "#b3be8d", "#a1ebf7"),
-    other="#b9bec6",
     alone="#858c96",
     fixed="#c9ced6",
     learned="#a78bfa",
@@ -78,25 +70,11 @@ DARK = Palette(
     ranges=("#8a63d8", "#4f8fd6", "#27b5a5", "#7ad95b", "#fde725"),
 )
 
-LABELS = (
-    *LIGHT.components,
-    *("#cba553", "#55b8e2", "#6bc08e", "#b69be6", "#a1b564", "#88aaf1", "#40c1bd", "#d790c5"),
-    *("#93892f", "#498cc4", "#1f9b82", "#a270b1", "#639654", "#7c7dc6", "#0097ab"),
-)
-"""Colors of the labels of components, which repeat after 20."""
-
 
 def rgb(color: str) -> Color:
     """Return a color ``"#rrggbb"`` as (red, green, blue)."""
     red, green, blue = bytes.fromhex(color.removeprefix("#"))
     return red, green, blue
-
-
-def component_colors(labels: NDArray[np.int64]) -> Colors:
-    """Return a color per agent, shape (n, 3): the color of its component's label, gray if it is alone."""
-    colors = np.array([rgb(color) for color in LABELS], np.uint8)[labels % len(LABELS)]
-    colors[np.bincount(labels, minlength=len(labels))[labels] == 1] = rgb(LIGHT.alone)
-    return colors
 
 
 def range_colors(ranges: NDArray[np.float64], largest: float) -> Colors:

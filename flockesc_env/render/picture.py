@@ -1,4 +1,4 @@
-"""The picture of a flock or a line: agents in the color of component or range, predators, rho and J.
+"""The picture of a flock or a line: agents in the color of their range, predators, rho and J.
 
 Only this file imports pygame, which draws without a display and opens the window.
 """
@@ -15,10 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.extras import require
-from flockesc_env.models.graph import component_labels, neighbor_pairs
-from flockesc_env.models.simulate import IntArray
 from flockesc_env.render.frames import FlockFrame, LineFrame, RenderOptions, initial_region
-from flockesc_env.render.palette import LIGHT, Color, component_colors, faded, range_colors, rgb
+from flockesc_env.render.palette import LIGHT, Color, faded, range_colors, rgb
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # pygame prints a greeting on stdout
 os.environ.setdefault("SDL_NO_SIGNAL_HANDLERS", "1")  # SDL would catch SIGTERM, also in forked workers
@@ -127,28 +125,18 @@ def draw_frame(frame: FlockFrame | LineFrame, options: RenderOptions, title: str
     if isinstance(frame, LineFrame):
         _draw_line(canvas, frame, title)
     else:
-        _draw_flock(canvas, frame, options, title)
+        _draw_flock(canvas, frame, title)
     return canvas.image()
 
 
-def _draw_flock(canvas: Canvas, frame: FlockFrame, options: RenderOptions, title: str) -> None:
-    size, unit = options.size, frame.scenario.neighbor_rule.unit
+def _draw_flock(canvas: Canvas, frame: FlockFrame, title: str) -> None:
+    size, unit = canvas.size, frame.scenario.neighbor_rule.unit
     eye, alive, known = camera(frame.view, size), ~frame.caught, frame.interaction_range
     ranges = np.broadcast_to(known if len(known) else 0.0, len(alive))[alive]
     places, predators = eye.pixels(frame.positions[alive]), eye.pixels(frame.predator_positions)
-    heard, headings = (each[alive] for each in frame.graph)
-    labels = np.empty(0, np.int64)
-    if len(places):
-        labels = component_labels(frame.scenario, heard, ranges, velocities=headings)
-    largest = ranges.max(initial=0.0) if options.largest_range is None else options.largest_range
-    colors = range_colors(ranges, largest) if options.color == "range" else component_colors(labels)
     red = np.tile(PREDATOR, (len(predators), 1))
-    chosen = np.isin(np.flatnonzero(alive), options.selected(len(alive)))
-
     reach = frame.scenario.predator_range * eye.scale
     canvas.discs(predators, reach, faded(red, 0.88))
-    if options.show == "discs" and unit == "m":
-        canvas.discs(places[chosen], eye.scale * ranges[chosen], faded(colors, 0.84)[chosen])
     canvas.discs(predators, reach, faded(red, 0.5), rim=1.0)
     if len(predators) == 1 and len(places) and frame.scenario.periodic_side is None:
         # A ring: the mean distance of the agents.
@@ -156,15 +144,12 @@ def _draw_flock(canvas: Canvas, frame: FlockFrame, options: RenderOptions, title
         mean = eye.scale * float(np.linalg.norm(away, axis=1).mean())
         canvas.discs(predators, mean, faded([TEXT], 0.4), rim=1.5)
     _ground(canvas, eye, frame)
-    if (options.show == "edges" or (options.show == "discs" and unit != "m")) and len(places):
-        pairs = neighbor_pairs(frame.scenario, heard, ranges, velocities=headings)
-        pairs = np.unique(np.sort(pairs[chosen[pairs].any(axis=1)], axis=1), axis=0)  # every pair once
-        canvas.segments(places[pairs], faded(colors, 0.55)[pairs[:, 0]])
     for path in np.moveaxis(eye.pixels(frame.trail), 1, 0):
         pieces = np.stack([path[:-1], path[1:]], axis=1)
         age = np.linspace(1.0, 0.15, len(pieces))[:, np.newaxis]
         canvas.segments(pieces, faded(PREDATOR, age), 0.005 * size)
     length = 0.0125 * size * float(np.clip((300 / max(len(places), 1)) ** 0.25, 0.7, 1.5))
+    colors = range_colors(ranges, frame.largest_range)
     canvas.polygons(_darts(eye, places, frame.velocities[alive], length), colors)
     canvas.polygons(_darts(eye, predators, frame.predator_velocities, 0.026 * size), red)
 
@@ -174,11 +159,10 @@ def _draw_flock(canvas: Canvas, frame: FlockFrame, options: RenderOptions, title
         words = f"range {ranges.mean():.1f}{spread} {unit}"
     time = frame.step * frame.scenario.time_step
     goal = frame.objective if len(predators) else "no predator"
-    _write(canvas, title, f"{time:.1f} s", words, goal, labels if options.color == "component" else None)
+    _write(canvas, title, f"{time:.1f} s", words, goal)
     if frame.caught.any():
         canvas.text(f"{frame.caught.sum()} caught", (0.5 * size, 0.96 * size), PREDATOR, "center")
-    if options.color == "range":
-        _color_scale(canvas, f"{largest:g} {unit}")
+    _color_scale(canvas, f"{frame.largest_range:g} {unit}")
     _ruler(canvas, eye.scale)
 
 
@@ -205,16 +189,16 @@ def _draw_line(canvas: Canvas, frame: LineFrame, title: str) -> None:
     canvas.text("steps", (0.535 * size, 0.96 * size), FAINT_TEXT, "center", 0.036)
     if predator is not None:
         canvas.segments(at([0, end], predator)[np.newaxis], [PREDATOR], 0.004 * size)
-    points = np.stack([states, np.zeros_like(states)], axis=-1)
-    labels = [component_labels(None, *each) for each in zip(points, ranges, strict=True)]
-    for t in range(1, len(labels)):
+    colors = range_colors(ranges, frame.largest_range)
+    for t in range(1, len(steps)):
         ends = np.stack([at(steps[k], states[k]) for k in (t - 1, t)], axis=1)
         # Agents with equal states stay together, so one line stands for all of them.
         _, kept = np.unique(np.round(ends.reshape(-1, 4), 1), axis=0, return_index=True)
-        canvas.segments(ends[kept], component_colors(labels[t])[kept], 0.0025 * size)
-    canvas.discs(at(steps[-1], states[-1]), 0.006 * size, component_colors(labels[-1]))
+        canvas.segments(ends[kept], np.tile(colors[t], (len(kept), 1)), 0.0025 * size)
+    canvas.discs(at(steps[-1], states[-1]), 0.006 * size, np.tile(colors[-1], (len(states[-1]), 1)))
     goal = "" if predator is None else f"escape distance {np.abs(states[-1] - predator).min():.3f}"
-    _write(canvas, title, f"t = {steps[-1]}", f"range {ranges[-1]:.3g}", goal or "no predator", labels[-1])
+    _write(canvas, title, f"t = {steps[-1]}", f"range {ranges[-1]:.3g}", goal or "no predator")
+    _color_scale(canvas, f"{frame.largest_range:g}")
 
 
 def nice(least: float) -> float:
@@ -249,19 +233,13 @@ def _darts(eye: Camera, centers: FloatArray, velocities: FloatArray, length: flo
     return corners
 
 
-def _write(
-    canvas: Canvas, title: str, time: str, words: str, goal: str, labels: IntArray | None = None
-) -> None:
-    """Write the title, time, range, objective and, if labels are given, the number of components."""
+def _write(canvas: Canvas, title: str, time: str, words: str, goal: str) -> None:
+    """Write the title, time, range and objective."""
     left, right, row = _LEFT * canvas.size, _RIGHT * canvas.size, 0.08 * canvas.size
     canvas.text(title, (left, 0.02 * canvas.size), TEXT)
     canvas.text(time, (left, row), TEXT)
     canvas.text(words, (0.2 * canvas.size, row), TEXT)
     canvas.text(goal, (right, row), TEXT, "topright")
-    if labels is not None:
-        count = len(np.unique(labels))
-        parts = f"{count} component{'' if count == 1 else 's'}"
-        canvas.text(parts, (left, 0.96 * canvas.size), FAINT_TEXT, "midleft")
 
 
 def _color_scale(canvas: Canvas, largest: str) -> None:

@@ -6,7 +6,6 @@ import errno
 import shutil
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -69,8 +68,7 @@ def draw(
         objective: the objective J in the picture of a flock; see ``EnvOptions``.
 
     Raises:
-        InputError: if the run has no such step, or an argument has a wrong type; if the options do not fit
-            the flock.
+        InputError: if the run has no such step, or an argument has a wrong type.
         DependencyNotInstalled: if pygame is missing.
     """
     as_run(run, "run")
@@ -82,8 +80,10 @@ def draw(
 
     if isinstance(run, LineTrajectory):
         history = [(t, run.states[t], run.interaction_range if t else 0.0) for t in range(step + 1)]
-        return draw_frame(LineFrame(run.scenario, history), options, title)
-    return draw_frame(recorded_frame(run, step, objective, options.trail), options, title)
+        return draw_frame(LineFrame(run.scenario, history, run.interaction_range), options, title)
+    largest = float(run.interaction_ranges.max())
+    frame = recorded_frame(run, step, objective, recorded_view(run, step), largest)
+    return draw_frame(frame, options, title)
 
 
 def write_video(
@@ -106,19 +106,16 @@ def write_video(
         path: a file that ends in ``.mp4`` or ``.gif``.
         fps: frames per second; ``None``: 20, or 10 in a ``.gif``, which compresses less.
         speed: seconds of the model per second of the video.
-        options: what the pictures show; ``size`` is the width of one run. ``None``: agents are colored by
-            range if the ranges differ, and by component otherwise; the size is 512, or 400 in a ``.gif``.
+        options: ``size`` is the width of one run. ``None``: 512, or 400 in a ``.gif``.
         objective: the objective J in the pictures; see ``EnvOptions``.
         progress: called with (frames written, all frames). If it raises an exception, no file is written.
 
     Raises:
-        InputError: if an argument has a wrong type or value; it names the argument; if the options do not fit
-            a flock.
+        InputError: if an argument has a wrong type or value; it names the argument.
         DependencyNotInstalled: if pygame or imageio-ffmpeg is missing.
         OSError: if the file cannot be written; an older file stays as it was.
     """
     path = as_path(path)
-    chosen = None if options is None else as_render_options(options)
     as_choice(objective, "objective", FLOCK_OBJECTIVES)
     suffix = suffix_of(path)
     if suffix not in _FORMATS:
@@ -126,19 +123,14 @@ def write_video(
     if not path.parent.is_dir():
         raise InputError("path", "a file in a folder that exists", path)
     default_fps, size = (10, 400) if suffix == ".gif" else (20, 512)
+    options = RenderOptions(size=size) if options is None else as_render_options(options)
     fps = as_count(default_fps if fps is None else fps, "fps")
     pace = float(as_floats(speed, "speed", ()))
     if pace <= 0:
         raise InputError("speed", "a number above 0", pace)
     runs = as_runs([(path.stem, runs)] if isinstance(runs, Trajectory) else runs)
     progress = as_callback(progress)
-    ranges = np.concatenate([run.interaction_ranges.ravel() for _, run in runs])
-    if chosen is None:
-        chosen = RenderOptions(size=size, color="range" if np.ptp(ranges) else "component")
-    largest = float(ranges.max()) if chosen.largest_range is None else chosen.largest_range
-    options = replace(chosen, largest_range=largest)
-    for _, run in runs:
-        options.selected(run.scenario.num_agents)
+    largest = max(float(run.interaction_ranges.max()) for _, run in runs)
     require("video", ["imageio_ffmpeg"])
     import imageio_ffmpeg  # type: ignore[import-untyped]
 
@@ -169,7 +161,7 @@ def write_video(
                 for (_, run), view, title in zip(runs, views, titles, strict=True):
                     time = (done - 1) * pace / fps
                     step = min(round(time / run.scenario.time_step), run.scenario.num_steps)
-                    frame = recorded_frame(run, step, objective, options.trail, view)
+                    frame = recorded_frame(run, step, objective, view, largest)
                     pictures.append(draw_frame(frame, options, title))
                 for picture in pictures[1:]:
                     picture[:2] = picture[:, :2] = rgb(LIGHT.frame)

@@ -60,18 +60,14 @@ class Viewer:
             picture.close_window()
 
 
-def as_viewer(
-    mode: Any, options: Any, fps: int, *, count: int = 1, num_agents: int | None = None
-) -> Viewer | None:
-    """Return the viewer of ``count`` flocks of ``num_agents`` agents, or of a line; ``None`` without a mode.
+def as_viewer(mode: Any, options: Any, fps: int, count: int = 1) -> Viewer | None:
+    """Return the viewer of ``count`` flocks, or of a line; ``None`` without a mode.
 
     An invalid mode or invalid options raise ``InputError``.
     """
     if mode is not None and (not isinstance(mode, str) or mode not in RENDER_MODES):
         raise InputError("render_mode", f"one of {', '.join(RENDER_MODES)} or None", shown(mode))
     chosen = as_render_options(options)
-    if num_agents is not None:
-        chosen.selected(num_agents)
     return None if mode is None else Viewer(mode, chosen, fps, count)  # type: ignore[arg-type]
 
 

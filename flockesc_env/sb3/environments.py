@@ -83,7 +83,6 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         **arguments: Unpack[FlockArguments],
     ) -> None:
         super().__init__(scenario, arguments, num_flocks=num_flocks, view=View.of(per_agent))
-        self.predator_policy = arguments.get("predator_policy")
         self._infos: Infos = as_choice(infos, "infos", get_args(Infos))
         self._actions: NDArray[Any] | None = None
         metadata, slots = self.metadata, self._batch.num_flocks * self._batch.rows

@@ -1,7 +1,6 @@
 """Scenarios, and their parts: initial states, predators, neighbor rules, laws of motion, distributions."""
 
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.initial_files import read_initial_state
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.parts import (
     AlignedHeadings,
@@ -82,5 +81,4 @@ __all__ = [
     "Zones",
     "approach",
     "preset",
-    "read_initial_state",
 ]

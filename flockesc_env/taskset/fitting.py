@@ -130,7 +130,7 @@ def is_checkable(policy: BasePolicy) -> bool:
     """Return whether a policy is of a class that computes each row's action from that row alone.
 
     Such a policy consists of numbers, and a memory per row. It sees what its options show. Other code gets
-    the rows of all agents at once, can hold a simulator or a ``Planner``, and can recognize the held-out
+    the rows of all agents at once, can hold a simulator, and can recognize the held-out
     flocks. No check of options finds that.
     """
     return type(policy) in _ROW_BY_ROW

@@ -131,11 +131,8 @@ def rust() -> ModuleType:
     return built
 
 
-RUST = (
-    Peer("plain Rust, all pairs", one_by_one(lambda *args: rust().flock_all_pairs(*args)), largest=30_000),
-    Peer("plain Rust, cell list", one_by_one(lambda *args: rust().flock_cells(*args))),
-)
-"""Peers in plain scalar Rust (rust/peers): all pairs and a cell list."""
+RUST = (Peer("plain Rust, cell list", one_by_one(lambda *args: rust().flock_cells(*args))),)
+"""The peer in plain scalar Rust (rust/peers)."""
 
 
 def installed() -> list[Peer]:

@@ -1,11 +1,8 @@
-"""Peers in Numba: all pairs, and a cell list that sorts agents into cells and compares them with nine cells.
+"""The peer in Numba: a cell list that sorts agents into cells and compares them with nine cells.
 
-Both have an array per coordinate and no branch in the inner loop, so that the compiler vectorizes it.
+It has an array per coordinate and no branch in the inner loop, so that the compiler vectorizes it.
 ``fastmath`` lets the compiler reorder sums.
 """
-
-from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 from numba import njit
@@ -13,7 +10,6 @@ from numba import njit
 from speed.peers import Floats, Model, Peer, one_by_one
 
 Vector = tuple[float, float]
-SumNeighbors = Callable[[Floats, Floats, float, Floats], None]
 
 
 @njit
@@ -34,13 +30,6 @@ def _sum_in_range(columns: tuple[Floats, ...], k: int, low: int, high: int, rho:
         sum_x += vx[j] if is_near else 0.0
         sum_y += vy[j] if is_near else 0.0
     return sum_x, sum_y
-
-
-@njit(fastmath=True)
-def _all_pairs(r: Floats, v: Floats, interaction_range: float, sums: Floats) -> None:
-    columns = r[:, 0].copy(), r[:, 1].copy(), v[:, 0].copy(), v[:, 1].copy()
-    for i in range(len(r)):
-        sums[i, 0], sums[i, 1] = _sum_in_range(columns, i, 0, len(r), interaction_range)
 
 
 @njit(fastmath=True)
@@ -82,16 +71,14 @@ def _mean_distance(r: Floats, predator_x: float, predator_y: float) -> float:
 
 
 @njit
-def _run(
-    sum_neighbors: SumNeighbors, model: Model, r: Floats, v: Floats, rho: float, steps: int
-) -> tuple[Floats, float]:
+def _run(model: Model, r: Floats, v: Floats, rho: float, steps: int) -> tuple[Floats, float]:
     r, v = r.copy(), v.copy()
     sums = np.empty_like(v)
     predator_x, predator_y = model.predator_position
     gain = model.time_step / model.mass
     minimum = _mean_distance(r, predator_x, predator_y)
     for _ in range(steps):
-        sum_neighbors(r, v, rho, sums)
+        _cells(r, v, rho, sums)
         for i in range(len(r)):
             # The sum has the same direction as the mean.
             force_x, force_y = _scaled(sums[i, 0], sums[i, 1], model.speed)
@@ -111,7 +98,4 @@ def _run(
     return r, minimum
 
 
-PEERS = (
-    Peer("Numba, all pairs, fastmath", one_by_one(partial(_run, _all_pairs)), largest=30_000),
-    Peer("Numba, cell list, fastmath", one_by_one(partial(_run, _cells))),
-)
+PEERS = (Peer("Numba, cell list, fastmath", one_by_one(_run)),)

@@ -4,7 +4,6 @@ import copy
 from typing import Any
 
 import numpy as np
-import reference
 from objective_values import SERIES
 from option_table import (
     AGENT_REWARDS,
@@ -18,7 +17,6 @@ from option_table import (
 
 import flockesc_env as fe
 from flockesc_env.models import Trajectory
-from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.policies import FixedRange
 from flockesc_env.scenario import ConstantVelocity, Learned, PurePursuit, Topological, Wandering
 
@@ -81,20 +79,9 @@ def own_distances(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     return np.where(is_caught, 0.0, np.linalg.norm(offsets, axis=3).min(axis=2)), is_caught
 
 
-def neighborhood(run: Trajectory, step: int) -> np.ndarray:
-    """Return whether agent j is a neighbor of agent i under the largest range, or in the frozen graph."""
-    if run.scenario.frozen_graph:
-        return reference.directed_graph(run.positions[0], np.full(run.scenario.num_agents, RHO))
-    positions, velocities = run.positions[step], run.velocities[step]
-    pairs = neighbor_pairs(run.scenario, positions, MAX_RANGE, velocities=velocities)
-    graph = np.eye(run.scenario.num_agents, dtype=bool)
-    graph[tuple(pairs.T)] = True
-    return graph
-
-
 def defined(reward: str, run: Trajectory, objective: str, end: int) -> np.ndarray:
     """Return the reward of every step before the end and agent, shape (end, agents), or shape (end, 1)."""
-    curve, (own, is_caught) = getattr(run, SERIES[objective])[: end + 1], own_distances(run)
+    curve, (own, _) = getattr(run, SERIES[objective])[: end + 1], own_distances(run)
     own = own[: end + 1]
     minimum = np.minimum.accumulate(curve)[:, np.newaxis]
     rewards = np.zeros((end, own.shape[1] if reward in INDIVIDUAL_REWARDS else 1))
@@ -112,11 +99,6 @@ def defined(reward: str, run: Trajectory, objective: str, end: int) -> np.ndarra
         case "individual":  # what agents lost since the minimum fell last
             falls = np.flatnonzero(np.diff(minimum[:, 0]) < 0) + 1
             rewards[falls - 1] = np.diff(own[[0, *falls]], axis=0)
-        case "neighborhood_distance_change":
-            for step, change in enumerate(np.diff(own, axis=0), 1):
-                neighbors = neighborhood(run, step) & ~is_caught[step]
-                for agent in np.flatnonzero(~is_caught[step]):
-                    rewards[step - 1, agent] = change[neighbors[agent]].mean()
     return rewards
 
 
@@ -177,23 +159,6 @@ def test_difference_against_copies_of_the_flock(flock: str, objective: str, dime
         paid.append(rewards)
     assert np.any(paid) or objective != "min_mean_distance"
     assert alive.all() == ("capture_radius" not in FLOCKS[flock])
-
-
-def test_agents_on_the_edge_of_a_neighborhood() -> None:
-    """An agent at exactly the largest range counts; an agent slightly farther away does not."""
-    scenario = small_flock(
-        num_agents=2, num_steps=1, time_step=1.0, predators=(ConstantVelocity((0, 0), (0, 0)),)
-    )
-    env = fe.parallel_env(scenario, reward="neighborhood_distance_change", max_range=MAX_RANGE)
-    for gap, is_near in ((MAX_RANGE, True), (np.nextafter(MAX_RANGE, 99.0), False)):
-        # The second agent approaches the predator, the first one moves away from it.
-        start = {
-            "initial_positions": [[0.0, 32.0], [gap, 0.0]],
-            "initial_velocities": [[0.0, -32.0], [0.0, 0.0]],
-        }
-        env.reset_array(seed=0, options=start)
-        rewards = env.step_array(np.ones((2, 1), np.float32))[1]
-        assert rewards.tolist() == ([-16.0, -16.0] if is_near else [-32.0, 0.0])
 
 
 @every_pair(

@@ -181,15 +181,16 @@ class Machine(RuleBasedStateMachine):
             spoil(self.env.render())
             assert plain(self.env.render()) == picture
 
-    @rule(
-        name=st.sampled_from(["scenario", "options", "policy_spec", "num_envs", "render_mode", "max_range"])
-    )
+    @rule(name=st.sampled_from(["scenario", "options", "render_mode", "max_range", "reward"]))
     def assign_a_setting(self, name: str) -> None:
         env, before = self.env, getattr(self.env, name, None)
         with pytest.raises(InputError, match=f"^{name}: expected no assignment after creation"):
             setattr(env, name, "another")
         assert getattr(env, name, None) is before
-        env.note = getattr(env, "note", 0) + 1  # other names are free
+        spaces = {name: each for name, each in vars(env).items() if "space" in name}
+        vars_of_wrappers = {**spaces, "metadata": env.metadata, "note": getattr(env, "note", 0) + 1}
+        for other, value in vars_of_wrappers.items():
+            setattr(env, other, copy.copy(value))
 
     @rule()
     def close(self) -> None:

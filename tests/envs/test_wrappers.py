@@ -9,6 +9,7 @@ import gymnasium
 import numpy as np
 import pytest
 import sb3_contrib
+import sb3_contrib.common.wrappers
 import stable_baselines3
 from envs import draw
 from gymnasium import wrappers
@@ -95,6 +96,7 @@ WRAPPERS: dict[str, dict[str, Any]] = {
     "TimeAwareObservation": {},
     "FrameStackObservation": {"stack_size": 3},
     "DelayObservation": {"delay": 2},
+    "TimeFeatureWrapper": {},  # assigns to the inner environment
 }
 MAKERS: dict[str, Callable[[], Any]] = {
     "FlockEscape": lambda: gymnasium.make("flockesc/FlockEscape-v1", scenario=FLOCK),
@@ -117,7 +119,10 @@ MAKERS: dict[str, Callable[[], Any]] = {
 def test_wrappers_of_gymnasium(kind: str, wrapper: str) -> None:
     """An episode in a wrapper ends like one without, and its observations lie in the wrapper's space."""
     inner = MAKERS[kind]()
-    env = getattr(wrappers.vector if "vector" in kind else wrappers, wrapper)(inner, **WRAPPERS[wrapper])
+    library = wrappers.vector if "vector" in kind else wrappers
+    if wrapper == "TimeFeatureWrapper":
+        library, inner = sb3_contrib.common.wrappers, inner.unwrapped
+    env = getattr(library, wrapper)(inner, **WRAPPERS[wrapper])
     env.action_space.seed(0)
     observation, _ = env.reset(seed=0)
     most = inner.spec.max_episode_steps

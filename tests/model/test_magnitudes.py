@@ -60,7 +60,7 @@ def test_nothing_is_ever_nan_or_infinite(scenario: fe.FlockScenario, data: st.Da
     if any(isinstance(predator, Learned) for predator in scenario.predators):
         options["predator_policy"] = Pursue()
     flock = fe.FlockEscapeEnv(scenario, **options)
-    team = fe.parallel_env(scenario, **options, reward="neighborhood_distance_change")
+    team = fe.parallel_env(scenario, **options, reward="individual_distance_change")
     observation, info = flock.reset(seed=1, options=start)
     rows, _ = team.reset_array(seed=1, options=start)
     has_ended = False

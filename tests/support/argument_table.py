@@ -257,7 +257,6 @@ OF: dict[Any, dict[str, Kind]] = {
     **{call: {"interaction_range": PER_AGENT} for call in (neighbor_pairs, component_labels)},
     fe.load_policy: {"policy": file("policy.npz")},
     fe.save_policy: {"policy": part(NAMED, fe.FixedRange(5.0))},
-    scenario.read_initial_state: {"path": file("state.csv")},
     fe.load_run: {"path": file("run.npz")},
     fe.ScheduledRange: {"schedule": floats(np.full((10, 5), 4.0), 0.0, any_length=True)},
     scenario.PrescribedPath: {"positions": floats([[1.0, 2.0], [3.0, 5.0]], any_length=True)},

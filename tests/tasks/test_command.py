@@ -111,7 +111,7 @@ def test_code_is_scored_with_a_mark_and_not_verified(
 
 SCORE = ["score", "mine-0.npz", "--task"]
 BAD = {
-    "command": (["scores"], "episodes, got 'scores' (did you mean score or compare?)"),
+    "command": (["scores"], "verify, got 'scores' (did you mean score or compare?)"),
     "task": ([*SCORE, "per-agent-visibly"], "got 'per-agent-visibly' (did you mean per-agent-visible, "),
     "no policy": (["score", "--task", TASK], "policies: expected at least one policy, got none"),
     "no file": (["verify"], "files: expected at least one file, got none"),

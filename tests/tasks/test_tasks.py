@@ -13,7 +13,7 @@ import pytest
 import flockesc_env
 from flockesc_env import FlockScenario, InputError, LineScenario, load_policy, simulate, sweep
 from flockesc_env.episodes.options import EnvOptions, LineOptions
-from flockesc_env.episodes.splits import HELD_OUT, TRAINING, TUNING, refuse_held_out
+from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import NAMES, BasePolicy, FixedRange, RandomRange, ScheduledRange, StubbornLeaders
 from flockesc_env.policies.registry import as_policy
 from flockesc_env.taskset import fitting
@@ -108,14 +108,6 @@ def test_a_bad_field_of_a_task_is_named(old: str, new: str, message: str) -> Non
     text = files("flockesc_env.taskset").joinpath(f"{VERSION}.toml").read_text("utf-8")
     with pytest.raises(InputError, match=message):
         read_tasks(text.replace(old, new, 1))
-
-
-@pytest.mark.parametrize("seed", [HELD_OUT[0], HELD_OUT[-1]])
-def test_nothing_is_chosen_on_held_out_flocks(seed: int) -> None:
-    message = f"seeds: expected seeds outside of the held-out ones, 2000000 to 2999999, got {seed}"
-    with pytest.raises(InputError, match=message):
-        refuse_held_out([TUNING[-1], seed])
-    refuse_held_out([TUNING[-1], TRAINING[0]])
 
 
 def test_the_tasks_are_frozen() -> None:

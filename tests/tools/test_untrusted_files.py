@@ -20,7 +20,6 @@ from flockesc_env import FlockScenario, LineScenario, load_policy
 from flockesc_env.cli.output import Exit
 from flockesc_env.common.errors import InputError
 from flockesc_env.models import records
-from flockesc_env.scenario import read_initial_state
 
 MUTATIONS = 100
 """Number of mutations per kind of file."""
@@ -39,16 +38,6 @@ def write_line(path: Path) -> None:
     records.save_run(flockesc_env.simulate_line(LineScenario(num_agents=5), 0.1, seed=1), path)
 
 
-def write_state(path: Path) -> None:
-    numbers = np.random.default_rng(0).normal(size=(5, 4))
-    if path.suffix == ".npy":
-        np.save(path, numbers)
-    elif path.suffix == ".npz":
-        np.savez(path, positions=numbers[:, :2], velocities=numbers[:, 2:])
-    else:
-        np.savetxt(path, numbers, delimiter=",", header="x,y,vx,vy", comments="")
-
-
 def read_scenario(path: Path) -> FlockScenario:
     text = path.read_bytes().decode("utf-8", "replace")
     return (FlockScenario.from_toml if path.suffix == ".toml" else FlockScenario.from_json)(text)
@@ -58,9 +47,6 @@ FILES: dict[str, tuple[Callable[[Path], None], Callable[[Path], Any]]] = {
     "policy.npz": (lambda path: policy_file(path, SCENARIO) and None, load_policy),
     "run.npz": (write_run, records.load_run),
     "line.npz": (write_line, records.load_run),
-    "state.npz": (write_state, read_initial_state),
-    "state.npy": (write_state, read_initial_state),
-    "state.csv": (write_state, read_initial_state),
     "scenario.toml": (lambda path: path.write_text(SCENARIO.to_toml()) and None, read_scenario),
     "scenario.json": (lambda path: path.write_text(SCENARIO.to_json()) and None, read_scenario),
 }
@@ -133,11 +119,10 @@ LIES = {
 
 
 @pytest.mark.parametrize("lie", LIES)
-@pytest.mark.parametrize("name", ["policy.npz", "run.npz", "state.npz", "state.npy"])
+@pytest.mark.parametrize("name", ["policy.npz", "run.npz"])
 def test_arrays_with_false_headers_are_refused(name: str, lie: str, tmp_path: Path) -> None:
     path = tmp_path / name
-    members = {f"{key}.npy": LIES[lie] for key in ("header", "parameters", "positions")}
-    path.write_bytes(LIES[lie] if path.suffix == ".npy" else archive(members))
+    path.write_bytes(archive({f"{key}.npy": LIES[lie] for key in ("header", "parameters", "positions")}))
     tracemalloc.start()
     with pytest.raises(InputError, match=re.escape(str(path))):
         FILES[name][1](path)
@@ -146,10 +131,10 @@ def test_arrays_with_false_headers_are_refused(name: str, lie: str, tmp_path: Pa
 
 
 def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "state.npz"
+    path = tmp_path / "run.npz"
     path.write_bytes(archive({"positions.npy": npy((2**24,), numbers=bytes(2**27))}))
-    with pytest.raises(InputError, match=re.escape(f"{path}: expected an initial state")):
-        read_initial_state(path)
+    with pytest.raises(InputError, match=re.escape(f"{path}: expected a recorded run")):
+        records.load_run(path)
 
 
 ESCAPES = "\x1b]0;title\x07\x1b[2J\t\x9b1m\x7f\u202e\u2028\u200b\r\nflock.npz: matches"
@@ -174,13 +159,10 @@ def hostile_files(name: str, path: Path) -> Iterator[bytes]:
     """Yield copies of a valid file with escape sequences in one place each."""
     FILES[name][0](path)
     whole = io.BytesIO(path.read_bytes())  # the caller overwrites the file
-    if path.suffix in {".npy", ".npz"}:
+    if path.suffix == ".npz":
         yield ESCAPES.encode()
         yield npz({ESCAPES: np.zeros(1)})
         yield archive({"positions.npy": npy((1,)).replace(b"<f8", b"\x1b[J")})
-    elif path.suffix == ".csv":
-        yield f"{ESCAPES},y\n1,2".encode()
-        yield f"x,y\n1,{ESCAPES}".encode()
     else:
         yield from map(str.encode, with_escapes(whole.getvalue().decode()))
     arrays = dict(np.load(whole)) if path.suffix == ".npz" else {}
@@ -193,7 +175,6 @@ READERS = {
     "policy": ["simulate", "FILE", "--set", "num_agents=5", "--set", "num_steps=2"],
     "run": ["replay", "FILE"],
     "line": ["replay", "FILE"],
-    "state": ["simulate", "fixed:1", "--set", "num_steps=1", "--initial-state", "FILE"],
     "scenario": ["simulate", "fixed:1", "--seed", "1", "--scenario", "FILE"],
 }
 """A command that reads each kind of file."""

@@ -223,7 +223,6 @@ fn a_batch_of_one_large_flock() {
     for (view, reward) in [
         (View::Flock, Reward::Distance),
         (View::Agent, Reward::IndividualDistanceChange),
-        (View::Agent, Reward::NeighborhoodDistanceChange),
     ] {
         let episode = episodes(view, reward);
         let played = |threads| play::<2>(&config, &episode, &[3], threads, |_, _| 10.0);
@@ -249,7 +248,6 @@ fn assert_slots_do_not_matter<const D: usize>(side: f64, capture_radius: Option<
     for (view, reward) in [
         (View::Flock, Reward::Team),
         (View::Agent, Reward::IndividualDistance),
-        (View::Agent, Reward::NeighborhoodDistanceChange),
         (View::Agent, Reward::Difference),
     ] {
         let config = episodes(view, reward);

@@ -1,6 +1,5 @@
 //! Neighbor search with a cell list: agents are sorted into square cells, and nine cells are searched.
 
-use crate::all_pairs::sum_in_range;
 use crate::flock::Point;
 
 /// A cell list, whose buffers are reused from step to step.
@@ -86,4 +85,17 @@ impl CellList {
         }
         (columns, rows)
     }
+}
+
+/// Returns the sum of the velocities of the agents within `range` of `position`.
+fn sum_in_range(position: Point, positions: &[Point], velocities: &[Point], range: f64) -> Point {
+    let mut sum = [0.0; 2];
+    for (other, velocity) in positions.iter().zip(velocities) {
+        let (dx, dy) = (other[0] - position[0], other[1] - position[1]);
+        if dx * dx + dy * dy <= range * range {
+            sum[0] += velocity[0];
+            sum[1] += velocity[1];
+        }
+    }
+    sum
 }

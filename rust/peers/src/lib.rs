@@ -1,12 +1,10 @@
-//! Straightforward implementations of the models: `f64`, scalar, one thread. `speed/` compares
-//! flockesc-core with them. They share no code with flockesc-core.
+//! A straightforward implementation of the flock model: `f64`, scalar, one thread. `speed/` compares
+//! flockesc-core with it. It shares no code with flockesc-core.
 
-mod all_pairs;
 mod cells;
 mod flock;
-mod line;
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::cells::CellList;
@@ -14,22 +12,6 @@ use crate::flock::{Flock, Model, Point};
 
 /// Final positions, shape (n, 2), and J_mean in m.
 type Outcome<'py> = PyResult<(Bound<'py, PyArray2<f64>>, f64)>;
-
-#[pyfunction]
-fn flock_all_pairs<'py>(
-    py: Python<'py>,
-    model: Model,
-    positions: PyReadonlyArray2<'_, f64>,
-    velocities: PyReadonlyArray2<'_, f64>,
-    range: f64,
-    steps: usize,
-) -> Outcome<'py> {
-    let mut flock = Flock::new(model, points(&positions), points(&velocities));
-    let minimum = flock.run(steps, |positions, velocities, sums| {
-        all_pairs::sum_neighbors(positions, velocities, range, sums);
-    });
-    outcome(py, &flock, minimum)
-}
 
 #[pyfunction]
 fn flock_cells<'py>(
@@ -48,18 +30,6 @@ fn flock_cells<'py>(
     outcome(py, &flock, minimum)
 }
 
-#[pyfunction]
-fn line_all_pairs<'py>(
-    py: Python<'py>,
-    states: PyReadonlyArray1<'_, f64>,
-    predator: line::Predator,
-    range: f64,
-    steps: usize,
-) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let states = line::run(states.as_slice()?.to_vec(), predator, range, steps);
-    Ok(states.into_pyarray(py))
-}
-
 fn points(array: &PyReadonlyArray2<'_, f64>) -> Vec<Point> {
     array
         .as_array()
@@ -76,7 +46,5 @@ fn outcome<'py>(py: Python<'py>, flock: &Flock, minimum: f64) -> Outcome<'py> {
 
 #[pymodule]
 fn flockesc_peers(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_function(wrap_pyfunction!(flock_all_pairs, module)?)?;
-    module.add_function(wrap_pyfunction!(flock_cells, module)?)?;
-    module.add_function(wrap_pyfunction!(line_all_pairs, module)?)
+    module.add_function(wrap_pyfunction!(flock_cells, module)?)
 }

@@ -85,7 +85,6 @@ impl Outcomes {
         let objective = self.objectives[config.objective as usize];
         let context = StepContext {
             world,
-            max_range: config.max_range,
             value: objective.now,
             minimum_before,
             minimum: objective.minimum,

@@ -36,8 +36,6 @@ pub enum Reward {
     /// Each agent's part of `Team` of the mean distance: when the minimum falls, d_i minus d_i at
     /// the previous fall; 0 otherwise.
     Individual,
-    /// `IndividualDistanceChange`, averaged over the agent's neighborhood.
-    NeighborhoodDistanceChange,
     /// G - G_-i: the objective's value after an action minus its value with a range of 0 for agent i.
     Difference,
     /// J - m_0 in the last step, 0 before.
@@ -52,7 +50,6 @@ impl Reward {
             Self::IndividualDistance
             | Self::IndividualDistanceChange
             | Self::Individual
-            | Self::NeighborhoodDistanceChange
             | Self::Difference => true,
         }
     }
@@ -80,7 +77,6 @@ impl Reward {
             | Self::IndividualDistance
             | Self::IndividualDistanceChange
             | Self::Individual
-            | Self::NeighborhoodDistanceChange
             | Self::Difference => 0.0,
         }
     }
@@ -102,7 +98,6 @@ impl Reward {
             Self::Individual if step.minimum < step.minimum_before => {
                 step.add_changes(step.distances_at_minimum, rewards);
             }
-            Self::NeighborhoodDistanceChange => step.add_neighborhood_changes(rewards),
             Self::Individual | Self::Team | Self::Distance | Self::Terminal | Self::Difference => {}
         }
     }

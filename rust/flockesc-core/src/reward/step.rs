@@ -1,9 +1,7 @@
 //! The inputs of rewards: `StepContext` for a step, `ActionContext` for a whole action.
 
 use super::Objective;
-use crate::agents::GROUP;
 use crate::base::error::Result;
-use crate::base::exact::Scale;
 use crate::flock::World;
 use crate::neighbor::Ranges;
 use crate::parallel::Progress;
@@ -12,8 +10,6 @@ use crate::parallel::Progress;
 #[derive(Debug)]
 pub(crate) struct StepContext<'a, const D: usize> {
     pub(crate) world: &'a World<D>,
-    /// Largest range of an action in m.
-    pub(crate) max_range: f64,
     /// The objective's value after the step.
     pub(crate) value: f64,
     /// The objective's running minimum before the step, after the step and at t = 0.
@@ -39,41 +35,6 @@ impl<const D: usize> StepContext<'_, D> {
         for ((reward, now), before) in rewards.iter_mut().zip(self.distances).zip(before) {
             *reward += now - before;
         }
-    }
-
-    /// Adds the mean of d_j(t) - d_j(t-1) in m over the neighborhood of every agent that was not caught. The
-    /// neighborhood is the one at t under the largest range, the agent itself included.
-    pub(super) fn add_neighborhood_changes(&self, rewards: &mut [f64]) {
-        let agents = self.world.agents();
-        if agents.len() == 0 {
-            return;
-        }
-        let now = self.distances;
-        let change = |&id: &u32| now[id as usize] - self.distances_before[id as usize];
-        let changes: Vec<f64> = agents.ids().iter().map(change).collect();
-        let largest = changes
-            .iter()
-            .fold(0.0, |most: f64, change| most.max(change.abs()));
-        let scale = Scale::for_registers(largest, changes.len());
-        let units: Vec<i64> = changes
-            .iter()
-            .map(|change| scale.quantize(*change))
-            .collect();
-        let (ranges, mut leaves) = (Ranges::Shared(self.max_range), Vec::new());
-        self.world
-            .neighborhood()
-            .with_pairs(agents, ranges, |pairs| {
-                for group in 0..agents.groups.len() {
-                    let (mut sums, mut counts) = ([0; GROUP], [0; GROUP]);
-                    pairs.visit(group, &mut leaves, |lane, place| {
-                        sums[lane] += units[place];
-                        counts[lane] += 1;
-                    });
-                    for (lane, &id) in agents.ids_of(group).iter().enumerate() {
-                        rewards[id as usize] += scale.mean(sums[lane], counts[lane]);
-                    }
-                }
-            });
     }
 }
 
