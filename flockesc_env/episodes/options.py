@@ -66,8 +66,6 @@ class ActionOptions:
         min_range: smallest range, at least 0, in m for a flock.
         max_range: largest range, above ``min_range``, in m for a flock. With a topological neighbor rule
             ranges are numbers of neighbors, and ``max_range`` is required.
-        center_range: range of the action 0 of the action mode ``"normalized"``, strictly between
-            ``min_range`` and ``max_range`` (docs/model.md, "Actions"). ``None``: the mean, and a linear map.
         range_grid: ranges of the action mode ``"discrete"``; ``None``: 21 equally spaced ranges from
             ``min_range`` to ``max_range``.
         steps_per_action: number of model steps per action. The last action of an episode may last fewer.
@@ -76,17 +74,15 @@ class ActionOptions:
     action_mode: ActionMode = "normalized"
     min_range: float = 0.0
     max_range: float = 40.0
-    center_range: float | None = None
     range_grid: Sequence[float] | None = None
     steps_per_action: int = 4
 
     def __post_init__(self) -> None:
         as_choice(self.action_mode, "action_mode", get_args(ActionMode))
-        center, grid = self.center_range, self.range_grid
+        grid = self.range_grid
         vars(self).update(
             min_range=float(as_floats(self.min_range, "min_range", ())),
             max_range=float(as_floats(self.max_range, "max_range", ())),
-            center_range=None if center is None else float(as_floats(center, "center_range", ())),
             range_grid=None if grid is None else tuple(as_vector(grid, "range_grid").tolist()),
             steps_per_action=as_count(self.steps_per_action, "steps_per_action"),
         )
@@ -212,7 +208,6 @@ class ActionOptionsDict(TypedDict, total=False):
     action_mode: ActionMode
     min_range: float
     max_range: float
-    center_range: float | None
     range_grid: Sequence[float] | None
     steps_per_action: int
 

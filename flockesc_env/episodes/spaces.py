@@ -51,7 +51,6 @@ class RangeActions:
         mode: the option ``action_mode``.
         min_range: smallest range.
         max_range: largest range.
-        center_range: range of the action 0; ``None``: the map is linear.
         grid: ranges of the action mode ``"discrete"``, shape (size,); ``None`` in other modes.
         core: the maps between actions and ranges in the compiled core.
     """
@@ -60,7 +59,6 @@ class RangeActions:
         self.mode = options.action_mode
         self.min_range = options.min_range
         self.max_range = options.max_range
-        self.center_range = options.center_range
         self.core = options.range_map()
         self.grid: FloatArray | None = None
         if self.core.grid is not None:
@@ -132,9 +130,7 @@ class RangeActions:
         """Return the actions of some ranges.
 
         ``to_ranges`` returns the same ranges: exactly in the action mode ``"range"``, and within two units in
-        the last place of ``max_range`` in the mode ``"normalized"``, because actions are float64. With
-        ``center_range`` these are 4 max(k, 1/k) units, where k is the ratio of the part of the ranges above
-        the center to the part below.
+        the last place of ``max_range`` in the mode ``"normalized"``, because actions are float64.
 
         Args:
             ranges: shape (k,).

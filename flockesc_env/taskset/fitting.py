@@ -15,7 +15,7 @@ from flockesc_env.policies.registry import Stored
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.taskset.definition import TaskDefinition
 
-FREE = ("action_mode", "min_range", "center_range", "range_grid", *UNOBSERVED)
+FREE = ("action_mode", "min_range", "range_grid", *UNOBSERVED)
 """Options that a policy chooses itself."""
 
 _ABOUT = ("name", "per_agent", "options", "scenario")

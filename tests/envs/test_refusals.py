@@ -224,8 +224,6 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: approach((1.0, 2.0, 3.0), dimension=2), "aim"),
     (lambda: approach(direction=(0.0, 0.0)), "direction"),
     (lambda: fe.FlockEscapeEnv(action_mode="range", max_range=1e39), "max_range"),
-    (lambda: fe.FlockEscapeEnv(center_range=40.0), "center_range"),
-    (lambda: fe.FlockEscapeEnv(action_mode="range", center_range=5.0), "center_range"),
     (lambda: fe.PredatorEnv(LEAGUE), "predators"),
     (lambda: fe.PredatorEnv(predator_policy=FlyStraight()), "predator_policy"),
     (lambda: fe.PredatorEnv(flock_policy=FlyStraight()), "flock_policy"),

@@ -73,7 +73,6 @@ OTHER_OPTIONS: dict[str, Any] = {
     "action_mode": "range",
     "min_range": 1.0,
     "max_range": 31.0,
-    "center_range": 12.0,
     "range_grid": (0.0, 10.0),
     "steps_per_action": 3,
     "objective": "min_min_distance",
@@ -115,7 +114,7 @@ def test_a_loaded_policy_refuses_environments_with_other_options(
 
 def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
     """In any scenario; with others only if ``with_options`` or the options of a rollout say so."""
-    fe.save_policy(flock_policy().with_options(center_range=8.0), tmp_path / "policy.npz")
+    fe.save_policy(flock_policy().with_options(min_range=2.0), tmp_path / "policy.npz")
     loaded: Any = fe.load_policy(tmp_path / "policy.npz")
     other = SCENARIO.replace(num_agents=9, num_steps=7)
     expected = fe.rollout(other, loaded, 3)
@@ -179,11 +178,9 @@ def test_a_policy_that_cannot_act_is_refused(
 def test_another_file_is_named(tmp_path: Path) -> None:
     fe.save_policy(flock_policy(), tmp_path / "policy.npz")
     fe.save_run(fe.simulate(SCENARIO, 5.0, seed=0), tmp_path / "run.npz")
-    np.savez(tmp_path / "start.npz", positions=np.zeros((3, 2)))
     np.savez(tmp_path / "arrays.npz", first=[1], second=[2])
     for call, name, message in (
         (fe.load_policy, "run", "expected a policy, got a recorded run"),
-        (fe.load_policy, "start", "expected a policy, got an initial state"),
         (fe.load_policy, "arrays", "expected a policy, got the arrays first, second"),
         (fe.load_run, "policy", r"expected a recorded run \(npz\), got a policy"),
     ):

@@ -89,7 +89,6 @@ def test_a_recurrent_model_of_sb3_plays_like_its_own_loop(monkeypatch: pytest.Mo
         ({"action_mode": "range"}, "model.action_space"),
         ({"max_range": 50.0}, "max_range"),
         ({"min_range": 5.0}, "min_range"),
-        ({"center_range": 5.0}, "center_range"),
         ({"steps_per_action": 2}, "steps_per_action"),
     ],
 )
@@ -188,7 +187,7 @@ def test_a_loaded_model_plays_as_it_was_trained(tmp_path: Path) -> None:
 )
 @pytest.mark.parametrize("wrap", [lambda env: env, lambda env: normalized(env, clip_obs=np.inf)])
 def test_networks_of_all_algorithms_act_as_their_models(algorithm: Any, settings: Any, wrap: Any) -> None:
-    env = wrap(vec_env(SCENARIO, per_agent=True, **EVERY_STEP, center_range=9.0))
+    env = wrap(vec_env(SCENARIO, per_agent=True, **EVERY_STEP))
     sde = {"use_sde": True} if settings else {}
     model = algorithm("MlpPolicy", env, device="cpu", seed=1, policy_kwargs={**TANH, **settings}, **sde)
     with torch.no_grad():

@@ -190,7 +190,6 @@ BY_NAME: dict[str, Kind] = {
     "max_range": positive(0.5),
     "predator_sensing_range": Kind(2.0, [-1.0, np.nan, -np.inf, [2.0]], [2, np.array(2.0)], (float,)),
     "min_range": number(0.25),
-    "center_range": positive(0.375),
     "action_mode": choice("normalized"),
     "max_speed": number(40.0),
     "size": count(160, low=160),

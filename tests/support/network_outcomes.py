@@ -49,7 +49,6 @@ def cases() -> dict[str, Case]:
         name: (paper, architecture, {**seen, "per_agent": name.startswith("agents"), "steps_per_action": 4})
         for name, architecture in ARCHITECTURES.items()
     }
-    found["agents, center"] = (paper, ARCHITECTURES["agents"], {**found["agents"][2], "center_range": 5.0})
     for dimension in (2, 3):
         small = small_flock(dimension, num_steps=40, **RANDOM)
         own = {**EVERY_STEP, "per_agent": True, "reward": "individual_distance_change", "steps_per_action": 3}

@@ -19,8 +19,6 @@ pub struct ActionOptions {
     pub min_range: f64,
     /// Largest range in m, above `min_range`.
     pub max_range: f64,
-    /// Range in m of the action 0 of [`ActionMode::Normalized`], between the others; `None`: their mean.
-    pub center_range: Option<f64>,
     /// Ranges in m of [`ActionMode::Discrete`]; `None`: 21 equally spaced ones.
     pub range_grid: Option<Vec<f64>>,
     /// Number of model steps per action, at least 1.
@@ -46,7 +44,6 @@ impl Default for ActionOptions {
             action_mode: ActionMode::Normalized,
             min_range: 0.0,
             max_range: 40.0,
-            center_range: None,
             range_grid: None,
             steps_per_action: 4,
         }
@@ -55,11 +52,10 @@ impl Default for ActionOptions {
 
 impl ActionOptions {
     /// Names of the fields.
-    pub const FIELDS: [&str; 6] = [
+    pub const FIELDS: [&str; 5] = [
         "action_mode",
         "min_range",
         "max_range",
-        "center_range",
         "range_grid",
         "steps_per_action",
     ];
@@ -87,16 +83,6 @@ impl ActionOptions {
             return Err(Error::input("max_range", expected, high));
         }
         within("steps_per_action", self.steps_per_action, 1, MAX_STEPS)?;
-        if let Some(center) = self.center_range {
-            if !(low < center && center < high) {
-                let expected = format!("a number above {low:?} and below {high:?}");
-                return Err(Error::input("center_range", expected, center));
-            }
-            if self.action_mode != ActionMode::Normalized {
-                let expected = "None, unless action_mode is 'normalized'";
-                return Err(Error::input("center_range", expected, center));
-            }
-        }
         if let Some(grid) = &self.range_grid
             && (grid.is_empty() || !grid.iter().all(|range| (low..=high).contains(range)))
         {
@@ -190,44 +176,27 @@ impl RangeMap {
         NormalizedRange {
             min_range: self.options.min_range,
             max_range: self.options.max_range,
-            center: self.options.center_range,
         }
     }
 }
 
-/// A map from actions in [-1, 1] to ranges: linear, or a Moebius map with a given center.
+/// The linear map from actions in [-1, 1] to ranges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NormalizedRange {
     /// Range in m of the action -1.
     pub min_range: f64,
     /// Range in m of the action 1.
     pub max_range: f64,
-    /// Range in m of the action 0, between the others; `None`: their mean.
-    pub center: Option<f64>,
 }
 
 impl NormalizedRange {
     /// Returns the range in m of an action in [-1, 1].
     pub fn of(&self, action: f64) -> f64 {
-        let (low, high) = (self.min_range, self.max_range);
-        let Some(center) = self.center else {
-            return low + (action + 1.0) / 2.0 * (high - low);
-        };
-        // Every operation is monotone in the action. At -1 the ratio is infinite.
-        let ratio = (high - center) * (1.0 - action) / ((center - low) * (1.0 + action));
-        let range = low + (high - low) / (1.0 + ratio);
-        if range > high { high } else { range } // `min` would drop a NaN
+        self.min_range + (action + 1.0) / 2.0 * (self.max_range - self.min_range)
     }
+
     /// Returns the action in [-1, 1] of a range in m: [`Self::of`] returns this range up to rounding.
     fn action_of(&self, range: f64) -> f64 {
-        let (low, high) = (self.min_range, self.max_range);
-        let Some(center) = self.center else {
-            return (range - low) / (high - low) * 2.0 - 1.0;
-        };
-        let (lower, upper) = (
-            range - low,
-            (high - range) / (high - center) * (center - low),
-        );
-        (lower - upper) / (lower + upper)
+        (range - self.min_range) / (self.max_range - self.min_range) * 2.0 - 1.0
     }
 }
