@@ -28,7 +28,7 @@ def _train(
 ) -> Exit:
     """Train a policy on a task.
 
-    The folder gets policy.npz, run.json with the learning curve and, from stable-baselines3, checkpoints,
+    The folder gets policy.npz, run.json with the learning curve and, from stable-baselines3,
     model.zip, best_model.zip, progress.csv and files for TensorBoard.
 
     Example: python -m training train per-agent-visible --learner ppo --seed 3

@@ -18,6 +18,7 @@ from typing import Any
 import msgspec
 
 from flockesc_env import InputError, LineScenario, Policy, rollout, save_policy, tasks
+from flockesc_env.common.checks import parse_json
 from flockesc_env.common.files import check_writable, read_sealed, write_sealed, write_text
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.models.records import versions
@@ -116,7 +117,7 @@ class Run:
             write_text(path, json.dumps(self.record(), indent=1) + "\n")
             return False
         try:
-            found = json.loads(path.read_text("utf-8"))
+            found = parse_json(path.read_text("utf-8"))
         except ValueError as error:
             raise InputError(str(path), "the record of a run", error) from None
         if found != json.loads(json.dumps(self.record())):

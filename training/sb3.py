@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import time
-from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +13,11 @@ import sb3_contrib
 import stable_baselines3
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.callbacks import CheckpointCallback
 from stable_baselines3.common.logger import Logger, make_output_format
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from flockesc_env import InputError, SB3Policy
+from flockesc_env.common.files import write_together
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies.registry import Stored
 from flockesc_env.sb3 import FlockEvalCallback
@@ -27,6 +27,7 @@ from training.run import BEST_FILE, MODEL_FILE, Measured, Run
 _FREE = ("policy", "env", "seed", "device", "tensorboard_log", "verbose", "_init_setup_model", "self")
 """Arguments of an algorithm that a table does not set."""
 
+STATISTICS_FILE = "vecnormalize.pkl"
 EVALUATION_FLOCKS = 64
 """Tuning flocks of an evaluation. With fewer, noise decides which model is the best."""
 
@@ -37,8 +38,8 @@ def train(run: Run, *, resume: bool = False) -> Path:
     The policy is the best one of the evaluations on tuning flocks, the untrained one included:
     best_model.zip, and policy.npz if it is a network. The samples do not count these flocks. model.zip is the
     last one. Rewards are scaled to unit variance of returns. A continued run starts at its last checkpoint,
-    with other flocks than an uninterrupted one. It keeps the learning curve, and logs to
-    progress-SAMPLES.csv.
+    with other flocks than an uninterrupted one, and takes as many samples. It keeps the learning curve, and
+    logs to progress-SAMPLES.csv.
 
     Raises:
         InputError: if the algorithm or a hyperparameter is unknown, or see ``Run.begin``.
@@ -51,8 +52,16 @@ def train(run: Run, *, resume: bool = False) -> Path:
     torch.set_num_threads(1)  # the networks are small
     env = _env(run)
     is_unfinished = run.begin(resume=resume)
-    model = next(_checkpoints(cls, folder, env), None) if is_unfinished else None
-    if model is None:
+    checkpoint = run.load_checkpoint() if is_unfinished else None
+    if checkpoint is not None:
+        measured, packed, env_statistics, buffer, best_files = checkpoint
+        env_statistics.set_venv(env)
+        model = cls.load(BytesIO(packed), env=env_statistics, device="cpu")
+        if buffer is not None:
+            model.replay_buffer = buffer  # type: ignore[attr-defined]
+        write_together({folder / name: content for name, content in best_files.items()})
+    else:
+        measured = Measured()
         gamma = hyperparameters.get("gamma", 0.99)
         env = VecNormalize(env, norm_obs=learner.norm_obs, clip_obs=np.inf, gamma=gamma)
         model = cls(env=env, seed=run.seed, device="cpu", **hyperparameters)
@@ -62,37 +71,37 @@ def train(run: Run, *, resume: bool = False) -> Path:
     model.set_logger(Logger(str(folder), logs))
     samples = learner.samples or run.task.samples
     every = max(samples // model.n_envs // learner.num_evaluations, 1)
-    evaluation = Evaluation(run, every, model.num_timesteps)
-    saving = CheckpointCallback(
-        every, str(folder / "checkpoints"), "model", save_replay_buffer=True, save_vecnormalize=True
-    )
+    evaluation = Evaluation(run, every, measured, model.n_envs)
     try:
         model.learn(
             max(samples - model.num_timesteps, 0),
-            callback=[saving, evaluation],
+            callback=evaluation,
             reset_num_timesteps=not is_unfinished,
             progress_bar=run.progress,
         )
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"{folder} holds checkpoints; --resume continues") from None
+        raise KeyboardInterrupt(f"{folder} holds a checkpoint; --resume continues") from None
     finally:
         model.logger.close()
     model.save(folder / MODEL_FILE)
-    statistics = VecNormalize.load(str(folder / "vecnormalize.pkl"), _env(run))
+    statistics = VecNormalize.load(str(folder / STATISTICS_FILE), _env(run))
     best = cls.load(folder / BEST_FILE, env=statistics, device="cpu")
     return run.finish(_network(best), evaluation.measured())
 
 
 class Evaluation(FlockEvalCallback):
-    """The evaluations of a run, which start after ``samples``. The run's checkpoint keeps them."""
+    """The evaluations of a run, which continue those in ``found``.
 
-    def __init__(self, run: Run, eval_freq: int, samples: int) -> None:
+    After an evaluation the next rollout begins with a checkpoint: the model has learned from all its samples.
+    """
+
+    def __init__(self, run: Run, eval_freq: int, found: Measured, num_envs: int) -> None:
         super().__init__(eval_freq, EVALUATION_FLOCKS, best_model_save_path=run.folder)
-        found = run.load_checkpoint() or Measured()
         self._run, self._begun = run, time.process_time() - found.cpu_seconds
         self.num_episodes, self._ended = found.evaluations, found.episodes * run.policy_spec.rows
-        self.history = [point for point in found.curve if point[0] < samples]
+        self.history, self.n_calls = found.curve, found.samples // num_envs
         self.best_objective = max((value for _, value in self.history), default=-np.inf)
+        self._has_start, self._is_due = bool(self.history), False
 
     def measured(self) -> Measured:
         """Return the measurements so far."""
@@ -104,8 +113,22 @@ class Evaluation(FlockEvalCallback):
         return super()._on_step()
 
     def _evaluate(self) -> None:
-        super()._evaluate()
-        self._run.save_checkpoint(self.measured())
+        if not self._has_start:
+            super()._evaluate()
+            self._is_due = True
+        self._has_start = False
+
+    def _on_rollout_start(self) -> None:
+        if self._is_due:
+            model: Any = self.model
+            model.save(packed := BytesIO())
+            best_files = {
+                name: (self._run.folder / name).read_bytes() for name in (BEST_FILE, STATISTICS_FILE)
+            }
+            buffer = getattr(model, "replay_buffer", None)
+            parts = packed.getvalue(), model.get_vec_normalize_env(), buffer, best_files
+            self._run.save_checkpoint((self.measured(), *parts))
+            self._is_due = False
 
 
 def algorithm_of(run: Run) -> type[BaseAlgorithm]:
@@ -141,24 +164,6 @@ def _env(run: Run) -> VecEnv:
     if run.learner.num_steps:
         options["scenario"] = run.task.scenario.replace(num_steps=run.learner.num_steps)
     return run.task.vec_env(run.learner.num_flocks, **options)
-
-
-def _checkpoints(cls: type[BaseAlgorithm], folder: Path, env: VecEnv) -> Iterator[BaseAlgorithm]:
-    """Yield the models of the checkpoints that are complete, the last one first.
-
-    A checkpoint ends with the file of its ``VecNormalize``. One that a crash cut off is skipped.
-    """
-    files = (folder / "checkpoints").glob("model_vecnormalize_*_steps.pkl")
-    for file in sorted(files, key=lambda path: -int(path.stem.split("_")[-2])):
-        model_file = file.with_name(file.name.replace("vecnormalize_", "")).with_suffix(".zip")
-        buffer = file.with_name(file.name.replace("vecnormalize", "replay_buffer"))
-        try:
-            model = cls.load(model_file, env=VecNormalize.load(str(file), env), device="cpu")
-            if buffer.is_file():
-                model.load_replay_buffer(buffer)  # type: ignore[attr-defined]
-        except (OSError, EOFError, ValueError):
-            continue
-        yield model
 
 
 def _network(model: BaseAlgorithm) -> Stored | None:

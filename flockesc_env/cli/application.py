@@ -7,7 +7,9 @@ raise the package's errors; ``Application.main`` converts them to messages and e
 from __future__ import annotations
 
 import inspect
+import os
 import re
+import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
@@ -41,6 +43,8 @@ class Application:
     def main(self, argv: Sequence[str] | None = None) -> int:
         """Run a command with ``argv`` or, if it is None, ``sys.argv[1:]``; return its exit code."""
         prepare_terminal()
+        if os.getpid() == 1:  # of a container: the system ignores the signal without a handler
+            signal.signal(signal.SIGTERM, lambda number, _: os._exit(128 + number))
         try:
             return self._run(list(sys.argv[1:] if argv is None else argv))
         except KeyboardInterrupt as stop:
@@ -53,7 +57,7 @@ class Application:
             if isinstance(error, JobError):
                 return Exit.FAILED
         except OSError as error:
-            note(f"error: {error.filename or 'output'}: {error.strerror or error}")
+            note(": ".join(["error", *filter(None, [error.filename]), error.strerror or str(error)]))
         except MemoryError as error:
             note(f"error: out of memory: {error}")
         return Exit.REFUSED

@@ -63,17 +63,20 @@ def prepare_terminal() -> None:
 
 def show(*lines: str) -> None:
     """Print lines of a result on stdout."""
-    print(*map(printable, lines), sep="\n")
-    flush()
+    flush("".join(f"{printable(line)}\n" for line in lines))
 
 
-def flush() -> None:
-    """Flush stdout. If that fails, drop the output, so that the interpreter does not fail again at exit."""
+def flush(text: str = "") -> None:
+    """Print a text and flush stdout.
+
+    If that fails, the output is dropped, so that the interpreter does not fail again at exit.
+    """
     try:
+        sys.stdout.write(text)
         sys.stdout.flush()
-    except OSError:
+    except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise
+        raise OSError(error.errno, error.strerror, "output") from None
 
 
 def show_json(document: Mapping[str, Any]) -> None:

@@ -21,6 +21,11 @@ def reporting(progress: Progress | bool | None, title: str, total: int) -> Itera
         yield as_callback(None if progress is False else progress)
 
 
+def is_hidden(*, always: bool) -> bool | None:
+    """Return ``disable`` of tqdm: None hides a bar without a terminal, and ``always`` shows it even then."""
+    return True if sys.stderr is None else False if always else None
+
+
 @contextmanager
 def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Callable[..., None]]:
     """Show a progress bar; yield a callback for the argument ``progress`` of ``sweep`` and ``rollout``.
@@ -29,8 +34,7 @@ def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Ca
     """
     from tqdm import tqdm  # slow to import
 
-    # None: tqdm hides it without a terminal.
-    hidden = True if IN_JOB.get() else False if always else None
+    hidden = IN_JOB.get() or is_hidden(always=always)
     with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden) as bar:
 
         def report(done: int, _: int, note: str = "") -> None:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from functools import partial
+from multiprocessing import current_process
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from flockesc_env.common.checks import as_flag, as_floats, as_instance, as_path,
 from flockesc_env.common.errors import InputError, JobError, shown
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import check_writable
+from flockesc_env.common.progress import is_hidden
 from flockesc_env.jobs.job import Arrays, Cache, Job, Outcome, Outcomes, import_name
 from flockesc_env.jobs.processes import processes
 
@@ -44,6 +46,8 @@ def find_backend(spec: str) -> Backend:
     name, _, rest = as_text(spec, "backend").partition(":")
     if spec == "serial":
         return serial
+    if name == "processes" and current_process().daemon:
+        raise InputError("backend", "serial in a daemonic process, which cannot have children", shown(spec))
     if name == "processes" and (not rest or (_NUMBER.fullmatch(rest) and int(rest) > 0)):
         return partial(processes, workers=int(rest) if rest else None)
     if name == "ray":
@@ -84,7 +88,7 @@ def run(
         check_writable(cache.folder / ".part")
     failures = list[Outcome]()
     finished, total = 0, sum(job.seconds for job in queue)
-    hidden = not queue or (False if progress else None)  # None: tqdm hides it without a terminal
+    hidden = not queue or is_hidden(always=progress)
     form = "{desc}: {percentage:3.0f}% {bar}{postfix} [{elapsed}, {remaining} left]"
     with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden, bar_format=form) as bar:
         bar.set_postfix_str(f"{len(queue)} jobs")

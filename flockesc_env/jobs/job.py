@@ -15,9 +15,11 @@ from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache, cached_property
 from importlib import import_module
+from importlib.util import find_spec
 from io import BytesIO
 from operator import attrgetter
 from pathlib import Path, PurePath
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,6 +40,9 @@ GRACE_SECONDS = 60.0
 
 _RESERVED = {"file", "allow_pickle"}
 """Names that ``numpy.savez`` does not take."""
+
+_MAX_NAME = 2**16 - 1 - len(".npy")
+"""Bytes of the longest name that an archive takes."""
 
 _PLAIN = (bool, int, float, str, bytes, range, tuple, list, dict, PurePath, np.generic)
 _PLAIN_MODULES = {"builtins", "pathlib", "numpy"}
@@ -87,7 +92,7 @@ class Job:
         if self.engine != engine_hash():
             expected, found = self.engine[:12], engine_hash()[:12]
             raise JobError(f"engine: expected build {expected}, got {found} on {socket.gethostname()}")
-        module, _, name = self.function.partition(":")
+        module, _, name = self.function.rpartition(":")
         function: Callable[..., Arrays] = attrgetter(name)(import_module(module))
         with in_job():
             returned = function(*self.arguments)
@@ -96,8 +101,9 @@ class Job:
         results = {name: np.asarray(value) for name, value in returned.items()}
         for name, array in results.items():
             is_name = isinstance(name, str) and name.isprintable() and not name.endswith(".npy")
-            if not is_name or name in _RESERVED:
-                raise TypeError(f"results: expected the name of an array, got {shown(name)}")
+            if not is_name or name in _RESERVED or len(name.encode()) > _MAX_NAME:
+                expected = f"the name of an array of at most {_MAX_NAME:,} bytes"
+                raise TypeError(f"results: expected {expected}, got {shown(name)}")
             if array.dtype.hasobject:
                 raise TypeError(f"{name}: expected an array of numbers or strings, got Python objects")
         return results
@@ -154,7 +160,8 @@ class Cache:
             message = f"{path}: expected the results of a job, got {given}; the job runs again"
             warnings.warn(message, stacklevel=2)
             return None
-        with np.load(BytesIO(packed), allow_pickle=False) as stored:
+        # The limit on headers is for files without a hash. Many named fields exceed it.
+        with np.load(BytesIO(packed), allow_pickle=False, max_header_size=sys.maxsize) as stored:
             return dict(stored.items())
 
     def put(self, job: Job, results: Arrays) -> None:
@@ -171,7 +178,7 @@ class Cache:
             return found
         try:
             self.put(job, found)
-        except OSError as error:
+        except Exception as error:  # NumPy and zipfile raise exceptions of many types
             return f"its results cannot be written: {error}"
         return None
 
@@ -195,19 +202,34 @@ class Cache:
 def import_name(named: object, field: str, expected: str) -> str:
     """Return ``module:name`` of a function or class that other processes can import.
 
-    A script counts as the module of its name.
+    A script counts as the module of its name, if a search for this module finds the script.
     """
     module, name = getattr(named, "__module__", None), getattr(named, "__qualname__", None)
     try:
         is_found = attrgetter(name)(sys.modules[module]) == named  # type: ignore[arg-type, index]
     except (AttributeError, KeyError, TypeError):
         is_found = False
+    if not is_found or not str(name).replace(".", "").isidentifier():
+        raise InputError(field, expected, shown(named))
     if module == "__main__":
         main = sys.modules[module]
-        module = main.__spec__.name if main.__spec__ else Path(getattr(main, "__file__", "<none>")).stem
-    if not is_found or not f"{module}{name}".replace(".", "").isidentifier():
-        raise InputError(field, expected, shown(named))
+        module = main.__spec__.name if main.__spec__ else _module_of(main, field, expected)
     return f"{module}:{name}"
+
+
+def _module_of(script: ModuleType, field: str, expected: str) -> str:
+    file = getattr(script, "__file__", None)
+    if file is None:
+        raise InputError(field, expected, "one of an interactive session")
+    name = Path(file).stem
+    try:
+        found = find_spec(name).origin  # type: ignore[union-attr]
+        if Path(found).samefile(file):  # type: ignore[arg-type]
+            return name
+    except (AttributeError, ImportError, OSError, TypeError, ValueError):
+        pass
+    how = "rename it, unset PYTHONSAFEPATH or import the function from another file"
+    raise InputError(field, expected, f"one of {file}, which is not found as the module {name!r}: {how}")
 
 
 def encoded(value: Any) -> Any:

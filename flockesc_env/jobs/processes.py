@@ -11,6 +11,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from multiprocessing import get_context, parent_process
 
+from flockesc_env.common.errors import InputError
 from flockesc_env.jobs.job import Cache, Job, Outcome, Outcomes
 
 ATTEMPTS = 4
@@ -66,9 +67,18 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
     A worker starts without the working folder in its path, so that a file such as ``types.py`` there does not
     replace a module of Python; then it takes the driver's path.
+
+    Raises:
+        InputError: if the system does not allow so many processes, or none.
     """
+    _check_threads(workers)
     os.environ.setdefault(_SAFE_PATH, _ONLY_AT_START)
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), _start_worker)
+    try:
+        pool = ProcessPoolExecutor(workers, get_context("spawn"), _start_worker)
+    except (ImportError, OSError) as error:
+        _drop_safe_path()
+        expected = "serial on a system without semaphores for processes (is /dev/shm writable?)"
+        raise InputError("backend", expected, error) from None
     try:
         with one_thread_each():
             yield pool
@@ -77,6 +87,26 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
         for process in list((pool._processes or {}).values()):
             process.kill()
         pool.shutdown(cancel_futures=True)
+
+
+def _check_threads(workers: int) -> None:
+    """Check that the system can start the threads and processes of a pool; its limit counts both alike.
+
+    The executor waits forever if one of its own threads cannot start.
+    """
+    count, end, started = 3 * (workers + 1), threading.Event(), list[threading.Thread]()
+    try:
+        for _ in range(count):
+            started.append(threading.Thread(target=end.wait))
+            started[-1].start()
+    except RuntimeError as error:
+        started.pop()
+        expected = f"fewer processes or serial: {workers} take {count} threads and processes (see ulimit -u)"
+        raise InputError("backend", expected, error) from None
+    finally:
+        end.set()
+        for thread in started:
+            thread.join()
 
 
 @contextmanager

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import submitit
 from submitit.core.utils import FailedJobError
@@ -45,9 +45,11 @@ class Chunk:
     """
 
     cache: Cache
+    path: tuple[str, ...] = field(default_factory=lambda: tuple(sys.path))
 
     def __call__(self, jobs: Sequence[Job]) -> dict[str, str]:
-        """Run the jobs that the cache lacks; return the errors by key."""
+        """Run the jobs that the cache lacks, with the driver's modules; return the errors by key."""
+        sys.path += [folder for folder in self.path if folder not in sys.path]
         errors = {job.key: self.cache.keep(job, job.attempt()) for job in jobs if job not in self.cache}
         return {key: error for key, error in errors.items() if error is not None}
 
@@ -106,9 +108,12 @@ def slurm(jobs: Sequence[Job], cache: Cache, cluster: str = "slurm", **options: 
             task.watcher = queue  # type: ignore[assignment]  # the tasks ask it for their states
         return {task: (chunk, attempt) for task, chunk in zip(submitted, chunks, strict=True)}
 
+    folder = cache.folder / "slurm"
+    if not str(folder).isprintable() or {"%", "\\"} & set(str(folder)):
+        raise InputError("cache", "a path without % and \\ for slurm, which replaces patterns in it", folder)
     values = {"time": 60, "cpus_per_task": 1, "job_name": "flockesc"} | options
     try:
-        executor = submitit.AutoExecutor(cache.folder / "slurm", cluster)
+        executor = submitit.AutoExecutor(folder, cluster)
         executor.update_parameters(
             timeout_min=values["time"], **{f"slurm_{name}": value for name, value in values.items()}
         )

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Unpack, get_args
 
@@ -18,7 +20,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 
 from flockesc_env.common.checks import as_array, as_choice, as_count, as_flag, as_path
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.common.files import atomic_write
+from flockesc_env.common.files import write_together
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, Registered, needs_reset_if_interrupted
 from flockesc_env.envs.line import LineEscapeEnv
@@ -201,7 +203,9 @@ class FlockEvalCallback(BaseCallback):
         eval_freq: number of calls of ``env.step`` between two evaluations, as for ``EvalCallback``.
         num_flocks: number of flocks per scenario. Their seeds are 1,000,000 and above, for tuning.
         best_model_save_path: folder for ``best_model.zip`` and, with a ``VecNormalize``, its statistics
-            ``vecnormalize.pkl``. ``None``: no files.
+            ``vecnormalize.pkl``. Both are complete before they replace older ones, and an older model is
+            removed first: a kill at that moment leaves ``best_model.new.zip`` and no ``best_model.zip``, not
+            a model with other statistics. ``None``: no files.
 
     Attributes:
         best_objective: largest mean objective so far.
@@ -211,6 +215,7 @@ class FlockEvalCallback(BaseCallback):
     Raises:
         InputError: if an argument has the wrong type or value, or in ``learn`` if the training
             environment is neither one of ``vec_env`` nor a wrapped one.
+        OSError: in ``learn`` if files cannot be written; the older ones stay.
     """
 
     def __init__(
@@ -259,11 +264,15 @@ class FlockEvalCallback(BaseCallback):
         self.logger.record("eval/episodes", self.num_episodes)
         self.logger.dump(self.num_timesteps)
         if objective > self.best_objective:
+            self._save()
             self.best_objective = objective
-            if self.best_model_save_path is not None:
-                self.best_model_save_path.mkdir(parents=True, exist_ok=True)
-                with atomic_write(self.best_model_save_path / "best_model.zip") as file:
-                    self.model.save(file)  # type: ignore[arg-type]
-                normalizer = self.model.get_vec_normalize_env()
-                if normalizer is not None:
-                    normalizer.save(str(self.best_model_save_path / "vecnormalize.pkl"))
+
+    def _save(self) -> None:
+        if (folder := self.best_model_save_path) is None:
+            return
+        folder.mkdir(parents=True, exist_ok=True)
+        self.model.save(packed := BytesIO())
+        files = {folder / "best_model.zip": packed.getvalue()}
+        if (normalizer := self.model.get_vec_normalize_env()) is not None:
+            files[folder / "vecnormalize.pkl"] = pickle.dumps(normalizer)
+        write_together(files)

@@ -14,6 +14,7 @@ from importlib.util import find_spec
 from io import BytesIO
 from operator import itemgetter
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -79,7 +80,9 @@ def test_a_worker_dies(backend: str, tmp_path: Path, noted: Path) -> None:
 
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_a_job_that_exits_or_returns_no_arrays_fails_alone(backend: str, tmp_path: Path) -> None:
-    jobs = jobs_of("misbehaves", 6)
+    *jobs, long = jobs_of("misbehaves", 7)
+    with pytest.raises(JobError, match="results: expected the name of an array of at most 65,531 bytes, got"):
+        run([long], Cache(tmp_path / "cache"), find_backend(backend))
     with pytest.raises(JobError, match="5 of 6 jobs failed") as caught:
         run(jobs, Cache(tmp_path / "cache"), find_backend(backend))
     for text in ("got 1", "got 'file'", "got 'x.npy'", "got None", "SystemExit: done"):
@@ -133,6 +136,55 @@ def test_a_file_named_like_a_module_of_python_does_not_replace_it_in_workers(tmp
     command = [Path(sys.executable).with_name("flockesc"), "sweep", *flags, "--cache", "cache"]
     ran = subprocess.run(list(map(str, command)), cwd=tmp_path, capture_output=True, text=True, check=False)  # noqa: S603
     assert ran.returncode == 0, ran.stderr
+
+
+OWN = """
+from flockesc_env.jobs import run_jobs
+def own(): return {"x": 1}
+if __name__ == "__main__":
+    print(*run_jobs(own, [()], cache="cache", backend="processes:1"))
+"""
+
+
+@pytest.mark.parametrize("name", ["my-scan.py", "01_scan.py", "scan v2.py", "scan.v2.py", "safe.py"])
+def test_a_script_works_or_is_told_that_its_name_is_the_cause(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / name).write_text(OWN)
+    if name == "safe.py":
+        monkeypatch.setenv("PYTHONSAFEPATH", "1")
+    command = [sys.executable, str(tmp_path / name)]
+    ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)  # noqa: S603
+    if name in {"my-scan.py", "01_scan.py", "scan v2.py"}:
+        assert (ran.returncode, ran.stdout) == (0, "{'x': array(1)}\n"), ran.stderr
+    else:
+        assert ran.returncode == 1
+        stem = name.removesuffix(".py")
+        assert f"{tmp_path / name}, which is not found as the module {stem!r}: rename it" in ran.stderr
+
+
+def refuse(error: Exception) -> Callable[..., Any]:
+    def call(*_: object) -> None:
+        raise error
+
+    return call
+
+
+def test_a_system_without_workers_or_stderr(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Daemonic processes, limits on processes and a read-only /dev/shm are refused, and serial works."""
+    cache = tmp_path / "cache"
+    for name, value in (
+        ("driver.current_process", lambda: SimpleNamespace(daemon=True)),
+        ("processes.threading.Thread.start", refuse(RuntimeError("can't start new thread"))),
+        ("processes.ProcessPoolExecutor", refuse(OSError(30, "Read-only file system"))),
+    ):
+        with monkeypatch.context() as patch:
+            patch.setattr(f"flockesc_env.jobs.{name}", value)
+            patch.setattr("tqdm.tqdm.monitor_interval", 0)
+            with pytest.raises(InputError, match=r"backend: expected .*serial"):
+                run_jobs(square, NUMBERS, cache=cache, backend="processes:2")
+    monkeypatch.setattr(sys, "stderr", None)
+    assert squares(run_jobs(square, NUMBERS[:2], cache=cache, backend="serial", progress=True)) == [0, 1]
 
 
 SCRIPT = """

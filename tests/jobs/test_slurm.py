@@ -122,6 +122,13 @@ def test_what_cannot_run_is_refused(
     assert reason in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["%j", "of-%A", "back\\slash", "line\nbreak"])
+def test_a_cache_whose_path_slurm_would_change_is_refused(name: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"cache: expected a path without % and \\ for slurm, .*slurm"):
+        run(JOBS, Cache(tmp_path / name), find_backend("slurm:cluster=local"))
+    assert not list(tmp_path.glob(f"{name}*"))
+
+
 def test_chunks_take_about_ten_minutes_and_fit_an_array() -> None:
     seconds = [900.0, 300.0, 200.0, 200.0, 1.0]
     jobs = [Job("backends:square", (number,), size) for number, size in enumerate(seconds)]

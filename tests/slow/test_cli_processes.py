@@ -64,6 +64,22 @@ sys.exit(main(sys.argv[1:]))
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_term_ends_process_1_of_a_container() -> None:
+    """The system ignores the signal there; elsewhere it ends a process without a handler."""
+    script = """
+import os, sys
+os.getpid = lambda: 1
+from flockesc_env.cli import main
+sys.exit(main(["sweep", "--seeds", "0:10000000", "--progress"]))
+"""
+    with subprocess.Popen([sys.executable, "-c", script], stderr=subprocess.PIPE) as process:  # noqa: S603
+        assert process.stderr is not None
+        process.stderr.read(1)  # the bar is shown
+        process.terminate()
+        process.stderr.read()
+    assert process.returncode == 128 + signal.SIGTERM
+
+
 def _counts(shown: bytes) -> list[bytes]:
     return [word.partition(b"/")[0] for word in shown.split() if b"/20000000" in word]
 

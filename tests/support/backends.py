@@ -96,8 +96,11 @@ def misbehaves(number: int) -> Any:
     """Return a square, and for all numbers but 0 something that is no result, or exit."""
     if number == 5:
         sys.exit("done")
-    square = np.array(number**2)
-    return [{"square": square}, {1: square}, {"file": square}, {"x": square, "x.npy": square}, None][number]
+    if number == 6:
+        return {"long" * 16_383: 0}
+    square, fields = np.array(number**2), np.zeros(1, [(f"field_{index}", "f8") for index in range(1_000)])
+    others = [{1: square}, {"file": square}, {"x": square, "x.npy": square}, None]
+    return [{"square": square, "fields": fields}, *others][number]
 
 
 def threads() -> Arrays:

@@ -23,7 +23,12 @@ def small_task(name: str = "per-agent-visible", **options: Any) -> Task:
 
 
 _PPO = {"n_steps": 6, "batch_size": 24}
-_REPLAY = {"learning_starts": 10, "batch_size": 8, "policy_kwargs": {"activation_fn": "torch.nn:Tanh"}}
+_REPLAY = {
+    "learning_starts": 10,
+    "batch_size": 8,
+    "buffer_size": 1_000,
+    "policy_kwargs": {"activation_fn": "torch.nn:Tanh"},
+}
 _SEARCH = {"population": 6, "flocks": 2, "generations": 4, "checkpoint_every": 2}
 _IMITATION = {
     "teacher": "fixed:5",

@@ -4,6 +4,7 @@ import errno
 import os
 import re
 import stat
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 from cli_runs import SMALL_FLAGS, Ran, small_files, sweep_flags
 
 from flockesc_env.cli.output import Exit
-from flockesc_env.common.files import atomic_write, check_writable
+from flockesc_env.common.files import atomic_write, check_writable, write_together
 
 SIMULATE = ["simulate", "fixed:5", *SMALL_FLAGS]
 WATCH = ["watch", "fixed:5", *SMALL_FLAGS]
@@ -46,6 +47,29 @@ def test_a_full_disk_leaves_the_older_file_and_nothing_else(tmp_path: Path) -> N
     assert [(file, file.read_bytes()) for file in tmp_path.iterdir()] == [(path, b"old")]
 
 
+@pytest.mark.parametrize("calls", range(8))
+def test_files_that_belong_together_have_one_age_even_after_a_kill(
+    calls: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = paths = [tmp_path / "model.zip", tmp_path / "statistics.pkl"]
+    write_together(dict.fromkeys(paths, b"old"))
+    with monkeypatch.context() as patch:  # after some calls nothing gets another name
+        remaining = iter(range(calls))
+        for name in ("replace", "unlink"):
+            real = getattr(os, name)
+            patch.setattr(os, name, lambda *args, real=real: next(remaining, None) is None or real(*args))
+        write_together(dict.fromkeys(paths, b"new"))
+    assert first.exists() == (calls < 5 or calls == 7)
+    assert not first.exists() or first.read_bytes() == second.read_bytes()
+    found = [path.read_bytes() for path in tmp_path.iterdir() if path.suffix != ".part"]
+    assert max(found.count(b"old"), found.count(b"new")) >= 2  # nothing is lost
+    write_together(dict.fromkeys(paths, b"last"))
+    with small_files(1_000), pytest.raises(OSError, match=os.strerror(errno.EFBIG)):
+        write_together({first: b"full", second: bytes(100_000)})
+    assert [path.read_bytes() for path in paths] == [b"last", b"last"]
+    assert {path for path in tmp_path.iterdir() if path.suffix != ".part"} == {*paths}
+
+
 def test_a_file_is_on_the_disk_before_it_gets_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -65,6 +89,38 @@ def test_a_file_is_on_the_disk_before_it_gets_its_name(
     monkeypatch.setattr(Path, "replace", replace)
     write(tmp_path / "file")
     assert calls == ["file of 3 bytes", "replace", "folder"]
+
+
+@pytest.mark.parametrize(
+    ("owner", "call", "code"),
+    [
+        (os, "replace", errno.EBUSY),  # a mounted file
+        (os, "replace", errno.EPERM),  # another user's file in a sticky folder
+        (os, "fsync", errno.EINVAL),  # a file system of a network or in user space
+        (os, "chmod", errno.EPERM),
+        (Path, "open", errno.EROFS),  # a mounted file in a read-only folder
+    ],
+)
+def test_a_file_that_a_plain_open_can_write_is_written(
+    owner: Any, call: str, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = getattr(owner, call)
+
+    def refuse(*args: Any, **options: Any) -> Any:
+        if call != "open" or ("xb" in args and args[0].parent == folder):
+            raise OSError(code, os.strerror(code), *args[:1])
+        return real(*args, **options)
+
+    folder, link = tmp_path / "folder", tmp_path / "link"
+    folder.mkdir()
+    (folder / "file").write_bytes(b"older and longer")
+    link.symlink_to(folder / "file")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(owner, call, refuse)
+    check_writable(link)
+    write(link)
+    assert {path.name for path in tmp_path.rglob("*")} == {"folder", "file", "link"}
+    assert link.read_bytes() == b"new"
 
 
 def test_a_check_changes_nothing_and_finds_what_cannot_be_written(tmp_path: Path) -> None:

@@ -92,6 +92,7 @@ def test_a_resumed_run_ends_as_one_that_nobody_interrupts(
     assert curve(run) == curve(small_run(tmp_path / "whole", algorithm))
 
 
+@pytest.mark.parametrize("algorithm", ["search", "PPO"])
 @pytest.mark.parametrize(
     ("file", "damage", "message"),
     [
@@ -101,13 +102,15 @@ def test_a_resumed_run_ends_as_one_that_nobody_interrupts(
             lambda whole: whole[:400] + bytes([whole[400] ^ 1]) + whole[401:],
             "a damaged one",
         ),
+        ("checkpoint.pickle", lambda whole: bytes(len(whole)), "a damaged one"),
         ("config.json", lambda _: b"{", "expected the record of a run"),
+        ("config.json", lambda _: b"[" * 100_000, "expected the record of a run, got nested too deeply"),
     ],
 )
 def test_a_damaged_file_of_a_run_is_named(
-    file: str, damage: Any, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    algorithm: str, file: str, damage: Any, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run = small_run(tmp_path / "run", "search")
+    run = small_run(tmp_path / "run", algorithm)
     with monkeypatch.context() as patch:
         patch.setattr(Run, "finish", stop)
         with pytest.raises(KeyboardInterrupt):

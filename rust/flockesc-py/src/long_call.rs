@@ -6,7 +6,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
-use flockesc_core::Progress;
+use flockesc_core::{Error, Progress};
 use pyo3::marker::Ungil;
 use pyo3::prelude::*;
 
@@ -101,9 +101,13 @@ pub(crate) fn long_call<T: Send + 'static>(
     };
     let (sender, mut receiver) = channel();
     let watched = Arc::clone(&progress);
-    thread::Builder::new().spawn(move || {
+    let started = thread::Builder::new().spawn(move || {
         // Sending fails if the call was interrupted and the receiver was dropped.
         let _ = sender.send(work(&watched));
+    });
+    started.map_err(|error| {
+        let expected = "a number of threads that the system can start";
+        CoreError::from(Error::input("num_threads", expected, error))
     })?;
     let caller = process::id();
     loop {
