@@ -1,4 +1,4 @@
-"""95 % intervals of means (t), shares (Wilson) and the best range (bootstrap) (extra ``analysis``)."""
+"""95 % intervals: t of means, Wilson of shares, bootstrap of the best range; needs the extra ``analysis``."""
 
 from __future__ import annotations
 
