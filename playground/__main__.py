@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import shutil
 import sys
+from dataclasses import asdict
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from flockesc_env import load_policy, rollout, sweep
-from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.files import write_text
+from flockesc_env.common.stats import mean
 from flockesc_env.scenario import preset
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.watch.live import file_document, page_spec, scenario_documents
@@ -105,17 +106,11 @@ def means(flocks: int) -> dict[str, Any]:
     fixed = sweep(PRESET, RANGES, seeds=range(first, first + flocks)).min_mean_distance
     return {
         "ranges": RANGES,
-        "fixed": [_estimate(values) for values in fixed],
-        "learned": _estimate(learned.mean(axis=0)),
+        "fixed": [asdict(mean(values)) for values in fixed],
+        "learned": asdict(mean(learned.mean(axis=0))),
         "policies": len(learned),
         "flocks": flocks,
     }
-
-
-def _estimate(values: FloatArray) -> dict[str, float]:
-    """Return the mean of a value per flock, and its normal 95 % interval."""
-    mean, half = values.mean(), 1.96 * values.std(ddof=1) / len(values) ** 0.5
-    return {"mean": mean, "low": mean - half, "high": mean + half}
 
 
 def policy_documents() -> list[dict[str, Any]]:

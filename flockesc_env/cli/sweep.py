@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -80,7 +81,7 @@ def run(
 ) -> Exit:
     """Search for the best fixed interaction range, as in the paper.
 
-    Prints the mean objective of every range with its 95 % bootstrap interval.
+    Prints mean objectives and the best range, with 95 % intervals (t, bootstrap).
 
     All ranges start from the same states. Ctrl-C reports the finished seeds.
 
@@ -118,10 +119,10 @@ def run(
     if not parts:
         return Exit.INTERRUPTED
     result = model(chosen, ranges, np.array(seeds[:finished], np.uint64), **joined(parts))
-    intervals = None
+    means, best = None, None
     if not is_interrupted:
         try:
-            intervals = _intervals(result, objective_)
+            means, best = _intervals(result, objective_)
         except KeyboardInterrupt:
             note("interrupted; intervals are omitted")
             is_interrupted = True
@@ -131,7 +132,7 @@ def run(
         "seeds": {"start": seeds.start, "stop": seeds.start + finished},
         "interrupted": is_interrupted,
         "objective": objective_,
-        **_outcome(result, objective_, intervals),
+        **_outcome(result, objective_, means, best),
         "output": None if output is None else str(output),
         "versions": records.versions(),
     }
@@ -190,27 +191,34 @@ def _write(result: SweepResult, objective: str, path: Path) -> None:
             result.table().write_csv(file)
 
 
-def _intervals(result: SweepResult, objective: str) -> tuple[FloatArray, FloatArray] | None:
+def _intervals(
+    result: SweepResult, objective: str
+) -> tuple[Sequence[FloatArray] | None, Sequence[float] | None]:
+    """Return the ends of the intervals of the means and of the best range."""
     if len(result.seeds) < 2 or not np.isfinite(result.values(objective)).all():
-        return None
+        return None, None
     try:
-        _, low, high = result.mean_with_interval(objective)
+        means, best = result.mean_with_interval(objective), result.best_range_with_interval(objective)
     except MissingExtraError as error:
         note(f"intervals are omitted: {error}")
-        return None
-    return low, high
+        return None, None
+    for word, end, last in (("longer", best[2], max), ("shorter", best[1], min)):
+        if end == last(result.interaction_ranges) > 0:
+            note(f"{word} ranges may be better: the best range's interval ends with the grid, at {end:.4g}")
+    return means[1:], best[1:]
 
 
 def _outcome(
-    result: SweepResult, objective: str, intervals: tuple[FloatArray, FloatArray] | None
+    result: SweepResult, objective: str, means: Sequence[FloatArray] | None, best: Sequence[float] | None
 ) -> dict[str, Any]:
     values = result.values(objective)
-    low, high = intervals or np.full((2, len(values)), np.nan)
+    low, high = np.full((2, len(values)), np.nan) if means is None else means
     names = ("interaction_range", "mean", "low", "high", "num_components")
     columns = (result.interaction_ranges, values.mean(axis=1), low, high, result.num_components.mean(axis=1))
     return {
         "ranges": [dict(zip(names, row, strict=True)) for row in np.transpose(columns).tolist()],
         "best_range": result.best_range(objective) if np.isfinite(values).all() else None,
+        "best_range_interval": best,
         "hindsight_oracle": float(result.hindsight_oracle(objective).mean()),
     }
 
@@ -230,6 +238,8 @@ def _table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: str) 
     lines = table([*heads, "95 % interval", "components"], rows)
     if best is not None:
         found = f"* best fixed range: {best:.4g} {range_unit}".rstrip()
+        if ends := document["best_range_interval"]:
+            found += f" [{ends[0]:.4g}, {ends[1]:.4g}]"
         oracle = f"{document['hindsight_oracle']:.4f} {objective.unit}".rstrip()
         lines.append(f"{found}; objective with the best range of every seed: {oracle}")
     return lines

@@ -1,14 +1,13 @@
-"""Bootstrap and Wilson intervals (95 %) of means, shares and the best range; needs the ``analysis`` extra."""
+"""95 % intervals: t of means, Wilson of shares, bootstrap of the best range; needs the extra ``analysis``."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.stats import binomtest, bootstrap
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtri, stdtrit
 
 from flockesc_env.common.checks import as_floats, as_vector
 from flockesc_env.common.errors import InputError
@@ -16,7 +15,7 @@ from flockesc_env.common.errors import InputError
 FloatArray = NDArray[np.float64]
 
 CONFIDENCE = 0.95
-RESAMPLES = 9_999
+RESAMPLES = 999
 
 
 @dataclass(frozen=True)
@@ -36,22 +35,32 @@ class Estimate:
 
 
 def mean(values: FloatArray) -> Estimate:
-    """Return the mean of the values, shape (flocks,), with its percentile bootstrap interval."""
+    """Return the mean of the values, shape (flocks,), with its t interval; infinite for one flock."""
     values = as_vector(values, "values")
-    if np.ptp(values) == 0:  # all resamples are equal
-        return Estimate(float(values[0]), float(values[0]), float(values[0]))
-    low, high = _interval(values, np.mean)
-    return Estimate(float(values.mean()), float(low), float(high))
+    if len(values) == 1:
+        return Estimate(float(values[0]), -np.inf, np.inf)
+    return Estimate(*map(float, mean_with_interval(values)))
 
 
-def mean_with_interval(values: FloatArray, confidence: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the mean over the last axis, the seeds, and the ends of its percentile bootstrap interval."""
-    if values.shape[-1] < 2:
-        raise InputError("seeds", "at least 2 for an interval", values.shape[-1])
+def mean_with_interval(
+    values: FloatArray, confidence: float = CONFIDENCE
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the mean over the last axis, the seeds, and the ends of its Student's t interval."""
+    count = values.shape[-1]
+    if count < 2:
+        raise InputError("seeds", "at least 2 for an interval", count)
     level = float(as_floats(confidence, "confidence", ()))
     if not 0 < level < 1:
         raise InputError("confidence", "a number between 0 and 1", level)
-    return values.mean(axis=-1), *_interval(values, np.mean, 2000, level)
+    center = values.mean(axis=-1)
+    half = half_width((values - values[..., :1]).var(axis=-1, ddof=1) / count, count - 1, level)
+    return center, center - half, center + half
+
+
+def half_width(variance: ArrayLike, freedom: ArrayLike, confidence: float = CONFIDENCE) -> FloatArray:
+    """Return half a t interval's width from the variance of the estimate and its degrees of freedom."""
+    half: FloatArray = stdtrit(freedom, 0.5 + confidence / 2) * np.sqrt(variance)
+    return half
 
 
 def improvement(values: FloatArray, baseline: FloatArray) -> Estimate:
@@ -61,45 +70,26 @@ def improvement(values: FloatArray, baseline: FloatArray) -> Estimate:
     """
     values = as_vector(values, "values")
     baseline = as_floats(baseline, "baseline", values.shape)
-    return mean((values > baseline) + 0.5 * (values == baseline))
+    return share((values > baseline) + 0.5 * (values == baseline))
 
 
-def share(is_so: NDArray[np.bool]) -> Estimate:
-    """Return the share of true values, shape (flocks,), with its Wilson interval."""
-    test = binomtest(int(is_so.sum()), len(is_so))
-    interval = test.proportion_ci(CONFIDENCE, method="wilson")
-    return Estimate(float(test.statistic), float(interval.low), float(interval.high))
+def share(values: NDArray[Any]) -> Estimate:
+    """Return the mean of values from 0 to 1, or truth values, shape (flocks,), with its Wilson interval."""
+    found, error = float(values.mean()), ndtri(0.5 + CONFIDENCE / 2) ** 2 / len(values)
+    center = (found + error / 2) / (1 + error)
+    half = np.sqrt(error * found * (1 - found) + error**2 / 4) / (1 + error)
+    return Estimate(found, float(center - half), float(center + half))
 
 
 def argmax(positions: FloatArray, values: FloatArray) -> Estimate:
-    """Return the position of the largest mean over flocks, with its bootstrap interval.
+    """Return the position of the largest mean over flocks, with its percentile bootstrap interval.
 
-    Positions have shape (k,), for example interaction ranges; values have shape (k, flocks).
+    Flocks are drawn again. Both ends are positions, which have shape (k,), for example interaction ranges;
+    values have shape (k, flocks).
     """
     positions, values = as_vector(positions, "positions"), as_floats(values, "values")
-
-    def place(flocks: NDArray[np.int64], axis: int) -> Any:
-        return positions[np.argmax(values[:, flocks].mean(axis=axis), axis=0)]
-
-    low, high = _interval(np.arange(values.shape[1]), place, resamples=999)
-    return Estimate(float(positions[np.argmax(values.mean(axis=1))]), float(low), float(high))
-
-
-def _interval(
-    sample: NDArray[Any],
-    statistic: Callable[..., Any],
-    resamples: int = RESAMPLES,
-    confidence: float = CONFIDENCE,
-) -> tuple[FloatArray, FloatArray]:
-    """Return the ends of the interval of a statistic of the last axis."""
-    interval = bootstrap(
-        (sample,),
-        statistic,
-        axis=-1,
-        confidence_level=confidence,
-        n_resamples=resamples,
-        method="percentile",
-        batch=50,
-        rng=np.random.default_rng(0),
-    ).confidence_interval
-    return interval.low, interval.high
+    rng, flocks = np.random.default_rng(0), values.shape[1]
+    samples = (values[:, rng.integers(flocks, size=flocks)] for _ in range(RESAMPLES))
+    found = positions[[int(sample.mean(axis=1).argmax()) for sample in samples]]
+    ends = np.quantile(found, [0.5 - CONFIDENCE / 2, 0.5 + CONFIDENCE / 2], method="inverted_cdf")
+    return Estimate(float(positions[values.mean(axis=1).argmax()]), *map(float, ends))

@@ -64,7 +64,7 @@ class ScanResult(Displayed):
         return mean
 
     def mean_with_interval(self, *, confidence: float = 0.95) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the mean over seeds of the order parameter, and the ends of its interval, shape (values,).
+        """Return the mean over seeds of the order parameter, and the ends of its t interval, shape (values,).
 
         Argument and errors are those of ``SweepResult.mean_with_interval``.
         """

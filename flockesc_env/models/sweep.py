@@ -74,13 +74,32 @@ class SweepResult(Displayed):
     def best_range(self, objective: str | None = None) -> float:
         """Return the best fixed range: the range with the largest mean over seeds; if tied, the smallest one.
 
+        Few seeds or a short grid leave it open: see ``best_range_with_interval``.
+
         Raises:
             InputError: if the scenario has no predator; all distances are infinite then.
         """
-        mean = self.values(objective).mean(axis=1)
-        if not np.isfinite(mean).all():
+        return float(self.interaction_ranges[np.argmax(self._finite(objective).mean(axis=1))])
+
+    def _finite(self, objective: str | None) -> FloatArray:
+        values = self.values(objective)
+        if not np.isfinite(values).all():
             raise InputError("scenario", "a scenario with a predator", "no predators")
-        return float(self.interaction_ranges[np.argmax(mean)])
+        return values
+
+    def best_range_with_interval(self, objective: str | None = None) -> tuple[float, float, float]:
+        """Return the best fixed range and the ends of its 95 % interval, a percentile bootstrap over seeds.
+
+        An end at the largest range of the grid means that longer ranges may be better.
+
+        Raises:
+            InputError: if there is only one seed, or the scenario has no predator.
+        """
+        require("analysis", ["scipy"])
+        from flockesc_env.common.stats import argmax  # optional and slow to import
+
+        found = argmax(self.interaction_ranges, self._finite(objective))
+        return found.mean, found.low, found.high
 
     def hindsight_oracle(self, objective: str | None = None) -> FloatArray:
         """Return the objective under the best range of each seed, shape (seeds,).
@@ -93,21 +112,25 @@ class SweepResult(Displayed):
     def mean_with_interval(
         self, objective: str | None = None, *, confidence: float = 0.95
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the mean over seeds and the ends of its percentile bootstrap interval, shape (ranges,).
+        """Return the mean over seeds and the ends of its Student's t interval, shape (ranges,).
+
+        The interval is exact for values with a normal distribution, at any number of seeds. With fewer than
+        10 seeds it contains the true mean less often if their distribution is skewed.
 
         Raises:
-            InputError: if there is only one seed, or ``confidence`` is not between 0 and 1.
+            InputError: if there is only one seed, the scenario has no predator, or ``confidence`` is not
+                between 0 and 1.
         """
         require("analysis", ["scipy"])
         from flockesc_env.common.stats import mean_with_interval  # optional and slow to import
 
-        return mean_with_interval(self.values(objective), confidence)
+        return mean_with_interval(self._finite(objective), confidence)
 
     @figure_style()
     def plot(self, objective: str | None = None) -> Figure:
         """Return a Matplotlib figure of the objective against the range, as Figures 9 and 10 of the paper.
 
-        It shows the 95 % interval, except with one seed. ``figure.savefig("curve.png")`` writes it.
+        It shows 95 % intervals, except with one seed. ``figure.savefig("curve.png")`` writes it.
 
         Raises:
             InputError: if the scenario has no predator.
@@ -115,22 +138,21 @@ class SweepResult(Displayed):
         from matplotlib.figure import Figure  # optional and slow to import
 
         best = self.best_range(objective)
+        unit = self.scenario.neighbor_rule.unit if isinstance(self.scenario, FlockScenario) else ""
+        found = f"best fixed range: {best:.4g} {unit}".rstrip()
         figure = Figure(figsize=(5.5, 3.5), layout="constrained")
         axes = figure.subplots()
         if len(self.seeds) > 1:
             _, low, high = self.mean_with_interval(objective)
             axes.fill_between(self.interaction_ranges, low, high, color="0.88", lw=0)
+            _, shortest, longest = self.best_range_with_interval(objective)
+            found += f" [{shortest:.4g}, {longest:.4g}]"
         axes.plot(self.interaction_ranges, self.values(objective).mean(axis=1), color="0.25", lw=2)
         axes.axvline(best, color="0.25", ls="--", lw=1)
-        unit = self.scenario.neighbor_rule.unit if isinstance(self.scenario, FlockScenario) else ""
         axes.set_xlabel(f"interaction range ({unit})" if unit else "interaction range")
         spec = self._spec(objective)
         axes.set_ylabel(spec.with_unit(spec.symbol))
-        axes.set_title(
-            f"best fixed range: {best:.4g} {unit}".rstrip() + f"; seeds: {len(self.seeds):,}",
-            loc="left",
-            fontsize="medium",
-        )
+        axes.set_title(f"{found}; seeds: {len(self.seeds):,}", loc="left", fontsize="medium")
         axes.margins(x=0)
         figure.draw_without_rendering()  # creates the labels of ticks in this style
         return figure

@@ -57,7 +57,7 @@ class Comparison:
 
     @property
     def rows(self) -> dict[str, ComparisonRow]:
-        """The rows of the table with 95 % bootstrap intervals over flocks, by policy."""
+        """The rows of the table with 95 % intervals over flocks, by policy."""
         fixed, rule = next(iter(self.values.values())), self.values[self.task.shortcut.policy]
         return {
             name: ComparisonRow(
@@ -84,7 +84,7 @@ class Comparison:
         spec, rule = self.task.spec, self.task.shortcut.policy
         lines = [
             f"{spec.with_unit(spec.symbol)} of the task {self.task.name} on {len(self.search.seeds)} held-out"
-            f" {spec.model}s in {self.scenario}; 95 % bootstrap intervals.",
+            f" {spec.model}s in {self.scenario}; 95 % intervals: t, Wilson for shares.",
             "Differences to the best fixed range are paired. The range was chosen on other seeds.",
             "",
             f"| policy | objective | minus best fixed | minus {rule} | probability of improvement |",

@@ -10,9 +10,8 @@ training seeds.
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import t
 
-from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
+from flockesc_env.common.stats import Estimate, FloatArray, half_width
 
 
 def means(scores: FloatArray) -> list[Estimate]:
@@ -47,7 +46,7 @@ def intervals(
     for part, rest, others in parts:
         squares += (part**2 + rest**2 / free) / others
     freedom = np.divide(total**2, squares, out=np.full(len(scores), float(free)), where=squares > 0)
-    half = t.ppf(0.5 + CONFIDENCE / 2, freedom) * np.sqrt(total)
+    half = half_width(total, freedom)
     mean = by_flock.mean(axis=1)
     return mean, mean - half, mean + half
 

@@ -31,7 +31,7 @@ from studies.scoreboard.trainings import Key, hyperparameters_of, versions_of
 
 BOARD: Final = Path("scoreboard")
 ANY_RATE: Final = Path("results/scoreboard/any_rate.json")
-"""What rules reach with their own options, by task and rule: the mean score with its interval."""
+"""What rules reach with their own options, by task and rule: the mean score."""
 
 CHOOSING, CONTROLLING = first_seeds(TUNING, 200), TUNING[1000:2000]
 """Tuning flocks that choose the shortcuts, and those of the controls, on which nothing was chosen."""

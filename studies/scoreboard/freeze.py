@@ -1,7 +1,8 @@
 """Measures what normalizes the scores of the tasks, and writes it into the file that is then frozen.
 
 The file says what a person decides about a task. The rest follows: the scales, the shortcut and the numbers
-of the controls. ``ANY_RATE`` gets the scores that rules reach with their own options.
+of the controls. ``ANY_RATE`` gets the scores that rules reach with their own options, ``BEST_FIXED`` what the
+best fixed range reaches on every flock.
 """
 
 from __future__ import annotations
@@ -9,30 +10,32 @@ from __future__ import annotations
 import json
 import math
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import polars as pl
 import tomli_w
 
 from flockesc_env import FlockScenario
+from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
-from flockesc_env.common.stats import Estimate, FloatArray, mean
+from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.episodes.splits import TUNING, first_seeds
+from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.policies import load_policy
 from flockesc_env.scenario.presets import Scenario
 from flockesc_env.taskset.comparison import grid_of
 from flockesc_env.taskset.definition import FLOCKS
 from flockesc_env.taskset.fitting import fitted
-from flockesc_env.taskset.statistics import means
 from flockesc_env.taskset.task import Task, read_tasks, tasks
 from studies.measurements import Runner, play_jobs, split
 from studies.scoreboard import references
 from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, rules_of
-from studies.scoreboard.rows import with_reference_error
+from studies.scoreboard.rows import BEST_FIXED, column_of
 from studies.study import document
 
 _SIMULATED_FLOCKS: Final = {"paper-flock": 200, "startled": 60, "varied": 60}
@@ -47,11 +50,24 @@ def freeze(path: Path, names: Sequence[str], runner: Runner) -> None:
         entry["scales"] = {scenario: _scale(task, scenario, runner) for scenario in task.scenarios}
         task = read_tasks(tomli_w.dumps(frozen))[name]
         entry["shortcut"] = _shortcut(task, runner)
-        rates[name] = {rule: astuple(_score(task, rule, runner, own=True)) for rule in rules_of(task)}
+        rates[name] = {rule: _score(task, rule, runner, own=True) for rule in rules_of(task)}
         for control in entry.get("controls", ()):
             control |= _control(task, control["policy"], control["baseline"], runner)
-    write_text(path, tomli_w.dumps(frozen))
+    text = tomli_w.dumps(frozen)
+    write_text(path, text)
+    write_best_fixed(read_tasks(text).values(), runner)
     write_text(ANY_RATE, document({name: rates[name] for name in tasks if name in rates}))
+
+
+def write_best_fixed(measured: Iterable[Task], runner: Runner) -> None:
+    """Play the best fixed range on the held-out flocks of every scenario and objective."""
+    jobs: dict[str, list[Job]] = {}
+    for task in measured:
+        for name, scale in task.scales.items():
+            grid = (scale.best_fixed_range,)
+            jobs[column_of(task, name)] = seed_jobs(OUTCOMES, task.scenarios[name], grid, FLOCKS)
+    played = runner.run(jobs, "Best fixed ranges")
+    write_table(pl.DataFrame({key: found[key.split()[1]][0] for key, found in played.items()}), BEST_FIXED)
 
 
 def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
@@ -64,7 +80,7 @@ def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
     kind = _kind(task, model)
     reached = _reference(task, kind, scenario, runner)
     same_flocks = fixed[: len(reached)]
-    (gain,) = means((reached - same_flocks)[np.newaxis, np.newaxis])
+    gain = mean(reached - same_flocks)
     found: dict[str, Any] = {
         "best_fixed_range": best,
         "zero": float(fixed.mean()),
@@ -86,10 +102,9 @@ def _play(
     return runner.join(jobs, policy)["objective"]
 
 
-def _score(task: Task, policy: str, runner: Runner, *, own: bool = False) -> Estimate:
+def _score(task: Task, policy: str, runner: Runner, *, own: bool = False) -> float:
     played = {one: _play(task, policy, at, FLOCKS, runner, own=own) for one, at in task.scenarios.items()}
-    (score,) = means(task.normalize(played)[np.newaxis, np.newaxis])
-    return with_reference_error(score, task)
+    return float(task.normalize(played).mean())
 
 
 def _shortcut(task: Task, runner: Runner) -> dict[str, Any]:
@@ -100,7 +115,7 @@ def _shortcut(task: Task, runner: Runner) -> dict[str, Any]:
         for policy in dict.fromkeys((*rules_of(task), "random", *fixed))
     }
     best = max(reached, key=lambda policy: reached[policy])
-    return {"policy": best, "score": round(_score(task, best, runner).mean, 12) + 0.0}
+    return {"policy": best, "score": round(_score(task, best, runner), 12) + 0.0}
 
 
 def _control(task: Task, policy: str, baseline: str, runner: Runner) -> dict[str, Any]:

@@ -5,13 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Final
 
 import numpy as np
+import polars as pl
 
 from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.taskset.definition import TaskDefinition
 from flockesc_env.taskset.results import Result
 from flockesc_env.taskset.statistics import means
 from flockesc_env.taskset.task import Task, tasks
+
+BEST_FIXED: Final = Path("results/scoreboard/best_fixed.parquet")
+"""The objective of the best fixed range on every held-out flock, a column per ``column_of``."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +28,8 @@ class Row:
 
     Attributes:
         result: the result.
-        score: mean score with its 95 % t interval over training seeds and flocks, and the error of score 1.
+        score: mean score with its 95 % t interval over training seeds and flocks, and the error of score 1;
+            paired with score 0.
         low: score of the worst training seed.
         high: score of the best training seed.
     """
@@ -32,10 +41,28 @@ class Row:
 
 
 def scores_of(result: Result) -> FloatArray:
-    """Return the score of every policy on every flock, shape (policies, flocks); the mean over scenarios."""
-    task = tasks[result.task]
-    scores: FloatArray = task.normalize({name: result.values(name) for name in task.scales})
+    """Return the score of every policy on every flock, shape (policies, flocks); the mean over scenarios.
+
+    The best fixed range has score 0 on each flock, so intervals are those of paired differences.
+    """
+    task, fixed = tasks[result.task], _best_fixed()[: result.flocks[1]]
+    scores: FloatArray = task.normalize(
+        {
+            name: scale.zero + (result.values(name) - fixed[column_of(task, name)].to_numpy())
+            for name, scale in task.scales.items()
+        }
+    )
     return scores
+
+
+def column_of(task: TaskDefinition, scenario: str) -> str:
+    """Return the column of ``BEST_FIXED`` for the objective of a task in a scenario."""
+    return f"{scenario} {task.spec.name}"
+
+
+@cache
+def _best_fixed() -> pl.DataFrame:
+    return pl.read_parquet(BEST_FIXED)
 
 
 def rows(results: Sequence[Result]) -> dict[str, list[Row]]:
@@ -43,9 +70,9 @@ def rows(results: Sequence[Result]) -> dict[str, list[Row]]:
     found: dict[str, list[Row]] = {}
     for task in dict.fromkeys(result.task for result in results):
         for result in (one for one in results if one.task == task):
-            own = result.scores()
-            (score,) = means(scores_of(result)[np.newaxis])
-            score = with_reference_error(score, tasks[task])
+            scores = scores_of(result)
+            own = scores.mean(axis=1)
+            score = with_reference_error(means(scores[np.newaxis])[0], tasks[task])
             found.setdefault(task, []).append(Row(result, score, float(own.min()), float(own.max())))
         found[task].sort(key=lambda row: -row.score.mean)
     return found

@@ -19,10 +19,9 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.stats import linregress
-from scipy.stats import t as student
 
 from flockesc_env import FlockScenario, simulate
-from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.common.stats import Estimate, FloatArray, half_width
 from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
@@ -170,7 +169,7 @@ def _limit(name: str, values: list[FloatArray]) -> Limit:
     """Return a number and its limit: the intercept of a linear regression against 1 / n."""
     correction = np.concatenate([np.full(len(found), 1 / n) for n, found in zip(SIZES, values, strict=True)])
     fit = linregress(correction, np.concatenate(values))
-    half = student.ppf(0.975, len(correction) - 2) * fit.intercept_stderr
+    half = half_width(fit.intercept_stderr**2, len(correction) - 2)
     limit = Estimate(float(fit.intercept), float(fit.intercept - half), float(fit.intercept + half))
     return Limit(CLOSED_FORMS[name], limit, tuple(float(found.mean()) for found in values))
 

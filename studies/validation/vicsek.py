@@ -26,7 +26,7 @@ from studies.validation import Verdict
 from training.figure_style import label_ends
 
 DENSITY: Final = 4.0  # agents per square of the interaction range
-SIZES: Final = {40: 10, 100: 10, 400: 10, 4_000: 5, 10_000: 5}
+SIZES: Final = dict.fromkeys((40, 100, 400, 4_000, 10_000), 10)
 """Flocks by their number of agents; ``CONTROL`` is one of them."""
 
 NOISES: Final = (0.0, 1.0, 2.0, 3.0, 3.5, 4.0, 4.5, 5.0, 2 * np.pi)

@@ -7,8 +7,6 @@ import itertools
 import json
 import re
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +15,6 @@ from cli_runs import Ran
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line, sweep
 from flockesc_env.cli.output import Exit
-from flockesc_env.common import stats
 from flockesc_env.jobs import Arrays
 from flockesc_env.models import LineSweepResult
 from studies.__main__ import STUDIES
@@ -31,11 +28,6 @@ from studies.study import REPORT, RESULTS_FILE, document
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "results" / "paper"
-
-
-def no_bootstrap(sample: Any, statistic: Any, **_: Any) -> Any:
-    value = statistic(*(np.asarray(values)[None] for values in sample), axis=-1)[..., 0]
-    return SimpleNamespace(confidence_interval=SimpleNamespace(low=value, high=value))
 
 
 @pytest.mark.parametrize(
@@ -97,8 +89,6 @@ def test_the_paper_is_reproduced(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A small run from the command line gives the same numbers in JSON, in the report and on stdout."""
-    # Bootstraps take most of the time: every interval gets the width 0.
-    monkeypatch.setattr(stats, "bootstrap", no_bootstrap)
     monkeypatch.setattr("training.figure_style.DPI", 40)
     output = tmp_path / "paper"
     flags = ["--flocks", 4, "--lines", 40, "--backend", "serial", "--output", output]
@@ -202,9 +192,8 @@ def verdicts(
     return words
 
 
-def test_the_explanation_is_judged_by_what_the_force_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_explanation_is_judged_by_what_the_force_does() -> None:
     """It makes the optimum; the optimum needs no force; warning and masking are judged apart."""
-    monkeypatch.setattr(stats, "bootstrap", no_bootstrap)
     best = {10.0: 2.0, 100.0: 1.0}
     holds, fails = {Verdict.HOLDS}, {Verdict.FAILS}
     assert verdicts({}, best) == {"Some": holds, "Too": holds, "The": holds}

@@ -1,16 +1,21 @@
 """Rows and intervals over training seeds and flocks, compared with NumPy and SciPy."""
 
+from dataclasses import astuple
+from pathlib import Path
+
 import numpy as np
+import polars as pl
 import pytest
 from scipy import stats
 from scipy.stats import t, ttest_1samp, ttest_ind
 
+from flockesc_env import sweep
 from flockesc_env.common.stats import Estimate
 from flockesc_env.taskset.definition import FLOCKS, VERSION
-from flockesc_env.taskset.results import PolicyResult, Result, Training
+from flockesc_env.taskset.results import PolicyResult, Result, Training, read_result
 from flockesc_env.taskset.statistics import difference, intervals, means
 from flockesc_env.taskset.task import tasks
-from studies.scoreboard.rows import rows
+from studies.scoreboard.rows import BEST_FIXED, column_of, rows
 
 NUM_FLOCKS = 40
 TASKS = ("held-out-predators", "line", "one-range")
@@ -44,14 +49,25 @@ def made_up(task_name: str, learner: str, level: float, seeds: int, *, is_code: 
 
 
 def normalized(result: Result) -> np.ndarray:
-    """Return the score of every policy on every flock, in plain words."""
-    scales = tasks[result.task].scales
-    return np.array(
-        [
-            np.mean([(np.array(p.objectives[n]) - w.zero) / (w.one - w.zero) for n, w in scales.items()], 0)
-            for p in result.policies
-        ]
-    )
+    """Return the score of every policy on every flock, in plain words; the best fixed range has 0."""
+    task, scores = tasks[result.task], []
+    for name, scale in task.scales.items():
+        fixed = sweep(task.scenarios[name], [scale.best_fixed_range], FLOCKS[:NUM_FLOCKS])
+        gains = [np.array(p.objectives[name]) - fixed.values(task.spec.name)[0] for p in result.policies]
+        scores.append(np.array(gains) / (scale.one - scale.zero))
+    return np.array(scores).mean(axis=0)
+
+
+def test_the_best_fixed_range_has_score_0_without_an_interval() -> None:
+    constants = [read_result(path) for path in Path("scoreboard/fixed-range").glob("*.json")]
+    found = rows(constants)
+    assert found
+    for name, (row,) in found.items():
+        assert astuple(row.score) == pytest.approx((0, 0, 0), abs=1e-12), name
+    stored = pl.read_parquet(BEST_FIXED)
+    for task in tasks.values():
+        means = {name: stored[column_of(task, name)].mean() for name in task.scales}
+        assert means == {name: pytest.approx(scale.zero, rel=1e-12) for name, scale in task.scales.items()}
 
 
 @pytest.mark.parametrize("task", TASKS)

@@ -125,12 +125,14 @@ def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pat
     mean, low, high = result.mean_with_interval("min_min_distance")
     columns = (result.interaction_ranges, mean, low, high, result.num_components.mean(axis=1))
     assert [list(row.values()) for row in document["ranges"]] == np.transpose(columns).tolist()
-    assert document["best_range"] == result.best_range("min_min_distance")
+    found = [document["best_range"], *document["best_range_interval"]]
+    assert found == [*result.best_range_with_interval("min_min_distance")]
+    assert ("longer ranges may be better" in ran.err) == (found[2] == 100)
     assert document["hindsight_oracle"] == result.hindsight_oracle("min_min_distance").mean()
     assert (document["seeds"], document["interrupted"]) == ({"start": 3, "stop": 40}, False)
 
     rows = Ran(capsys, *sweep_flags("--objective", "min_min_distance")).out.splitlines()
-    (marked,) = [row for row in rows if row.lstrip().startswith("* ") and "[" in row]
+    (marked,) = [row for row in rows if row.lstrip().startswith("* ") and "seed" not in row]
     assert float(marked.split()[1]) == result.best_range("min_min_distance")
 
     other = tmp_path / "library.parquet"
