@@ -56,7 +56,7 @@ def init(scenario: _Scenario, positions: Any, velocities: Any) -> FlockState:
     v = _floats(velocities, "velocities", (model.num_agents, 2)).astype(r.dtype)
     starts = [(predator.position, predator.velocity) for predator in model.predators]  # type: ignore[union-attr]
     r_p, v_p = jnp.asarray(starts, r.dtype).swapaxes(0, 1)
-    zero, d = jnp.zeros_like(r[:, 0]), _norm(r[:, None] - r_p).min(axis=1)
+    zero, d = jnp.zeros_like(r[:, 0]), _norm(_offsets(r, r_p)).min(axis=1)
     return FlockState(r, v, r_p, v_p, zero, v, zero, d.mean(), d.min(), jnp.int32(0))
 
 
@@ -89,14 +89,14 @@ def step(
     sums = jnp.matmul(near, jnp.column_stack([v, jnp.ones_like(rho)]), precision="highest")
     heard, count = sums[:, :2] / sums[:, 2:], sums[:, 2]
     # 2. Forces: consensus (Eq. 11) and escape.
-    away = r[:, None] - r_p
+    away = _offsets(r, r_p)
     escape = (within(rho_p, (away**2).sum(axis=-1))[..., None] * _unit(away)).sum(axis=1)
     pushed = v + dt / m * (a * v0 * _unit(heard) + s * escape)
     # 3. Motion with the old velocity. 4. Constant speed. 5. Predators.
     r, r_p = r + dt * v, r_p + dt * v_p
     v = jnp.where(pushed.any(axis=1, keepdims=True), v0 * _unit(pushed), v)
     v_p = jnp.stack([_steered(*each, r, dt) for each in zip(model.predators, r_p, v_p, strict=True)])
-    d = _norm(r[:, None] - r_p).min(axis=1)
+    d = _norm(_offsets(r, r_p)).min(axis=1)
     minima = jnp.minimum(state.min_mean_distance, d.mean()), jnp.minimum(state.min_min_distance, d.min())
     return FlockState(r, v, r_p, v_p, rho, heard, count - 1, *minima, state.num_steps + 1)
 
@@ -115,19 +115,20 @@ def observe(
             raise InputError(name, "none in flockesc_env.jax", shown(value))
     minimum = getattr(state, as_choice(known.objective, "objective", FlockState._fields[7:9]))
     length, v0 = model.initial_side, jnp.max(jnp.asarray(model.speed, r.dtype))
-    distances, share, speed = _norm(r[:, None] - r_p), rho / known.max_range, _norm(v)
+    distances, share, speed = _norm(_offsets(r, r_p)), rho / known.max_range, _norm(v)
     d, nearest, heading = distances.min(axis=1), distances.argmin(axis=1), _unit(v)
     toward, count = _unit(r_p[nearest] - r), _squash(num_heard, 8)
     if as_flag(per_agent, "per_agent"):
-        ahead = jnp.where(speed[:, None] > 0, heading, jnp.eye(2, dtype=r.dtype)[0])
-        own, relative, axes = d, v_p[nearest] - v, (ahead, ahead[:, ::-1] * jnp.array([-1, 1]))
+        ahead = jnp.where(speed[:, None] > 0, heading, jnp.eye(1, 2, dtype=r.dtype))
+        own, relative, axes = d, v_p[nearest] - v, (ahead, _left(ahead))
         vectors = heard / (_norm(heard) + v0)[:, None], toward, relative / (_norm(relative) + v0)[:, None]
         seen = [(axis * vector).sum(axis=1) for vector in vectors for axis in axes]  # ahead, left
         always, if_sensed = [share, _squash(speed, v0), count, *seen[:2]], [_squash(d, length), *seen[2:]]
     else:
-        own, center, mean, near = d.min(), r.mean(axis=0), v.mean(axis=0), d <= model.predator_range
-        cosine, p = -(heading * toward).sum(axis=1), _norm(center - r_p).argmin()
-        spread, away = _norm((r - center).ravel()) / len(r) ** 0.5, center - r_p[p]
+        own, center, mean = d.min(), r.mean(axis=0), v.mean(axis=0)
+        near = (d <= model.predator_range).astype(r.dtype)
+        cosine, p = -(heading * toward).sum(axis=1), _norm(center[None] - r_p).argmin()
+        spread, away = _norm((r - center[None]).ravel()) / len(r) ** 0.5, center - r_p[p]
         always = [share.mean(), _squash(speed.mean(), v0), _norm(heading.mean(axis=0))]
         always += [_squash(spread, length), count.mean(), _squash(_norm(heard), v0).mean()]
         if_sensed = [_squash(x, length) for x in (d.mean(), own, _norm(away))]
@@ -204,7 +205,17 @@ def _norm(vectors: jax.Array) -> jax.Array:
 
 def _unit(vectors: jax.Array) -> jax.Array:
     norm = _norm(vectors)[..., None]
-    return vectors / jnp.where(norm > 0, norm, jnp.inf)
+    return jnp.where(norm > 0, vectors / jnp.where(norm > 0, norm, 1), 0)
+
+
+def _left(vectors: jax.Array) -> jax.Array:
+    """Return the vectors turned by 90 degrees to the left."""
+    return jnp.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
+
+
+def _offsets(r: jax.Array, r_p: jax.Array) -> jax.Array:
+    """Return the offsets from predators to agents, shape (n, P, 2)."""
+    return r[:, None] - r_p[None]
 
 
 def _squash(value: jax.Array, scale: jax.Array | float) -> jax.Array:
@@ -227,9 +238,9 @@ def _within(softness: float, straight_through: bool, limit: jax.Array, squares: 
 def _steered(predator: Predator, r_p: jax.Array, v_p: jax.Array, r: jax.Array, dt: float) -> jax.Array:
     if not isinstance(predator, PurePursuit):
         return v_p
-    direction, speed = _unit(r[_norm(r - r_p).argmin()] - r_p), _norm(v_p)
+    direction, speed = _unit(r[_norm(r - r_p[None]).argmin()] - r_p), _norm(v_p)
     heading = jnp.where(v_p.any(), _unit(v_p), direction)
-    left = heading[::-1] * jnp.array([-1, 1])
+    left = _left(heading)
     angle = jnp.arctan2(left @ direction, jnp.where(direction.any(), heading @ direction, 1))
     angle = jnp.clip(angle, -predator.max_turn_rate * dt, predator.max_turn_rate * dt)
     fastest = jnp.minimum(speed + predator.acceleration * dt, predator.max_speed or 0)

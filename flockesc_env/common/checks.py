@@ -67,9 +67,9 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def as_integer(value: Any, field: str) -> int:
     """Return an int; bools are rejected."""
     try:
-        if not isinstance(value, bool):
+        if not isinstance(value, bool | np.ma.MaskedArray):
             return operator.index(value)
-    except TypeError:
+    except (TypeError, RuntimeError):  # of torch
         pass
     raise InputError(field, "an integer", shown(value))
 
@@ -212,11 +212,25 @@ def as_options(value: Any, known: Collection[str]) -> Mapping[str, Any]:
 
 
 def as_array(value: Any, field: str) -> NDArray[Any]:
-    """Return an array of any dtype and shape."""
+    """Return an array of any dtype and shape; masked arrays are rejected, also without a masked entry."""
     try:
-        return np.asarray(value)
+        array = np.asarray(value)
+    except MemoryError:
+        raise
     except ValueError:
         raise InputError(field, "an array", "rows of different lengths") from None
+    except Exception as error:  # other libraries raise their own types: tensors with gradients, without data
+        raise InputError(field, "an array", f"a {type(value).__name__}: {error}") from None
+    if _has_mask(value, array.ndim):
+        raise InputError(field, "an array without a mask", "a masked array")
+    return array
+
+
+def _has_mask(value: Any, depth: int) -> bool:
+    """Return whether a value is a masked array, or a list that contains one at most ``depth`` levels down."""
+    if not isinstance(value, list | tuple):
+        return isinstance(value, np.ma.MaskedArray)
+    return depth > 0 and any(_has_mask(entry, depth - 1) for entry in value)
 
 
 def as_floats(

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import (
     FloatArray,
+    as_array,
     as_choice,
     as_count,
     as_flag,
@@ -222,7 +223,9 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         if mask is None:
             return np.ones(self.num_envs, np.bool)
         field, shape = "options['reset_mask']", (self.num_envs,)
-        is_mask = isinstance(mask, np.ndarray) and mask.dtype == np.bool and mask.shape == shape
+        is_mask = (
+            isinstance(mask, np.ndarray) and as_array(mask, field).dtype == np.bool and mask.shape == shape
+        )
         if not (is_mask and mask.any()):
             raise InputError(field, f"a bool array of shape {shape} with at least one True", shown(mask))
         flocks: NDArray[np.bool] = mask.reshape(-1, self._batch.rows)

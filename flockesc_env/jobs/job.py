@@ -23,10 +23,11 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.lib.format import descr_to_dtype, dtype_to_descr
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import in_job
+from flockesc_env.common.checks import as_array, in_job
 from flockesc_env.common.errors import InputError, JobError, shown
 from flockesc_env.common.files import read_sealed, write_sealed
 from flockesc_env.scenario.flock import FlockScenario
@@ -98,14 +99,15 @@ class Job:
             returned = function(*self.arguments)
         if not isinstance(returned, dict):
             raise TypeError(f"results: expected a dict of arrays, got {shown(returned)}")
-        results = {name: np.asarray(value) for name, value in returned.items()}
-        for name, array in results.items():
+        results: Arrays = {}
+        for name, value in returned.items():
             is_name = isinstance(name, str) and name.isprintable() and not name.endswith(".npy")
             if not is_name or name in _RESERVED or len(name.encode()) > _MAX_NAME:
                 expected = f"the name of an array of at most {_MAX_NAME:,} bytes"
                 raise TypeError(f"results: expected {expected}, got {shown(name)}")
-            if array.dtype.hasobject:
-                raise TypeError(f"{name}: expected an array of numbers or strings, got Python objects")
+            results[name] = array = as_array(value, name)
+            if array.dtype.hasobject or descr_to_dtype(dtype_to_descr(array.dtype)) != array.dtype:
+                raise InputError(name, "an array of numbers or strings", f"dtype {array.dtype}")
         return results
 
     def attempt(self) -> Arrays | str:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_floats, as_vector
+from flockesc_env.common.checks import FloatArray, as_array, as_floats, as_vector
 from flockesc_env.common.errors import InputError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
@@ -18,10 +18,13 @@ def component_labels(
     interaction_range: ArrayLike,
     *,
     velocities: ArrayLike | None = None,
+    caught: ArrayLike | None = None,
 ) -> NDArray[np.int64]:
     """Return the connected component of every agent.
 
-    Components are weakly connected: an edge connects two agents if at least one listens to the other.
+    Components are weakly connected: an edge connects two agents if at least one listens to the other. All
+    positions count, except those of ``caught`` agents. At time t of a ``Trajectory`` these are
+    ``(run.caught_at >= 0) & (run.caught_at <= t)``. ``run.num_components`` does not count them.
 
     Args:
         scenario: the scenario that defines neighbors, or a preset's name; ``None``: metric neighbors. With
@@ -30,9 +33,10 @@ def component_labels(
         interaction_range: rho, a scalar or one per agent, shape (n,), in m or in the unit of the neighbor
             rule.
         velocities: v_i in m/s, same shape as ``positions``; required if the scenario has a blind angle.
+        caught: bools, shape (n,), True for agents that are left out; ``None``: no agent.
 
     Returns:
-        Labels, shape (n,): the smallest index of an agent in the same component.
+        Labels, shape (n,): the smallest index of an agent in the same component; -1 for caught agents.
 
     Raises:
         InputError: if an argument has a wrong shape, is not finite, or a range is negative; if the name is
@@ -42,7 +46,13 @@ def component_labels(
         >>> component_labels(None, [[0, 0], [1, 0], [9, 0]], 2.0)
         array([0, 0, 2])
     """
-    return _core.component_labels(*_core_arguments(scenario, positions, interaction_range, velocities))
+    given = _core_arguments(scenario, positions, interaction_range, velocities)
+    if caught is None:
+        return _core.component_labels(*given)
+    agents, left = _without(caught, *given)
+    labels = np.full(len(given[1]), -1)
+    labels[agents] = agents[_core.component_labels(*left)] if agents.size else 0
+    return labels
 
 
 def neighbor_pairs(
@@ -51,10 +61,11 @@ def neighbor_pairs(
     interaction_range: ArrayLike,
     *,
     velocities: ArrayLike | None = None,
+    caught: ArrayLike | None = None,
 ) -> NDArray[np.int64]:
     """Return all pairs (i, j) of different agents such that agent i listens to agent j.
 
-    The arguments are those of ``component_labels``.
+    The arguments are those of ``component_labels``. Caught agents are in no pair.
 
     Returns:
         Pairs in lexicographic order, shape (m, 2).
@@ -68,7 +79,11 @@ def neighbor_pairs(
         array([[0, 1],
                [1, 0]])
     """
-    return _core.neighbor_pairs(*_core_arguments(scenario, positions, interaction_range, velocities))
+    given = _core_arguments(scenario, positions, interaction_range, velocities)
+    if caught is None:
+        return _core.neighbor_pairs(*given)
+    agents, left = _without(caught, *given)
+    return agents[_core.neighbor_pairs(*left)] if agents.size else np.empty((0, 2), np.int64)
 
 
 def _core_arguments(
@@ -88,12 +103,24 @@ def _core_arguments(
     if velocities is None and scenario is not None and scenario.blind_angle > 0:
         raise InputError("velocities", f"shape {points.shape}, for the scenario's blind angle", None)
     moves = np.zeros_like(points) if velocities is None else as_floats(velocities, "velocities", points.shape)
-    ranges = as_floats(interaction_range, "interaction_range")
+    ranges = as_floats(interaction_range, "interaction_range", least=0.0)
     if ranges.shape not in {(), (len(points),)}:
         expected = f"a scalar or shape ({len(points)},)"
         raise InputError("interaction_range", expected, f"shape {ranges.shape}")
     document = None if scenario is None else scenario.to_json()
     return document, points, moves, np.atleast_1d(ranges)
+
+
+def _without(
+    caught: ArrayLike, document: str | None, points: FloatArray, moves: FloatArray, ranges: FloatArray
+) -> tuple[NDArray[np.int64], tuple[str | None, FloatArray, FloatArray, FloatArray]]:
+    """Return the indices of the agents that are not caught, and the core's arguments for these agents."""
+    mask = as_array(caught, "caught")
+    if mask.dtype != np.bool or mask.shape != points.shape[:1]:
+        expected = f"bools of shape {points.shape[:1]}"
+        raise InputError("caught", expected, f"{mask.dtype} of shape {mask.shape}")
+    left = np.broadcast_to(ranges, points.shape[:1])[~mask]
+    return np.flatnonzero(~mask), (document, points[~mask], moves[~mask], left)
 
 
 def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:

@@ -16,6 +16,9 @@ from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import require
 from flockesc_env.models.simulate import Trajectory
 
+_BLOCK = 2**18
+"""Pairs of agents that are in memory together."""
+
 
 def rotation(trajectory: Trajectory) -> FloatArray:
     """Return the group rotation (Couzin et al. 2002, J Theor Biol 218, 1), shape (T + 1,).
@@ -81,8 +84,8 @@ def correlation_length(trajectory: Trajectory) -> FloatArray:
 
     It is the smallest distance at which C(r), the mean of u_i . u_j over pairs at distance r, is zero, where
     u_i is v_i minus the mean velocity. Distances are grouped in bins as wide as the mean distance between
-    nearest neighbors, and C is interpolated linearly from C(0), the mean of u_i . u_i. All pairs of one time
-    are in memory. The shape is (T + 1,). Lengths are NaN if all velocities or all positions are equal.
+    nearest neighbors, and C is interpolated linearly from C(0), the mean of u_i . u_i. The shape is (T + 1,).
+    Lengths are NaN if all velocities or all positions are equal.
     Errors are those of ``nearest_neighbor_distances``.
     """
     run, alive = _checked(trajectory)
@@ -172,16 +175,29 @@ def _first_zero(points: FloatArray, velocities: FloatArray, side: float | None) 
     strength = (fluctuations**2).sum()
     if width == 0 or strength == 0:
         return np.nan
-    first, second = np.triu_indices(len(points), 1)
-    offsets = points[first] - points[second]
-    if side is not None:
-        offsets -= side * np.rint(offsets / side)
-    distances = np.linalg.norm(offsets, axis=1)
-    products = (fluctuations[first] * fluctuations[second]).sum(axis=1)
-    _, bins = np.unique(np.rint(distances / width), return_inverse=True)
-    counts = np.bincount(bins)
-    r = np.r_[0.0, np.bincount(bins, distances) / counts]
-    c = np.r_[strength / len(points), np.bincount(bins, products) / counts]
+    bins, sums = np.empty(0), np.empty((3, 0))  # of ones, distances and products, a column per bin
+    rows, columns = max(1, _BLOCK // len(points)), (points.T.copy(), fluctuations.T.copy())
+    for start in range(0, len(points) - 1, rows):
+        block = range(start, min(start + rows, len(points) - 1))
+        pairs = [_with_later_agents(*columns, index, side) for index in block]
+        distances, products = np.concatenate(pairs, axis=1)
+        own, places = np.unique(np.rint(distances / width), return_inverse=True)
+        before, bins = bins, np.union1d(bins, own)
+        grown = np.zeros((3, len(bins)))
+        grown[:, np.searchsorted(bins, before)] = sums
+        sums, places = grown, np.searchsorted(bins, own)[places]
+        for row, terms in zip(sums, (1.0, distances, products), strict=True):
+            np.add.at(row, places, terms)  # in the order of the pairs, whatever the size of a block
+    r, c = np.hstack([[[0.0], [strength / len(points)]], sums[1:] / sums[0]])
     # The fluctuations sum to 0, so the products of pairs do not have a positive sum: C has a zero.
     at = int(np.argmax(c <= 0))
     return float(r[at - 1] + (r[at] - r[at - 1]) * c[at - 1] / (c[at - 1] - c[at]))
+
+
+def _with_later_agents(points: FloatArray, velocities: FloatArray, i: int, side: float | None) -> FloatArray:
+    """Return the distances r_ij and the products v_i . v_j for all j > i, shape (2, n - i - 1)."""
+    offsets = points[:, i, None] - points[:, i + 1 :]
+    if side is not None:
+        offsets -= side * np.rint(offsets / side)
+    products = velocities[:, i, None] * velocities[:, i + 1 :]
+    return np.stack([np.linalg.norm(offsets, axis=0), products.sum(axis=0)])

@@ -21,7 +21,7 @@ import numpy as np
 import tomli_w
 
 from flockesc_env import _core
-from flockesc_env.common.checks import as_choice, as_text, parse_json
+from flockesc_env.common.checks import as_array, as_choice, as_text, parse_json
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.scenario.parts import Distribution, InitialHeadings, InitialPositions, Motion, NeighborRule
 from flockesc_env.scenario.predators import Predator
@@ -231,8 +231,8 @@ def _convert_entries(convert: Converter, value: Sequence[Any], path: str) -> tup
 
 def _plain(value: Any, path: str) -> Any:
     """Convert NumPy numbers to Python numbers, and arrays and tuples to lists; reject other types."""
-    if isinstance(value, memoryview):
-        value = np.asarray(value)
+    if isinstance(value, memoryview | np.ndarray):
+        value = as_array(value, path)
     if isinstance(value, np.generic | np.ndarray) and value.dtype.kind in "biufU":
         value = np.float64(value).tolist() if value.dtype.kind == "f" else value.tolist()
     match value:

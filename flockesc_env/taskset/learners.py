@@ -55,13 +55,11 @@ class Learner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 def learners(task: TaskDefinition) -> dict[str, Learner]:
-    """Return the learners of a task by name; none if nobody trains in the task's scenarios.
+    """Return the learners of a task by name.
 
     The files every-agent.toml and every-flock.toml have learners of all such tasks. The fields of a table in
     the task's own file replace those of the table of the same name.
     """
-    if task.scenario not in task.scenarios.values():
-        return {}
     common, own = (_read(name) for name in (f"every-{task.actor}", task.name))
     merged = {name: common.get(name, {}) | own.get(name, {}) for name in {**common, **own}}
     return read_learners(merged, f"{task.name}.toml")
@@ -77,6 +75,14 @@ def learner_of(task: TaskDefinition, name: str) -> Learner:
         given = shown_name(name, list(known))
         raise InputError("learner", f"one of {', '.join(known)} for {task.name}", given)
     return known[name]
+
+
+def env_options(task: TaskDefinition, learner: Learner) -> dict[str, Any]:
+    """Return the options of the environment in which a learner trains, beside the task's."""
+    if not learner.num_steps:
+        return learner.options
+    scenario: Any = task.scenario
+    return {**learner.options, "scenario": scenario.replace(num_steps=learner.num_steps)}
 
 
 def arguments(task: TaskDefinition, name: str, learner: Learner) -> dict[str, Any]:

@@ -28,6 +28,8 @@ from flockesc_env.taskset.definition import FLOCKS, VERSION, Control, Scale, Sho
 from flockesc_env.taskset.fitting import fitted
 
 if TYPE_CHECKING:
+    from stable_baselines3.common.vec_env import VecEnv
+
     from flockesc_env.taskset.comparison import Comparison
 
 
@@ -43,6 +45,23 @@ class Task(TaskDefinition):
             InputError: if the task has no such learner, or it is none of stable-baselines3.
         """
         return learners.arguments(self, learner, learners.learner_of(self, learner))
+
+    def vec_env(self, num_flocks: int = 1, *, learner: str | None = "ppo", **options: Any) -> VecEnv:
+        """Return the environment in which a learner trains; see ``TaskDefinition.vec_env``.
+
+        Args:
+            num_flocks: number of flocks, or of lines.
+            learner: name of the learner. Its table may choose the reward, the action mode and the length of
+                an episode. ``None``: only the task decides.
+            **options: options that replace those of the task and the learner.
+
+        Raises:
+            MissingExtraError: if stable-baselines3 is not installed.
+            InputError: if the learner is unknown; if an option is unknown or out of bounds.
+        """
+        if learner is not None:
+            options = {**learners.env_options(self, learners.learner_of(self, learner)), **options}
+        return super().vec_env(num_flocks, **options)
 
     def compare(
         self,

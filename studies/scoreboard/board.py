@@ -27,7 +27,7 @@ from flockesc_env.taskset import (
     score,
     write_result,
 )
-from studies.scoreboard.trainings import Key, hyperparameters_of, versions_of
+from studies.scoreboard.trainings import TRANSFERRED, Key, hyperparameters_of, versions_of
 
 BOARD: Final = Path("scoreboard")
 ANY_RATE: Final = Path("results/scoreboard/any_rate.json")
@@ -35,9 +35,6 @@ ANY_RATE: Final = Path("results/scoreboard/any_rate.json")
 
 CHOOSING, CONTROLLING = first_seeds(TUNING, 200), TUNING[1000:2000]
 """Tuning flocks that choose the shortcuts, and those of the controls, on which nothing was chosen."""
-
-TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
-"""Tasks on which nobody trains: they score the policies of ``per-agent-visible`` that the wheel ships."""
 
 SHIPPED: Final = ("search", "searched-rule", "schedule", "imitation", "ppo")
 """Learners with policies in the wheel, one of each kind."""

@@ -20,9 +20,9 @@ from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.options import View, options_in
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.jobs import Arrays
-from flockesc_env.taskset.learners import learners
 from flockesc_env.taskset.task import Task, tasks
 from studies.measurements import Runner, sign, split
+from studies.scoreboard.trainings import TRANSFERRED
 from studies.study import document
 
 FILE: Final = Path("results/scoreboard/rewards.json")
@@ -48,7 +48,7 @@ def is_opposite(row: dict[str, Any]) -> bool:
 
 def pairs_of(task: Task) -> list[tuple[float, float]]:
     """Return the best fixed range, as far as an action sets it, with 0 and with the largest or half of it."""
-    if not task.per_agent or not learners(task):
+    if not task.per_agent or task.name in TRANSFERRED:
         return []
     best, most = next(iter(task.scales.values())).best_fixed_range, float(task.options["max_range"])
     return [(min(best, most), 0.0), (min(best, most), most if best < most else most / 2)]

@@ -26,6 +26,9 @@ from flockesc_env.taskset.learners import learner_of, learners
 from training.run import RUN_FILE, Run
 from training.train import train as train_run
 
+TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
+"""Tasks on which nobody trains: they score the policies of ``per-agent-visible`` that the wheel ships."""
+
 _SECONDS: Final = 60.0
 """Estimated processor time of a training run."""
 
@@ -84,7 +87,8 @@ def trainings(names: Iterable[str], chosen: Iterable[str], most_seeds: int, fold
     """Return the job of every training run; empty names of learners or tasks mean all."""
     wanted, on = set(names), set(chosen) or set(tasks)
     counts = {(name, one.task): one.seeds for name, one in EXTERNAL.items()}
-    counts |= {(name, task): one.seeds for task in tasks for name, one in learners(tasks[task]).items()}
+    trained = [task for task in tasks if task not in TRANSFERRED]
+    counts |= {(name, task): one.seeds for task in trained for name, one in learners(tasks[task]).items()}
     return {
         Key(name, task, seed): Job(f"{__name__}:train", (name, task, seed, folder.absolute()), _SECONDS)
         for (name, task), seeds in counts.items()

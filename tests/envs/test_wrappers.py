@@ -54,11 +54,19 @@ def test_the_limit_of_an_id_is_that_of_its_scenario(name: str) -> None:
         slots = gymnasium.make_vec(name, num_envs=5, vectorization_mode=mode, **options)
         specs = [env.spec for env in getattr(slots, "envs", [slots])]
         assert {spec.max_episode_steps for spec in specs} == {5}
-    for limit in (None, 2) if is_single else ():
+    for limit in (2, None) if is_single else ():
         env: Any = gymnasium.make(name, max_episode_steps=limit, **options)
         env.reset(seed=0)
         ends = [env.step(env.action_space.high)[2:4] for _ in range(limit or 5)]
         assert [any(end) for end in ends] == [False] * (len(ends) - 1) + [True]
+    again: Any = {"scenario": scenario.replace(**{"max_steps" if is_line else "num_steps": 11})}
+    longer: Any = gymnasium.make_vec(slots.spec, **again)
+    made = [longer, *((gymnasium.make(env.spec, **again),) if is_single else ())]
+    for environment in made:
+        environment.reset(seed=0)
+        ends = [np.any(environment.step(environment.action_space.high)[3]) for _ in range(6)]
+        assert ends == [False] * 5 + [not is_line]  # the line is steady before
+        assert getattr(environment, "envs", [environment])[0].spec.max_episode_steps == 6
 
 
 @pytest.mark.parametrize("task", tasks.values(), ids=tasks)
@@ -66,7 +74,7 @@ def test_an_id_of_a_task_makes_its_environment(task: Any) -> None:
     """Its number of actions is in the spec; what would change the task is refused."""
     count: Any = {"num_envs": task.policy_spec().rows} if task.per_agent else {}
     make: Any = gymnasium.make_vec if task.per_agent else gymnasium.make
-    for env in (make(task.id, **count).unwrapped, task.vec_env(2)):
+    for env in (make(task.id, **count).unwrapped, task.vec_env(2, learner=None)):
         spec, scenario, options = (
             env.get_attr(name)[0] if hasattr(env, "get_attr") else getattr(env, name)
             for name in ("spec", "scenario", "options")

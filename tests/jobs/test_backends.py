@@ -90,6 +90,12 @@ def test_a_job_that_exits_or_returns_no_arrays_fails_alone(backend: str, tmp_pat
     assert len(contents(tmp_path / "cache")) == 1
 
 
+@pytest.mark.parametrize("number", range(8))
+def test_a_result_that_a_file_cannot_keep_is_refused_by_name(number: int) -> None:
+    with pytest.raises(InputError, match="values: expected an array"):
+        Job("backends:unreadable", (number,)).run()
+
+
 @pytest.mark.parametrize("backend", BACKENDS[:2])
 def test_a_result_that_cannot_be_written_fails_alone(backend: str, tmp_path: Path) -> None:
     jobs, kept = [Job("backends:large", (1,)), *jobs_of("square", 3)], Cache(tmp_path / "cache")

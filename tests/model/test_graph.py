@@ -11,7 +11,7 @@ from scipy.spatial import Delaunay
 
 import flockesc_env as fe
 from flockesc_env.models.graph import component_labels, laplacian, neighbor_pairs, perron_matrix
-from flockesc_env.scenario import Metric, NeighborRule, Topological, Voronoi
+from flockesc_env.scenario import Metric, NeighborRule, Topological, Voronoi, preset
 
 lines = st.tuples(st.integers(1, 40), st.integers(0, 2**32 - 1)).map(
     lambda drawn: np.random.default_rng(drawn[1]).random(drawn[0])
@@ -151,6 +151,25 @@ def test_runs_follow_the_graph(scenario: fe.FlockScenario, is_frozen: bool) -> N
         np.testing.assert_allclose(run.positions[t + 1], state.positions, atol=1e-9)
         np.testing.assert_allclose(run.velocities[t + 1], state.velocities, atol=1e-9)
         state.positions, state.velocities = run.positions[t + 1], run.velocities[t + 1]
+
+
+@pytest.mark.parametrize("rule", [Metric(), Topological(), Voronoi()])
+@pytest.mark.parametrize("radius", [10.0, 1e3])
+def test_the_graph_without_caught_agents_is_that_of_the_run(rule: NeighborRule, radius: float) -> None:
+    scenario = preset("capture").replace(num_agents=60, capture_radius=radius, neighbor_rule=rule)
+    run = fe.simulate(scenario, np.linspace(1.0, 9.0, 60), seed=2)
+    assert (run.caught_at >= 0).sum() > 9
+    for t in range(0, len(run.times), 7):
+        rho, caught = (
+            run.interaction_ranges[min(t, len(run.times) - 2)],
+            (run.caught_at >= 0) & (run.caught_at <= t),
+        )
+        given = scenario, run.positions[t], rho
+        labels = component_labels(*given, velocities=run.velocities[t], caught=caught)
+        assert ((labels == -1) == caught).all()
+        assert len(np.unique(labels[~caught])) == run.num_components[t]
+        graph = matrix(neighbor_pairs(*given, velocities=run.velocities[t], caught=caught), 60)
+        assert connected_components(graph, connection="weak")[0] == run.num_components[t] + caught.sum()
 
 
 @pytest.mark.parametrize("rule", [Metric(), Topological(), Voronoi()])

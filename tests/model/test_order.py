@@ -1,5 +1,6 @@
 """Measures of order against exact cases, and scans against ``simulate``."""
 
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.stats import ttest_1samp
 import flockesc_env as fe
 from flockesc_env import models
 from flockesc_env.common.errors import InputError
+from flockesc_env.models import order
 from flockesc_env.scenario import Learned, Reynolds, preset
 
 dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
@@ -71,6 +73,19 @@ def test_correlation_length_of_a_wave_in_a_periodic_world() -> None:
     assert models.correlation_length(run_of(row, wave, periodic_side=16.0))[0] == pytest.approx(4)
 
 
+@pytest.mark.parametrize("scenario", ["paper-flock", "space", "vicsek"])
+def test_the_correlation_length_of_blocks_has_the_digits_of_all_pairs(
+    scenario: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = fe.simulate(preset(scenario).replace(num_steps=3, num_agents=1200), 10.0, seed=3)
+    tracemalloc.start()
+    lengths = models.correlation_length(run)
+    assert tracemalloc.get_traced_memory()[1] < 5e7  # all pairs at once take more than 1e8
+    tracemalloc.stop()
+    monkeypatch.setattr(order, "_BLOCK", 10**9)
+    assert models.correlation_length(run).tobytes() == lengths.tobytes()
+
+
 @pytest.mark.parametrize(
     ("measure", "if_none_is_left"),
     [(models.rotation, 0), (models.density, np.nan), (models.correlation_length, np.nan)],
@@ -120,9 +135,9 @@ def test_a_scan_plays_the_flocks_of_simulate(
             if part
             else {name: type(getattr(scenario, name))(value)}
         )
-        for seed, order in zip(seeds, flocks, strict=True):
+        for seed, found in zip(seeds, flocks, strict=True):
             expected = fe.simulate(scenario.replace(**each), 9.0, seed=seed).polarization
-            assert order.tobytes() == expected.tobytes()
+            assert found.tobytes() == expected.tobytes()
 
 
 def test_means_of_a_scan_leave_out_the_first_steps() -> None:

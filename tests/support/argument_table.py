@@ -15,6 +15,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
+import torch
 from option_table import small_flock
 
 import flockesc_env as fe
@@ -56,7 +57,7 @@ class Kind:
 
 def number(good: float, low: float = 0.0, high: float = np.inf, *, is_above: bool = False) -> Kind:
     """Return a real number from ``low`` (exclusive if ``is_above``) to ``high``."""
-    near: list[Any] = [[good], np.array([good]), *([low] if is_above else [])]
+    near: list[Any] = [[good], np.array([good]), masked(np.array(good)), *([low] if is_above else [])]
     near += [low - 1e-9 * max(1, abs(low)), -1e300] if np.isfinite(low) else []
     near += [high * (1 + 1e-9), 1e300] if np.isfinite(high) else []
     alike = [np.float64(good), np.array(good, float), np.array(good, ">f8"), np.float32(good)]
@@ -64,7 +65,17 @@ def number(good: float, low: float = 0.0, high: float = np.inf, *, is_above: boo
 
 
 def integer(good: int, low: int = 0, high: int = 2**63 - 1) -> Kind:
-    near = [low - 1, high + 1, 0.5, 2.0, np.float64(1), [1], np.array([1]), np.int64(-1)]
+    near = [
+        low - 1,
+        high + 1,
+        0.5,
+        2.0,
+        np.float64(1),
+        [1],
+        np.array([1]),
+        np.int64(-1),
+        masked(np.array(good)),
+    ]
     return Kind(good, near, [np.int16(good), np.uint64(good), np.array(good, ">i4")])
 
 
@@ -94,7 +105,21 @@ def floats(good: Any, low: float = -np.inf, *, any_length: bool = False, or_numb
         spoilt = array.copy()
         spoilt.flat[-1] = entry
         near.append(spoilt)
-    return Kind(good, near, forms(array))
+    return Kind(good, [*near, *unreadable(array)], forms(array))
+
+
+def masked(good: Any) -> np.ma.MaskedArray[Any, Any]:
+    """Return a masked array whose last entry is hidden."""
+    mask = np.zeros(good.shape, bool)
+    mask.flat[-1] = True
+    return np.ma.masked_array(good, mask)
+
+
+def unreadable(good: Any) -> list[Any]:
+    """Return numbers that are hidden, also in rows or without a hidden one, or that NumPy cannot read."""
+    numbers = torch.tensor(good)
+    tensors = [numbers.clone().requires_grad_(), numbers.bfloat16(), numbers.to("meta"), numbers.to_sparse()]
+    return [masked(good), [*masked(good)], np.ma.masked_array(good), *tensors]
 
 
 def forms(good: Any) -> list[Any]:
@@ -181,6 +206,7 @@ BY_NAME: dict[str, Kind] = {
     **dict.fromkeys(("range_grid", "profile_ranges", "interaction_ranges", "values"), GRID),
     **{name: floats(POINTS) for name in ("initial_positions", "initial_velocities", "points", "velocities")},
     "partner": integer(0),
+    "caught": Kind([False] * 4 + [True], [[True], [0] * 5, masked(np.ones(5, bool))], [np.arange(5) > 3]),
     "aim": any_number(5.0),
     "direction": POINT,
     "directions": floats(POINTS + 1.0),

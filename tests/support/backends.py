@@ -103,6 +103,15 @@ def misbehaves(number: int) -> Any:
     return [{"square": square, "fields": fields}, *others][number]
 
 
+def unreadable(number: int) -> Any:
+    """Return a number that is hidden, that NumPy cannot read, or whose type npz files do not keep."""
+    import argument_table  # slow to import, as is ml_dtypes, which comes with jax
+    import ml_dtypes
+
+    bad = [*argument_table.unreadable(np.ones(3)), ml_dtypes.bfloat16(1)]
+    return {"values": bad[number]}
+
+
 def threads() -> Arrays:
     return {"engine": np.array(as_threads(None)), "blas": np.array(int(os.environ["OMP_NUM_THREADS"]))}
 

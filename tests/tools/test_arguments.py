@@ -161,7 +161,12 @@ def method_rows(name: str) -> dict[str, Row]:
         rows = {"set_state": row("set_state", state=state(env.get_state()))}
     if is_dict := isinstance(env, ParallelEnv):
         good = {agent: np.full(env.action_space(agent).shape, 0.25) for agent in env.possible_agents}
-        rows["step"] = row("step", actions=table.part(good))
+        each = [
+            {**good, agent: bad}
+            for agent in (*good,)[:: len(good) - 1]
+            for bad in table.unreadable(good[agent])
+        ]
+        rows["step"] = row("step", actions=table.part(good, *each))
         hunters = env.scenario.num_learned
         arrays = {"predator_actions": table.floats(np.full((1, 2), 0.5))} if hunters else {}
         rows["step_array"] = row("step_array", actions=table.floats(np.full((5, 1), 0.25)), **arrays)

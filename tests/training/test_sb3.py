@@ -173,7 +173,17 @@ def test_the_tables_have_hyperparameters_that_their_algorithms_take(task: str, n
         case _:
             found = run.task.hyperparameters(name)
             assert {*found} <= {*inspect.signature(sb3.algorithm_of(run)).parameters}
-            assert run.task.vec_env(1, **run.learner.options).num_envs == run.policy_spec.rows
+            assert run.task.vec_env(1, learner=name).num_envs == run.policy_spec.rows
+
+
+@pytest.mark.parametrize("task", tasks.values(), ids=tasks)
+def test_the_lines_of_the_readme_train_on_every_task(task: Any) -> None:
+    short = {"n_steps": 2, "batch_size": 2 * task.policy_spec().rows}
+    model = PPO(env=task.vec_env(num_flocks=1), device="cpu", **task.hyperparameters("ppo") | short)
+    assert model.learn(1).num_timesteps == short["batch_size"]
+    options = model.get_env().get_attr("options")[0]
+    assert options == options.replace(**learners(task)["ppo"].options)
+    assert task.compare(model, num_flocks=2)
 
 
 @pytest.mark.parametrize(

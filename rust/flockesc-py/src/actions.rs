@@ -5,7 +5,7 @@ use std::sync::Arc;
 use flockesc_core::{ActionOptions, NormalizedRange, RangeMap as Map, bindings};
 use numpy::{
     Element, IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-    PyReadonlyArrayDyn, PyUntypedArrayMethods,
+    PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyBool;
@@ -70,8 +70,8 @@ impl RangeMap {
         Ok(ranges.collect::<Vec<_>>().into_pyarray(actions.py()))
     }
 
-    /// Returns the range of each action, or `None` if an action is neither an array of one float32 or float64 nor,
-    /// with a grid, an integer.
+    /// Returns the range of each action, or `None` if an action is neither a plain array of one float32 or float64
+    /// nor, with a grid, an integer.
     fn of_each<'py>(
         &self,
         py: Python<'py>,
@@ -83,6 +83,11 @@ impl RangeMap {
 
     /// Returns the range of one action, or `None` as `of_each`.
     fn of_one(&self, action: &Bound<'_, PyAny>) -> Option<f64> {
+        if action.is_instance_of::<PyUntypedArray>()
+            && !action.is_exact_instance_of::<PyUntypedArray>()
+        {
+            return None; // a subclass may mask its entry
+        }
         let value = match (self.map.grid(), action.cast::<PyArray1<f32>>()) {
             (Some(_), _) if action.is_instance_of::<PyBool>() => None,
             (Some(_), _) => action.extract::<i64>().ok().map(|index| index as f64),
