@@ -6,6 +6,7 @@ import inspect
 import time
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import sb3_contrib
@@ -20,7 +21,7 @@ from flockesc_env.common.files import write_together
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies.registry import Stored
 from flockesc_env.sb3 import FlockEvalCallback
-from flockesc_env.taskset.learners import arguments, env_options
+from flockesc_env.taskset.learners import arguments
 from training.run import BEST_FILE, MODEL_FILE, Measured, Run
 
 _FREE = ("policy", "env", "seed", "device", "tensorboard_log", "verbose", "_init_setup_model", "self")
@@ -159,7 +160,10 @@ def _check_names(run: Run, cls: type[BaseAlgorithm]) -> None:
 
 def _env(run: Run) -> VecEnv:
     """Return the environment of training, with episodes of ``num_steps`` model steps."""
-    return run.task.vec_env(run.learner.num_flocks, learner=None, **env_options(run.task, run.learner))
+    options: dict[str, Any] = dict(run.learner.options)
+    if run.learner.num_steps:
+        options["scenario"] = run.task.scenario.replace(num_steps=run.learner.num_steps)
+    return run.task.vec_env(run.learner.num_flocks, learner=None, **options)
 
 
 def _network(model: BaseAlgorithm) -> Stored | None:

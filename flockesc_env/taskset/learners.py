@@ -68,21 +68,10 @@ def learners(task: TaskDefinition) -> dict[str, Learner]:
 def learner_of(task: TaskDefinition, name: str) -> Learner:
     """Return a learner of a task; an unknown name raises ``InputError``."""
     known = learners(task)
-    if not known:
-        expected = "one with learners, such as per-agent-visible, whose policies fit the held-out tasks"
-        raise InputError("task", expected, task.name)
     if name not in known:
         given = shown_name(name, list(known))
         raise InputError("learner", f"one of {', '.join(known)} for {task.name}", given)
     return known[name]
-
-
-def env_options(task: TaskDefinition, learner: Learner) -> dict[str, Any]:
-    """Return the options of the environment in which a learner trains, beside the task's."""
-    if not learner.num_steps:
-        return learner.options
-    scenario: Any = task.scenario
-    return {**learner.options, "scenario": scenario.replace(num_steps=learner.num_steps)}
 
 
 def arguments(task: TaskDefinition, name: str, learner: Learner) -> dict[str, Any]:

@@ -47,12 +47,12 @@ class Task(TaskDefinition):
         return learners.arguments(self, learner, learners.learner_of(self, learner))
 
     def vec_env(self, num_flocks: int = 1, *, learner: str | None = "ppo", **options: Any) -> VecEnv:
-        """Return the environment in which a learner trains; see ``TaskDefinition.vec_env``.
+        """Return the environment for ``hyperparameters(learner)``; see ``TaskDefinition.vec_env``.
 
         Args:
             num_flocks: number of flocks, or of lines.
-            learner: name of the learner. Its table may choose the reward, the action mode and the length of
-                an episode. ``None``: only the task decides.
+            learner: name of the learner, whose table may choose the reward and the action mode. ``None``:
+                only the task decides.
             **options: options that replace those of the task and the learner.
 
         Raises:
@@ -60,7 +60,7 @@ class Task(TaskDefinition):
             InputError: if the learner is unknown; if an option is unknown or out of bounds.
         """
         if learner is not None:
-            options = {**learners.env_options(self, learners.learner_of(self, learner)), **options}
+            options = {**learners.learner_of(self, learner).options, **options}
         return super().vec_env(num_flocks, **options)
 
     def compare(
