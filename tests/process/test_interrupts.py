@@ -87,24 +87,18 @@ STEPS = {
         env = parallel_env(flock, steps_per_action=10**9, action_mode="range", reward="difference")
         act = lambda: env.step(dict.fromkeys(env.possible_agents, np.ones(1, np.float32)))
     """,
-    "line": """
-        env = LineEscapeEnv(line, steps_per_action=10**9, action_mode="range", max_range=10.0)
-        options = {"initial_state": cycle}
-        act = lambda: env.step(np.array([10.0], np.float32))
-    """,
 }
 
 
 @pytest.mark.parametrize("interface", STEPS)
-def test_ctrl_c_during_a_step_requires_a_reset(interface: str) -> None:
+def test_ctrl_c_during_a_step_of_hours_requires_a_reset(interface: str) -> None:
     printed = lines_of(f"""
         import numpy as np
         from gymnasium.error import ResetNeeded
-        from flockesc_env import FlockEscapeEnv, LineEscapeEnv, parallel_env
-        options = None
+        from flockesc_env import FlockEscapeEnv, parallel_env
         {STEPS[interface]}
         for seed in range(2):
-            env.reset(seed=seed, options=options)
+            env.reset(seed=seed)
             try:
                 interrupt_next_call()
                 act()
@@ -135,6 +129,35 @@ SCRIPTS: dict[str, tuple[str, list[str]]] = {
                 print(len(calls), flush=True)
         """,
         ["1", "2"],
+    ),
+    "a long step of a line is undone": (
+        """
+        import numpy as np
+        env = fe.LineEscapeEnv(line, action_mode="range", max_range=10.0, steps_per_action=10**9)
+        env.reset(seed=0, options={"initial_state": cycle})
+        state = env.get_state()
+        try:
+            interrupt_next_call()
+            env.step(np.array([10.0], np.float32))
+        except KeyboardInterrupt:
+            print(env.get_state() == state, flush=True)
+        """,
+        ["True"],
+    ),
+    "a step of some milliseconds in a worker thread ends": (
+        """
+        import numpy as np
+        env = BatchVectorEnv(70, FlockScenario(num_agents=1_000), autoreset_mode="SameStep")
+        env.reset(seed=0)
+        for _ in range(5):
+            try:
+                interrupt_next_call()
+                while True:
+                    env.step(np.zeros((70, 1), np.float32))
+            except KeyboardInterrupt:
+                print("interrupted", flush=True)
+        """,
+        ["interrupted"] * 5,
     ),
     "a handler that does not raise lets the sweep finish": (
         """
@@ -186,6 +209,76 @@ SCRIPTS: dict[str, tuple[str, list[str]]] = {
         ["the process was forked during this call; only the parent process can finish the call"],
     ),
 }
+
+
+caught = FlockScenario(num_agents=5, num_steps=4, initial_side=20.0, capture_radius=12.0)
+steered = caught.with_learned_predators()
+one_each = {"action_mode": "range", "steps_per_action": 1}
+ENVIRONMENTS: dict[str, Callable[[], Any]] = {
+    "gymnasium": lambda: fe.FlockEscapeEnv(steered, predator_policy=Pursue(), **one_each),
+    "predator": lambda: PredatorEnv(steered, **one_each),
+    "line": lambda: fe.LineEscapeEnv(fe.LineScenario(num_agents=5), **one_each),
+    "parallel": lambda: fe.parallel_env(steered, **one_each),
+    "next step": lambda: BatchVectorEnv(3, caught, autoreset_mode="NextStep", **one_each),
+    "same step": lambda: BatchVectorEnv(3, caught, autoreset_mode="SameStep", **one_each),
+    "at a limit": lambda: BatchVectorEnv(
+        3, caught, autoreset_mode="SameStep", max_episode_steps=2, **one_each
+    ),
+    "stable-baselines3": lambda: vec_env(caught, 3, **one_each),
+}
+
+
+def interrupted(call: Callable[[], Any], line: int) -> bool:
+    """Call with a Ctrl-C before a line of the package, counted from 1; return False if it ends before."""
+    lines = count(1)
+
+    def trace(frame: Any, event: str, _: Any) -> Any:
+        is_here = "flockesc_env" in frame.f_code.co_filename
+        if is_here and event == "line" and next(lines) == line:
+            raise KeyboardInterrupt
+        return trace if is_here else None
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        call()
+    except KeyboardInterrupt:
+        return True
+    finally:
+        sys.settrace(before)
+    return False
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+@pytest.mark.parametrize("num_actions", range(4))
+def test_ctrl_c_anywhere_in_a_step_keeps_the_episodes(name: str, num_actions: int) -> None:
+    """The state is the one before or after the step, and the next step works."""
+    env = ENVIRONMENTS[name]()
+    if isinstance(env, VecEnv):
+        env.seed(0)
+    start = env.reset() if isinstance(env, VecEnv) else env.reset(seed=0)
+    assert start is not None
+
+    def step() -> Any:
+        if name == "parallel":
+            return env.step({agent: env.action_space(agent).sample() for agent in env.agents})
+        return env.step(np.zeros_like(env.action_space.sample()))
+
+    for _ in range(num_actions):
+        step()
+    state = env.get_state()
+    for line in count(1):
+        env.set_state(state)
+        is_interrupted = interrupted(step, line)
+        ended = env.line.ended if name == "line" else env._batch.core.ended().all()
+        assert line > 1 or is_interrupted
+        if name == "parallel":
+            alive = np.flatnonzero(~env._batch.core.caught()[0]) if not ended else ()
+            assert [a for a in env.agents if a.startswith("agent")] == [f"agent_{i}" for i in alive]
+        if name in AUTORESET or not ended:
+            step()
+        if not is_interrupted:
+            break
 
 
 @pytest.mark.parametrize(("script", "expected"), SCRIPTS.values(), ids=SCRIPTS)
