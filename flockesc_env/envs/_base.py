@@ -64,7 +64,7 @@ Infos = Literal["all", "end"]
 
 
 def survives_interrupts(method: Method) -> Method:
-    """Keep the episodes of an environment after Ctrl-C during a method, or drop them if the core has lost one.
+    """Keep the episodes of an environment after Ctrl-C during a method, or drop them if the core lost one.
 
     Every method that changes an episode has this decorator. Without it, an interrupt could separate the
     state of the batch from what Python keeps beside it: agents' names, policies' memories, pictures.

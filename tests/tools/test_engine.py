@@ -184,7 +184,7 @@ def test_stored_networks_set_the_same_ranges_on_a_flock_with_other_options() -> 
 
 
 GRAPHS = (component_labels, neighbor_pairs)
-TORUS = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0), id="torus")
+TORUS = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0, initial_side=60.0), id="torus")
 
 
 @pytest.mark.parametrize(

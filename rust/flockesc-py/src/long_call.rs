@@ -13,7 +13,10 @@ use pyo3::prelude::*;
 use crate::errors::{CoreError, forked_within, worker_died};
 
 /// Interval between checks for signals.
-pub(crate) const POLL: Duration = Duration::from_millis(50);
+const POLL: Duration = Duration::from_millis(50);
+
+/// Time that a step may still take after a signal. With [`POLL`] it is less than the 0.2 s within which Ctrl-C takes effect.
+pub(crate) const GRACE: Duration = Duration::from_millis(100);
 
 /// Smallest number of visited agents for a call in its own thread. Such a call takes milliseconds, and
 /// starting the thread takes about 1 % of that.

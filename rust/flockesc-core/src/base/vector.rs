@@ -111,7 +111,9 @@ pub(crate) fn norm<const D: usize>(vector: &[f64; D]) -> f64 {
     if norm < f64::INFINITY {
         return norm;
     }
-    let largest = vector.iter().fold(0.0, |most, entry| larger(most, entry.abs()));
+    let largest = vector
+        .iter()
+        .fold(0.0, |most, entry| larger(most, entry.abs()));
     largest * squared_norm(&vector.map(|entry| entry / largest)).sqrt()
 }
 

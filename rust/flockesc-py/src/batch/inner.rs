@@ -11,7 +11,7 @@ use pyo3::types::PyBytes;
 use crate::arrays::flat;
 use crate::errors::CoreError;
 use crate::info::Measured;
-use crate::long_call::{LONG, POLL, change, long_step, maybe_detach};
+use crate::long_call::{GRACE, LONG, change, long_step, maybe_detach};
 
 /// A batch in two or three dimensions.
 #[derive(Clone)]
@@ -97,7 +97,7 @@ impl Inner {
         })
     }
 
-    /// Steps all flocks. An interrupted step still ends if that takes less than 0.1 s in all. Otherwise all slots must be
+    /// Steps all flocks. An interrupted step still ends if that takes at most 0.1 s. Otherwise all slots must be
     /// reset.
     pub(super) fn advance(
         &mut self,
@@ -121,7 +121,7 @@ impl Inner {
             let mut taken = std::mem::replace(batch, fallback);
             let (ranges, predator_actions) = (ranges.to_vec(), predator_actions.to_vec());
             let (mut out, mut rows) = (std::mem::take(rewards), std::mem::take(observations));
-            let ended = long_step(py, None, POLL, move |progress| {
+            let ended = long_step(py, None, GRACE, move |progress| {
                 let action = (&ranges[..], &predator_actions[..]);
                 let measured =
                     taken.step_measured(action, at_end, &mut out, &mut rows, progress, measure);
