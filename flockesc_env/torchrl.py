@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.extras import require
-from flockesc_env.envs._base import FlockArguments, ManyFlocks, agent_names, needs_reset_if_interrupted
+from flockesc_env.envs._base import FlockArguments, ManyFlocks, agent_names, survives_interrupts
 from flockesc_env.episodes.batch import Columns, Observations, is_over
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.options import View
@@ -114,7 +114,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
     def _set_seed(self, seed: int | None) -> None:
         self._seeds = list(consecutive_seeds(fresh_seed() if seed is None else seed, len(self._seeds)))
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def _reset(
         self, tensordict: TensorDictBase | None = None, options: dict[str, Any] | None = None
     ) -> TensorDictBase:
@@ -129,7 +129,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         self._show()
         return self._output(observations, self._batch.core.ended(), self._batch.core.metrics())
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def _step(self, tensordict: TensorDictBase) -> TensorDictBase:
         actions = tensordict.get(self.action_key).detach().cpu().numpy()
         stacked = actions.reshape(-1, *actions.shape[len(self._rows) :])

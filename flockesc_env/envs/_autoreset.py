@@ -54,10 +54,13 @@ def step(
 
     ``limit`` is the number of actions after which an episode is truncated; ``None``: no limit.
     """
-    at_end: AtEnd = "restart" if mode is AutoresetMode.NEXT_STEP else "refuse"
+    # Under `SAME_STEP` an episode has ended before a step only if Ctrl-C came between its end and the reset.
+    at_end: AtEnd = "refuse" if mode is AutoresetMode.DISABLED else "restart"
     limited = [] if limit is None else _limited(batch, limit, at_end)
     if limited:
         actions = _with_valid_rows(batch, actions, limited)
+    # A reset after the step must not fail: the next episodes are drawn before.
+    batch.core.check_next(range(batch.num_flocks) if mode is AutoresetMode.SAME_STEP else limited)
     observations, rewards, ended, ranges, columns = batch.step(actions, at_end=at_end, out=out)
     if limited:  # the core has stepped these flocks, whose next episodes begin here
         rows = _rows(batch, limited)

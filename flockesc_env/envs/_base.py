@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy, deepcopy
 from functools import wraps
 from operator import attrgetter
@@ -66,8 +66,8 @@ Infos = Literal["all", "end"]
 """Which ``info`` dicts of ``step`` have entries: all, or those of agents or slots whose episode has ended."""
 
 
-def needs_reset_if_interrupted(method: Method) -> Method:
-    """Make Ctrl-C during a method of an environment drop its episodes, so that the next step raises.
+def survives_interrupts(method: Method) -> Method:
+    """Keep the episodes of an environment after Ctrl-C during a method, or drop them if the core lost one.
 
     Every method that changes an episode has this decorator. Without it, an interrupt could separate the
     state of the batch from what Python keeps beside it: agents' names, policies' memories, pictures.
@@ -78,7 +78,10 @@ def needs_reset_if_interrupted(method: Method) -> Method:
         try:
             return method(self, *args, **kwargs)
         except KeyboardInterrupt:
-            self._drop_episodes()
+            try:
+                self._settle()
+            except BaseException:  # the core has no episode, or a second Ctrl-C
+                self._drop_episodes()
             raise
 
     return cast("Method", call)
@@ -121,6 +124,10 @@ class Viewed:
         advice = 'pass render_mode="rgb_array" or "human" to the constructor'
         logger.warn(f"render: no render mode was chosen; {advice}")
         return None
+
+    @abstractmethod
+    def _settle(self) -> None:
+        """Make what Python keeps fit the episodes of the core, after an interrupt."""
 
     @abstractmethod
     def _drop_episodes(self) -> None:
@@ -223,6 +230,9 @@ class FlockEnvironment(Viewed):
     def _num_actions(self) -> int:
         return self._batch.policy_spec.num_actions
 
+    def _settle(self) -> None:
+        self._refreshed(self._batch.forget(range(self._batch.num_flocks)))
+
     def _drop_episodes(self) -> None:
         self._batch.core.drop_episodes()
 
@@ -233,7 +243,10 @@ class FlockEnvironment(Viewed):
 
     def _restore(self, state: Any, flocks: Any = None) -> Observations:
         """Restore flocks from a snapshot and return the observations of all flocks."""
-        slots = self._batch.set_state(state, flocks)
+        return self._refreshed(self._batch.set_state(state, flocks))
+
+    def _refreshed(self, slots: Sequence[int]) -> Observations:
+        """Begin the pictured history of some flocks again and return the observations of all flocks."""
         if self._viewer is not None:
             for slot in slots:
                 self._viewer.frames[slot] = None  # the history is another one
@@ -261,7 +274,7 @@ class OneFlock(FlockEnvironment, Generic[ObsType]):
         """
         return self._batch.get_state()
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def set_state(self, state: bytes) -> ObsType:
         """Restore a snapshot, clear the memory of policies and return the observation at that moment.
 
@@ -270,6 +283,9 @@ class OneFlock(FlockEnvironment, Generic[ObsType]):
                 other options; the running episode continues.
         """
         return self._resume(self._restore(state))
+
+    def _settle(self) -> None:
+        self._resume(self._refreshed(self._batch.forget([0])))
 
     @abstractmethod
     def _resume(self, rows: Observations) -> ObsType:
@@ -305,7 +321,7 @@ class ManyFlocks(FlockEnvironment):
         """
         return self._batch.get_state(flocks)
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def set_state(self, state: bytes, flocks: Any = None) -> Observations:
         """Restore flocks from a snapshot as ``FlockEscapeEnv.set_state`` and return all flocks' observations.
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray, as_seed
 from flockesc_env.common.errors import InputError, ResetNeededError
-from flockesc_env.envs._base import FlockArguments, OneFlock, Registered, needs_reset_if_interrupted
+from flockesc_env.envs._base import FlockArguments, OneFlock, Registered, survives_interrupts
 from flockesc_env.episodes.batch import Observations, info_dicts, is_over
 from flockesc_env.episodes.options import View
 from flockesc_env.episodes.predators import reset_policy
@@ -27,7 +27,7 @@ class GymnasiumEnv(Registered, OneFlock[Observations], gymnasium.Env[Observation
     _ranges_at_start: FloatArray | None = None
     """The entry ``interaction_range`` of the ``info`` of ``reset``; ``None``: no such entry."""
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
@@ -77,7 +77,7 @@ class FlockEscapeEnv(GymnasiumEnv):
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Set the interaction range and run ``steps_per_action`` model steps.
 
@@ -146,7 +146,7 @@ class PredatorEnv(GymnasiumEnv):
         self.observation_space = spec.layout.space()
         self.action_space = spec.space()
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Set the predator's acceleration and run ``steps_per_action`` steps; see ``FlockEscapeEnv.step``.
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import ResetNeededError
-from flockesc_env.envs._base import LineArguments, Registered, needs_reset_if_interrupted, read_only
+from flockesc_env.envs._base import LineArguments, Registered, read_only, survives_interrupts
 from flockesc_env.episodes.current_state import LineView
 from flockesc_env.episodes.options import LineOptions, options_in
 from flockesc_env.episodes.spaces import line_policy_spec
@@ -63,7 +63,7 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
         """Read-only access to the state of the line."""
         return LineView(self._episode)
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
@@ -87,7 +87,7 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
         self._show(self._episode)
         return self._episode.observe(), self._episode.info()
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Set the interaction range and run ``steps_per_action`` model steps; see ``FlockEscapeEnv.step``."""
         if self._episode is None:
@@ -103,7 +103,7 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
             raise ResetNeededError("get_state() called before reset()")
         return self._episode.get_state(*self._schedule)
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def set_state(self, state: bytes) -> NDArray[np.float32]:
         """Restore a snapshot and return the observation; see ``FlockEscapeEnv.set_state``."""
         episode = _core.LineEpisode(self.scenario.to_json(), self._document, 0)
@@ -116,6 +116,11 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
 
     def _num_actions(self) -> int:
         return self.policy_spec.num_actions
+
+    def _settle(self) -> None:
+        if self._episode is not None and self._viewer is not None:
+            self._viewer.frames = [None]
+            self._show(self._episode)
 
     def _drop_episodes(self) -> None:
         self._episode = None

@@ -16,7 +16,7 @@ from pettingzoo.utils.wrappers import OrderEnforcingWrapper
 
 from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
-from flockesc_env.envs._base import FlockArguments, Infos, OneFlock, agent_names, needs_reset_if_interrupted
+from flockesc_env.envs._base import FlockArguments, Infos, OneFlock, agent_names, survives_interrupts
 from flockesc_env.episodes.batch import Step, info_dicts, is_over, with_ranges
 from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.spaces import check_agents, flock_policy_spec
@@ -100,7 +100,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         """Return the agent's action space, the same object at every call."""
         return self.action_spaces[agent]
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
@@ -112,7 +112,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         observations = self._by_name(self._flock, rows, self._predator_observations())
         return observations, self._named_infos(self._flock, info, np.zeros(len(rows)))
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def reset_array(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
@@ -126,7 +126,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         rows, info = self._reset(seed, options)
         return rows, self._with_arrays(info, np.zeros(len(rows)))
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def step(
         self, actions: dict[str, Any]
     ) -> tuple[
@@ -180,7 +180,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         observations = self._by_name(agents, rows, self._predator_observations())
         return observations, all_rewards, terminations, truncations, infos
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def step_array(
         self, actions: Any, predator_actions: Any = None
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool], NDArray[np.bool], dict[str, Any]]:

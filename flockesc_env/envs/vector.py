@@ -22,7 +22,7 @@ from flockesc_env.common.checks import (
 )
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs import _autoreset
-from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, needs_reset_if_interrupted
+from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, survives_interrupts
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, Observations
 from flockesc_env.episodes.options import View
 from flockesc_env.episodes.starts import Scenarios, as_scenarios, consecutive_seeds
@@ -100,7 +100,7 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         self._out = None if as_flag(copy, "copy") else out  # reused by every call
         self.metadata["autoreset_mode"] = self.autoreset_mode
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
@@ -138,7 +138,7 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
             observations = self._out[0].view()
         return observations, self._infos(self._started(columns), mask)
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def step(self, actions: Any) -> VectorStep:
         """Set the interaction range of every slot and run ``steps_per_action`` model steps.
 

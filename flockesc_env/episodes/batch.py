@@ -171,7 +171,7 @@ class FlockBatch:
         """Return a snapshot of some slots as bytes."""
         return self.core.get_state(self._slots(slots))
 
-    def set_state(self, state: Any, slots: Any = None) -> list[int]:
+    def set_state(self, state: Any, slots: Any = None) -> Sequence[int]:
         """Restore some slots from a snapshot and return their indices.
 
         A snapshot of one slot is copied to all ``slots``; ``None``: all.
@@ -180,8 +180,12 @@ class FlockBatch:
         for other in set(range(self.num_flocks)).difference(chosen):
             self.core.has_ended(other)  # raises if the slot was never reset
         self.core.set_state(chosen, as_bytes(state, "state"))
-        self._has_begun[chosen] = True  # a snapshot does not contain the memory of a predator policy
-        return chosen
+        return self.forget(chosen)  # a snapshot does not contain the memory of a predator policy
+
+    def forget(self, slots: Sequence[int]) -> Sequence[int]:
+        """Clear the predator policy's memory of some slots before its next action and return the slots."""
+        self._has_begun[slots] = True
+        return slots
 
     def _slots(self, slots: Any) -> list[int]:
         if slots is None:

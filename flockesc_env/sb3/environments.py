@@ -22,7 +22,7 @@ from flockesc_env.common.checks import as_array, as_choice, as_count, as_flag, a
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.files import write_together
 from flockesc_env.envs import _autoreset
-from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, Registered, needs_reset_if_interrupted
+from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, Registered, survives_interrupts
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.batch import Columns, info_dicts
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
@@ -93,7 +93,7 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         kind = "FlockAgents" if self.policy_spec.per_agent else "FlockEscape"
         self.spec = gymnasium.spec(f"flockesc/{kind}-v1")
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def reset(self) -> VecEnvObs:
         """Start an episode in every flock, with the seeds and options that were set since the last reset.
 
@@ -117,7 +117,7 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         """Set the actions of the next step, shape (num_envs, 1) or, for discrete actions, (num_envs,)."""
         self._actions = as_array(actions, "action").copy()  # the caller may reuse its array
 
-    @needs_reset_if_interrupted
+    @survives_interrupts
     def step_wait(self) -> VecEnvStepReturn:
         """Step all flocks; a flock whose episode ends starts the next one in the same step.
 

@@ -5,8 +5,9 @@ use arbitrary::{Result, Unstructured};
 /// Largest accepted parameter.
 pub(crate) const LARGEST: f64 = 1e20;
 /// Special values of parameters.
-const SPECIAL_VALUES: [f64; 12] = [
-    0.0, 5e-324, 1e-160, 1e-140, 1e-20, 1e-9, 0.5, 1.0, 3.0, 10.0, 1e12, LARGEST,
+const SPECIAL_VALUES: [f64; 15] = [
+    0.0, 5e-324, 1e-200, 1e-160, 1e-140, 2e-140, 5e-109, 1e-20, 1e-9, 0.5, 1.0, 3.0, 10.0, 1e12,
+    LARGEST,
 ];
 
 /// Returns true once in `times` calls on average, and false if there are no more bytes.

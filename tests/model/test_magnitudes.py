@@ -1,7 +1,9 @@
 """Bounds of numbers: values outside are refused by name; values inside never give NaN or infinity."""
 
 import math
+from collections.abc import Callable
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -9,9 +11,10 @@ import pytest
 from extreme_scenarios import COMPUTED, DIVIDING, LARGEST, SMALLEST, Bounds, flocks
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from option_table import small_flock
+from option_table import every_pair, small_flock
 
 import flockesc_env as fe
+from flockesc_env import scenario as sc
 from flockesc_env.common.errors import InputError
 from flockesc_env.policies import Pursue
 from flockesc_env.scenario import ConstantVelocity, Learned
@@ -22,7 +25,7 @@ MAX = 1.7976931348623157e308
 LINE_COMPUTED = ("predator_range", "repulsion_strength")
 
 dividing = st.sampled_from([SMALLEST, 1e-9, 0.1, 1.0, 1e12, LARGEST])
-computed = st.sampled_from([0.0, 5e-324, 1e-160]) | dividing
+computed = st.sampled_from([0.0, 5e-324, 1e-160, 2e-140, 5e-109]) | dividing
 compared = st.sampled_from([MAX, 1e154]) | computed
 coordinate = st.builds(math.copysign, computed, st.sampled_from([1.0, -1.0]))
 
@@ -56,7 +59,14 @@ def test_nothing_is_ever_nan_or_infinite(scenario: fe.FlockScenario, data: st.Da
     entries = st.lists(coordinate, min_size=math.prod(shape), max_size=math.prod(shape))
     is_given = data.draw(st.booleans())
     start = {name: np.reshape(data.draw(entries), shape) for name in STARTS[:2]} if is_given else {}
-    options = {"action_mode": "range", "max_range": 3e38, "steps_per_action": 1}
+    ranges = st.sampled_from([0.0, 1e-20, 1.0, 1e12, 3e38])
+    assert_finite(scenario, start, lambda: data.draw(ranges))
+
+
+def assert_finite(scenario: fe.FlockScenario, start: dict[str, Any], choose: Callable[[], float]) -> None:
+    """Play an episode in both views, with chosen ranges, and check every number of it."""
+    options: dict[str, Any] = {"action_mode": "range", "max_range": 3e38, "steps_per_action": 1}
+    options["extra_entries"] = ("escape_direction", "closest_approach")
     if any(isinstance(predator, Learned) for predator in scenario.predators):
         options["predator_policy"] = Pursue()
     flock = fe.FlockEscapeEnv(scenario, **options)
@@ -68,7 +78,7 @@ def test_nothing_is_ever_nan_or_infinite(scenario: fe.FlockScenario, data: st.Da
         assert flock.observation_space.contains(observation)
         assert ((np.abs(rows) <= 1) | (rows == 0)).all()
         assert np.isfinite(list(info.values())).all()
-        rho = np.float32(data.draw(st.sampled_from([0.0, 1e-20, 1.0, 1e12, 3e38])))
+        rho = np.float32(choose())
         observation, reward, terminated, truncated, info = flock.step(np.array([rho]))
         rows, rewards, *_ = team.step_array(np.full((scenario.num_agents, 1), rho))
         assert np.isfinite(reward)
@@ -76,11 +86,65 @@ def test_nothing_is_ever_nan_or_infinite(scenario: fe.FlockScenario, data: st.Da
         state = flock._batch.core.state(0)
         for name in ("positions", "velocities", "predator_positions", "predator_velocities"):
             assert np.isfinite(state[name]).all(), name
-        is_kept = scenario.constant_speed and not is_given and info["fraction_surviving"] == 1
-        if is_kept:
+        is_drawn = "initial_velocities" not in start
+        if scenario.constant_speed and is_drawn and info["fraction_surviving"] == 1:
             speeds = np.linalg.norm(state["velocities"], axis=1)
             np.testing.assert_allclose(speeds, scenario.speed, rtol=1e-12)
         has_ended = terminated or truncated
+
+
+AT_REST: dict[str, Any] = {"position": (0.0, 0.0), "velocity": (0.0, 0.0)}
+STEERED = AT_REST | {"max_turn_rate": LARGEST, "max_speed": LARGEST, "acceleration": LARGEST}
+HUNTERS: dict[str, tuple[Any, ...]] = {
+    "constant_velocity": (sc.ConstantVelocity(**AT_REST),) * 2,
+    "wandering": (sc.Wandering(**AT_REST | {"velocity": (1.0, 0.0)}, angular_diffusion=LARGEST),),
+    "prescribed_path": (sc.PrescribedPath(((0.0, 0.0), (LARGEST, 0.0)), interval=SMALLEST),),
+    "learned": (Learned(**AT_REST, max_acceleration=LARGEST, max_speed=LARGEST),),
+    "pure_pursuit": (sc.PurePursuit(**STEERED, confusion_rate=LARGEST, sight=MAX),),
+    "intercept": (sc.Intercept(**STEERED, navigation_constant=LARGEST),),
+    "attracted": (sc.Attracted(**AT_REST, strength=LARGEST, exponent=10.0, max_speed=LARGEST),),
+    "encircle": (sc.Encircle(**STEERED, radius=LARGEST, closing_speed=LARGEST),),
+    "herd": (sc.Herd(**STEERED, distance=LARGEST, partner=1), sc.ConstantVelocity(**AT_REST)),
+    "default attraction": (sc.Attracted(**AT_REST),),
+    "targets": tuple(
+        sc.PurePursuit(**STEERED, target=target)  # type: ignore[arg-type]
+        for target in ("centroid", "most_isolated", "assigned", "assigned")
+    ),
+}
+LAWS: dict[str, Any] = {
+    "inertial": sc.Inertial(),
+    "vicsek": sc.Vicsek(),
+    "reynolds": sc.Reynolds(LARGEST, LARGEST, MAX),
+    "preferred_distance": sc.PreferredDistance(LARGEST, LARGEST, SMALLEST),
+    "zones": sc.Zones(1e-130, MAX, LARGEST),
+    "first_order": sc.FirstOrder(LARGEST, LARGEST),
+}
+DISTANCES = (0.0, 5e-324, 1e-200, 1e-140, 2e-140, 1e-120, 5e-109, 1e-60, 1e-8, 1.0, LARGEST / 4)
+
+
+def test_every_law_and_predator_is_here() -> None:
+    kinds = fe._core.kinds()
+    assert LAWS.keys() == set(kinds["motions"])
+    assert HUNTERS.keys() >= set(kinds["predators"])
+
+
+@every_pair(law=LAWS, hunters=HUNTERS, distance=DISTANCES)
+def test_strengths_at_their_bounds_are_finite_at_every_distance(
+    law: str, hunters: str, distance: float
+) -> None:
+    places = np.array([[0, 0], [1, 0], [0, 2], [-1, 1], [3, -2]]) * distance
+    for rule, is_constant in product((sc.Metric(), sc.Topological(), sc.Voronoi()), (False, True)):
+        scenario = small_flock(
+            num_steps=3,
+            motion=LAWS[law],
+            predators=HUNTERS[hunters],
+            neighbor_rule=rule,
+            constant_speed=is_constant or law in {"vicsek", "zones"},
+            predator_range=MAX,
+            **dict.fromkeys(COMPUTED, LARGEST),
+        )
+        for start in ({}, {"initial_velocities": places[::-1]}):
+            assert_finite(scenario, {"initial_positions": places, **start}, lambda: 3e38)
 
 
 def test_agents_at_tiny_distances_count_as_coincident() -> None:

@@ -19,7 +19,8 @@ dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 def run_of(positions: Any, velocities: Any, **fields: Any) -> models.Trajectory:
     n, dimension = np.shape(positions)
-    scenario = fe.FlockScenario(num_agents=n, dimension=dimension, num_steps=2, **{"predators": (), **fields})
+    defaults = {"num_steps": 2, "predators": (), "initial_side": 1.0}
+    scenario = fe.FlockScenario(num_agents=n, dimension=dimension, **(defaults | fields))
     return fe.simulate(scenario, 0.0, seed=1, initial_positions=positions, initial_velocities=velocities)
 
 
@@ -117,7 +118,7 @@ def test_binder_cumulants_of_known_distributions() -> None:
 SCANNED = [
     (small_flock(num_agents=30), "speed", [1.0, 12.0]),
     (small_flock(num_agents=30, motion=Reynolds()), "motion.cohesion_strength", [0.0, 3.0]),
-    (small_flock(num_agents=30, predators=(), periodic_side=20.0), "angular_noise", [0.0, 4.0]),
+    (small_flock(num_agents=30, predators=(), periodic_side=30.0), "angular_noise", [0.0, 4.0]),
     (small_flock(num_agents=30, predators=(Learned(),), capture_radius=15.0), "num_agents", [4.0, 30.0]),
 ]
 

@@ -23,6 +23,10 @@ CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
     ({"neighbor_rule": sc.Voronoi(), "dimension": 3}, "neighbor_rule"),
     ({"periodic_side": 100.0}, "periodic_side"),
     ({"periodic_side": 100.0, "predators": (), "neighbor_rule": sc.Voronoi()}, "periodic_side"),
+    *(
+        ({"periodic_side": 29.9, "predators": (), "initial_positions": positions}, "periodic_side")
+        for positions in (sc.Square(), sc.Clusters(), sc.Disc(15.0), sc.Ring(14.0, 2.0))
+    ),
     ({"mass": (1.0, 2.0)}, "mass"),
     ({"speed": (1.0, 2.0, -1.0, 1.0, 1.0)}, "speed[2]"),
     ({"predators": (sc.PurePursuit(target="assigned"),) * 65}, "predators"),

@@ -11,6 +11,7 @@ from same import same
 import flockesc_env as fe
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import FixedRange
+from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import (
     Choice,
     ConstantVelocity,
@@ -95,6 +96,27 @@ def test_a_draw_out_of_bounds_is_refused_before_its_episode(make: Any) -> None:
         with pytest.raises(fe.InputError, match=WIDTH):
             call()
     assert (env.get_state(), envs.get_state()) == before
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep", "stable-baselines3"])
+@pytest.mark.parametrize("limit", [None, 1])
+def test_a_draw_out_of_bounds_is_refused_before_the_step_that_needs_it(mode: str, limit: int | None) -> None:
+    scenario = randomized(randomization=(SOMETIMES,), num_steps=8 if limit else 4)
+    envs: Any
+    if mode == "stable-baselines3":
+        envs = vec_env(scenario, 1)
+        envs.seed(0)
+        envs.reset()
+    else:
+        envs = BatchVectorEnv(1, scenario, autoreset_mode=mode, max_episode_steps=limit)
+        envs.reset(seed=[0])
+    if mode == "NextStep":
+        envs.step(np.zeros((1, 1)))
+    before = envs.get_state()
+    for _ in range(2):
+        with pytest.raises(fe.InputError, match=WIDTH):
+            envs.step(np.zeros((1, 1)))
+        assert envs.get_state() == before
 
 
 def test_a_change_without_effect_is_refused() -> None:

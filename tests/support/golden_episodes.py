@@ -119,7 +119,11 @@ def line(_: int, seed: int, scenario: fe.LineScenario) -> Iterator[Any]:
 
 
 def run(num_threads: int, seed: int, scenario: fe.FlockScenario, rho: float) -> Iterator[Any]:
-    trajectory = fe.simulate(scenario, rho, seed=seed, num_threads=num_threads)
+    start = {}
+    if scenario.periodic_side is not None:  # a start that is wider than the box
+        wide = scenario.replace(periodic_side=None, initial_side=100.0, num_steps=1)
+        start["initial_positions"] = fe.simulate(wide, rho, seed=seed).positions[0]
+    trajectory = fe.simulate(scenario, rho, seed=seed, num_threads=num_threads, **start)
     yield [trajectory.positions, trajectory.velocities, trajectory.num_components]
 
 
@@ -138,7 +142,8 @@ def cases() -> dict[str, Case]:
     for dimension in (2, 3):
         small = small_flock(dimension, num_steps=40, **RANDOM)
         large = {"num_agents": 6000, "num_steps": 12, "initial_side": 500.0, "predators": (straight,)}
-        torus = fe.FlockScenario(dimension=dimension, num_steps=40, predators=(), periodic_side=60.0)
+        sides = {"periodic_side": 60.0, "initial_side": 60.0}
+        torus = fe.FlockScenario(dimension=dimension, num_steps=40, predators=(), **sides)
         learned = small.with_learned_predators()
         on_path = small_flock(dimension, num_steps=40, predators=(path,))
         found |= {

@@ -251,7 +251,7 @@ def test_files_that_python_refuses_are_refused_by_name(tmp_path: Path) -> None:
 
 
 GRAPHS = (component_labels, neighbor_pairs)
-TORUS = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0), id="torus")
+TORUS = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0, initial_side=60.0), id="torus")
 
 
 @pytest.mark.parametrize(

@@ -114,6 +114,12 @@ impl FlockBatch {
         Ok((shaped(py, observations, shape)?, columns(py, &measured)?))
     }
 
+    /// Checks the scenarios that the next episodes of `slots` draw.
+    fn check_next(slf: &Bound<'_, Self>, slots: Vec<usize>) -> Result<(), CoreError> {
+        let inner = &mut try_borrow_mut(slf)?.inner;
+        on_batch!(inner, batch => batch.check_next(slots)).map_err(CoreError::from)
+    }
+
     /// Steps all flocks with these ranges in m, and returns observations, rewards, whether each episode has ended,
     /// and metrics.
     ///

@@ -15,6 +15,9 @@ use crate::errors::{CoreError, forked_within, worker_died};
 /// Interval between checks for signals.
 const POLL: Duration = Duration::from_millis(50);
 
+/// Time that a step may still take after a signal. With [`POLL`] it is less than the 0.2 s within which Ctrl-C takes effect.
+pub(crate) const GRACE: Duration = Duration::from_millis(100);
+
 /// Smallest number of visited agents for a call in its own thread. Such a call takes milliseconds, and
 /// starting the thread takes about 1 % of that.
 pub(crate) const LONG: usize = 1 << 18;
@@ -93,6 +96,17 @@ pub(crate) fn long_call<T: Send + 'static>(
     report: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Progress) -> flockesc_core::Result<T> + Send + 'static,
 ) -> PyResult<T> {
+    long_step(py, report, Duration::ZERO, work).map_err(|(error, _)| error)
+}
+
+/// As [`long_call`], but waits up to `grace` for the end of the work after an exception from a signal handler. The error
+/// is that exception, with the result of the work if it has ended.
+pub(crate) fn long_step<T: Send + 'static>(
+    py: Python<'_>,
+    report: Option<&Bound<'_, PyAny>>,
+    grace: Duration,
+    work: impl FnOnce(&Progress) -> flockesc_core::Result<T> + Send + 'static,
+) -> Result<T, (PyErr, Option<T>)> {
     let progress = Arc::new(Progress::default());
     let _cancel = CancelOnDrop(Arc::clone(&progress));
     let report = |progress: &Progress| match report {
@@ -101,28 +115,35 @@ pub(crate) fn long_call<T: Send + 'static>(
     };
     let (sender, mut receiver) = channel();
     let watched = Arc::clone(&progress);
-    let started = thread::Builder::new().spawn(move || {
+    let spawned = thread::Builder::new().spawn(move || {
         // Sending fails if the call was interrupted and the receiver was dropped.
         let _ = sender.send(work(&watched));
     });
-    started.map_err(|error| {
+    if let Err(error) = spawned {
         let expected = "a number of threads that the system can start";
-        CoreError::from(Error::input("num_threads", expected, error))
-    })?;
+        let error = CoreError::from(Error::input("num_threads", expected, error));
+        return Err((error.into(), None));
+    }
     let caller = process::id();
-    loop {
+    let mut receive = |timeout| {
         let receiver = &mut receiver;
-        match py.detach(move || receiver.recv_timeout(POLL)) {
+        py.detach(move || receiver.recv_timeout(timeout))
+    };
+    loop {
+        match receive(POLL) {
             Ok(outcome) => {
-                report(&progress)?;
-                return Ok(outcome.map_err(CoreError::from)?);
+                report(&progress).map_err(|error| (error, None))?;
+                return outcome.map_err(|error| (CoreError::from(error).into(), None));
             }
-            Err(RecvTimeoutError::Timeout) => py.check_signals()?,
-            Err(RecvTimeoutError::Disconnected) => return Err(worker_died()),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Err((worker_died(), None)),
         }
-        report(&progress)?;
+        if let Err(error) = py.check_signals() {
+            return Err((error, receive(grace).ok().and_then(Result::ok)));
+        }
+        report(&progress).map_err(|error| (error, None))?;
         if process::id() != caller {
-            return Err(forked_within());
+            return Err((forked_within(), None));
         }
     }
 }

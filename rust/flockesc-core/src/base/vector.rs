@@ -105,6 +105,18 @@ pub(crate) fn squared_norm<const D: usize>(vector: &[f64; D]) -> f64 {
     })
 }
 
+/// Returns the Euclidean norm, also if the squares overflow.
+pub(crate) fn norm<const D: usize>(vector: &[f64; D]) -> f64 {
+    let norm = squared_norm(vector).sqrt();
+    if norm < f64::INFINITY {
+        return norm;
+    }
+    let largest = vector
+        .iter()
+        .fold(0.0, |most, entry| larger(most, entry.abs()));
+    largest * squared_norm(&vector.map(|entry| entry / largest)).sqrt()
+}
+
 /// An orthonormal basis; row k is the k-th axis.
 pub(crate) struct Frame<const D: usize> {
     axes: [SVector<f64, D>; D],

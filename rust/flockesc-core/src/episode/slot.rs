@@ -22,6 +22,8 @@ pub(super) struct Slot<const D: usize> {
     pub(super) fingerprint: Fingerprint,
     pub(super) schedule: Schedule,
     pub(super) episode: Option<Episode<D>>,
+    /// Number of the episode that [`Self::check_next`] has found good, and the first seed of its schedule.
+    checked: Option<(u64, u64)>,
     /// Rewards of the last step: the team's, or one per agent. Empty before the first step of an episode.
     last_rewards: Vec<f64>,
 }
@@ -57,6 +59,7 @@ impl<const D: usize> Slot<D> {
                 seed,
             },
             episode: None,
+            checked: None,
             last_rewards: Vec::new(),
         }
     }
@@ -90,10 +93,13 @@ impl<const D: usize> Slot<D> {
     }
 
     /// Checks the scenario that the next episode of the schedule draws.
-    pub(super) fn check_next(&self) -> Result<()> {
-        let schedule = &self.schedule;
-        let seed = episode_seed(schedule.first_seed, schedule.next);
-        self.scenario.check_draw(seed)
+    pub(super) fn check_next(&mut self) -> Result<()> {
+        let next = (self.schedule.first_seed, self.schedule.next);
+        if self.checked != Some(next) {
+            self.scenario.check_draw(episode_seed(next.0, next.1))?;
+            self.checked = Some(next);
+        }
+        Ok(())
     }
 
     /// Starts the next episode of the schedule, after [`Self::check_next`]. `start` must pass

@@ -5,7 +5,7 @@ use multiversion::multiversion;
 
 use crate::agents::{Column, GROUP, Group, centroid, corners, reduce};
 use crate::base::exact::Scale;
-use crate::base::vector::{larger, smaller, squared_norm};
+use crate::base::vector::{SHORTEST, larger, smaller, squared_norm};
 use crate::flock::metrics::{PredatorDistance, distances};
 use crate::flock::summary::heading_away;
 use crate::flock::world::World;
@@ -63,10 +63,12 @@ pub(crate) struct Approach {
 impl<const D: usize> Drift<D> {
     /// Computes the averages over `num_agents` >= 1 agents.
     pub(crate) fn of(groups: &[Group<D>], num_agents: usize) -> Self {
-        let ((low, high), speed) = (corners(groups), largest_speed(groups));
-        let n = num_agents as f64;
+        let ((low, high), n) = (corners(groups), num_agents as f64);
         let extent: [f64; D] = std::array::from_fn(|axis| high[axis] - low[axis]);
-        let scales = [speed, squared_norm(&extent).sqrt() * speed, speed * speed];
+        // The norm of a shorter vector can be 0 although its entries are not.
+        let extent = squared_norm(&extent).sqrt().max(SHORTEST);
+        let speed = largest_speed(groups).max(SHORTEST);
+        let scales = [speed, extent * speed, speed * speed];
         let scales = scales.map(|largest| Scale::for_registers(largest, num_agents));
         let centroid = centroid(groups, (low, high), num_agents);
         let (velocity, expansion, square) = add_up(groups, &centroid, scales);

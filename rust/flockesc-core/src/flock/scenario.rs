@@ -234,6 +234,16 @@ impl FlockConfig {
                 let expected = "None with predators, which need an open domain";
                 return Err(Error::input("periodic_side", expected, side));
             }
+            // The box would fold a wider start, and some places would get more agents than others.
+            let width = self.initial_positions.width(self.initial_side);
+            if let Some(width) = width.filter(|width| *width > side) {
+                let source = match self.initial_positions.as_ref() {
+                    "square" | "clusters" => "initial_side".to_owned(),
+                    kind => format!("initial_positions.{kind}"),
+                };
+                let expected = format!("at least {width}, the width of the start ({source})");
+                return Err(Error::input("periodic_side", expected, side));
+            }
         }
         Ok(())
     }

@@ -10,8 +10,9 @@ use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::vector::SHORTEST;
 
-/// Largest weight of an agent in the sum. It keeps the sum finite at all distances and exponents.
-const MAX_WEIGHT: f64 = 1e200;
+/// Largest weight of an agent in the sum. The weight divided by a distance above [`SHORTEST`], and the square of the
+/// largest strength times the sum, are then finite.
+const MAX_WEIGHT: f64 = 1e130;
 
 /// Moves toward all agents at once: v_p = (c / n) times the sum of (r_i - r_p) / ||r_i - r_p||^p.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -11,7 +11,7 @@ use pyo3::types::PyBytes;
 use crate::arrays::flat;
 use crate::errors::CoreError;
 use crate::info::Measured;
-use crate::long_call::{LONG, change, long_call, maybe_detach};
+use crate::long_call::{GRACE, LONG, change, long_step, maybe_detach};
 
 /// A batch in two or three dimensions.
 #[derive(Clone)]
@@ -97,7 +97,8 @@ impl Inner {
         })
     }
 
-    /// Steps all flocks. After an interrupted step, all slots must be reset.
+    /// Steps all flocks. An interrupted step still ends if that takes at most 0.1 s. Otherwise all slots must be
+    /// reset.
     pub(super) fn advance(
         &mut self,
         py: Python<'_>,
@@ -120,15 +121,23 @@ impl Inner {
             let mut taken = std::mem::replace(batch, fallback);
             let (ranges, predator_actions) = (ranges.to_vec(), predator_actions.to_vec());
             let (mut out, mut rows) = (std::mem::take(rewards), std::mem::take(observations));
-            let (stepped, out, rows, measured) = long_call(py, None, move |progress| {
+            let ended = long_step(py, None, GRACE, move |progress| {
                 let action = (&ranges[..], &predator_actions[..]);
                 let measured =
                     taken.step_measured(action, at_end, &mut out, &mut rows, progress, measure);
                 Ok((taken, out, rows, measured))
-            })?;
-            *batch = stepped;
-            (*rewards, *observations) = (out, rows);
-            Ok(measured.map_err(CoreError::from)?)
+            });
+            let (stepped, interrupt) = match ended {
+                Ok(stepped) => (Some(stepped), None),
+                Err((interrupt, stepped)) => (stepped, Some(interrupt)),
+            };
+            let mut outcome = Ok(Vec::new());
+            if let Some((stepped, out, rows, measured)) = stepped {
+                *batch = stepped;
+                (*rewards, *observations) = (out, rows);
+                outcome = measured;
+            }
+            interrupt.map_or_else(|| Ok(outcome.map_err(CoreError::from)?), Err)
         })
     }
 }

@@ -106,7 +106,7 @@ impl<const D: usize> Batch<D> {
     }
 
     fn check_step(
-        &self,
+        &mut self,
         ranges: &[f64],
         at_end: AtEnd,
         rewards: usize,
@@ -120,8 +120,8 @@ impl<const D: usize> Batch<D> {
         check_ranges("interaction_range", ranges)?;
         if at_end == AtEnd::Restart {
             let has_ended = |slot: &Slot<D>| slot.episode.as_ref().is_some_and(Episode::has_ended);
-            let mut ended = self.slots.iter().filter(|slot| has_ended(slot));
-            ended.try_for_each(|slot| slot.check_next())?;
+            let ended = (0..self.num_flocks()).filter(|&slot| has_ended(&self.slots[slot]));
+            self.check_next(ended.collect())?;
         }
         let mut num_pairs = 0;
         for (slot, ranges) in ranges.chunks_exact(self.rows()).enumerate() {
@@ -130,6 +130,21 @@ impl<const D: usize> Batch<D> {
             }
         }
         memory::probe::<Frozen>("interaction_range", num_pairs)
+    }
+
+    /// Checks the scenarios that the next episodes of `slots` draw, so that their reset after a step does not fail.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if a drawn number is out of bounds.
+    #[doc(hidden)]
+    pub fn check_next(&mut self, slots: Vec<usize>) -> Result<()> {
+        for slot in slots {
+            let slot = &mut self.slots[slot];
+            if !slot.scenario.randomization.is_empty() {
+                Arc::make_mut(slot).check_next()?;
+            }
+        }
+        Ok(())
     }
 
     /// Checks that every slot has an episode and, under [`AtEnd::Refuse`], that none has ended.

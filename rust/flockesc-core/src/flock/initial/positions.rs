@@ -91,6 +91,17 @@ impl InitialPositions {
         }
     }
 
+    /// Returns the width in m of the region that the distribution fills, if it is uniform over one. `side` is that of
+    /// the initial region.
+    pub(crate) fn width(&self, side: f64) -> Option<f64> {
+        match self {
+            Self::Square {} | Self::Clusters { .. } => Some(side),
+            Self::Disc { radius } => Some(2.0 * radius),
+            Self::Ring { radius, width } => Some(2.0 * radius + width),
+            Self::Segment { .. } | Self::Gaussian { .. } | Self::GivenPositions { .. } => None,
+        }
+    }
+
     /// Draws the positions of `count` agents in m.
     pub(crate) fn draw<const D: usize>(
         &self,

@@ -3,7 +3,7 @@
 use super::forces::{Force, Neighbors, ParameterColumns};
 use super::law::FirstOrder;
 use crate::agents::{GROUP, Group};
-use crate::base::vector::{SHORTEST, squared_norm};
+use crate::base::vector::{SHORTEST, norm, squared_norm};
 use crate::flock::scenario::FlockConfig;
 use crate::neighbor::OffsetBuffers;
 
@@ -39,7 +39,7 @@ impl FirstOrder {
     ) {
         for lane in 0..GROUP {
             let pull: [f64; D] = std::array::from_fn(|axis| force[axis][lane]);
-            let norm = squared_norm(&pull).sqrt();
+            let norm = norm(&pull); // at 1e-140 m from a neighbor, its square overflows
             let speed = columns.speed[lane];
             let is_scaled = config.constant_speed || norm > speed;
             let factor = if is_scaled { speed / norm } else { 1.0 };
