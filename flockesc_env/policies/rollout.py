@@ -131,7 +131,8 @@ def simulate(
         interaction_range: rho in m, a scalar or one per agent, shape (n,). Give this or ``policy``.
         policy: sets the ranges; see ``rollout``. The ranges of a ``ScheduledRange`` apply to every step.
         seed: seed of the initial state, the predators, noise and randomized fields. ``env.reset(seed=seed)``
-            starts the same flock. ``None``: a random seed from the operating system.
+            starts the same flock. ``None``: a random seed from the operating system. A run that continues
+            from the last state of another one needs another seed: the same seed draws the same noise again.
         initial_positions: r(0) in m, shape (n, D); ``None``: drawn from the seed.
         initial_velocities: v(0) in m/s, shape (n, D); ``None``: drawn from the seed. With constant speed an
             agent has speed v0 from its first step on.
