@@ -260,7 +260,7 @@ def test_the_seed_and_the_actions_determine_the_state(name: str) -> None:
 
 @pytest.mark.parametrize("make", [fe.parallel_env, fe.PredatorEnv])
 def test_names_and_observations_fit_the_state_after_ctrl_c_at_any_line(make: Callable[..., Any]) -> None:
-    env = make(small_flock(capture_radius=15.0, initial_side=40.0))
+    env = make(small_flock(capture_radius=60.0))
     env.reset(seed=0)
     state, actions, counts = env.get_state(), draw(env, np.random.default_rng(0)), set()
     for line in range(lines_before(np.inf, lambda: env.step(actions))):
