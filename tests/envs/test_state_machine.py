@@ -29,6 +29,7 @@ from hypothesis.stateful import (
     rule,
     run_state_machine_as_test,
 )
+from option_table import small_flock
 from same import plain, spoil
 from stable_baselines3.common.vec_env import VecEnv
 
@@ -151,15 +152,25 @@ class Machine(RuleBasedStateMachine):
             self.env.step(actions)
 
     @precondition(lambda self: self.checks_actions)
-    @rule(seed=seeds, drawn=draws)
-    def interrupt_a_step(self, seed: int, drawn: int) -> None:
-        """Ctrl-C arrives after half of the lines. A reset is needed, and sufficient."""
-        actions, other = self.action(drawn), copy.deepcopy(self.env)
-        lines = lines_before(np.inf, lambda: other.step(actions))
+    @rule(seed=seeds, drawn=draws, part=st.floats(0, 1))
+    def interrupt_a_step(self, seed: int, drawn: int, part: float) -> None:
+        """After Ctrl-C at any line the state is that before or after the step, and the next step works."""
+        actions, before, after = self.action(drawn), copy.deepcopy(self.env), copy.deepcopy(self.env)
+        lines = lines_before(np.inf, lambda: after.step(actions))
         with pytest.raises(KeyboardInterrupt):
-            lines_before(lines // 2, lambda: self.env.step(actions))
-        with pytest.raises(ResetNeeded):
-            self.env.step(actions)
+            lines_before(int(part * (lines - 1)), lambda: self.env.step(actions))
+        mode = getattr(self.env, "autoreset_mode", None)
+        if isinstance(self.env, VecEnv) or mode is AutoresetMode.SAME_STEP:
+            self.env.step(self.action(drawn))  # also between the end of an episode and the reset
+        else:
+            twin = {env.get_state(): env for env in (before, after)}[self.env.get_state()]
+            outcomes = []
+            for env in (self.env, twin):
+                try:
+                    outcomes.append(plain(env.step(self.action(drawn))))
+                except ResetNeeded as error:  # the interrupted step was the last one
+                    outcomes.append(str(error))
+            assert outcomes[0] == outcomes[1]
         self.log.clear()
         self.do("reset", seed)
 
@@ -246,3 +257,21 @@ def test_the_seed_and_the_actions_determine_the_state(name: str) -> None:
     machine = type("Machine", (Machine,), {"adapter": ADAPTERS[name]})
     run = settings(max_examples=10, stateful_step_count=40)
     run_state_machine_as_test(machine, settings=run)
+
+
+@pytest.mark.parametrize("make", [fe.parallel_env, fe.PredatorEnv])
+def test_names_and_observations_fit_the_state_after_ctrl_c_at_any_line(make: Callable[..., Any]) -> None:
+    env = make(small_flock(capture_radius=60.0))
+    env.reset(seed=0)
+    state, actions, counts = env.get_state(), draw(env, np.random.default_rng(0)), set()
+    for line in range(lines_before(np.inf, lambda: env.step(actions))):
+        env.set_state(state)
+        with pytest.raises(KeyboardInterrupt):
+            lines_before(line, lambda: env.step(actions))
+        caught = env._batch.core.caught()[0]
+        counts.add(int(caught.sum()))
+        if isinstance(env, fe.PredatorEnv):
+            assert plain(env._flock_observations) == plain(env._batch.core.observe([0]))
+        else:
+            assert env.agents == np.array(env.possible_agents)[~caught].tolist()
+    assert len(counts) == 2, "the step catches agents"

@@ -3,18 +3,8 @@
 import subprocess
 import sys
 import textwrap
-from collections.abc import Callable
-from itertools import count
-from typing import Any
 
-import numpy as np
 import pytest
-
-import flockesc_env as fe
-from flockesc_env.envs.gymnasium import PredatorEnv
-from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.policies import Pursue
-from flockesc_env.sb3 import vec_env
 
 TIMEOUT = 60  # seconds; reached only by a call that does not stop
 
@@ -219,80 +209,6 @@ SCRIPTS: dict[str, tuple[str, list[str]]] = {
         ["the process was forked during this call; only the parent process can finish the call"],
     ),
 }
-
-
-caught = fe.FlockScenario(num_agents=5, num_steps=3, initial_side=20.0, capture_radius=30.0)
-steered = caught.with_learned_predators()
-one_each = {"action_mode": "range", "steps_per_action": 1}
-ENVIRONMENTS: dict[str, Callable[[], Any]] = {
-    "gymnasium": lambda: fe.FlockEscapeEnv(steered, predator_policy=Pursue(), **one_each),
-    "predator": lambda: PredatorEnv(steered, **one_each),
-    "line": lambda: fe.LineEscapeEnv(fe.LineScenario(num_agents=5), **one_each),
-    "parallel": lambda: fe.parallel_env(steered, **one_each),
-    "next step": lambda: BatchVectorEnv(3, caught, autoreset_mode="NextStep", **one_each),
-    "same step": lambda: BatchVectorEnv(3, caught, autoreset_mode="SameStep", **one_each),
-    "at a limit": lambda: BatchVectorEnv(
-        3, caught, autoreset_mode="SameStep", max_episode_steps=2, **one_each
-    ),
-    "stable-baselines3": lambda: vec_env(caught, 3, **one_each),
-}
-AUTORESET = {"next step", "same step", "at a limit", "stable-baselines3"}
-
-
-def interrupted(call: Callable[[], Any], line: int) -> bool:
-    """Call with a Ctrl-C before a line of the package, counted from 1; return False if it ends before."""
-    lines = count(1)
-
-    def trace(frame: Any, event: str, _: Any) -> Any:
-        is_here = "flockesc_env" in frame.f_code.co_filename
-        if is_here and event == "line" and next(lines) == line:
-            raise KeyboardInterrupt
-        return trace if is_here else None
-
-    before = sys.gettrace()
-    sys.settrace(trace)
-    try:
-        call()
-    except KeyboardInterrupt:
-        return True
-    finally:
-        sys.settrace(before)
-    return False
-
-
-@pytest.mark.parametrize("name", ENVIRONMENTS)
-def test_ctrl_c_anywhere_in_a_step_keeps_the_episodes(name: str) -> None:
-    """The state is the one before or after the step, names fit it, and the next step works."""
-    env = ENVIRONMENTS[name]()
-
-    def step() -> None:
-        if name == "parallel":
-            env.step({agent: np.zeros(env.action_space(agent).shape, np.float32) for agent in env.agents})
-        else:
-            env.step(np.zeros((3, 1) if name == "stable-baselines3" else env.action_space.shape, np.float32))
-
-    def has_ended() -> bool:
-        return bool(env._episode.has_ended if name == "line" else env._batch.core.ended().all())
-
-    env.reset(**({} if name == "stable-baselines3" else {"seed": 0}))
-    for _ in range(4):
-        state = env.get_state()
-        step()
-        states = {state, after := env.get_state()}
-        for line in count(1):
-            env.set_state(state)
-            is_interrupted = interrupted(step, line)
-            if name in AUTORESET:
-                step()
-            else:
-                assert env.get_state() in states
-                if not has_ended():
-                    step()
-            if not is_interrupted:
-                break
-        env.set_state(after)
-        if has_ended() and name not in AUTORESET:
-            break
 
 
 @pytest.mark.parametrize(("script", "expected"), SCRIPTS.values(), ids=SCRIPTS)
