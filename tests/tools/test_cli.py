@@ -221,7 +221,7 @@ def _set(change: str) -> list[str]:
 DRAWN = '[{"uniform": {"field": "predator_range", "low": 1, "high": 2}}]'
 DIGIT = "\N{ARABIC-INDIC DIGIT ONE}"
 BAD: list[tuple[list[str], str]] = [
-    (["wacth"], "replay, tasks, compare, score, verify, episodes, got 'wacth' (did you mean watch?)"),
+    (["wacth"], "replay, tasks, compare, score, verify, got 'wacth' (did you mean watch?)"),
     (_set("num_agent=1"), "got 'num_agent' (did you mean num_agents?)"),
     (_set("predators.0.max_turn=1"), "predators.0.max_turn: expected one of position"),
     (["simulate", "--num-agent", "5"], "a field of the scenario; set it with --set num_agents=VALUE"),
