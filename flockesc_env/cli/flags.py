@@ -189,8 +189,8 @@ def policy_of(spec: str, *, task: Task | None = None) -> BasePolicy:
     """Return the policy of an argument: what ``load_policy`` takes, or ``module:function``.
 
     The function returns a policy; its module may lie in the current folder. With the task of its training,
-    the argument may also be a model of stable-baselines3, for example ``PPO:model.zip``; a model does not
-    contain its options, and code in it is executed.
+    the argument may also be a model of stable-baselines3, for example ``PPO:model.zip``. A model that does
+    not know its options plays with those of the task. Code in it is executed.
     """
     if suffix_of(spec) == MODEL_SUFFIX:
         return _model_policy(spec, task)
@@ -219,5 +219,6 @@ def _model_policy(spec: str, task: Task | None) -> BasePolicy:
     except (Exception, SystemExit) as error:  # the class, its code and the file are the user's
         expected = f"ALGORITHM:FILE.zip with a class of stable-baselines3 or sb3-contrib, such as PPO:{path}"
         raise InputError("policy", expected, f"{spec!r} ({error!r})") from error
-    known = {"per_agent": task.per_agent, "scenario": task.scenario, **task.options}
-    return SB3Policy(model).with_options(name=Path(path).stem, **known)
+    policy = SB3Policy(model)
+    stated: dict[str, Any] = {"per_agent": task.per_agent, "scenario": task.scenario, **task.options}
+    return policy.with_options(name=Path(path).stem, **(stated if policy.options is None else {}))

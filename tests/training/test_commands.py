@@ -10,12 +10,13 @@ import polars as pl
 import pytest
 from cli_runs import Ran
 from small_runs import SMALL, small_run, small_task
-from stable_baselines3 import A2C
+from stable_baselines3 import A2C, PPO
 
 import flockesc_env as fe
 from flockesc_env.cli import main
 from flockesc_env.episodes import splits
 from flockesc_env.policies import FixedRange, SB3Policy, load_policy
+from flockesc_env.sb3 import RangePolicy
 from flockesc_env.taskset import tasks
 from flockesc_env.taskset.comparison import ORACLE, grid_of
 from training.__main__ import TRAINING
@@ -97,6 +98,10 @@ def test_the_command_compares_models_and_files(
     assert table.filter(policy="model")["objective"].to_list() == expected.min_mean_distance.tolist()
     assert ran.out.startswith((tmp_path / "out/table.md").read_text())
     assert Ran(capsys, "watch", f"A2C:{file}").code == 2
+    shorter = task.vec_env(1, max_range=10.0)  # the model stores it
+    settings = {"spec": shorter.get_attr("policy_spec")[0], "first_range": 10.0}
+    PPO(RangePolicy, shorter, device="cpu", policy_kwargs=settings).save(file)
+    assert "| model | " in Ran(capsys, "compare", f"PPO:{file}", *few).out
 
 
 def test_figures_and_recorded_runs_follow_a_comparison(
