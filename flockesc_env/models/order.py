@@ -187,7 +187,7 @@ def _first_zero(points: FloatArray, velocities: FloatArray, side: float | None) 
         grown[:, np.searchsorted(bins, before)] = sums
         sums, places = grown, np.searchsorted(bins, own)[places]
         for row, terms in zip(sums, (1.0, distances, products), strict=True):
-            np.add.at(row, places, terms)  # in the order of the pairs, whatever the size of a block
+            np.add.at(row, places, terms)  # in the order of the pairs, for any size of a block
     r, c = np.hstack([[[0.0], [strength / len(points)]], sums[1:] / sums[0]])
     # The fluctuations sum to 0, so the products of pairs do not have a positive sum: C has a zero.
     at = int(np.argmax(c <= 0))
