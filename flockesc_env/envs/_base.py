@@ -231,7 +231,7 @@ class FlockEnvironment(Viewed):
         return self._batch.policy_spec.num_actions
 
     def _settle(self) -> None:
-        self._refreshed(self._batch.forget(range(self._batch.num_flocks)))
+        self._restart_pictures(self._batch.forget(range(self._batch.num_flocks)))
 
     def _drop_episodes(self) -> None:
         self._batch.core.drop_episodes()
@@ -243,15 +243,15 @@ class FlockEnvironment(Viewed):
 
     def _restore(self, state: Any, flocks: Any = None) -> Observations:
         """Restore flocks from a snapshot and return the observations of all flocks."""
-        return self._refreshed(self._batch.set_state(state, flocks))
+        self._restart_pictures(self._batch.set_state(state, flocks))
+        return self._batch.core.observe(range(self._batch.num_flocks))
 
-    def _refreshed(self, slots: Sequence[int]) -> Observations:
-        """Begin the pictured history of some flocks again and return the observations of all flocks."""
+    def _restart_pictures(self, slots: Sequence[int]) -> None:
+        """Begin the pictured history of some flocks again."""
         if self._viewer is not None:
             for slot in slots:
                 self._viewer.frames[slot] = None  # the history is another one
         self._show()
-        return self._batch.core.observe(range(self._batch.num_flocks))
 
 
 class OneFlock(FlockEnvironment, Generic[ObsType]):
@@ -283,9 +283,6 @@ class OneFlock(FlockEnvironment, Generic[ObsType]):
                 other options; the running episode continues.
         """
         return self._resume(self._restore(state))
-
-    def _settle(self) -> None:
-        self._resume(self._refreshed(self._batch.forget([0])))
 
     @abstractmethod
     def _resume(self, rows: Observations) -> ObsType:

@@ -167,6 +167,10 @@ class PredatorEnv(GymnasiumEnv):
         truncated = has_ended and not terminated
         return self._batch.core.observe([0], "predators")[0], reward, terminated, truncated, info
 
+    def _settle(self) -> None:
+        super()._settle()
+        self._resume(self._batch.core.observe([0]))
+
     def _resume(self, rows: Observations) -> Observations:
         self._flock_observations = rows
         reset_policy(self.flock_policy, np.ones(len(rows), bool))

@@ -233,6 +233,10 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         numbers = np.concatenate([scalars, *(state[name].ravel() for name in names)])
         return numbers.clip(-_LARGEST, _LARGEST).astype(np.float32)
 
+    def _settle(self) -> None:
+        super()._settle()
+        self._name_agents(has_ended=self._batch.core.has_ended(0))
+
     def _resume(self, rows: Observation) -> dict[str, Observation]:
         self._name_agents(has_ended=self._batch.core.has_ended(0))
         flock = self.agents[: len(self.agents) - len(self._predators)]
