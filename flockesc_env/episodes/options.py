@@ -51,7 +51,7 @@ class View(StrEnum):
 PROFILE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
 """Candidate ranges in m that suit the paper's flock, for the option ``profile_ranges``."""
 
-UNOBSERVED = ("reward", "count_components")
+UNOBSERVED = ("reward", "range_cost", "count_components")
 """Options that change neither observations nor actions."""
 
 
@@ -115,6 +115,8 @@ class EnvOptions(ActionOptions):
             ``"individual"``: the agent's part of ``"team"`` of the mean distance;
             ``"difference"``: the difference reward (Wolpert and Tumer): v_t minus its value if this agent had
             range 0 during the action. It simulates the action once more per agent.
+        range_cost: reward that an action costs per m: the reward of an action is lowered by it times the mean
+            range of the agents that are not caught or, with an individual reward, the agent's own range.
         predator_sensing_range: distance in m up to which agents observe a predator; ``math.inf``: any
             distance.
         count_components: whether ``info`` contains ``num_components``. The count costs a graph search per
@@ -132,6 +134,7 @@ class EnvOptions(ActionOptions):
 
     objective: Objective = "min_mean_distance"
     reward: Reward = "team"
+    range_cost: float = 0.0
     predator_sensing_range: float = math.inf
     count_components: bool = False
     profile_ranges: Sequence[float] | None = None
@@ -154,6 +157,7 @@ class EnvOptions(ActionOptions):
         for index, name in enumerate(entries):
             as_choice(name, f"extra_entries[{index}]", get_args(ExtraEntries))
         vars(self).update(
+            range_cost=float(as_floats(self.range_cost, "range_cost", ())),
             predator_sensing_range=sensing,
             count_components=as_flag(self.count_components, "count_components"),
             profile_ranges=None if ranges is None else tuple(as_vector(ranges, "profile_ranges").tolist()),
@@ -163,7 +167,14 @@ class EnvOptions(ActionOptions):
 
     def to_core(self, view: View) -> str:
         """Return the options as JSON, for the compiled core."""
-        names = ("objective", "reward", "max_range", "predator_sensing_range", "steps_per_action")
+        names = (
+            "objective",
+            "reward",
+            "range_cost",
+            "max_range",
+            "predator_sensing_range",
+            "steps_per_action",
+        )
         document = {name: getattr(self, name) for name in (*names, "extra_entries")}
         document |= {"view": view, "profile_ranges": self.profile_ranges or ()}
         return json.dumps(to_plain(document))
@@ -217,6 +228,7 @@ class EnvOptionsDict(ActionOptionsDict, total=False):
 
     objective: Objective
     reward: Reward
+    range_cost: float
     predator_sensing_range: float
     count_components: bool
     profile_ranges: Sequence[float] | None
