@@ -145,8 +145,10 @@ class EnvOptions(ActionOptions):
         if sensing is None or isinstance(sensing, str):
             expected = "a distance in m (math.inf: agents see the predator at any distance)"
             raise InputError("predator_sensing_range", expected, shown(sensing))
-        if not (isinstance(sensing, float) and sensing == math.inf):
-            sensing = float(as_floats(sensing, "predator_sensing_range", (), least=0.0))
+        is_infinite = isinstance(sensing, float) and sensing == math.inf
+        sensing = (
+            math.inf if is_infinite else float(as_floats(sensing, "predator_sensing_range", (), least=0.0))
+        )
         ranges, entries = self.profile_ranges, self.extra_entries
         if isinstance(entries, str) or not isinstance(entries, Sequence):
             expected = f"a list of {', '.join(get_args(ExtraEntries))}"

@@ -15,7 +15,7 @@ from typing import Any
 import argument_table as table
 import numpy as np
 import pytest
-from argument_table import seed, text
+from argument_table import text
 from envs import ADAPTERS, play, start
 from pettingzoo import ParallelEnv
 from same import plain, same, spoil
@@ -118,11 +118,12 @@ def row_of(call: Any) -> Row:
     return Row(call, own, after=AFTER.get(call, after), passed=passed)
 
 
+SEED = table.integer(3, 0, 2**64 - 1)
 FLOCKS = table.Kind(
     1,
     [-1, 64, 2**64, 1.0, [0, 64], [[0]], np.array(0.0), np.zeros(2, np.bool)],
     [[1], np.array([1]), np.int64(1)],
-    is_optional=True,
+    accepts=(type(None),),
 )
 
 
@@ -134,7 +135,10 @@ def state(good: bytes) -> table.Kind:
 
 
 def optional(**arguments: table.Kind) -> dict[str, table.Kind]:
-    return {name: dataclasses.replace(kind, is_optional=True) for name, kind in arguments.items()}
+    return {
+        name: dataclasses.replace(kind, accepts=(*kind.accepts, type(None)))
+        for name, kind in arguments.items()
+    }
 
 
 def reset(env: Any, method: str, seed: Any = None, options: Any = None, **entries: Any) -> Any:
@@ -176,18 +180,18 @@ def method_rows(name: str) -> dict[str, Row]:
             "step", **{"actions" if has_slots else "action": table.floats(np.full(shape, 0.25))}
         )
     if hasattr(env, "step_async"):
-        rows["seed"] = row("seed", **optional(seed=seed(3)))
+        rows["seed"] = row("seed", **optional(seed=SEED))
     else:
         count, dimension = env.scenario.num_agents, getattr(env.scenario, "dimension", 1)
         if isinstance(env, fe.LineEscapeEnv):
-            entries = optional(initial_state=table.floats(np.arange(count) / 32), episode=seed(2))
+            entries = optional(initial_state=table.floats(np.arange(count) / 32), episode=SEED)
         else:
             points = np.arange(float(count * dimension)).reshape(count, dimension)
             agents = {f"initial_{what}": table.floats(points) for what in ("positions", "velocities")}
             hunters = {f"predator_{what}": table.floats(points[:1]) for what in ("positions", "velocities")}
-            entries = optional(**agents, **hunters, episode=seed(2))
+            entries = optional(**agents, **hunters, episode=SEED)
         # PettingZoo requires that unknown options are ignored.
-        given = optional(seed=seed(4), options=table.part({}, accepts=(dict,) if is_dict else ()))
+        given = optional(seed=SEED, options=table.part({}, accepts=(dict,) if is_dict else ()))
         for each in ("reset", "reset_array") if is_dict else ("reset",):
             rows[each] = Row(partial(reset, method=each), given, subject, go_on, entries)
     return {f"{name}: {method}": row for method, row in rows.items()}
