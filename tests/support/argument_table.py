@@ -55,29 +55,22 @@ class Kind:
         return [*(value for value in FOREIGN if type(value) not in self.accepts), *self.near]
 
 
-def number(good: float, low: float = 0.0, high: float = np.inf) -> Kind:
-    """Return a real number from ``low`` to ``high``; infinite only if the good one is."""
-    near: list[Any] = [[good], np.array([good]), masked(np.array(good))]
-    near += [low - 1e-9 * max(1, abs(low)), -1e300, *([0.0] if low > 0 else [])] if np.isfinite(low) else []
-    near += [high * (1 + 1e-9), 1e300] if np.isfinite(high) else []
+def number(good: float, *, is_signed: bool = False) -> Kind:
+    """Return a real number, at least 0 unless it is signed; infinite only if the good one is."""
+    near: list[Any] = [
+        [good],
+        np.array([good]),
+        masked(np.array(good)),
+        *([] if is_signed else [-1e-9, -1e300]),
+    ]
     if np.isinf(good):
         return Kind(good, [*near, np.nan, -np.inf], [np.float64(good)], (float,))
     alike = [np.float64(good), np.array(good, float), np.array(good, ">f8"), np.float32(good)]
     return Kind(good, near, [*alike, int(good), np.int64(good)] if good == int(good) else alike)
 
 
-def integer(good: int, low: int = 1, high: int = 2**63 - 1) -> Kind:
-    near = [
-        low - 1,
-        high + 1,
-        0.5,
-        2.0,
-        np.float64(1),
-        [1],
-        np.array([1]),
-        np.int64(-1),
-        masked(np.array(good)),
-    ]
+def integer(good: int, low: int = 1) -> Kind:
+    near = [low - 1, 2**64, 0.5, 2.0, np.float64(1), [1], np.array([1]), np.int64(-1), masked(np.array(good))]
     return Kind(good, near, [np.int16(good), np.uint64(good), np.array(good, ">i4")])
 
 
@@ -93,15 +86,15 @@ def seeds(good: Sequence[int]) -> Kind:
     )
 
 
-def floats(good: Any, low: float = -np.inf, *, any_length: bool = False, or_number: bool = False) -> Kind:
-    """Return an array of finite numbers of at least ``low``."""
+def floats(good: Any, *, is_signed: bool = True, any_length: bool = False, or_number: bool = False) -> Kind:
+    """Return an array of finite numbers, at least 0 unless they are signed."""
     array = np.asarray(good, np.float64)
     near = [array.astype(other) for other in (str, object, complex, bool)]
     near += [array[..., np.newaxis], array[:0]]
     if not any_length:
         near += [array[:-1], np.concatenate([array, array]), np.concatenate([array, array[:1]])]
     near += [] if or_number else [5, 0.5, np.array(1.0)]
-    for entry in (np.nan, np.inf, -np.inf, *([low - 1e-9] if np.isfinite(low) else [])):
+    for entry in (np.nan, np.inf, -np.inf, *([] if is_signed else [-1e-9])):
         spoilt = array.copy()
         spoilt.flat[-1] = entry
         near.append(spoilt)
@@ -236,33 +229,17 @@ GOOD: dict[str, Any] = {
 }
 """Where neither the default nor the type is good: by name, or by callable and name."""
 
-ABOVE_0 = (np.nextafter(0.0, 1.0),)
-BOUNDS: dict[str, tuple[float, ...]] = {
-    **dict.fromkeys(("seed", "episode"), (0, 2**64 - 1)),
-    **dict.fromkeys(("sensing_delay", "memory", "step", "partner", "predator"), (0,)),
-    "skip": (0, FLOCK.num_steps),
-    "dimension": (2, 3),
-    "size": (160,),
-    **dict.fromkeys(("time_step", "initial_side", "periodic_side", "interval", "max_range"), ABOVE_0),
-    **dict.fromkeys(("Disc.radius", "Ring.radius", "LogUniform.low"), ABOVE_0),
-    **dict.fromkeys(("min_cosine", "predator_position", "low", "Choice.values"), (-np.inf,)),
-    **dict.fromkeys(("angular_noise", "blind_angle"), (0.0, 2 * np.pi)),
-    "max_angle": (0.0, np.pi),
-    "exponent": (0.0, 10.0),
-    "high": (2.0,),
-    "approach.initial_side": (0.0,),
-    **dict.fromkeys(("mass", "speed", "repulsion_strength", "alignment_strength", "schedule"), (0.0,)),
-    **dict.fromkeys(("interaction_range", "interaction_ranges", "range_grid", "profile_ranges"), (0.0,)),
-    "values": (0.0,),
-}
-"""Bounds, if an integer may be below 1, a number below 0, an entry of an array not, or one is above a bound."""
+SIGNED = {"min_cosine", "predator_position", "low"}
+"""Numbers that may be negative."""
+FROM_ZERO = {"seed", "episode", "sensing_delay", "memory", "step", "partner", "predator", "skip"}
+"""Integers that may be 0."""
 
 EXCEPTIONS: dict[str, Kind] = {
     "field": choice("speed"),
     "preset.name": choice("pursuit"),
     "render_mode": choice("rgb_array"),
     "objective": choice("min_mean_distance"),
-    "aim": number(5.0, -np.inf),
+    "aim": number(5.0, is_signed=True),
     "ranges": Kind((), [("far",), (-1.0,), 3.0], accepts=(tuple,)),
     "max_episode_steps": Kind(7, [0, -2, 2.0, [7]], [np.int16(7)]),
     "caught": Kind([False] * 4 + [True], [[True], [0] * 5, masked(np.ones(5, bool))], [np.arange(5) > 3]),
@@ -270,7 +247,7 @@ EXCEPTIONS: dict[str, Kind] = {
     "axis": Kind(0, (1, -2, (0, 0), 0.5), accepts=(tuple,)),
     "runs": part([("a", RUN)], [("a", 1)], [(1, RUN)], [RUN], [("a",)]),
     "progress": Kind(None, accepts=(type(len), type, bool, np.bool)),
-    "simulate.interaction_range": floats(PER_AGENT, 0.0, or_number=True),
+    "simulate.interaction_range": floats(PER_AGENT, is_signed=False, or_number=True),
     "rollout.scenario": part(FLOCK, scenario.Disc()),
     "vec_env.scenario": part(FLOCK, scenario.Disc()),
     "model": part(Model()),
@@ -318,27 +295,30 @@ def _kind(call: Any, name: str, hint: Any, default: Any) -> Kind:
 
 
 def _by_type(keys: tuple[str, str], members: set[Any], default: Any) -> Kind:
+    name = keys[1]
     own = None if default is inspect.Parameter.empty else default
-    named = next((GOOD[key] for key in keys if key in GOOD), None)
-    bounds = next((BOUNDS[key] for key in keys if key in BOUNDS), ())
     literal = next((get_args(each) for each in members if get_origin(each) is Literal), None)
     if literal or isinstance(own, Enum):
         return choice(own.value if isinstance(own, Enum) else own or literal[0])
     make, good = next((BY_TYPE[each] for each in BY_TYPE if each in members), (part, own))
+    if own is not None and make in (number, integer, entries):
+        good = (
+            float(np.float32(0.75 * own or 0.5)) if make is number else own
+        )  # a number other than the default
+    good = next((GOOD[key] for key in keys if key in GOOD), good)
     if make is floats:
-        is_number = float in members or keys[1] == "interaction_range"
-        good = good if named is None else named
-        return floats(good, *bounds, any_length=keys[1] in ANY_LENGTH, or_number=is_number)
-    if make is number and isinstance(own, float):
-        good = float(np.float32(0.75 * own or 0.5))  # not the default
-    if make in (integer, entries) and own is not None:
-        good = own
-    good = good if named is None else named
+        is_range = (
+            float in members or "range" in name or keys[0] in ("ScheduledRange.schedule", "scan.values")
+        )
+        or_number = float in members or name == "interaction_range"
+        return floats(good, is_signed=not is_range, any_length=name in ANY_LENGTH, or_number=or_number)
     if isinstance(own, tuple) or make is entries:
         return entries(good, accepts=() if own is None else (tuple,))
     if make is part:
         return part(good, *(each for each in CONFUSING if type(each) not in members))
-    return make(good, *bounds)
+    if make is number:
+        return number(good, is_signed=name in SIGNED)
+    return integer(good, 0 if name in FROM_ZERO else 1) if make is integer else make(good)
 
 
 SLOTS: dict[str, tuple[Callable[[Any], Any], Any]] = {
