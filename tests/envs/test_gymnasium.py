@@ -8,7 +8,7 @@ import envs
 import gymnasium
 import numpy as np
 import pytest
-from envs import FLOCKS, RANDOM, draw, info_of, same_action, start, state
+from envs import FLOCKS, RANDOM, draw, info_of, same_action, start
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
 from option_table import (
@@ -93,25 +93,6 @@ def test_an_episode_equals_the_simulation(interface: str, seed: int, dimension: 
     assert info["min_mean_distance"] == run.mean_distance.min()
     assert info["min_min_distance"] == run.min_distance.min()
     assert set(info) == INFO_KEYS | {"num_components"}
-
-
-def test_shapes_and_read_only_arrays() -> None:
-    scenario = small_flock(3, predators=RANDOM)
-    for env, rows in ((fe.parallel_env(scenario), 5), (fe.PredatorEnv(small_flock(3)), 1)):
-        env.reset(seed=0)
-        now = state(env.flock)
-        shapes = {name: value.shape for name, value in now.items() if isinstance(value, np.ndarray)}
-        count = len(env.scenario.predators)
-        assert shapes == {
-            **dict.fromkeys(("positions", "velocities"), (5, 3)),
-            **dict.fromkeys(("distances", "caught"), (5,)),
-            "interaction_range": (rows,),
-            **dict.fromkeys(("predator_positions", "predator_velocities"), (count, 3)),
-        }
-        with pytest.raises(ValueError, match="read-only"):
-            env.flock.positions[:] = 0.0
-        with pytest.raises(AttributeError):
-            env.flock.positions = now["positions"]
 
 
 def test_a_line() -> None:
