@@ -15,13 +15,12 @@ from flockesc_env import PRESETS, FlockScenario, rollout, simulate, sweep
 from flockesc_env.cli.output import Exit
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.jobs import find_backend
 from flockesc_env.policies import Pursue
 from flockesc_env.scenario.presets import LITERATURE, OF_TASKS
 from studies.__main__ import STUDIES
 from studies.arms_race import race
-from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
+from studies.arms_race.opponents import SIZE, Flock, NetworkPredator, Predator
 from studies.arms_race.race import FIXED, LEARNED, Budget, learner
 from studies.arms_race.report import ARMS_RACE, load_race
 from studies.findings.report import FINDINGS
@@ -182,26 +181,6 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 def played(flock: Any, predator: Any, seeds: list[int], steps: int = 4) -> FloatArray:
     options: dict[str, Any] = {"predator_policy": predator, "steps_per_action": steps}
     return rollout(race.SCENARIO, flock, seeds, **options).min_mean_distance
-
-
-def test_lead_pursuit_aims_at_the_meeting_point() -> None:
-    # The predator flies at 15 m/s along x, the centroid is at (36, 0) and flies at 9 m/s along y. They meet
-    # after 3 s at (36, 27): 36^2 + 27^2 = 45^2 = (15 m/s 3 s)^2. The velocity is observed minus the
-    # predator's: (-15, 9), and vectors w as w / (||w|| + 10), lengths as l / (l + 60).
-    scale = np.hypot(15, 9) + 10
-    spec = PredatorPolicySpec.of(SCENARIO)
-    observation = np.zeros((1, len(spec.layout.names)), np.float32)
-    for name, value in {
-        "speed": 1.0,
-        "centroid_direction_ahead": 1.0,
-        "centroid_distance": 36 / 96,
-        "flock_velocity_ahead": -15 / scale,
-        "flock_velocity_left": 9 / scale,
-    }.items():
-        observation[0, spec.layout.index(name)] = value
-    for lead, aim in ((0.0, (36, 0)), (0.5, (36, 13.5)), (1.0, (36, 27)), (2.0, (36, 54))):
-        action = LeadPursuit(SCENARIO, lead).act(observation, spec)
-        np.testing.assert_allclose(action[0], np.array(aim) / np.hypot(*aim), atol=1e-6)
 
 
 @pytest.mark.usefixtures("small")
