@@ -1,4 +1,4 @@
-"""The back end ``slurm`` on a real cluster on this machine, with and without accounting: faults."""
+"""The back end ``slurm`` on a real cluster on this machine: faults."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from backends import CALLS, calls, contents, note_calls
 
 from flockesc_env.jobs import Cache, Job, find_backend, run
 
-DAEMONS = ("munged", "slurmctld", "slurmd", "slurmdbd", "mariadbd")
+DAEMONS = ("munged", "slurmctld", "slurmd")
 NODES = ("n1", "n2", "n3", "n4")
 CONF = """
 ClusterName=test
@@ -49,10 +49,7 @@ SelectType=select/cons_tres
 SelectTypeParameters=CR_Core
 SlurmdTimeout=15
 KillWait=5
-AccountingStorageType=accounting_storage/{storage}
-AccountingStorageHost=127.0.0.1
-AccountingStoragePort={slurmdbd}
-AccountingStoragePass={folder}/munge.socket
+AccountingStorageType=accounting_storage/none
 NodeName=n1 NodeHostname={host} NodeAddr=127.0.0.1 Port={n1} CPUs=16 RealMemory=1000
 NodeName=n2 NodeHostname={host} NodeAddr=127.0.0.1 Port={n2} CPUs=16 RealMemory=1000
 NodeName=n3 NodeHostname={host} NodeAddr=127.0.0.1 Port={n3} CPUs=16 RealMemory=1000
@@ -60,31 +57,11 @@ NodeName=n4 NodeHostname={host} NodeAddr=127.0.0.1 Port={n4} CPUs=16 RealMemory=
 PartitionName=cpu Nodes=n1,n2 Default=YES
 PartitionName=mortal Nodes=n3,n4 Default=NO
 """
-ACCOUNTING = """
-AuthType=auth/munge
-AuthInfo=socket={folder}/munge.socket
-DbdHost=localhost
-DbdAddr=127.0.0.1
-DbdPort={slurmdbd}
-SlurmUser=root
-StorageType=accounting_storage/mysql
-StorageHost=127.0.0.1
-StoragePort={mariadbd}
-StorageUser=slurm
-StoragePass=test
-StorageLoc=slurm_acct
-LogFile={folder}/slurmdbd.log
-PidFile={folder}/slurmdbd.pid
-"""
-GRANT = (
-    "create database slurm_acct; create user slurm@127.0.0.1 identified by 'test';"
-    " grant all on slurm_acct.* to slurm@127.0.0.1"
-)
 
 
 def obstacle() -> str | None:
     if not all(find(daemon) for daemon in DAEMONS):
-        return "SLURM is not installed: apt-get install slurm-wlm slurmdbd munge mariadb-server"
+        return "SLURM is not installed: apt-get install slurm-wlm munge"
     return None if os.geteuid() == 0 else "the daemons of SLURM need root"
 
 
@@ -123,17 +100,13 @@ def free_ports(count: int) -> list[int]:
 
 
 class SlurmCluster:
-    def __init__(self, folder: Path, accounting: bool) -> None:
+    def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.environment = {**os.environ, "SLURM_CONF": str(folder / "slurm.conf")}
         self.daemons = dict[str, subprocess.Popen[bytes]]()
-        host, named = socket.gethostname().split(".")[0], ("slurmctld", "slurmdbd", "mariadbd", *NODES)
-        names = {"folder": folder, "host": host, "storage": "slurmdbd" if accounting else "none"}
-        names |= dict(zip(named, free_ports(len(named)), strict=True))
+        names = {"folder": folder, "host": socket.gethostname().split(".")[0]}
+        names |= dict(zip(("slurmctld", *NODES), free_ports(1 + len(NODES)), strict=True))
         (folder / "slurm.conf").write_text(CONF.format(**names))
-        (folder / "slurmdbd.conf").write_text(ACCOUNTING.format(**names))
-        (folder / "slurmdbd.conf").chmod(0o600)
-        self.port = names["mariadbd"]
 
     def start(self, name: str, *command: str, cwd: Path | None = None) -> None:
         """Start a daemon in the foreground."""
@@ -148,7 +121,7 @@ class SlurmCluster:
         (self.folder / name).mkdir(exist_ok=True)
         self.start(name, "slurmd", "-D", "-N", name, cwd=self.folder / name)
 
-    def start_all(self, accounting: bool) -> None:
+    def start_all(self) -> None:
         folder = self.folder
         key = folder / "munge.key"
         key.write_bytes(secrets.token_bytes(128))
@@ -160,34 +133,11 @@ class SlurmCluster:
         wait_until(lambda: made.exists() or munged.poll() is not None)
         if munged.poll() is not None:
             pytest.skip(f"munged does not start: {(folder / 'munged.out').read_text()[-300:]}")
-        if accounting:
-            self.start_accounting()
         (folder / "state").mkdir()
         self.start("slurmctld", "slurmctld", "-D")
         for name in NODES:
             self.start_node(name)
         wait_until(lambda: set(self.ask("sinfo", "--noheader", "--format=%T").split()) == {"idle"})
-
-    def start_accounting(self) -> None:
-        data, mysql_socket = self.folder / "mysql", self.folder / "mysql.sock"
-        install = [
-            "mariadb-install-db",
-            "--no-defaults",
-            "--user=root",
-            "--skip-test-db",
-            f"--datadir={data}",
-        ]
-        subprocess.run(install, check=True, capture_output=True)  # noqa: S603
-        options = [f"--datadir={data}", f"--socket={mysql_socket}", f"--port={self.port}"]
-        options += ["--bind-address=127.0.0.1", f"--pid-file={self.folder / 'mariadbd.pid'}"]
-        options += ["--innodb-buffer-pool-size=64M", "--innodb-lock-wait-timeout=900"]
-        self.start("mariadbd", "mariadbd", "--no-defaults", "--user=root", *options)
-        client = ["mariadb", "--no-defaults", f"--socket={mysql_socket}", "--execute"]
-        wait_until(lambda: subprocess.run([*client, "select 1"], capture_output=True).returncode == 0)  # noqa: S603
-        subprocess.run([*client, GRANT], check=True)  # noqa: S603
-        self.start("slurmdbd", "slurmdbd", "-D")
-        wait_until(lambda: self.try_to("sacctmgr", "list", "cluster"))
-        self.ask("sacctmgr", "--immediate", "add", "cluster", "test")
 
     def try_to(self, *command: str) -> bool:
         return subprocess.run(command, env=self.environment, capture_output=True).returncode == 0  # noqa: S603
@@ -219,10 +169,10 @@ class SlurmCluster:
 
 
 @contextmanager
-def slurm_cluster(folder: Path, *, accounting: bool) -> Iterator[SlurmCluster]:
-    cluster = SlurmCluster(folder, accounting)
+def slurm_cluster(folder: Path) -> Iterator[SlurmCluster]:
+    cluster = SlurmCluster(folder)
     try:
-        cluster.start_all(accounting)
+        cluster.start_all()
         yield cluster
     finally:
         cluster.stop_all()
@@ -230,9 +180,7 @@ def slurm_cluster(folder: Path, *, accounting: bool) -> Iterator[SlurmCluster]:
 
 RESULTS = os.environ.get("SLURM_FAULTS")
 """A CSV file that gets the seconds of docs/long-work.md."""
-COMMAND = (
-    "SLURM_FAULTS=results/cluster/slurm_faults.csv python -m pytest tests/slow/test_slurm.py --numprocesses 2"
-)
+COMMAND = "SLURM_FAULTS=results/cluster/slurm_faults.csv python -m pytest tests/slow/test_slurm.py"
 JOBS = [Job("backends:held_square", (number,)) for number in range(12)]
 pytestmark = pytest.mark.skipif(obstacle() is not None, reason=str(obstacle()))
 
@@ -381,10 +329,7 @@ def play(cluster: SlurmCluster, folder: Path) -> dict[str, Ended]:
     return dict(zip(FAULTS, [*ends, played(*last)], strict=True))
 
 
-@pytest.mark.parametrize("accounting", [False, True], ids=["without accounting", "with accounting"])
-def test_faults(
-    accounting: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, subtests: pytest.Subtests
-) -> None:
+def test_faults(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, subtests: pytest.Subtests) -> None:
     """One test, because the faults of a cluster are played at the same time."""
     note_calls(tmp_path, monkeypatch)
     run(JOBS, Cache(tmp_path / "serial"), find_backend("serial"))
@@ -392,14 +337,14 @@ def test_faults(
     expected = {job.arguments[0]: (f"{job.key}.npz", files[f"{job.key}.npz"]) for job in JOBS}
     folder = tmp_path / "cluster"
     folder.mkdir()
-    with slurm_cluster(folder, accounting=accounting) as cluster:
+    with slurm_cluster(folder) as cluster:
         ends = play(cluster, folder)
         version = cluster.ask("sinfo", "--version").split()[-1]
     with subtests.test("no process is left"):
         assert not processes(f"SLURM_CONF={folder / 'slurm.conf'}")
         assert not processes(folder=folder)
     if RESULTS:
-        note(Path(RESULTS), accounting, version, ends)
+        note(Path(RESULTS), version, ends)
     for fault, end in ends.items():
         with subtests.test(fault):
             assert end.seconds < 300, end.error
@@ -422,8 +367,8 @@ def test_faults(
                 assert found == dict(expected[number] for number in range(6))
 
 
-def note(path: Path, accounting: bool, version: str, ends: dict[str, Ended]) -> None:
-    rows = [[fault, accounting, round(ends[fault].seconds), version, COMMAND] for fault in FAULTS]
+def note(path: Path, version: str, ends: dict[str, Ended]) -> None:
+    rows = [[fault, False, round(ends[fault].seconds), version, COMMAND] for fault in FAULTS]
     path.parent.mkdir(parents=True, exist_ok=True)
     header = [] if path.exists() else [["fault", "accounting", "seconds", "slurm", "command"]]
     with path.open("a", newline="") as file:
