@@ -146,26 +146,11 @@ def simulated(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
     ]
 
 
-def agents_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
-    env = fe.parallel_env(scenario, num_threads=num_threads, reward="individual_distance", **EVERY_STEP)
-    rng = np.random.default_rng(0)
-    steps: list[Any] = [env.reset_array(seed=2)]
-    return steps + [env.step_array(rng.uniform(-1, 1, (5000, 1)).astype(np.float32)) for _ in range(8)]
-
-
-def flocks_played(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
-    """Play two large flocks into their second episode; batch and flocks share the threads."""
-    env = BatchVectorEnv(2, scenario, num_threads=num_threads, **EVERY_STEP)
-    env.action_space.seed(0)
-    return [env.reset(seed=2), *(env.step(env.action_space.sample()) for _ in range(11))]
-
-
 @dimensions
-@pytest.mark.parametrize("played", [simulated, agents_played, flocks_played])
-def test_threads_of_one_large_flock(played: Any, dimension: int) -> None:
+def test_threads_of_one_large_flock(dimension: int) -> None:
     """The flock is large enough to be split over threads, with 0.03 agents per m^D."""
     side = (5000 / 0.03) ** (1 / dimension)
     scenario = fe.FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side)
-    serial = played(scenario, 1)
+    serial = simulated(scenario, 1)
     for threads in (2, 7):
-        same(played(scenario, threads), serial)
+        same(simulated(scenario, threads), serial)
