@@ -195,15 +195,7 @@ BY_TYPE: dict[Any, tuple[Callable[..., Kind], Any]] = {
 }
 """Kind and good value of annotations; of a union the first that is here. A ``Literal`` is a choice."""
 CONFUSING = (FLOCK, LINE, scenario.Disc(), scenario.RandomHeadings(), scenario.Metric())
-ANY_LENGTH = {
-    "range_grid",
-    "profile_ranges",
-    "interaction_ranges",
-    "values",
-    "states",
-    "positions",
-    "schedule",
-}
+ANY_LENGTH = {"range_grid", "values", "states", "positions", "schedule"}
 
 GOOD: dict[str, Any] = {
     "FlockScenario.num_agents": 5,
@@ -260,8 +252,6 @@ ALIASES = {
     "name": ("scenario", "policy"),
     "policy": ("interaction_range",),
     "values": ("speed",),
-    "recorded": ("again",),
-    "again": ("recorded",),
     "actions": ("action",),
 }
 """Other names of an argument in errors."""
@@ -275,20 +265,18 @@ def kinds(call: Any) -> tuple[dict[str, Kind], dict[str, Kind]]:
         if parameter.kind is not parameter.VAR_KEYWORD:
             own[name] = _kind(call, name, hints[name], parameter.default)
         else:
-            keywords = get_type_hints(next(iter(get_args(hints[name])), fe.EnvOptions))  # of Unpack
-            owner = fe.EnvOptions if "objective" in keywords else fe.LineOptions
-            passed = {
-                each: _kind(call, each, hint, getattr(owner, each, None)) for each, hint in keywords.items()
-            }
+            options = get_type_hints(next(iter(get_args(hints[name])), fe.EnvOptions))  # of Unpack
+            owner = fe.EnvOptions if "objective" in options else fe.LineOptions
+            defaults = {each: getattr(owner, each, None) for each in options}
+            passed = {each: _kind(call, each, hint, defaults[each]) for each, hint in options.items()}
     return own, passed
 
 
 def _kind(call: Any, name: str, hint: Any, default: Any) -> Kind:
     members = {hint, *(get_args(hint) if get_origin(hint) in (Union, UnionType) else ())}
     keys = (f"{call.__name__}.{name}", name)
-    kind = next((EXCEPTIONS[key] for key in keys if key in EXCEPTIONS), None) or _by_type(
-        keys, members, default
-    )
+    kind = next((EXCEPTIONS[key] for key in keys if key in EXCEPTIONS), None)
+    kind = kind or _by_type(keys, members, default)
     if default is None or type(None) in members or name == "scenario":
         return dataclasses.replace(kind, accepts=(*kind.accepts, type(None)))
     return kind
@@ -301,17 +289,17 @@ def _by_type(keys: tuple[str, str], members: set[Any], default: Any) -> Kind:
     if literal or isinstance(own, Enum):
         return choice(own.value if isinstance(own, Enum) else own or literal[0])
     make, good = next((BY_TYPE[each] for each in BY_TYPE if each in members), (part, own))
-    if own is not None and make in (number, integer, entries):
-        good = (
-            float(np.float32(0.75 * own or 0.5)) if make is number else own
-        )  # a number other than the default
+    if make is number and own is not None:
+        good = float(np.float32(0.75 * own or 0.5))  # not the default
+    elif make in (integer, entries) and own is not None:
+        good = own
     good = next((GOOD[key] for key in keys if key in GOOD), good)
     if make is floats:
-        is_range = (
-            float in members or "range" in name or keys[0] in ("ScheduledRange.schedule", "scan.values")
-        )
+        any_length = name in ANY_LENGTH or "ranges" in name
+        is_range = "range" in name or keys[0] in ("ScheduledRange.schedule", "scan.values")
         or_number = float in members or name == "interaction_range"
-        return floats(good, is_signed=not is_range, any_length=name in ANY_LENGTH, or_number=or_number)
+        is_signed = not (is_range or or_number)
+        return floats(good, is_signed=is_signed, any_length=any_length, or_number=or_number)
     if isinstance(own, tuple) or make is entries:
         return entries(good, accepts=() if own is None else (tuple,))
     if make is part:
