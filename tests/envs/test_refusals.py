@@ -220,7 +220,7 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
             ({"interaction_range": np.ones((10, 5))}, "interaction_range"),
             ({"policy": fe.ScheduledRange(np.ones((5, 10)))}, "schedule"),
             ({"interaction_range": 1.0, "initial_positions": table.POINTS.T}, "initial_positions"),
-            ({"interaction_range": 1.0, "initial_positions": table.POINTS * 1e30}, "initial_positions[0, 1]"),
+            ({"interaction_range": 1.0, "initial_positions": table.POINTS * 1e30}, "initial_positions[0, 0]"),
         )
     ),
     *(
