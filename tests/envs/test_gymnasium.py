@@ -30,9 +30,9 @@ import flockesc_env as fe
 from flockesc_env import flockesc_v1
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.envs.pettingzoo import FlockParallelEnv
-from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.spaces import RangeActions
 from flockesc_env.scenario import Learned
+from flockesc_env.scenario.options import EnvOptions
 
 RHO = 25.0  # action -0.5 of [0, 100]
 
