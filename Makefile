@@ -138,7 +138,7 @@ RELEASES := oldest newest
 PEERS := bare benchmarl rl_zoo3 rllib supersuit torchrl
 ENVIRONMENTS := $(RELEASES) $(PEERS)
 NEWEST_PYTHON ?= $(PYTHON)
-CONTRACT := envs/test_{conformance,gymnasium,pettingzoo,sb3,states,vector_env}.py model/test_golden.py \
+CONTRACT := envs/test_{conformance,gymnasium,sb3,states,vector_env}.py model/test_golden.py \
   policies/test_policy_files.py tools/test_{docs,records}.py
 WITHOUT_RUST := env -i HOME=$(HOME) PATH=/usr/bin:/bin
 

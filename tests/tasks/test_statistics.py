@@ -135,16 +135,3 @@ def test_intervals_cover_the_true_mean(scales: tuple[float, float, float], num_s
     )
     _, low, high = intervals(seeds + flocks + both)
     assert 0.93 <= ((low < 0) & (high > 0)).mean() <= 0.985
-
-
-@pytest.mark.parametrize("strength", [0.0, 0.1, 1.0])
-def test_intervals_of_differences_cover_the_true_difference(strength: float) -> None:
-    rng = np.random.default_rng(0)
-    flocks = rng.normal(size=(2_000, 1, 50))
-
-    def runs(num_seeds: int, response: float) -> np.ndarray:
-        seeds = strength * rng.normal(size=(2_000, num_seeds, 1))
-        return seeds + response * flocks + rng.normal(size=(2_000, num_seeds, 50))
-
-    _, low, high = intervals(runs(5, 1.0), runs(3, 0.5))
-    assert 0.93 <= ((low < 0) & (high > 0)).mean() <= 0.985
