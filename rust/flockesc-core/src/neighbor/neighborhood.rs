@@ -246,20 +246,12 @@ impl<const D: usize> Neighborhood<D> {
     }
 
     /// Computes the reaches and lists under `ranges` at the current positions. `tree` has their boxes.
-    pub(in crate::neighbor) fn links_at(
-        &self,
-        agents: &Agents<D>,
-        tree: &Tree<D>,
-        ranges: Ranges<'_>,
-    ) -> Links {
+    pub(crate) fn links_at(&self, agents: &Agents<D>, tree: &Tree<D>, ranges: Ranges<'_>) -> Links {
         self.current_links(&self.options, agents, tree, ranges)
     }
 
     /// Returns the options and the tree of the agents, for searches under other ranges.
-    pub(in crate::neighbor) fn search(
-        &self,
-        agents: &Agents<D>,
-    ) -> (&NeighborOptions, Cow<'_, Tree<D>>) {
+    pub(crate) fn search(&self, agents: &Agents<D>) -> (&NeighborOptions, Cow<'_, Tree<D>>) {
         (&self.options, self.tree.with_boxes(agents))
     }
 

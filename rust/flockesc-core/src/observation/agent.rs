@@ -2,8 +2,7 @@
 
 use multiversion::multiversion;
 
-use super::frames::Velocities;
-use super::frames::{Axes, Shared, Vectors, perceive, put_in_frames};
+use super::frames::{Axes, Shared, Vectors, Velocities, perceive, put_in_frames};
 use super::row::{GroupRows, squash};
 use super::scene::Common;
 use super::{Extras, Scene};

@@ -7,8 +7,7 @@ use super::Extras;
 use super::scene::Common;
 use crate::agents::{Column, GROUP, Group};
 use crate::base::exact::{Scale, to_float};
-use crate::base::vector::Frame;
-use crate::base::vector::{SHORTEST, squared_norm};
+use crate::base::vector::{Frame, SHORTEST, squared_norm};
 use crate::flock::Straight;
 use crate::neighbor::NeighborSums;
 

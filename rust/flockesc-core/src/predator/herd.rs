@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::shared::Limits;
-use super::shared::{Predator, Surroundings};
+use super::shared::{Limits, Predator, Surroundings};
 use crate::base::check::quantity;
 use crate::base::error::{Error, Result};
 use crate::base::vector::unit;

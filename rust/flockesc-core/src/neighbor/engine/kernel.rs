@@ -10,8 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::agents::{Agents, Column, FANOUT, GROUP, Group, LEAF};
 use crate::neighbor::engine::candidates::{LeafCandidates, Search};
-use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
-use crate::neighbor::engine::field_of_view::{Own, lanes};
+use crate::neighbor::engine::field_of_view::{FieldOfView, Own, Torus, lanes};
 use crate::neighbor::engine::reach::BITS;
 use crate::neighbor::engine::sums::{NeighborSums, Scratch};
 use crate::neighbor::engine::tree::Tree;
@@ -19,23 +18,23 @@ use crate::neighbor::engine::verlet::Reuse;
 use crate::neighbor::ranges::Reaches;
 
 /// The sums over neighbors of the groups from `first` on.
-pub(in crate::neighbor) struct SumNeighbors<'a, const D: usize> {
-    pub(in crate::neighbor) agents: &'a Agents<D>,
-    pub(in crate::neighbor) tree: &'a Tree<D>,
-    pub(in crate::neighbor) reaches: Reaches<'a>,
-    pub(in crate::neighbor) torus: Torus,
-    pub(in crate::neighbor) field_of_view: FieldOfView,
+pub(crate) struct SumNeighbors<'a, const D: usize> {
+    pub(crate) agents: &'a Agents<D>,
+    pub(crate) tree: &'a Tree<D>,
+    pub(crate) reaches: Reaches<'a>,
+    pub(crate) torus: Torus,
+    pub(crate) field_of_view: FieldOfView,
     /// Whether neighbors are counted. Otherwise their numbers are unspecified.
-    pub(in crate::neighbor) is_counting: bool,
-    pub(in crate::neighbor) reuse: Reuse,
-    pub(in crate::neighbor) first: usize,
-    pub(in crate::neighbor) sums: &'a mut [NeighborSums<D>],
-    pub(in crate::neighbor) scratch: &'a mut Scratch,
+    pub(crate) is_counting: bool,
+    pub(crate) reuse: Reuse,
+    pub(crate) first: usize,
+    pub(crate) sums: &'a mut [NeighborSums<D>],
+    pub(crate) scratch: &'a mut Scratch,
 }
 
 impl<const D: usize> SumNeighbors<'_, D> {
     /// Computes the sums.
-    pub(in crate::neighbor) fn run(self) {
+    pub(crate) fn run(self) {
         Arch::new().dispatch(self);
     }
 }

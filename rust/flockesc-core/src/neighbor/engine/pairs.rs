@@ -14,17 +14,17 @@ use crate::neighbor::options::NeighborOptions;
 /// The neighbor graph at one time.
 #[derive(Clone, Copy)]
 pub(crate) struct Pairs<'a, const D: usize> {
-    pub(in crate::neighbor) agents: &'a Agents<D>,
-    pub(in crate::neighbor) tree: &'a Tree<D>,
-    pub(in crate::neighbor) options: &'a NeighborOptions,
+    pub(crate) agents: &'a Agents<D>,
+    pub(crate) tree: &'a Tree<D>,
+    pub(crate) options: &'a NeighborOptions,
     /// Squared reaches in m^2 of the agents, group by group.
-    pub(in crate::neighbor) squares: &'a [Column<f64>],
-    pub(in crate::neighbor) choice: Choice<'a>,
+    pub(crate) squares: &'a [Column<f64>],
+    pub(crate) choice: Choice<'a>,
 }
 
 /// The agents among which neighbors are chosen.
 #[derive(Clone, Copy)]
-pub(in crate::neighbor) enum Choice<'a> {
+pub(crate) enum Choice<'a> {
     /// All agents. Neighbors are the ones within reach and in view.
     All,
     /// The agents in lists. Neighbors are the ones within reach and in view. The second field has the places

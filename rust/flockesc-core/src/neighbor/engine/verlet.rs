@@ -18,7 +18,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// What a step does with the candidates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::neighbor) enum Reuse {
+pub(crate) enum Reuse {
     /// Finds candidates and discards them.
     Discarded,
     /// Finds candidates with this margin in m for the following steps too.
@@ -32,7 +32,7 @@ pub(in crate::neighbor) enum Reuse {
 /// Since then, the distance of two agents has changed by at most the diameter of a circle around all displacements.
 /// Candidates are complete while it is at most their margin.
 #[derive(Debug, Clone)]
-pub(in crate::neighbor) struct VerletLists<const D: usize> {
+pub(crate) struct VerletLists<const D: usize> {
     torus: Torus,
     positions: Vec<[Column<f64>; D]>,
     /// In m: one range, or one per agent.
@@ -48,7 +48,7 @@ pub(in crate::neighbor) struct VerletLists<const D: usize> {
 }
 
 impl<const D: usize> VerletLists<D> {
-    pub(in crate::neighbor) fn new(torus: Torus) -> Self {
+    pub(crate) fn new(torus: Torus) -> Self {
         Self {
             torus,
             positions: Vec::new(),
@@ -61,13 +61,13 @@ impl<const D: usize> VerletLists<D> {
     }
 
     /// Forgets the candidates, and pauses because there were too many to keep.
-    pub(in crate::neighbor) fn pause(&mut self) {
+    pub(crate) fn pause(&mut self) {
         self.margin = None;
         self.pause = PAUSE;
     }
 
     /// Decides what the next step does with the candidates.
-    pub(in crate::neighbor) fn plan(&mut self, agents: &Agents<D>, ranges: Ranges<'_>) -> Reuse {
+    pub(crate) fn plan(&mut self, agents: &Agents<D>, ranges: Ranges<'_>) -> Reuse {
         let ranges = slice(&ranges);
         if self.num_agents != agents.len() || self.ranges != ranges {
             return Reuse::Discarded;
@@ -95,12 +95,7 @@ impl<const D: usize> VerletLists<D> {
     }
 
     /// Stores the time of a search for candidates. Places of agents must not change after it.
-    pub(in crate::neighbor) fn store(
-        &mut self,
-        agents: &Agents<D>,
-        ranges: Ranges<'_>,
-        reuse: Reuse,
-    ) {
+    pub(crate) fn store(&mut self, agents: &Agents<D>, ranges: Ranges<'_>, reuse: Reuse) {
         self.margin = match reuse {
             Reuse::New(margin) => Some(margin),
             Reuse::Discarded | Reuse::Kept => None,
