@@ -3,38 +3,13 @@
 
 use multiversion::multiversion;
 
-use crate::agents::{Column, GROUP, Group, centroid, corners, reduce};
+use crate::agents::{Agents, Column, GROUP, Group, centroid, corners, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, larger, smaller, squared_norm};
 use crate::flock::metrics::{PredatorDistance, distances};
 use crate::flock::summary::heading_away;
 use crate::flock::world::World;
 use crate::predator::Predator;
-
-/// A predator that keeps its velocity.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Straight<const D: usize> {
-    /// r_p in m.
-    pub(crate) position: [f64; D],
-    /// v_p in m/s.
-    pub(crate) velocity: [f64; D],
-}
-
-impl<const D: usize> Straight<D> {
-    /// Returns where the predator is after `time` s.
-    pub(crate) fn after(&self, time: f64) -> [f64; D] {
-        std::array::from_fn(|axis| self.position[axis] + self.velocity[axis] * time)
-    }
-}
-
-impl<const D: usize> From<&Predator<D>> for Straight<D> {
-    fn from(predator: &Predator<D>) -> Self {
-        Self {
-            position: predator.position.into(),
-            velocity: predator.velocity.into(),
-        }
-    }
-}
 
 /// Averages over the agents that determine the closest approach of a predator to the flock.
 #[derive(Debug, Clone, Copy)]
@@ -61,9 +36,10 @@ pub(crate) struct Approach {
 }
 
 impl<const D: usize> Drift<D> {
-    /// Computes the averages over `num_agents` >= 1 agents.
-    pub(crate) fn of(groups: &[Group<D>], num_agents: usize) -> Self {
-        let ((low, high), n) = (corners(groups), num_agents as f64);
+    /// Computes the averages over at least one agent.
+    pub(crate) fn of(agents: &Agents<D>) -> Self {
+        let (groups, num_agents, n) = (&agents.groups, agents.len(), agents.len() as f64);
+        let (low, high) = corners(groups);
         let extent: [f64; D] = std::array::from_fn(|axis| high[axis] - low[axis]);
         // The norm of a shorter vector can be 0 although its entries are not.
         let extent = squared_norm(&extent).sqrt().max(SHORTEST);
@@ -81,14 +57,19 @@ impl<const D: usize> Drift<D> {
     }
 
     /// Returns where every predator is at its closest approach to the flock.
-    pub(crate) fn places(&self, predators: &[Straight<D>]) -> Vec<[f64; D]> {
-        let place = |predator: &Straight<D>| predator.after(self.time_of_approach(predator));
-        predators.iter().map(place).collect()
+    pub(crate) fn places(&self, predators: &[Predator<D>]) -> Vec<[f64; D]> {
+        let place = |predator: &Predator<D>| {
+            predator.position + predator.velocity * self.time_of_approach(predator)
+        };
+        predators
+            .iter()
+            .map(|predator| place(predator).into())
+            .collect()
     }
 
     /// Returns the time in s, at least 0, at which the mean squared distance of the agents to a predator is
     /// smallest.
-    fn time_of_approach(&self, predator: &Straight<D>) -> f64 {
+    fn time_of_approach(&self, predator: &Predator<D>) -> f64 {
         let (mut closing, mut squared_speed) = (self.expansion, self.squared_speed);
         for axis in 0..D {
             let (own, its) = (self.velocity[axis], predator.velocity[axis]);
@@ -101,24 +82,16 @@ impl<const D: usize> Drift<D> {
 
 /// Returns the mean cosine of the angle between an agent's heading and its escape direction. The flock must
 /// have at least one agent.
-pub(crate) fn heading_escape<const D: usize>(
-    world: &World<D>,
-    drift: &Drift<D>,
-    predators: &[Straight<D>],
-) -> f64 {
-    let places = drift.places(predators);
+pub(crate) fn heading_escape<const D: usize>(world: &World<D>, drift: &Drift<D>) -> f64 {
+    let places = drift.places(world.predators());
     let mut groups = world.agents().groups.clone();
     measure(&mut groups, &places);
     heading_away(world, &groups, &places)
 }
 
 /// Returns the closest approach of the predators. The flock must have at least one agent.
-pub(crate) fn approach<const D: usize>(
-    world: &World<D>,
-    drift: &Drift<D>,
-    predators: &[Straight<D>],
-) -> Approach {
-    let mut groups = world.agents().groups.clone();
+pub(crate) fn approach<const D: usize>(world: &World<D>, drift: &Drift<D>) -> Approach {
+    let (mut groups, predators) = (world.agents().groups.clone(), world.predators());
     let mut approach = Approach {
         mean_distance: f64::INFINITY,
         time: 0.0,
@@ -162,7 +135,7 @@ pub(crate) struct Approaches {
 pub(crate) fn approaches<const D: usize>(
     group: &Group<D>,
     velocity: &[Column<f64>; D],
-    predators: &[Straight<D>],
+    predators: &[Predator<D>],
     range: f64,
 ) -> Approaches {
     let (mut time, mut distance) = ([0.0; GROUP], [f64::INFINITY; GROUP]);
@@ -188,7 +161,7 @@ pub(crate) fn approaches<const D: usize>(
 /// Returns the smallest distance in m of a closest approach of any agent to any predator. It is infinite
 /// without agents or predators.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn closest_distance<const D: usize>(groups: &[Group<D>], predators: &[Straight<D>]) -> f64 {
+fn closest_distance<const D: usize>(groups: &[Group<D>], predators: &[Predator<D>]) -> f64 {
     let mut smallest = [f64::INFINITY; GROUP];
     for group in groups {
         let found = approaches(group, &group.velocity, predators, f64::INFINITY);
@@ -209,7 +182,7 @@ fn measure<const D: usize>(groups: &mut [Group<D>], places: &[[f64; D]]) {
 
 /// Sets the distances in m of the agents to the ones to a predator after `time` s with the present velocities.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn measure_after<const D: usize>(groups: &mut [Group<D>], predator: &Straight<D>, time: f64) {
+fn measure_after<const D: usize>(groups: &mut [Group<D>], predator: &Predator<D>, time: f64) {
     for group in groups {
         for lane in 0..GROUP {
             let offset: [f64; D] = std::array::from_fn(|axis| {
@@ -267,7 +240,6 @@ mod tests {
     use nalgebra::vector;
 
     use super::*;
-    use crate::agents::Agents;
 
     #[test]
     fn a_minimum_is_at_a_finite_time_of_at_least_0() {
@@ -289,7 +261,7 @@ mod tests {
             vector![200.0, 0.0],
             vector![0.0, 40.0],
         ];
-        let drift = Drift::of(&Agents::new(&positions, &velocities).groups, 3);
+        let drift = Drift::of(&Agents::new(&positions, &velocities));
         assert_eq!(drift.centroid, [0.0, 2.0]);
         for (found, expected) in [
             (drift.velocity[0], 0.0),

@@ -97,7 +97,7 @@ impl<const D: usize> World<D> {
     /// Stops the counting of neighbors, which takes about 5 % of a step. Only for worlds that are never observed.
     pub(crate) fn stop_counting(&mut self) {
         // Sensing noise and some laws of motion depend on the number of neighbors.
-        if self.config.sensing_noise <= 0.0 && !self.config.motion.needs_counts() {
+        if self.config.sensing_noise <= 0.0 && !self.config.motion.needs().counts {
             self.neighborhood.stop_counting();
         }
     }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::step::{Groups, Line, check_range};
-use crate::base::check::{MAX_STEPS, positive, rounding, within};
+use super::step::{Groups, Line};
+use crate::base::check::{MAX_STEPS, not_negative, positive, rounding, within};
 use crate::base::document::parse;
 use crate::base::entry::{Entries, Entry, Row};
 use crate::base::error::{Error, Result};
@@ -119,7 +119,7 @@ impl LineEpisode {
     /// the action was then applied.
     pub fn advance(&mut self, range: f64, progress: &Progress) -> Result<f64> {
         rounding()?;
-        check_range(range)?;
+        not_negative("interaction_range", range)?;
         if self.has_ended() {
             let message = "step() called after the end of the episode; call reset()";
             return Err(Error::episode(message));

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::base::check::{coordinates, rounding};
-use crate::base::error::{Error, Result};
+use crate::base::check::{coordinates, length, not_negative, rounding};
+use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::memory;
 use crate::base::rng::{self, Stream};
@@ -45,8 +45,8 @@ impl Line {
     /// Creates a line at `states`. If they are `None`, x(0) ~ U[0, 1]^n is drawn from `seed`.
     ///
     /// # Errors
-    /// [`Error::Input`] if `states` does not have one entry per agent or an entry is out of bounds; [`Error::Memory`];
-    /// [`Error::Rounding`].
+    /// [`crate::Error::Input`] if `states` does not have one entry per agent or an entry is out of bounds;
+    /// [`crate::Error::Memory`]; [`crate::Error::Rounding`].
     pub fn new(config: Arc<LineConfig>, seed: u64, states: Option<&[f64]>) -> Result<Self> {
         rounding()?;
         let num_agents = config.num_agents;
@@ -89,9 +89,9 @@ impl Line {
     /// Advances the line by one step and returns the largest displacement max_i |x_i(t+1) - x_i(t)|.
     ///
     /// # Errors
-    /// [`Error::Input`] if `range` is negative or not finite.
+    /// [`crate::Error::Input`] if `range` is negative or not finite.
     pub fn step(&mut self, range: f64) -> Result<f64> {
-        check_range(range)?;
+        not_negative("interaction_range", range)?;
         let groups = &self.groups.sorted;
         neighbor_means(groups, self.config.num_agents, range, &mut self.next);
         if let Some(predator) = self.config.predator_position {
@@ -140,26 +140,9 @@ fn initial_states(num_agents: usize, seed: u64) -> Vec<f64> {
 }
 
 fn check_states(states: &[f64], num_agents: usize) -> Result<()> {
-    if states.len() != num_agents {
-        return Err(Error::input(
-            "initial_state",
-            format!("{num_agents} entries, one per agent"),
-            format!("{} entries", states.len()),
-        ));
-    }
-    coordinates(states, |i| format!("initial_state[{i}]"))
-}
-
-pub(crate) fn check_range(range: f64) -> Result<()> {
-    if range.is_finite() && range >= 0.0 {
-        Ok(())
-    } else {
-        Err(Error::input(
-            "interaction_range",
-            "a finite number of at least 0",
-            range,
-        ))
-    }
+    let (field, note) = ("initial_state", ", one per agent");
+    length(field, states.len(), num_agents, "entries", note)?;
+    coordinates(states, |i| format!("{field}[{i}]"))
 }
 
 /// A group of agents with the same state.

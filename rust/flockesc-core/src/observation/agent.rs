@@ -11,7 +11,7 @@ use crate::base::entry::{Entries, Row};
 use crate::base::error::Result;
 use crate::base::exact::{Scale, to_float};
 use crate::base::vector::SHORTEST;
-use crate::flock::{Drift, HALF_COUNT, Straight, approaches};
+use crate::flock::{Drift, HALF_COUNT, approaches};
 use crate::neighbor::{NeighborSums, Profile};
 use crate::parallel::Progress;
 
@@ -107,7 +107,7 @@ fn add_optional<const D: usize>(
         row.number("heard_escape_gain", -1.0, &column);
     }
     if has_approach {
-        let (predators, sensing_length) = (&shared.predators, shared.common.sensing_length);
+        let (predators, sensing_length) = (shared.predators, shared.common.sensing_length);
         let found = approaches(group, &group.velocity, predators, sensing_length);
         for lane in 0..GROUP {
             column[lane] = scaled(found.distance[lane], length);
@@ -183,7 +183,7 @@ fn distances<const D: usize>(
         }
     }
     let sensing_length = shared.common.sensing_length;
-    let found = approaches(group, &turned, &shared.predators, sensing_length);
+    let found = approaches(group, &turned, shared.predators, sensing_length);
     for lane in 0..GROUP {
         distances[lane] = scaled(found.distance[lane], shared.common.length);
     }
@@ -205,7 +205,7 @@ pub(super) fn name<const D: usize>(extras: Extras<'_>, entries: &mut Entries) {
     let shared = Shared {
         common: Common::default(),
         extras,
-        predators: Vec::new(),
+        predators: &[],
         places: Vec::new(),
         unit,
         candidate_unit: unit,
@@ -236,10 +236,10 @@ pub(super) fn write<const D: usize>(
     if agents.len() == 0 {
         return Ok(());
     }
-    let predators: Vec<Straight<D>> = world.predators().iter().map(Straight::from).collect();
+    let predators = world.predators();
     let mut places = Vec::new();
     if extras.has_escape() {
-        places = Drift::of(&agents.groups, agents.len()).places(&predators);
+        places = Drift::of(agents).places(predators);
     }
     let mut profile = None;
     if !extras.ranges.is_empty() {

@@ -8,14 +8,14 @@ use super::scene::Common;
 use crate::agents::{Column, GROUP, Group};
 use crate::base::exact::{Scale, to_float};
 use crate::base::vector::{Frame, SHORTEST, squared_norm};
-use crate::flock::Straight;
 use crate::neighbor::NeighborSums;
+use crate::predator::Predator;
 
 /// The values that are the same for all agents of a flock.
 pub(super) struct Shared<'a, const D: usize> {
     pub(super) common: Common,
     pub(super) extras: Extras<'a>,
-    pub(super) predators: Vec<Straight<D>>,
+    pub(super) predators: &'a [Predator<D>],
     /// The places of the predators at their closest approach to the flock, in m. Empty unless an entry needs
     /// them.
     pub(super) places: Vec<[f64; D]>,
@@ -158,7 +158,8 @@ fn find_nearest_predator<const D: usize>(
 ) {
     let mut nearest = [f64::INFINITY; GROUP];
     for (index, predator) in shared.predators.iter().enumerate() {
-        let place = shared.places.get(index).unwrap_or(&predator.position);
+        let place = shared.places.get(index).copied();
+        let place = place.unwrap_or(predator.position.into());
         for lane in 0..GROUP {
             let offset: [f64; D] =
                 std::array::from_fn(|axis| predator.position[axis] - group.position[axis][lane]);

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use once_cell::race::OnceBox;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::base::check::rounding;
+use crate::base::check::{rounding, within};
 use crate::base::error::{Error, Result};
 
 /// Largest number of threads of a call.
@@ -47,13 +47,7 @@ pub fn forked() {
 pub(crate) fn pool(num_threads: Option<usize>) -> Result<Arc<ThreadPool>> {
     rounding()?;
     let threads = self::num_threads(num_threads);
-    if !(1..=MAX_THREADS).contains(&threads) {
-        return Err(Error::input(
-            "num_threads",
-            format!("an integer from 1 to {MAX_THREADS}"),
-            threads,
-        ));
-    }
+    within("num_threads", threads, 1, MAX_THREADS)?;
     this_process().pool(threads)
 }
 

@@ -1,24 +1,14 @@
 //! `Objective`: the value whose running minimum an episode maximizes, and the table of all objectives.
 
 use serde::{Deserialize, Serialize};
-use strum::VariantArray as _;
+use strum::{IntoStaticStr, VariantArray, VariantNames};
 
 use crate::flock::World;
 
 /// The value whose running minimum an episode maximizes.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Serialize,
-    Deserialize,
-    strum::VariantNames,
-    strum::VariantArray,
-    strum::IntoStaticStr,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[derive(VariantNames, VariantArray, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub enum Objective {
     /// Mean predator distance over the agents in m (Eq. 12).
@@ -59,7 +49,7 @@ impl ObjectiveSpec {
 
 impl Objective {
     /// Number of objectives.
-    pub const COUNT: usize = <Self as strum::VariantNames>::VARIANTS.len();
+    pub const COUNT: usize = <Self as VariantNames>::VARIANTS.len();
 
     /// Returns the objective's row of the table.
     fn spec(self) -> ObjectiveSpec {
@@ -114,7 +104,7 @@ impl Objective {
 
     /// Returns the current values of all objectives in a flock, in the order of the table.
     pub(crate) fn values_of<const D: usize>(world: &World<D>) -> [f64; Self::COUNT] {
-        std::array::from_fn(|index| Self::VARIANTS[index].value_of(world))
+        std::array::from_fn(|index| <Self as VariantArray>::VARIANTS[index].value_of(world))
     }
 }
 
@@ -137,6 +127,6 @@ const LINE: ObjectiveSpec = ObjectiveSpec {
 /// assert_eq!(symbols.collect::<Vec<_>>(), ["J_mean", "J_min", "J_survival", "d_ss"]);
 /// ```
 pub fn objectives() -> impl Iterator<Item = ObjectiveSpec> {
-    let flock = Objective::VARIANTS.iter();
+    let flock = <Objective as VariantArray>::VARIANTS.iter();
     flock.map(|objective| objective.spec()).chain([LINE])
 }

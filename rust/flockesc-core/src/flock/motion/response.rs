@@ -68,11 +68,11 @@ impl<const D: usize> Response<D> {
     ) -> Option<&[Force<D>]> {
         self.noise.draw(config);
         let is_plain = config.sensing_noise <= 0.0 && config.sensing_delay == 0;
-        if is_plain && !config.motion.needs_pairs() {
+        if is_plain && !config.motion.needs().pairs {
             return None;
         }
         self.consensus(config, agents, neighborhood);
-        if config.motion.needs_pairs() {
+        if config.motion.needs().pairs {
             self.add_pair_forces(config, agents, neighborhood);
         }
         if config.sensing_delay > 0 {

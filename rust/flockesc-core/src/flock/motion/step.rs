@@ -26,7 +26,7 @@ pub(crate) fn advance<const D: usize>(
     forces: Option<&[Force<D>]>,
 ) {
     let range = config.predator_range;
-    let decays = config.motion.has_decaying_escape();
+    let decays = config.motion.needs().decaying_escape;
     let mut columns = ParameterColumns::of_first(config);
     let agents = groups.iter_mut().zip(sums).zip(ids.chunks(GROUP));
     for (index, ((group, sums), ids)) in agents.enumerate() {
