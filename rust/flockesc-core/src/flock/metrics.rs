@@ -70,10 +70,8 @@ impl PredatorDistance {
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn extremes<const D: usize>(groups: &[Group<D>]) -> (f64, f64) {
     let (mut smallest, mut largest) = ([f64::INFINITY; GROUP], [0.0; GROUP]);
-    for Group {
-        distance: column, ..
-    } in groups
-    {
+    for group in groups {
+        let column = &group.distance;
         for lane in 0..GROUP {
             smallest[lane] = smaller(smallest[lane], column[lane]);
             largest[lane] = larger(largest[lane], column[lane]);
@@ -86,10 +84,8 @@ fn extremes<const D: usize>(groups: &[Group<D>]) -> (f64, f64) {
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn total<const D: usize>(groups: &[Group<D>], scale: Scale) -> i64 {
     let mut sums = [0; GROUP];
-    for Group {
-        distance: column, ..
-    } in groups
-    {
+    for group in groups {
+        let column = &group.distance;
         for lane in 0..GROUP {
             let units = scale.quantize(column[lane]);
             sums[lane] += if column[lane].is_nan() { 0 } else { units };

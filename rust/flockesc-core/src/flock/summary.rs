@@ -170,11 +170,7 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
     let mut heading_away_in_range = [0; GROUP];
     let mut in_range = [0; GROUP];
     for (group, neighbors) in flock.groups.iter().zip(flock.sums) {
-        let Group {
-            distance,
-            speed: norm,
-            ..
-        } = group;
+        let (distance, norm) = (&group.distance, &group.speed);
         let away = offsets(group, flock.predators);
         for lane in 0..GROUP {
             let is_agent = -i64::from(!distance[lane].is_nan());

@@ -34,10 +34,6 @@ impl Line {
         }
     }
 
-    pub(super) fn shared_config(&self) -> &Arc<LineConfig> {
-        &self.config
-    }
-
     pub(super) fn groups(&self) -> &Groups {
         &self.groups
     }
@@ -70,7 +66,15 @@ impl Line {
 
     /// Appends the states x(t) to `out`, in the order of ids.
     pub(super) fn append_states(&self, out: &mut Vec<f64>) {
-        self.groups.append_states(out);
+        let start = out.len();
+        out.resize(start + self.groups.companion.len(), 0.0);
+        let out = &mut out[start..];
+        for group in &self.groups.sorted {
+            out[group.first as usize] = group.state;
+        }
+        for (agent, companion) in self.groups.companion.iter().enumerate() {
+            out[agent] = out[*companion as usize];
+        }
     }
 
     /// Returns the offsets x_i - x_p in ascending order, length n; the states without a predator.
@@ -82,7 +86,7 @@ impl Line {
     }
 
     /// Returns the parameters.
-    pub fn config(&self) -> &LineConfig {
+    pub fn config(&self) -> &Arc<LineConfig> {
         &self.config
     }
 
@@ -207,19 +211,6 @@ impl Groups {
             self.sorted.sort_unstable_by(by_state);
         }
         moved
-    }
-
-    /// Appends the states of all agents to `out`, in the order of ids.
-    fn append_states(&self, out: &mut Vec<f64>) {
-        let start = out.len();
-        out.resize(start + self.companion.len(), 0.0);
-        let out = &mut out[start..];
-        for group in &self.sorted {
-            out[group.first as usize] = group.state;
-        }
-        for (agent, companion) in self.companion.iter().enumerate() {
-            out[agent] = out[*companion as usize];
-        }
     }
 }
 

@@ -117,8 +117,8 @@ fn add_optional<const D: usize>(
             column[lane] = squash(found.time[lane], length / speed);
         }
         row.number("closest_approach_time", 0.0, &column);
-        distances(&vectors.heard, group, shared, &mut column);
-        row.number("heard_closest_approach", 0.0, &column);
+        let distances = closest_distances(&vectors.heard, group, shared);
+        row.number("heard_closest_approach", 0.0, &distances);
     }
     let mut heard = Velocities::EMPTY;
     for (k, sums) in seen.candidates.iter().enumerate() {
@@ -131,8 +131,8 @@ fn add_optional<const D: usize>(
             row.number("escape_cosine", -1.0, &column);
         }
         if has_approach {
-            distances(&heard, group, shared, &mut column);
-            row.number("closest_approach", 0.0, &column);
+            let distances = closest_distances(&heard, group, shared);
+            row.number("closest_approach", 0.0, &distances);
         }
     }
 }
@@ -163,15 +163,14 @@ fn add_neighbor_count<const D: usize>(
     row.number("neighbor_count", 0.0, &column);
 }
 
-/// Computes the closest approaches with the agents' speeds and the headings of `velocities`, scaled to [0, 1).
+/// Returns the distances of the closest approaches with the agents' speeds and the headings of `velocities`, scaled to [0, 1).
 /// An agent keeps its heading where the velocity is 0.
 #[inline(always)]
-fn distances<const D: usize>(
+fn closest_distances<const D: usize>(
     velocities: &Velocities<D>,
     group: &Group<D>,
     shared: &Shared<'_, D>,
-    distances: &mut Column<f64>,
-) {
+) -> Column<f64> {
     let mut turned = group.velocity;
     for lane in 0..GROUP {
         let norm = velocities.norms[lane];
@@ -183,10 +182,11 @@ fn distances<const D: usize>(
         }
     }
     let sensing_length = shared.common.sensing_length;
-    let found = approaches(group, &turned, shared.predators, sensing_length);
+    let mut distances = approaches(group, &turned, shared.predators, sensing_length).distance;
     for lane in 0..GROUP {
-        distances[lane] = scaled(found.distance[lane], shared.common.length);
+        distances[lane] = scaled(distances[lane], shared.common.length);
     }
+    distances
 }
 
 /// Returns a distance to a predator, scaled to [0, 1), or 0 for an infinite one.

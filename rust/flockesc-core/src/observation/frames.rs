@@ -95,7 +95,7 @@ impl<const D: usize> Vectors<D> {
             } else {
                 Frame::new(&at(&group.velocity), cues)
             };
-            for (columns, axis) in axes.iter_mut().zip(frame.axes()) {
+            for (columns, axis) in axes.iter_mut().zip(&frame.axes) {
                 for k in 0..D {
                     columns[k][lane] = axis[k];
                 }
