@@ -213,7 +213,7 @@ fn largest_speed<const D: usize>(groups: &[Group<D>]) -> f64 {
 fn add_up<const D: usize>(
     groups: &[Group<D>],
     centroid: &[f64; D],
-    scales: [Scale; 3],
+    [speed_scale, expansion_scale, square_scale]: [Scale; 3],
 ) -> ([i64; D], i64, i64) {
     let mut velocity = [[0; GROUP]; D];
     let (mut expansion, mut square) = ([0; GROUP], [0; GROUP]);
@@ -223,12 +223,12 @@ fn add_up<const D: usize>(
             let (mut product, mut squared_speed) = (0.0, 0.0);
             for axis in 0..D {
                 let speed = group.velocity[axis][lane];
-                velocity[axis][lane] += scales[0].quantize(speed) & is_agent;
+                velocity[axis][lane] += speed_scale.quantize(speed) & is_agent;
                 product += (group.position[axis][lane] - centroid[axis]) * speed;
                 squared_speed += speed * speed;
             }
-            expansion[lane] += scales[1].quantize(product) & is_agent;
-            square[lane] += scales[2].quantize(squared_speed) & is_agent;
+            expansion[lane] += expansion_scale.quantize(product) & is_agent;
+            square[lane] += square_scale.quantize(squared_speed) & is_agent;
         }
     }
     let total = |column: Column<i64>| reduce(column, |a, b| a + b);

@@ -35,7 +35,7 @@ pub(crate) fn distances<const D: usize>(
 }
 
 /// Mean and minimum predator distance in m. Each agent's distance is the one to its nearest predator.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PredatorDistance {
     /// dbar, the mean over the agents. Infinite without predators, 0 without agents.
     pub mean: f64,
@@ -46,10 +46,7 @@ pub struct PredatorDistance {
 impl PredatorDistance {
     pub(crate) fn of<const D: usize>(groups: &[Group<D>], num_agents: usize) -> Self {
         if num_agents == 0 {
-            return Self {
-                mean: 0.0,
-                minimum: 0.0,
-            };
+            return Self::default();
         }
         let (minimum, maximum) = parallel::map_reduce(groups, extremes, |a, b| {
             (smaller(a.0, b.0), larger(a.1, b.1))

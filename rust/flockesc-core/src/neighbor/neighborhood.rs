@@ -245,11 +245,6 @@ impl<const D: usize> Neighborhood<D> {
         self.with_pairs(agents, ranges, |pairs| Components::of(&pairs))
     }
 
-    /// Computes the reaches and lists under `ranges` at the current positions. `tree` has their boxes.
-    pub(crate) fn links_at(&self, agents: &Agents<D>, tree: &Tree<D>, ranges: Ranges<'_>) -> Links {
-        self.current_links(&self.options, agents, tree, ranges)
-    }
-
     /// Returns the options and the tree of the agents, for searches under other ranges.
     pub(crate) fn search(&self, agents: &Agents<D>) -> (&NeighborOptions, Cow<'_, Tree<D>>) {
         (&self.options, self.tree.with_boxes(agents))
@@ -263,8 +258,8 @@ impl<const D: usize> Neighborhood<D> {
         }
     }
 
-    /// Computes reaches and lists at the current positions.
-    fn current_links(
+    /// Computes reaches and lists at the current positions. `tree` has their boxes.
+    pub(crate) fn current_links(
         &self,
         options: &NeighborOptions,
         agents: &Agents<D>,

@@ -102,10 +102,7 @@ pub(super) fn name<const D: usize>(extras: Extras<'_>, entries: &mut Entries) {
         common: Common::default(),
         mean_range: 0.0,
         flock: &Summary::EMPTY,
-        distance: PredatorDistance {
-            mean: 0.0,
-            minimum: 0.0,
-        },
+        distance: PredatorDistance::default(),
         predator: None,
         heading_escape: 0.0,
         approach: Approach::default(),
