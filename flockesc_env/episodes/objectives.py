@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -86,7 +84,48 @@ class ObjectiveSpec:
         return getattr(scenario, self.requires) not in (None, ())
 
 
-OBJECTIVES: Final = tuple(ObjectiveSpec(**json.loads(row)) for row in _core.objectives())
+OBJECTIVES: Final = (
+    ObjectiveSpec(
+        name="min_mean_distance",
+        model="flock",
+        symbol="J_mean",
+        label="mean predator distance",
+        definition="minimum over time of the mean predator distance (Eq. 12)",
+        unit="m",
+        series="mean_distance",
+        requires="predators",
+    ),
+    ObjectiveSpec(
+        name="min_min_distance",
+        model="flock",
+        symbol="J_min",
+        label="minimum predator distance",
+        definition="minimum over time of the minimum predator distance (Eq. 13)",
+        unit="m",
+        series="min_distance",
+        requires="predators",
+    ),
+    ObjectiveSpec(
+        name="fraction_surviving",
+        model="flock",
+        symbol="J_survival",
+        label="fraction surviving",
+        definition="fraction of the agents that are not caught",
+        unit="",
+        series="fraction_surviving",
+        requires="capture_radius",
+    ),
+    ObjectiveSpec(
+        name="escape_distance",
+        model="line",
+        symbol="d_ss",
+        label="escape distance",
+        definition="distance between the predator and the nearest agent at the end",
+        unit="",
+        series="escape_distance",
+        requires="predator_position",
+    ),
+)
 FLOCK_OBJECTIVES: Final = {spec.name: spec for spec in OBJECTIVES if spec.model == "flock"}
 LINE_OBJECTIVES: Final = {spec.name: spec for spec in OBJECTIVES if spec.model == "line"}
 """Objectives of each model by name; the first one is the default."""
