@@ -222,6 +222,7 @@ impl<const D: usize> Agents<D> {
 
     /// Sorts the agents by position, so that the agents of every leaf, group and node are close together.
     pub(crate) fn arrange(&mut self) {
+        // PERF: Only keys are sorted. Agents are then copied once, into buffers that change places with the old ones.
         order(&self.groups, self.len(), &mut self.keys);
         let (groups, ids) = &mut self.spare;
         groups.resize(self.groups.len(), Group::EMPTY);

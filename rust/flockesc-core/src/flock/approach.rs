@@ -70,6 +70,8 @@ impl<const D: usize> Drift<D> {
     /// Returns the time in s, at least 0, at which the mean squared distance of the agents to a predator is
     /// smallest.
     fn time_of_approach(&self, predator: &Predator<D>) -> f64 {
+        // Means over the agents of (r_i - r_p) (v_i - v_p) and ||v_i - v_p||^2. They follow from the averages, because the
+        // mean of r_i - c is 0.
         let (mut closing, mut squared_speed) = (self.expansion, self.squared_speed);
         for axis in 0..D {
             let (own, its) = (self.velocity[axis], predator.velocity[axis]);

@@ -173,6 +173,7 @@ fn closest_distances<const D: usize>(
 ) -> Column<f64> {
     let mut turned = group.velocity;
     for lane in 0..GROUP {
+        // The speed stays, because the neighbors determine only where an agent heads.
         let norm = velocities.norms[lane];
         let factor = group.speed[lane] / norm;
         for axis in 0..D {
@@ -201,6 +202,8 @@ fn scaled(distance: f64, length: f64) -> f64 {
 
 /// Collects the entries of a row.
 pub(super) fn name<const D: usize>(extras: Extras<'_>, entries: &mut Entries) {
+    // NOTE: The function that writes values also names them, so that names cannot get out of step. Values of an empty
+    // group are ignored.
     let unit = Scale::new(0.0, 1);
     let shared = Shared {
         common: Common::default(),
@@ -259,6 +262,7 @@ pub(super) fn write<const D: usize>(
     let mut axes = [[[0.0; GROUP]; D]; D];
     let mut rows = GroupRows::new(length);
     let sums = neighborhood.sums();
+    // PERF: Group by group: all columns of a group fit into the cache, and a profile needs one buffer.
     for (index, (group, heard)) in agents.groups.iter().zip(sums).enumerate() {
         progress.check()?;
         let ids = agents.ids_of(index);

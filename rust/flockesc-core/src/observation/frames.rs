@@ -65,6 +65,7 @@ impl<const D: usize> Vectors<D> {
         candidates: &[NeighborSums<D>],
         axes: &mut Axes<D>,
     ) {
+        // PERF: In the plane the heading determines the frame. Only agents at rest need cues, in the loop below.
         if D == 2 {
             axes[0] = self.heading;
             axes[1][1] = self.heading[0];
@@ -164,6 +165,7 @@ fn find_nearest_predator<const D: usize>(
             let offset: [f64; D] =
                 std::array::from_fn(|axis| predator.position[axis] - group.position[axis][lane]);
             let square = squared_norm(&offset);
+            // PERF: Selections instead of a branch, so that all lanes are computed together.
             let is_nearer = square < nearest[lane];
             nearest[lane] = if is_nearer { square } else { nearest[lane] };
             for axis in 0..D {

@@ -65,6 +65,7 @@ impl<const D: usize> Response<D> {
         agents: &Agents<D>,
         neighborhood: &mut Neighborhood<D>,
     ) -> Option<&[Force<D>]> {
+        // Before the early return, because angular noise is drawn under the plain law too.
         self.noise.draw(config);
         let is_plain = config.sensing_noise <= 0.0 && config.sensing_delay == 0;
         if is_plain && !config.motion.needs().pairs {
@@ -135,6 +136,7 @@ impl<const D: usize> Response<D> {
     /// Stores the forces and replaces them by the forces of `sensing_delay` steps ago. The first steps use
     /// the forces of t = 0.
     fn delay(&mut self, config: &FlockConfig, ids: &[u32]) {
+        // NOTE: The first steps keep the forces of t = 0 at the front; later the oldest ones make room for the latest.
         let recycled = if self.past.len() > config.sensing_delay {
             self.past.pop_front()
         } else {

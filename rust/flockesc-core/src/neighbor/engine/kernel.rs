@@ -45,6 +45,8 @@ impl<const D: usize> WithSimd for SumNeighbors<'_, D> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let is_blind = self.field_of_view != FieldOfView::ALL_ROUND;
+        // PERF: Five of eight combinations, because each is compiled for every instruction set and dimension. Only the
+        // plain kernel has one without counts, which are 5 % of it; the others do more per candidate.
         // The compiler removes the wrapping by a constant `Torus::NONE`.
         match (self.torus, is_blind, self.is_counting) {
             (Torus::NONE, false, true) => self.sum::<S, false, true>(simd, Torus::NONE),
@@ -92,6 +94,7 @@ impl<const D: usize> SumNeighbors<'_, D> {
                 reaches.square(group, ids, &mut squared);
             }
             if reuse != Reuse::Kept {
+                // PERF: Lists that are discarded are made for one group at a time, so that they stay in the cache.
                 if index == 0 || reuse == Reuse::Discarded {
                     candidates.clear();
                 }
@@ -105,6 +108,7 @@ impl<const D: usize> SumNeighbors<'_, D> {
                 let lanes = 2 * S::F64_LANES;
                 for start in (leaf * LEAF..(leaf + 1) * LEAF).step_by(lanes) {
                     let own = (&agents.groups[group], &squared, field_of_view, start);
+                    // With AVX-512 one register is the whole leaf.
                     if lanes > LEAF {
                         sum_agents::<S, D, 1, IS_BLIND, IS_COUNTING>(
                             simd,
@@ -147,6 +151,7 @@ fn sum_whole<S: Simd, const D: usize>(
         for nodes in [candidates.shared_nodes, candidates.nodes] {
             for children in nodes {
                 let block = &tree.levels[children.level][children.block];
+                // PERF: All children are loaded and masked, because a branch per child would be unpredictable.
                 for register in 0..FANOUT / S::F64_LANES {
                     let children = simd.splat_u64s(u64::from(children.bits));
                     let bit = S::as_simd_u64s(&BITS).0[register];

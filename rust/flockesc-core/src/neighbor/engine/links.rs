@@ -32,6 +32,7 @@ impl Links {
             return;
         }
         let criterion = options.rule.criterion();
+        // PERF: The kernel squares interaction ranges by itself; only iterations over pairs need a column of them.
         if criterion == Criterion::Range && options.is_by_reach() && !options.needs_pairs {
             return;
         }

@@ -63,6 +63,8 @@ impl<const D: usize> Reach<D> {
     /// agents by as much.
     #[inline(always)]
     pub(crate) fn widen(&mut self, margin: f64) {
+        // NOTE: Lists with a margin stay exact: agents near the limit become candidates, which every step tests. Only
+        // agents that are inside even after they have drifted by the margin are added without a test.
         let (shortest, longest) = (self.shortest.sqrt(), self.longest.sqrt() + margin);
         self.longest = (longest * longest).min(f64::MAX);
         self.may_enclose &= shortest >= margin;

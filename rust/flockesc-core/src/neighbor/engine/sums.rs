@@ -132,6 +132,7 @@ pub(crate) fn remove_warnings<const D: usize>(
     first: usize,
     sums: &mut [NeighborSums<D>],
 ) {
+    // PERF: Only reached agents are looked at, and few are: a predator reaches the edge of a flock.
     let places = 0..pairs.agents.len();
     let reached: Vec<_> = places
         .filter(|&place| pairs.agents.is_reached(place))

@@ -45,6 +45,7 @@ impl<const D: usize> Tree<D> {
 
     /// Recomputes the sums, and the velocities in fixed point, after a step. The boxes are then out of date.
     pub(crate) fn refresh(&mut self, agents: &mut Agents<D>) {
+        // NOTE: The scale follows from the largest speed, so that sums in fixed point cannot overflow.
         let largest = parallel::map_reduce(&agents.groups, largest_speed, larger);
         self.largest_speed = largest.unwrap_or(0.0);
         self.scale = Scale::for_registers(self.largest_speed, agents.len());
@@ -62,6 +63,7 @@ impl<const D: usize> Tree<D> {
             add_up_parents(below, blocks);
             below = blocks;
         }
+        // PERF: Sums change with every step, boxes only matter to a search.
         self.has_boxes = false;
     }
 

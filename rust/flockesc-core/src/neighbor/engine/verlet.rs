@@ -8,9 +8,10 @@ use crate::base::vector::{larger, smaller, squared_norm};
 use crate::neighbor::engine::field_of_view::Torus;
 use crate::neighbor::ranges::{Ranges, SAMPLE};
 
-/// Number of steps for which new candidates should be complete.
+/// Number of steps for which new candidates should be complete. More steps need a wider margin, whose candidates are
+/// tested in every step; three to eight were no faster.
 const STEPS: f64 = 5.0;
-/// Number of steps after which too many candidates may have become few enough.
+/// Number of steps after which too many candidates may have become few enough: at most one search in 32 is in vain.
 const PAUSE: usize = 32;
 /// Fraction of the reach, or of the side of a periodic domain, that covers the rounding of distances. It is larger
 /// than the rounding.
@@ -69,6 +70,9 @@ impl<const D: usize> VerletLists<D> {
     /// Decides what the next step does with the candidates.
     pub(crate) fn plan(&mut self, agents: &Agents<D>, ranges: Ranges<'_>) -> Reuse {
         let ranges = slice(&ranges);
+        // NOTE: Lists belong to ranges: a longer range has further neighbors, and a shorter one no longer reaches all
+        // that was added as a whole. New ranges get no margin, because a policy may change them in the next step too. A
+        // capture moves agents to other places.
         if self.num_agents != agents.len() || self.ranges != ranges {
             return Reuse::Discarded;
         }
@@ -91,6 +95,7 @@ impl<const D: usize> VerletLists<D> {
             self.steps += 1;
             return Reuse::Kept;
         }
+        // The drift per step since the last search predicts that of the next steps. A wrong prediction costs time only.
         Reuse::New(STEPS * drift / self.steps as f64)
     }
 
