@@ -31,8 +31,8 @@ fn flock_cells<'py>(
 }
 
 fn points(array: &PyReadonlyArray2<'_, f64>) -> Vec<Point> {
-    let rows = array.as_array();
-    let rows = rows.rows().into_iter();
+    let array = array.as_array();
+    let rows = array.rows().into_iter();
     rows.map(|row| [row[0], row[1]]).collect()
 }
 

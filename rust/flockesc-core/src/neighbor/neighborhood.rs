@@ -74,6 +74,7 @@ impl<const D: usize> Neighborhood<D> {
             blocks_warnings: false,
             ..self.options
         };
+        // Only interaction ranges can be the same in the next step; rules compute other reaches in each.
         let is_by_range = audible.is_by_view() && audible.rule.criterion() == Criterion::Range;
         let reuse = if is_by_range {
             self.verlet.plan(agents, ranges)

@@ -23,14 +23,15 @@ impl<'a, const D: usize> Prey<'a, D> {
 
     /// Returns the agent nearest to `place`; among equals, the one with the lowest id.
     pub(crate) fn nearest(&self, place: &SVector<f64, D>) -> Option<Agent<D>> {
-        let mut best = (f64::INFINITY, u32::MAX, None);
+        let (mut least, mut best) = (f64::INFINITY, None::<Agent<D>>);
         for agent in self.agents.iter() {
             let squared = (agent.position - place).norm_squared();
-            if squared < best.0 || (squared == best.0 && agent.id < best.1) {
-                best = (squared, agent.id, Some(agent));
+            let has_lower_id = || best.is_none_or(|other| agent.id < other.id);
+            if squared < least || (squared == least && has_lower_id()) {
+                (least, best) = (squared, Some(agent));
             }
         }
-        best.2
+        best
     }
 
     /// Returns the `count` agents nearest to `place`, or all if there are fewer, in the order of distance and
