@@ -262,7 +262,7 @@ impl FlockConfig {
             is_mutual: self.mutual,
             is_frozen: self.frozen_graph,
             blocks_warnings: self.blocks_warnings,
-            needs_pairs: self.motion.needs_pairs(),
+            needs_pairs: self.motion.needs().pairs,
         }
     }
 
