@@ -207,6 +207,7 @@ class FlockEnvironment(Viewed):
         *,
         num_flocks: int = 1,
         view: View = View.FLOCK,
+        max_actions: int | None = None,
     ) -> None:
         given = self._as_scenarios(scenario)
         first = given if isinstance(given, FlockScenario) else given[0]
@@ -217,6 +218,7 @@ class FlockEnvironment(Viewed):
             view=view,
             num_threads=arguments.get("num_threads"),
             predator_policy=arguments.get("predator_policy"),
+            max_actions=max_actions,
         )
         self.policy_spec = batch.policy_spec
         seconds = first.time_step * batch.options.steps_per_action

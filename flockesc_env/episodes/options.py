@@ -161,11 +161,11 @@ class EnvOptions(ActionOptions):
         )
         _core.observation_entries(self.to_core(View.AGENT), 2)  # raises if one is out of bounds
 
-    def to_core(self, view: View) -> str:
-        """Return the options as JSON, for the compiled core."""
+    def to_core(self, view: View, max_actions: int | None = None) -> str:
+        """Return the options as JSON for the compiled core, with the limit of actions of an episode."""
         names = ("objective", "reward", "max_range", "predator_sensing_range", "steps_per_action")
         document = {name: getattr(self, name) for name in (*names, "extra_entries")}
-        document |= {"view": view, "profile_ranges": self.profile_ranges or ()}
+        document |= {"view": view, "profile_ranges": self.profile_ranges or (), "max_actions": max_actions}
         return json.dumps(to_plain(document))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import Literal
 
@@ -38,5 +39,4 @@ class LineScenario(Document):
     max_steps: int = 1000
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        _core.check_line_scenario(self.to_json())
+        self._set(_core.check_line_scenario(json.dumps(self._given())))

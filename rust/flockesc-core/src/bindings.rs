@@ -9,3 +9,4 @@ pub use crate::graph::GraphArguments;
 pub use crate::network::work;
 pub use crate::parallel::forked;
 pub use libm::log1p;
+pub use strum::VariantNames;

@@ -141,8 +141,7 @@ fn run_flock<const D: usize>(
     seed: u64,
     progress: &Progress,
 ) -> Result<FlockOutcome> {
-    config.check_draw(seed)?;
-    let mut world = World::<D>::new(config.clone(), &InitialState::seeded(seed));
+    let mut world = World::<D>::new(config.drawn(seed)?, &InitialState::seeded(seed));
     world.stop_counting();
     let mut outcome = FlockOutcome {
         objectives: [f64::INFINITY; Objective::COUNT],
@@ -168,8 +167,7 @@ fn polarizations<const D: usize>(
     seed: u64,
     progress: &Progress,
 ) -> Result<Vec<f64>> {
-    config.check_draw(seed)?;
-    let mut world = World::<D>::new(config.clone(), &InitialState::seeded(seed));
+    let mut world = World::<D>::new(config.drawn(seed)?, &InitialState::seeded(seed));
     world.stop_counting();
     let mut found = memory::vector("num_steps", config.num_steps + 1)?;
     found.push(world.polarization());

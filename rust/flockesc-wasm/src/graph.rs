@@ -44,18 +44,14 @@ fn arguments(
 ) -> Result<GraphArguments> {
     let scenario = FlockConfig::from_json(scenario)?;
     let dimension = scenario.dimension;
-    let numbers = |count: usize| format!("{count} numbers");
+    let refuse = |field, expected, array: &[f64]| {
+        Err(Error::input(field, expected, format!("{} numbers", array.len())))
+    };
     if positions.is_empty() || !positions.len().is_multiple_of(dimension) {
-        let expected = format!("{dimension} numbers per agent");
-        return Err(Error::input(
-            "positions",
-            expected,
-            numbers(positions.len()),
-        ));
+        return refuse("positions", format!("{dimension} numbers per agent"), &positions);
     }
     if velocities.len() != positions.len() {
-        let (expected, given) = (numbers(positions.len()), numbers(velocities.len()));
-        return Err(Error::input("velocities", expected, given));
+        return refuse("velocities", format!("{} numbers", positions.len()), &velocities);
     }
     Ok(GraphArguments {
         scenario: Some(scenario),
