@@ -45,13 +45,25 @@ fn arguments(
     let scenario = FlockConfig::from_json(scenario)?;
     let dimension = scenario.dimension;
     let refuse = |field, expected, array: &[f64]| {
-        Err(Error::input(field, expected, format!("{} numbers", array.len())))
+        Err(Error::input(
+            field,
+            expected,
+            format!("{} numbers", array.len()),
+        ))
     };
     if positions.is_empty() || !positions.len().is_multiple_of(dimension) {
-        return refuse("positions", format!("{dimension} numbers per agent"), &positions);
+        return refuse(
+            "positions",
+            format!("{dimension} numbers per agent"),
+            &positions,
+        );
     }
     if velocities.len() != positions.len() {
-        return refuse("velocities", format!("{} numbers", positions.len()), &velocities);
+        return refuse(
+            "velocities",
+            format!("{} numbers", positions.len()),
+            &velocities,
+        );
     }
     Ok(GraphArguments {
         scenario: Some(scenario),
