@@ -44,26 +44,18 @@ fn arguments(
 ) -> Result<GraphArguments> {
     let scenario = FlockConfig::from_json(scenario)?;
     let dimension = scenario.dimension;
-    let refuse = |field, expected, array: &[f64]| {
-        Err(Error::input(
-            field,
-            expected,
-            format!("{} numbers", array.len()),
-        ))
-    };
+    let numbers = |count: usize| format!("{count} numbers");
     if positions.is_empty() || !positions.len().is_multiple_of(dimension) {
-        return refuse(
+        let expected = format!("{dimension} numbers per agent");
+        return Err(Error::input(
             "positions",
-            format!("{dimension} numbers per agent"),
-            &positions,
-        );
+            expected,
+            numbers(positions.len()),
+        ));
     }
     if velocities.len() != positions.len() {
-        return refuse(
-            "velocities",
-            format!("{} numbers", positions.len()),
-            &velocities,
-        );
+        let (expected, given) = (numbers(positions.len()), numbers(velocities.len()));
+        return Err(Error::input("velocities", expected, given));
     }
     Ok(GraphArguments {
         scenario: Some(scenario),
