@@ -208,6 +208,7 @@ class FlockEnvironment(Viewed):
         *,
         num_flocks: int = 1,
         per_agent: bool = False,
+        max_actions: int | None = None,
     ) -> None:
         given = self._as_scenarios(scenario)
         first = given if isinstance(given, FlockScenario) else given[0]
@@ -218,6 +219,7 @@ class FlockEnvironment(Viewed):
             per_agent=as_flag(per_agent, "per_agent"),
             num_threads=arguments.get("num_threads"),
             predator_policy=arguments.get("predator_policy"),
+            max_actions=max_actions,
         )
         self.policy_spec = batch.policy_spec
         seconds = first.time_step * batch.options.steps_per_action

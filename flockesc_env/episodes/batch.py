@@ -44,6 +44,7 @@ class FlockBatch:
         num_flocks: number of slots.
         per_agent: True: a range and an observation row per agent. False: one per flock.
         num_threads, predator_policy: see ``FlockArguments``.
+        max_actions: number of actions after which an episode is truncated; ``None``: no limit.
 
     Attributes:
         core: the batch in the compiled core.
@@ -58,6 +59,7 @@ class FlockBatch:
         per_agent: bool = False,
         num_threads: int | None = None,
         predator_policy: PredatorPolicy | None = None,
+        max_actions: int | None = None,
     ) -> None:
         self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
         self._distinct, self._scenario_of_slot = distinct_scenarios(scenario, self.num_flocks)
@@ -73,7 +75,7 @@ class FlockBatch:
         self.predator_policy = predator_policy
         # Whether a slot's episode began after the predator policy's last action.
         self._has_begun = np.zeros(self.num_flocks, np.bool)
-        self.options = options
+        self.options, self.max_actions = options, max_actions
         threads = as_threads(num_threads)
         self.policy_spec = replace(policy_spec(first, options, per_agent=per_agent), num_steps=num_steps)
         self.rows = self.policy_spec.rows  # observation rows and ranges per flock: 1, or the number of agents
@@ -82,7 +84,7 @@ class FlockBatch:
         self.core = _core.FlockBatch(
             [distinct.to_json() for distinct in self._distinct],
             self._scenario_of_slot,
-            options.to_core(per_agent=per_agent),
+            options.to_core(per_agent=per_agent, max_actions=max_actions),
             self.policy_spec.actions.core,
             threads,
             options.count_components,

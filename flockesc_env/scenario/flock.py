@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -106,18 +106,14 @@ class FlockScenario(Document):
     randomization: tuple[parts.Distribution, ...] = ()
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        predators = list(self.predators)
-        position, velocity = approach(dimension=self.dimension)
-        for index, each in enumerate(predators):
-            if isinstance(each, Start):
-                predators[index] = dataclasses.replace(
-                    each,
-                    position=position if each.position is None else each.position,
-                    velocity=velocity if each.velocity is None else each.velocity,
-                )
-        object.__setattr__(self, "predators", tuple(predators))
-        _core.check_flock_scenario(self.to_json())
+        given = self._given()
+        position, velocity = approach(dimension=given["dimension"])
+        for predator in given["predators"]:
+            (fields,) = predator.values()
+            for name, default in (("position", position), ("velocity", velocity)):
+                if name in fields and fields[name] is None:
+                    fields[name] = default
+        self._set(_core.check_flock_scenario(json.dumps(given)))
 
     def env_options(self, given: Mapping[str, Any], known: type = EnvOptionsDict) -> EnvOptions:
         """Return the options of an environment with this scenario, from its keyword arguments.
@@ -171,8 +167,10 @@ class FlockScenario(Document):
         Raises:
             InputError: if ``seed`` is not an integer in [0, 2^64); if a drawn number is out of bounds.
         """
-        document = _core.drawn_flock_scenario(self.to_json(), as_seed(seed)) if self.randomization else None
-        return self if document is None else FlockScenario.from_json(document)
+        start = as_seed(seed)
+        if not self.randomization:
+            return self
+        return FlockScenario.__new__(FlockScenario)._set(_core.drawn_flock_scenario(self.to_json(), start))
 
     def with_learned_predators(self) -> FlockScenario:
         """Return a copy in which every predator is ``Learned``, with the same initial position and velocity.

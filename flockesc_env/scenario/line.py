@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
@@ -55,8 +56,7 @@ class LineScenario(Document):
     max_steps: int = 1000
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        _core.check_line_scenario(self.to_json())
+        self._set(_core.check_line_scenario(json.dumps(self._given())))
 
     def env_options(self, given: Mapping[str, Any], known: type = LineOptionsDict) -> LineOptions:
         """Return the options of an environment with this scenario; see ``FlockScenario.env_options``."""

@@ -166,11 +166,12 @@ class EnvOptions(ActionOptions):
         """The entries of ``profile_ranges``."""
         return tuple(self.profile_ranges or ())
 
-    def to_core(self, *, per_agent: bool = False) -> str:
-        """Return the options as JSON, for the compiled core."""
+    def to_core(self, *, per_agent: bool = False, max_actions: int | None = None) -> str:
+        """Return the options as JSON for the compiled core, with the limit of actions of an episode."""
         names = ("objective", "reward", "max_range", "predator_sensing_range", "steps_per_action")
         document = {name: getattr(self, name) for name in (*names, "extra_entries")}
         document |= {"view": VIEWS[per_agent], "profile_ranges": self.profile_ranges or ()}
+        document["max_actions"] = max_actions
         return json.dumps(to_plain(document))
 
 

@@ -8,3 +8,4 @@ pub use crate::flock::{check_predator_actions, check_ranges};
 pub use crate::network::work;
 pub use crate::parallel::forked;
 pub use libm::log1p;
+pub use strum::VariantNames;

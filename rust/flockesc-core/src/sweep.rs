@@ -174,8 +174,7 @@ fn run<const D: usize>(
     progress: &Progress,
     mut record: impl FnMut(&World<D>),
 ) -> Result<World<D>> {
-    config.check_draw(seed)?;
-    let mut world = World::<D>::new(config.clone(), &InitialState::seeded(seed));
+    let mut world = World::<D>::new(config.drawn(seed)?, &InitialState::seeded(seed));
     world.stop_counting();
     record(&world);
     for _ in 0..config.num_steps {

@@ -30,7 +30,9 @@ impl NetworkArguments<'_> {
         let architecture = Architecture::from_json(&architecture).map_err(CoreError::from)?;
         let (count, parameters) = (parameters.shape()[0], parameters.as_slice()?);
         let ranges = match architecture.head() {
-            Head::Value => NetworkRanges::Normalized(actions.normalized()?),
+            Head::Value => {
+                NetworkRanges::Normalized(actions.map.normalized().map_err(CoreError::from)?)
+            }
             Head::Argmax | Head::Candidates => NetworkRanges::Choices(choices),
         };
         let networks = Networks::new(&architecture, names, ranges, parameters, count);

@@ -215,7 +215,7 @@ pub fn simulate_flock(
     progress: &Progress,
 ) -> Result<Trajectory> {
     start.check(&config)?;
-    config.check_draw(start.seed)?;
+    let config = config.drawn(start.seed)?;
     schedule.check(&config)?;
     probe_flocks(&config, 1)?;
     parallel::pool(num_threads)?.install(|| match config.dimension {

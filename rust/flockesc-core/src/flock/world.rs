@@ -52,9 +52,8 @@ pub struct World<const D: usize> {
 
 impl<const D: usize> World<D> {
     /// Creates the world at t = 0. `config.dimension` must be D, and `start` must pass
-    /// [`InitialState::check`] and its seed [`FlockConfig::check_draw`]. Randomized parameters are drawn from the seed.
+    /// [`InitialState::check`]. A randomized scenario must be [`FlockConfig::drawn`] with the seed of `start`.
     pub fn new(config: Arc<FlockConfig>, start: &InitialState) -> Self {
-        let config = config.drawn(start.seed);
         let mut agents = Agents::new(&start.positions(&config), &start.velocities(&config));
         if let Some(side) = config.periodic_side {
             agents.wrap(side);

@@ -16,9 +16,9 @@ pub use distribution::Distribution;
 /// Fields that cannot be randomized: the length scale of observations and the time step.
 const FIXED: [&str; 2] = ["initial_side", "time_step"];
 
-/// Checks the parameters and the numbers of every distribution. [`FlockConfig::check_draw`] checks what they draw.
+/// Checks the parameters and the numbers of every distribution. [`FlockConfig::drawn`] checks what they draw.
 ///
-/// [`FlockConfig::check_draw`]: crate::FlockConfig::check_draw
+/// [`FlockConfig::drawn`]: crate::FlockConfig::drawn
 ///
 /// # Errors
 /// [`Error::Input`] if a parameter is out of bounds, or if a distribution does not name real numbers or names one
