@@ -28,10 +28,9 @@ import jax.numpy as jnp  # noqa: E402
 
 _Scenario = FlockScenario | str
 _NUMBERS = ("mass", "speed", "alignment_strength", "repulsion_strength", "predator_range")
-_SUPPORTED = {  # fields that may differ from the default
-    *("num_agents", "num_steps", "time_step", "initial_side", "initial_positions", "initial_headings"),
-    *("predators", "position", "velocity", "max_turn_rate", "acceleration", "max_speed", *_NUMBERS),
-}
+_OF_FLOCKS = ("num_agents", "num_steps", "time_step", "initial_side", "initial_positions", "initial_headings")
+_OF_PREDATORS = ("predators", "position", "velocity", "max_turn_rate", "acceleration", "max_speed")
+_SUPPORTED = {*_OF_FLOCKS, *_OF_PREDATORS, *_NUMBERS}  # fields that may differ from the default
 
 
 class FlockState(NamedTuple):
@@ -113,7 +112,8 @@ def observe(
     for name, value in (("profile_ranges", known.profile_ranges), ("extra_entries", known.extra_entries)):
         if value:
             raise InputError(name, "none in flockesc_env.jax", shown(value))
-    minimum = getattr(state, as_choice(known.objective, "objective", FlockState._fields[7:9]))
+    minima = {"min_mean_distance": state.min_mean_distance, "min_min_distance": state.min_min_distance}
+    minimum = minima[as_choice(known.objective, "objective", minima)]
     length, v0 = model.initial_side, jnp.max(jnp.asarray(model.speed, r.dtype))
     distances, share, speed = _norm(_offsets(r, r_p)), rho / known.max_range, _norm(v)
     d, nearest, heading = distances.min(axis=1), distances.argmin(axis=1), _unit(v)

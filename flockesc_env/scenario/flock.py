@@ -16,6 +16,8 @@ from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
 from flockesc_env.scenario.options import ActionOptions, EnvOptions, EnvOptionsDict, check_names
 from flockesc_env.scenario.predators import ConstantVelocity, Learned, Predator, Start, approach
 
+_SEARCH_RANGES = (*(2.0 * k for k in range(11)), 25.0, 30.0, 40.0, 50.0, 75.0, 100.0, 150.0)
+
 
 @dataclass(frozen=True)
 class FlockScenario(Document):
@@ -72,10 +74,7 @@ class FlockScenario(Document):
 
     model: ClassVar[str] = "flock"
     objectives: ClassVar[Mapping[str, ObjectiveSpec]] = FLOCK_OBJECTIVES
-    search_ranges: ClassVar[tuple[float, ...]] = (
-        *(0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 18.0, 20.0),
-        *(25.0, 30.0, 40.0, 50.0, 75.0, 100.0, 150.0),
-    )
+    search_ranges: ClassVar[tuple[float, ...]] = _SEARCH_RANGES
 
     num_agents: int = 300
     dimension: int = 2

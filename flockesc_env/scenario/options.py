@@ -63,12 +63,11 @@ class ActionOptions:
     def __post_init__(self) -> None:
         as_choice(self.action_mode, "action_mode", get_args(ActionMode))
         grid = self.range_grid
-        vars(self).update(
-            min_range=float(as_floats(self.min_range, "min_range", ())),
-            max_range=float(as_floats(self.max_range, "max_range", ())),
-            range_grid=None if grid is None else tuple(as_vector(grid, "range_grid").tolist()),
-            steps_per_action=as_count(self.steps_per_action, "steps_per_action"),
-        )
+        object.__setattr__(self, "min_range", float(as_floats(self.min_range, "min_range", ())))
+        object.__setattr__(self, "max_range", float(as_floats(self.max_range, "max_range", ())))
+        if grid is not None:
+            object.__setattr__(self, "range_grid", tuple(as_vector(grid, "range_grid").tolist()))
+        object.__setattr__(self, "steps_per_action", as_count(self.steps_per_action, "steps_per_action"))
         self.range_map()  # raises if one is out of bounds
 
     @classmethod
@@ -153,12 +152,11 @@ class EnvOptions(ActionOptions):
             raise InputError("extra_entries", expected, shown(entries))
         for index, name in enumerate(entries):
             as_choice(name, f"extra_entries[{index}]", get_args(ExtraEntries))
-        vars(self).update(
-            predator_sensing_range=sensing,
-            count_components=as_flag(self.count_components, "count_components"),
-            profile_ranges=None if ranges is None else tuple(as_vector(ranges, "profile_ranges").tolist()),
-            extra_entries=tuple(entries),
-        )
+        object.__setattr__(self, "predator_sensing_range", sensing)
+        object.__setattr__(self, "count_components", as_flag(self.count_components, "count_components"))
+        if ranges is not None:
+            object.__setattr__(self, "profile_ranges", tuple(as_vector(ranges, "profile_ranges").tolist()))
+        object.__setattr__(self, "extra_entries", tuple(entries))
         _core.observation_entries(self.to_core(per_agent=True), 2)  # raises if one is out of bounds
 
     @property

@@ -29,10 +29,9 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.watch.live import ENGINE, has_engine, safe_json, scenario_documents, start_document
 
 _REPLAY = ("dom", "data", "theme", "camera", "ground", "scene", "panel", "curves", "player", "page")
-_LIVE = (
-    *("npz", "steer", "engine", "flight", "policies", "choice", "inspect", "predict", "address", "python"),
-    *("live_page", "controls"),
-)
+_FLIGHTS = ("npz", "steer", "engine", "flight", "policies")
+_TOOLS = ("choice", "inspect", "predict", "address", "python")
+_LIVE = (*_FLIGHTS, *_TOOLS, "live_page", "controls")
 """Scripts under ``js/``, in order of dependence: of all pages, and of pages that simulate."""
 
 Run = tuple[str, Trajectory]
