@@ -25,9 +25,10 @@ from flockesc_env.models.sweep import sweep
 from flockesc_env.policies.base import Policy
 from flockesc_env.policies.network import NetworkPolicy
 from flockesc_env.policies.registry import load_policy, save_policy
-from flockesc_env.policies.rollout import rollout, simulate
+from flockesc_env.policies.rollout import rollout
 from flockesc_env.policies.rules import FixedRange, ScheduledRange, StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
+from flockesc_env.policies.simulate import simulate
 from flockesc_env.registration import register as _register
 from flockesc_env.render import RenderOptions
 from flockesc_env.scenario.flock import FlockScenario

@@ -113,7 +113,7 @@ def test_a_loaded_policy_refuses_environments_with_other_options(
 
 
 def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
-    """In any scenario; with others only if ``with_options`` or the options of a rollout say so."""
+    """In any scenario; with others only if ``with_options`` says so, not a caller beside it."""
     fe.save_policy(flock_policy().with_options(min_range=2.0), tmp_path / "policy.npz")
     loaded: Any = fe.load_policy(tmp_path / "policy.npz")
     other = SCENARIO.replace(num_agents=9, num_steps=7)
@@ -128,8 +128,13 @@ def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
         observations, *_, infos = env.step(actions)
     assert infos["agent_0"]["min_mean_distance"] == expected.min_mean_distance[2]
     slower = loaded.with_options(steps_per_action=3)
-    given = fe.rollout(other, loaded, 3, steps_per_action=3)
-    np.testing.assert_equal(vars(fe.rollout(other, slower, 3)), vars(given))
+    message = r"expected 2 from the policy, .* got 3 from the caller; .* policy.with_options\(steps_per_action=3"
+    for play in (fe.rollout, lambda scenario, policy, seed, **given: fe.simulate(scenario, policy=policy, **given)):
+        with pytest.raises(InputError, match=message):
+            play(other, loaded, 3, steps_per_action=3)
+    same = fe.rollout(other, loaded, 3, steps_per_action=2, reward="distance")
+    np.testing.assert_equal(same.min_mean_distance, expected.min_mean_distance)
+    assert fe.rollout(other, slower, 3).min_mean_distance.tolist() != expected.min_mean_distance.tolist()
     slower.bind(fe.parallel_env(other, **slower.options))
     assert loaded.options["steps_per_action"] == 2
 
