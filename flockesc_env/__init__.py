@@ -29,11 +29,11 @@ from flockesc_env.policies.rollout import rollout
 from flockesc_env.policies.rules import FixedRange, ScheduledRange, StubbornLeaders
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.policies.simulate import simulate
-from flockesc_env.registration import register as _register
 from flockesc_env.render import RenderOptions
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import PRESETS
+from flockesc_env.taskset.registration import register as _register
 from flockesc_env.taskset.task import tasks
 
 if _TYPE_CHECKING:

@@ -15,8 +15,8 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import Architecture, ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
-from flockesc_env.policies.rollout import play_networks
 from flockesc_env.policies.registry import Rule
+from flockesc_env.policies.rollout import play_networks
 from training.run import Run
 
 _Number = tuple[float, float, Literal["share", "range", "other"]]

@@ -27,7 +27,7 @@ from flockesc_env.policies.registry import POLICY_FILE, Stored
 from flockesc_env.policies.rollout import play
 from flockesc_env.policies.setup import Setup, setup
 from flockesc_env.taskset import Task
-from flockesc_env.taskset.learners import Learner, learner_of
+from flockesc_env.taskset.learners import Learner
 
 CONFIG_FILE = "config.json"
 RUN_FILE = "run.json"
@@ -66,7 +66,7 @@ class Run:
             InputError: if the task or the learner is unknown.
         """
         chosen = tasks[task]
-        found = learner_of(chosen, learner)
+        found = chosen.learner(learner)
         return cls(task=chosen, name=learner, learner=found, seed=seed, folder=folder, progress=progress)
 
     @cached_property

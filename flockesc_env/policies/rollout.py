@@ -149,9 +149,7 @@ def play_networks(
     return _core.rollout_line(documents, actions.core, network, numbers, threads, report)
 
 
-def flock_batch(
-    entry: Setup, num_flocks: int, predator_policy: PredatorPolicy | None = None
-) -> FlockBatch:
+def flock_batch(entry: Setup, num_flocks: int, predator_policy: PredatorPolicy | None = None) -> FlockBatch:
     """Return flocks in which a policy plays; ``predator_policy`` replaces that of ``entry``."""
     return FlockBatch(
         cast("FlockScenario", entry.scenario),

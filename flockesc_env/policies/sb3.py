@@ -174,9 +174,8 @@ class SB3Policy(BasePolicy, RowMemory):
             raise InputError("vec_normalize", expected, "none")
 
     def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
-        row, actions = "predator", spec
-        if isinstance(spec, PolicySpec):
-            row, actions = spec.view, spec.actions
+        row: str = spec.view if isinstance(spec, PolicySpec) else "predator"
+        actions = spec.actions if isinstance(spec, PolicySpec) else spec
         observed = spec.layout.space()
         if self.observation_space is not None and self.observation_space != observed:
             raise space_error(self.observation_space, {row: observed})

@@ -1,6 +1,6 @@
 """The frozen tasks: environments, comparison, scores, and results that anyone can verify bit for bit."""
 
-from flockesc_env.taskset.definition import Control, Scale, Shortcut, TaskDefinition
+from flockesc_env.taskset.facts import Control, Scale, Shortcut
 from flockesc_env.taskset.results import PolicyResult, Result, Training, read_result, write_result
 from flockesc_env.taskset.scoring import LoadedPolicy, draw_flocks, score, verify
 from flockesc_env.taskset.task import Task, tasks
@@ -13,7 +13,6 @@ __all__ = [
     "Scale",
     "Shortcut",
     "Task",
-    "TaskDefinition",
     "Training",
     "draw_flocks",
     "read_result",

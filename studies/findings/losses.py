@@ -14,12 +14,12 @@ from scipy.optimize import brentq
 from flockesc_env import FlockScenario, InputError
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, mean
-from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import View, options_in
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.models.sweep import FLOCK_RANGES
+from flockesc_env.policies.rollout import flock_batch
+from flockesc_env.policies.setup import setup
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, approach
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, play_jobs, share_of, values_by
@@ -76,10 +76,8 @@ def scenarios() -> dict[str, FlockScenario]:
 
 def can_run(headline: Headline, scenario: FlockScenario) -> bool:
     """Return whether a policy can run in a scenario: it can show all that the policy observes."""
-    entry = headline.entry
     try:
-        options = options_in(scenario, entry.all_options(scenario))
-        FlockBatch(scenario, options, view=View.of(bool(entry.per_agent)))
+        flock_batch(setup(headline.entry, scenario), num_flocks=1)
     except InputError:
         return False
     return True

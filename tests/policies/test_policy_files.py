@@ -16,7 +16,6 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import TRAINED, find_policy, trained
 from flockesc_env.taskset import read_result
-from flockesc_env.taskset.fitting import fitted
 
 SCOREBOARD = Path(__file__).parents[2] / "scoreboard"
 SCENARIO = small_flock(num_agents=6, predator_range=60.0)
@@ -128,8 +127,13 @@ def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
         observations, *_, infos = env.step(actions)
     assert infos["agent_0"]["min_mean_distance"] == expected.min_mean_distance[2]
     slower = loaded.with_options(steps_per_action=3)
-    message = r"expected 2 from the policy, .* got 3 from the caller; .* policy.with_options\(steps_per_action=3"
-    for play in (fe.rollout, lambda scenario, policy, seed, **given: fe.simulate(scenario, policy=policy, **given)):
+    message = (
+        r"expected 2 from the policy, .* got 3 from the caller; .* policy.with_options\(steps_per_action=3"
+    )
+    for play in (
+        fe.rollout,
+        lambda scenario, policy, seed, **given: fe.simulate(scenario, policy=policy, **given),
+    ):
         with pytest.raises(InputError, match=message):
             play(other, loaded, 3, steps_per_action=3)
     same = fe.rollout(other, loaded, 3, steps_per_action=2, reward="distance")
@@ -209,7 +213,7 @@ def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", trained())
 def test_trained_policies_are_those_of_the_scoreboard_and_fit_their_tasks(name: str) -> None:
     task, _, learner = name.partition("/")
-    (found,) = (policy for policy in [fe.load_policy(name)] if fitted(policy, fe.tasks[task]))
+    (found,) = (policy for policy in [fe.load_policy(name)] if fe.tasks[task].setup(policy))
     assert found.name == name
     result = read_result(SCOREBOARD / learner / f"{task}.json")
     content = (SCOREBOARD / learner / result.policies[0].policy).read_bytes()
