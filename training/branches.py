@@ -9,7 +9,7 @@ import numpy as np
 from flockesc_env import FlockScenario, InputError, Policy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import FlockBatch, Observations
-from flockesc_env.episodes.options import EnvOptions
+from flockesc_env.scenario.options import EnvOptions
 from training.run import Run
 
 GROUP = 16

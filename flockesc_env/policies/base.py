@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_flag, as_text
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions, options_in
 from flockesc_env.episodes.predators import PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.scenario.presets import Scenario, as_model
 
 Observations = NDArray[np.float32]
@@ -154,7 +154,7 @@ class BasePolicy(ABC):
             made.scenario = as_model(scenario)
         if options or self.options is not None:
             model = made.scenario or FlockScenario()
-            known = options_in(model, made.all_options(model, **options))
+            known = model.env_options(made.all_options(model, **options))
             names = {*(self.options or {}), *options}
             if made.scenario is not None:
                 names |= vars(known).keys() - set(UNOBSERVED)
@@ -185,7 +185,8 @@ class BasePolicy(ABC):
     def policy_spec(self) -> PolicySpec:
         """Observations and actions of the policy in its scenario, by default the paper's flock."""
         scenario = self.scenario or FlockScenario()
-        return policy_spec(scenario, self.all_options(scenario), per_agent=bool(self.per_agent))
+        options = scenario.env_options(self.all_options(scenario))
+        return policy_spec(scenario, options, per_agent=bool(self.per_agent))
 
     def bind(self, env: Any) -> Callable[[Any], Any]:
         """Return a function from an observation of an environment to the action; see ``policies.bind``."""

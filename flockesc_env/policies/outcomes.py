@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.extras import data_frame
 from flockesc_env.episodes.batch import Columns
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, FlockOutcomes
 from flockesc_env.models.simulate import Displayed, IntArray
+from flockesc_env.models.sweep import FlockOutcomes
+from flockesc_env.scenario.flock import FlockScenario
 
 if TYPE_CHECKING:
     import polars as pl
@@ -50,8 +51,8 @@ class Episodes(FlockOutcomes, _Rows):
     mean_return: FloatArray
 
     def _summary(self) -> dict[str, object]:
-        names = (spec.name for spec in FLOCK_OBJECTIVES.values())
-        return {"num_seeds": len(self.seeds), **{name: float(getattr(self, name).mean()) for name in names}}
+        means = {name: float(getattr(self, name).mean()) for name in FlockScenario.objectives}
+        return {"num_seeds": len(self.seeds), **means}
 
 
 @dataclass(frozen=True, eq=False, repr=False)

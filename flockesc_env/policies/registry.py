@@ -20,7 +20,6 @@ from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_choice, as_flag, as_path, as_text, parse_number
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.common.files import suffix_of
-from flockesc_env.episodes.options import PROFILE_RANGES, UNOBSERVED, to_plain
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.models.records import versions
@@ -31,6 +30,7 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.document import from_fields
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.options import PROFILE_RANGES, UNOBSERVED, to_plain
 from flockesc_env.scenario.presets import MODELS, Scenario
 
 SUFFIX = ".npz"
@@ -230,7 +230,7 @@ def save_policy(policy: BasePolicy, path: str | Path) -> None:
     kept = {name: value for name, value in options.items() if policy.options or name not in UNOBSERVED}
     header = {
         "name": policy.name,
-        "model": "line" if isinstance(scenario, LineScenario) else "flock",
+        "model": scenario.model,
         "scenario": json.loads(scenario.to_json()),
         "per_agent": per_agent,
         "options": to_plain(kept),
@@ -285,7 +285,7 @@ def _check_inputs(policy: NetworkPolicy, scenario: Scenario, options: Any, per_a
         scenario = scenario.replace(num_agents=1)
         inputs = tuple("offset_0" if _is_offset(name, last) else name for name in policy.architecture.inputs)
         policy = NetworkPolicy(replace(policy.architecture, inputs=inputs), policy.parameters)
-    spec = policy_spec(scenario, options, per_agent=per_agent)
+    spec = policy_spec(scenario, scenario.env_options(options), per_agent=per_agent)
     policy.act(np.zeros((1, len(spec.layout.names)), np.float32), spec)
 
 

@@ -12,15 +12,15 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_count, as_seeds, as_threads
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.episodes.batch import Columns, FlockBatch, Step
-from flockesc_env.episodes.options import EnvOptions, LineOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, reset_policy
-from flockesc_env.episodes.spaces import RangeActions, candidates, line_policy_spec
+from flockesc_env.episodes.spaces import RangeActions, policy_spec
 from flockesc_env.policies.base import BasePolicy, Observations, Policy
 from flockesc_env.policies.network import NetworkPolicy, Parameters, choices
 from flockesc_env.policies.outcomes import Episodes, LineEpisodes
 from flockesc_env.policies.setup import Setup, setup
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.options import EnvOptions, LineOptions
 
 AnyPolicy = Policy | BasePolicy | str | Any
 """A policy, its name or path, or a model of stable-baselines3."""
@@ -140,7 +140,7 @@ def play_networks(
     report = None if progress is None else lambda done: progress(done, len(seeds))
     architecture = cast("NetworkPolicy", entry.policy).architecture
     numbers, actions = np.array(seeds, np.uint64), RangeActions(entry.options)
-    _, ranges = choices(architecture, actions, candidates(entry.options))
+    _, ranges = choices(architecture, actions, entry.options.candidates)
     network = architecture.to_core(), parameters, ranges
     if isinstance(entry.scenario, FlockScenario):
         return flock_batch(entry, 1).core.rollout(network, numbers, report)
@@ -155,7 +155,7 @@ def flock_batch(entry: Setup, num_flocks: int, predator_policy: PredatorPolicy |
         cast("FlockScenario", entry.scenario),
         cast("EnvOptions", entry.options),
         num_flocks=num_flocks,
-        view=View.of(entry.per_agent),
+        per_agent=entry.per_agent,
         num_threads=entry.num_threads,
         predator_policy=predator_policy or entry.predator_policy,
     )
@@ -187,7 +187,7 @@ class _LineBatch:
 
     def __init__(self, entry: Setup) -> None:
         scenario, options = cast("LineScenario", entry.scenario), cast("LineOptions", entry.options)
-        self.policy_spec = line_policy_spec(scenario, options)
+        self.policy_spec = policy_spec(scenario, options)
         self._documents = scenario.to_json(), options.to_core()
         self._lines: list[_core.LineEpisode] = []
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_flag
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.options import UNOBSERVED
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
 from flockesc_env.policies.base import BasePolicy, Observations, RowMemory, check_origins, normalizer_of
 from flockesc_env.policies.network import NetworkPolicy, Squash, torch_network
+from flockesc_env.scenario.options import UNOBSERVED, VIEWS
 
 
 class SB3Policy(BasePolicy, RowMemory):
@@ -174,7 +174,7 @@ class SB3Policy(BasePolicy, RowMemory):
             raise InputError("vec_normalize", expected, "none")
 
     def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
-        row: str = spec.view if isinstance(spec, PolicySpec) else "predator"
+        row = VIEWS[spec.per_agent] if isinstance(spec, PolicySpec) else "predator"
         actions = spec.actions if isinstance(spec, PolicySpec) else spec
         observed = spec.layout.space()
         if self.observation_space is not None and self.observation_space != observed:

@@ -7,14 +7,14 @@ from typing import Any
 
 from flockesc_env.common.checks import as_flag, as_predator_policy
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.options import EnvOptions, LineOptions, View, options_in
 from flockesc_env.episodes.predators import PredatorPolicy
-from flockesc_env.episodes.spaces import flock_policy_spec
+from flockesc_env.episodes.spaces import policy_spec
 from flockesc_env.policies.base import BasePolicy, check_origins
 from flockesc_env.policies.registry import as_flock_policy
 from flockesc_env.policies.sb3 import space_error
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.options import VIEWS, EnvOptions, LineOptions
 from flockesc_env.scenario.presets import PRESETS, Scenario, as_model
 
 
@@ -65,16 +65,16 @@ def setup(
         raise InputError("policy", expected, f"the scenario {shown(policy)}")
     player = as_flock_policy(policy)
     model = (player.scenario or FlockScenario()) if scenario is None else as_model(scenario)
-    if player.scenario is not None and type(player.scenario) is not type(model):
-        kinds = ["a line" if isinstance(one, LineScenario) else "a flock" for one in (model, player.scenario)]
-        raise InputError("policy", f"a policy for {kinds[0]}", f"{player.name!r}, a policy for {kinds[1]}")
+    if player.scenario is not None and player.scenario.model != model.model:
+        given = f"{player.name!r}, a policy for a {player.scenario.model}"
+        raise InputError("policy", f"a policy for a {model.model}", given)
     if isinstance(model, LineScenario):
         refuse({"per_agent": per_agent or None, "predator_policy": predator_policy}, "None for a line")
     if predator_policy is not None:
         as_predator_policy(predator_policy)
     if not options or player.options is not None:
         player.check_known()
-    chosen = options_in(model, player.all_options(model, **options))
+    chosen = model.env_options(player.all_options(model, **options))
     if player.scenario is not None and player.options is not None:
         origins = {"the policy, which was trained with it": player.options}
         origins["the caller"] = {name: getattr(chosen, name) for name in options}
@@ -89,12 +89,13 @@ def setup(
 def _observes_agents(policy: BasePolicy, scenario: Scenario, options: EnvOptions | LineOptions) -> bool:
     """Return whether the observation space of a policy without a view is that of an agent."""
     trained = policy.observation_space
-    if trained is None or isinstance(scenario, LineScenario) or isinstance(options, LineOptions):
+    if trained is None or isinstance(scenario, LineScenario):
         return False
-    spaces = {view: flock_policy_spec(scenario, options, view).layout.space() for view in View}
+    specs = {name: policy_spec(scenario, options, per_agent=is_agent) for is_agent, name in VIEWS.items()}
+    spaces = {name: spec.layout.space() for name, spec in specs.items()}
     if trained not in spaces.values():
         raise space_error(trained, spaces)
-    return trained == spaces[View.AGENT]
+    return trained == spaces["agent"]
 
 
 def refuse(given: dict[str, Any], expected: str) -> None:

@@ -15,12 +15,10 @@ from flockesc_env.common.extras import data_frame
 from flockesc_env.common.files import write_text
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.episodes.objectives import ObjectiveSpec
-from flockesc_env.models.sweep import FLOCK_RANGES, LINE_RANGES, FlockSweepResult, LineSweepResult, sweep
+from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, sweep
 from flockesc_env.policies.rollout import play
 from flockesc_env.policies.setup import Setup
-from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.presets import Scenario
+from flockesc_env.scenario.objectives import ObjectiveSpec
 
 if TYPE_CHECKING:
     import polars as pl
@@ -115,7 +113,7 @@ def play_all(
 ) -> tuple[FlockSweepResult | LineSweepResult, dict[str, FloatArray]]:
     """Play policies and fixed ranges in the scenario of the first policy; see ``Comparison``."""
     first = next(iter(entries.values()))
-    ranges = np.union1d(grid_of(first.scenario), best)
+    ranges = np.union1d(first.scenario.search_ranges, best)
     with progress_bar("Fixed ranges", ranges.size * len(seeds)) as report:
         search: Any = sweep(first.scenario, ranges, seeds, num_threads=first.num_threads, progress=report)
     fixed = f"best fixed range ({best:g}{spec.unit and ' m'})"
@@ -125,8 +123,3 @@ def play_all(
         with progress_bar(f"Policy {name}", len(seeds)) as report:
             values[name] = play(entry, seeds, progress=report)[spec.name]
     return search, values
-
-
-def grid_of(scenario: Scenario) -> tuple[float, ...]:
-    """Return the fixed ranges among which the best one of a task is chosen."""
-    return LINE_RANGES if isinstance(scenario, LineScenario) else FLOCK_RANGES

@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
 from flockesc_env.common.errors import InputError
-from flockesc_env.episodes.options import UNOBSERVED
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import rules
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import Stored, as_flock_policy
 from flockesc_env.policies.setup import Setup, setup
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.options import UNOBSERVED
 from flockesc_env.scenario.presets import Scenario
 
 FREE = ("action_mode", "min_range", "range_grid", *UNOBSERVED)

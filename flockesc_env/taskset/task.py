@@ -20,12 +20,12 @@ from flockesc_env.common.errors import InputError, errors_at, shown_name
 from flockesc_env.common.extras import require
 from flockesc_env.envs.gymnasium import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.policies.registry import as_policy
 from flockesc_env.policies.setup import Setup
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.objectives import ObjectiveSpec
 from flockesc_env.scenario.presets import PRESETS, Scenario
 from flockesc_env.taskset import fitting
 from flockesc_env.taskset.facts import Control, Scale, Shortcut
@@ -95,9 +95,7 @@ class Task:
     @property
     def num_actions(self) -> int:
         """Number of actions of an episode that does not end early."""
-        model = self.scenario
-        num_steps = model.max_steps if isinstance(model, LineScenario) else model.num_steps
-        return int(-(-num_steps // self.options["steps_per_action"]))
+        return int(-(-self.scenario.num_steps // self.options["steps_per_action"]))
 
     @property
     def reward(self) -> str:
@@ -127,7 +125,8 @@ class Task:
 
     def policy_spec(self, **options: Any) -> PolicySpec:
         """Return what a policy observes and sets; ``options`` replace the task's."""
-        return policy_spec(self.scenario, {**self.options, **options}, per_agent=self.per_agent)
+        chosen = self.scenario.env_options({**self.options, **options})
+        return policy_spec(self.scenario, chosen, per_agent=self.per_agent)
 
     def setup(self, policy: Any) -> Setup:
         """Return how a policy plays the task.
@@ -276,15 +275,15 @@ class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         names = (self.scenario, *self.scales)
         scenarios = {one: PRESETS[as_choice(one, f"{name}.scenario", PRESETS)].scenario for one in names}
         model = scenarios[self.scenario]
-        is_line = isinstance(model, LineScenario)
-        specs = LINE_OBJECTIVES if is_line else FLOCK_OBJECTIVES
-        spec = specs[as_choice(self.objective, f"{name}.objective", specs)]
+        spec = model.objectives[as_choice(self.objective, f"{name}.objective", model.objectives)]
         if not spec.is_defined_in(model):
             raise InputError("scenario", f"{spec.requires}, which the objective {spec.name} requires", "none")
         known = msgspec.structs.asdict(self) | {
             "scenario": model,
             "scenarios": {one: scenarios[one] for one in self.scales},
-            "options": self.options if is_line else {**self.options, "objective": self.objective},
+            "options": self.options
+            if model.model == "line"
+            else {**self.options, "objective": self.objective},
         }
         del known["objective"]
         return Task(name=name, spec=spec, preset=self.scenario, version=version, **known)

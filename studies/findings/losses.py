@@ -17,7 +17,6 @@ from flockesc_env.common.stats import Estimate, mean
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
-from flockesc_env.models.sweep import FLOCK_RANGES
 from flockesc_env.policies.rollout import flock_batch
 from flockesc_env.policies.setup import setup
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, approach
@@ -114,7 +113,7 @@ def play(
     for name, scenario in tried.items():
         is_counted = grid_of(scenario) is NEIGHBORS
         share = _LARGE_SHARE if scenario.num_agents > SIZES[1] else _SLOW_SHARE if is_counted else 1.0
-        count, actions = round(num_flocks * share), NEIGHBORS.actions if is_counted else FLOCK_RANGES
+        count, actions = round(num_flocks * share), NEIGHBORS.actions if is_counted else scenario.search_ranges
         flocks = share_of(HELD_OUT, count, scale)
         plans[name] = actions, flocks
         jobs["tuning", name] = seed_jobs(OUTCOMES, scenario, actions, share_of(TUNING, 2 * count, scale))

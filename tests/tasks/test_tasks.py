@@ -12,7 +12,6 @@ import pytest
 
 import flockesc_env
 from flockesc_env import FlockScenario, InputError, LineScenario, load_policy, simulate, sweep
-from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import (
     NAMES,
@@ -24,7 +23,7 @@ from flockesc_env.policies import (
     ScheduledRange,
     StubbornLeaders,
 )
-from flockesc_env.taskset.comparison import grid_of
+from flockesc_env.scenario.options import EnvOptions, LineOptions
 from flockesc_env.taskset.fitting import FREE, is_checkable
 from flockesc_env.taskset.results import read_result
 from flockesc_env.taskset.scoring import draw_flocks, objective_of, verify
@@ -41,7 +40,7 @@ def test_the_best_fixed_range_reaches_in_a_task_what_it_reaches_in_a_sweep(name:
     task, flocks = tasks[name], TUNING[:2]
     for at, scale in task.scales.items():
         best = scale.best_fixed_range
-        assert best in grid_of(task.scenario)
+        assert best in task.scenario.search_ranges
         entry = task.setup(f"fixed:{best}")
         expected = sweep(task.scenarios[at], [best], flocks).values(task.spec.name)[0]
         np.testing.assert_array_equal(objective_of(entry, task, at, flocks), expected)

@@ -18,7 +18,7 @@ from flockesc_env.episodes import splits
 from flockesc_env.policies import FixedRange, SB3Policy, load_policy
 from flockesc_env.sb3 import RangePolicy
 from flockesc_env.taskset import tasks
-from flockesc_env.taskset.comparison import ORACLE, grid_of
+from flockesc_env.taskset.comparison import ORACLE
 from training.__main__ import TRAINING
 from training.figures import draw
 from training.train import train
@@ -61,7 +61,7 @@ def test_a_comparison_is_that_of_rollouts_and_sweeps(run: Path) -> None:
     best = task.scales["small"].best_fixed_range
     assert list(found.values)[:2] == [f"best fixed range ({best:g} m)", ORACLE]
     np.testing.assert_array_equal(fixed, fe.rollout(SMALL, FixedRange(best), HELD_OUT).min_mean_distance)
-    np.testing.assert_array_equal(oracle, fe.sweep(SMALL, grid_of(SMALL), HELD_OUT).hindsight_oracle())
+    np.testing.assert_array_equal(oracle, fe.sweep(SMALL, SMALL.search_ranges, HELD_OUT).hindsight_oracle())
     leaders = fe.rollout(SMALL, task.shortcut.policy, HELD_OUT, **task.options)
     np.testing.assert_array_equal(rule, leaders.min_mean_distance)
     np.testing.assert_array_equal(three, same)
