@@ -113,7 +113,8 @@ def play(
     for name, scenario in tried.items():
         is_counted = grid_of(scenario) is NEIGHBORS
         share = _LARGE_SHARE if scenario.num_agents > SIZES[1] else _SLOW_SHARE if is_counted else 1.0
-        count, actions = round(num_flocks * share), NEIGHBORS.actions if is_counted else scenario.search_ranges
+        count = round(num_flocks * share)
+        actions = NEIGHBORS.actions if is_counted else scenario.search_ranges
         flocks = share_of(HELD_OUT, count, scale)
         plans[name] = actions, flocks
         jobs["tuning", name] = seed_jobs(OUTCOMES, scenario, actions, share_of(TUNING, 2 * count, scale))
