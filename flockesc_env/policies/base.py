@@ -115,7 +115,6 @@ class BasePolicy(ABC):
     options: Mapping[str, Any] | None = None
     scenario: Scenario | None = None
     observation_space: gymnasium.Space[Any] | None = None
-    _accepted: EnvOptions | LineOptions | None = None  # options that passed `check`
 
     def __init_subclass__(cls) -> None:
         """Name the policy after its class."""
@@ -168,15 +167,6 @@ class BasePolicy(ABC):
     def all_options(self, scenario: Scenario, **given: Any) -> dict[str, Any]:
         """Return the options that are given, those of the policy and of its class, in this order."""
         return {**self.default_options(scenario), **(self.options or {}), **given}
-
-    def playing(self, options: EnvOptions | LineOptions, *, per_agent: bool) -> Self:
-        """Return the policy as it plays with other options than its own, after a check of the view."""
-        self._check_view(per_agent)
-        if self.options is None:
-            return self
-        made = copy(self)
-        made._accepted = options
-        return made
 
     def check_known(self) -> None:  # noqa: B027, only models can lack what they were trained with
         """Raise ``InputError`` if the policy was trained with options that it does not know."""
@@ -258,10 +248,9 @@ class BasePolicy(ABC):
     def check(self, options: EnvOptions | LineOptions, *, per_agent: bool) -> None:
         """Raise ``InputError`` unless an environment has the view and the options of this policy."""
         self._check_view(per_agent)
-        if self.options is not None and options is not self._accepted:
-            made = {"the policy (use **policy.options)": self.options, "the environment": vars(options)}
-            check_origins(made)
-            self._accepted = options
+        if self.options is not None:
+            known = {"the policy (use **policy.options)": self.options, "the environment": vars(options)}
+            check_origins(known)
 
     def _check_view(self, per_agent: bool) -> None:
         """Raise ``InputError`` unless the policy fits the view."""

@@ -110,7 +110,7 @@ def find_policy(policy: Any, argument: str) -> BasePolicy:
     if spec in _BUILT_IN:
         make, options = _BUILT_IN[spec]
         rule = make()
-        rule.name, rule.options = spec, options or None
+        rule.name, rule.options = spec, {**options} or None
         return rule
     file = policy_file(spec)
     if file is None:

@@ -55,7 +55,8 @@ def rollout(
     Args:
         scenario: the model's parameters, or a preset's name; its class decides which model runs.
         policy: sets the ranges: a policy, its name or path (``load_policy``), or a model of
-            stable-baselines3. The options that it knows are used unless given here.
+            stable-baselines3. It plays with the options that it knows; options of the call replace those of
+            a rule, but not those of a trained policy.
         seeds: seeds of the flocks, or their number n for the seeds 0 to n - 1; ``env.reset(seed=k)`` starts
             the same flock.
         per_agent: True: the policy sets one range per agent. False: one per flock. ``None``: as the policy's

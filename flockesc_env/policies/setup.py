@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -82,8 +83,11 @@ def setup(
     view = player.per_agent if per_agent is None else as_flag(per_agent, "per_agent")
     if view is None:
         view = _observes_agents(player, model, chosen)
-    playing = player.playing(chosen, per_agent=view)
-    return Setup(playing, model, chosen, view, predator_policy, num_threads)
+    if player.options is not None:
+        player = copy(player)
+        player.options = {**vars(chosen)}
+    player.check(chosen, per_agent=view)
+    return Setup(player, model, chosen, view, predator_policy, num_threads)
 
 
 def _observes_agents(policy: BasePolicy, scenario: Scenario, options: EnvOptions | LineOptions) -> bool:

@@ -139,6 +139,8 @@ def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
     same = fe.rollout(other, loaded, 3, steps_per_action=2, reward="distance")
     np.testing.assert_equal(same.min_mean_distance, expected.min_mean_distance)
     assert fe.rollout(other, slower, 3).min_mean_distance.tolist() != expected.min_mean_distance.tolist()
+    with pytest.raises(InputError, match="steps_per_action"):
+        slower.bind(env)
     slower.bind(fe.parallel_env(other, **slower.options))
     assert loaded.options["steps_per_action"] == 2
 
