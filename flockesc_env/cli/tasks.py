@@ -55,8 +55,14 @@ def run(*, json: Json = False) -> Exit:
     head = ["task", "range per", "J", "samples", "scored in", "score 0", "score 1", "reference", "rule"]
     rows = [
         [
-            *(task.name, task.actor, task.spec.symbol, f"{task.samples:,}", name),
-            *(task.spec.text(scale.zero), task.spec.text(scale.one), scale.reference),
+            task.name,
+            task.actor,
+            task.spec.symbol,
+            f"{task.samples:,}",
+            name,
+            task.spec.text(scale.zero),
+            task.spec.text(scale.one),
+            scale.reference,
             f"{task.shortcut.policy} {task.shortcut.score:.3f}",
         ]
         for task in tasks.values()

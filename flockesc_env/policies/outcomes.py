@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,3 +75,7 @@ class LineEpisodes(_Rows):
 
     def _summary(self) -> dict[str, object]:
         return {"num_seeds": len(self.seeds), "escape_distance": float(self.escape_distance.mean())}
+
+
+RESULTS: Final[dict[str, type[Episodes | LineEpisodes]]] = {"flock": Episodes, "line": LineEpisodes}
+"""Classes of outcomes by model."""

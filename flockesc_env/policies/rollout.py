@@ -16,7 +16,7 @@ from flockesc_env.episodes.predators import PredatorPolicy, reset_policy
 from flockesc_env.episodes.spaces import RangeActions, policy_spec
 from flockesc_env.policies.base import BasePolicy, Observations, Policy
 from flockesc_env.policies.network import NetworkPolicy, Parameters, choices
-from flockesc_env.policies.outcomes import Episodes, LineEpisodes
+from flockesc_env.policies.outcomes import RESULTS, Episodes, LineEpisodes
 from flockesc_env.policies.setup import Setup, setup
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -93,7 +93,7 @@ def rollout(
     entry = setup(policy, scenario, **given, **options)
     with reporting(progress, "Rollout", len(checked)) as callback:
         columns = play(entry, checked, batch_size=size, progress=callback)
-    return (LineEpisodes if isinstance(entry.scenario, LineScenario) else Episodes).of(checked, columns)
+    return RESULTS[entry.scenario.model].of(checked, columns)
 
 
 def play(
