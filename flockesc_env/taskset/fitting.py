@@ -40,20 +40,12 @@ def fitted(policy: Any, shown: PolicySpec, scenarios: Sequence[Scenario]) -> Set
     and what follows from it:
 
     - ``per_agent``: the view is the task's. The flock view sums up the whole flock, which no agent sees.
-    - ``predator_sensing_range``: at most the task's.
-    - ``profile_ranges``: some of the task's candidates.
     - ``extra_entries``: some of the task's. Agents also may have ``"closest_approach"`` if every
       scenario has one predator, because it follows from that predator's entries; ``"escape_direction"`` does
       not, because it depends on the whole flock.
     - ``objective``: the task's, which decides the entry ``running_minimum``.
 
-    It may set ranges up to the task's ``max_range``, and at most as often: its ``steps_per_action`` is at
-    least the task's. ``FREE`` lists the other options. Memory is free, because tasks say what is observed and
-    not what is remembered. A policy trained in another scenario of the same model fits: it plays in the
-    task's.
-
-    The check reads options, not code: see ``is_checkable``. No check finds out on which flocks the numbers of
-    a policy were chosen.
+    docs/policies.md lists all options. The check reads options, not code: see ``is_checkable``.
     """
     player = as_flock_policy(policy)
     player.check_known()

@@ -16,7 +16,7 @@ import gymnasium
 import msgspec
 
 from flockesc_env.common.checks import as_choice, as_count
-from flockesc_env.common.errors import InputError, errors_at, shown_name
+from flockesc_env.common.errors import InputError, errors_at
 from flockesc_env.common.extras import require
 from flockesc_env.envs.gymnasium import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
@@ -203,10 +203,7 @@ class Task:
     def learner(self, name: str) -> Learner:
         """Return a learner of the task; an unknown name raises ``InputError``."""
         known = self.learners
-        if name not in known:
-            given = shown_name(name, list(known))
-            raise InputError("learner", f"one of {', '.join(known)} for {self.name}", given)
-        return known[name]
+        return known[as_choice(name, "learner", known)]
 
     def hyperparameters(self, learner: str | Learner) -> dict[str, Any]:
         """Return the arguments of the algorithm of a learner of stable-baselines3, given by name or itself.
