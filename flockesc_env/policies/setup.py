@@ -79,7 +79,8 @@ def setup(
     if player.scenario is not None and player.options is not None:
         origins = {"the policy, which was trained with it": player.options}
         origins["the caller"] = {name: getattr(chosen, name) for name in options}
-        check_origins(origins, "; to change it, type policy.with_options(NAME=VALUE)")
+        line = "policy" if player is policy else "as_policy(policy)"
+        check_origins(origins, f"; to change it, type {line}.with_options(NAME=VALUE)")
     view = player.per_agent if per_agent is None else as_flag(per_agent, "per_agent")
     if view is None:
         view = _observes_agents(player, model, chosen)

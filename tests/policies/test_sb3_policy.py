@@ -98,6 +98,9 @@ def test_a_model_of_another_environment_is_refused(options: dict[str, Any], fiel
     with pytest.raises(InputError) as caught:
         fe.rollout(SCENARIO, policy, [1], **options)
     assert caught.value.field == field
+    if field in {"max_range", "min_range", "steps_per_action"}:  # the line that the error names plays
+        assert f"policy.with_options({field}={options[field]!r})" in str(caught.value)
+        assert len(fe.rollout(policy.with_options(**options), [1]).seeds) == 1
 
 
 SIZES = {"n_steps": 8, "batch_size": 8, "device": "cpu", "seed": 0}
