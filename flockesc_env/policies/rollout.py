@@ -150,15 +150,15 @@ def play_networks(
     return _core.rollout_line(documents, actions.core, network, numbers, threads, report)
 
 
-def flock_batch(entry: Setup, num_flocks: int, predator_policy: PredatorPolicy | None = None) -> FlockBatch:
-    """Return flocks in which a policy plays; ``predator_policy`` replaces that of ``entry``."""
+def flock_batch(entry: Setup, num_flocks: int) -> FlockBatch:
+    """Return flocks in which a policy plays."""
     return FlockBatch(
         cast("FlockScenario", entry.scenario),
         cast("EnvOptions", entry.options),
         num_flocks=num_flocks,
         per_agent=entry.per_agent,
         num_threads=entry.num_threads,
-        predator_policy=predator_policy or entry.predator_policy,
+        predator_policy=entry.predator_policy,
     )
 
 

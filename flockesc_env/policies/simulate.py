@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, cast, overload
 
 import numpy as np
@@ -136,7 +137,7 @@ def _record(entry: Setup, seed: int, start: Mapping[str, Any]) -> Trajectory:
     """Run a policy on one flock and return the trajectory; ``start`` holds given initial states."""
     scenario = cast("FlockScenario", entry.scenario)
     recorder = None if entry.predator_policy is None else _Recorder(entry.predator_policy)
-    batch = flock_batch(entry, 1, recorder)
+    batch = flock_batch(replace(entry, predator_policy=recorder), 1)
     ranges = np.array([ranges for ranges, _ in episode_steps(batch, entry.policy, [seed], [start])])
 
     def per_step(actions: FloatArray) -> FloatArray:
