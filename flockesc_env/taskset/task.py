@@ -18,23 +18,21 @@ import msgspec
 from flockesc_env.common.checks import as_choice, as_count
 from flockesc_env.common.errors import InputError, errors_at
 from flockesc_env.common.extras import require
-from flockesc_env.envs.gymnasium import FlockEscapeEnv
-from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
-from flockesc_env.policies.registry import as_policy
-from flockesc_env.policies.setup import Setup
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.objectives import ObjectiveSpec
 from flockesc_env.scenario.presets import PRESETS, Scenario
-from flockesc_env.taskset import fitting
 from flockesc_env.taskset.facts import Control, Scale, Shortcut
 from flockesc_env.taskset.learners import OWN_ALGORITHMS, Learner, learners_of
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # slow to import, so that methods import them
     from stable_baselines3.common.vec_env import VecEnv
 
+    from flockesc_env.envs.gymnasium import FlockEscapeEnv
+    from flockesc_env.envs.line import LineEscapeEnv
     from flockesc_env.envs.pettingzoo import FlockParallelEnv
+    from flockesc_env.policies.setup import Setup
     from flockesc_env.sb3 import FlockEvalCallback
     from flockesc_env.taskset.comparison import Comparison
 
@@ -134,7 +132,9 @@ class Task:
         Raises:
             InputError: if it is for another problem, or sees or sets more than the task allows (``fitted``).
         """
-        return fitting.fitted(policy, self.policy_spec(), [*self.scenarios.values()])
+        from flockesc_env.taskset.fitting import fitted
+
+        return fitted(policy, self.policy_spec(), [*self.scenarios.values()])
 
     def env(self, **options: Any) -> FlockEscapeEnv | LineEscapeEnv:
         """Return the Gymnasium environment of a task with one range per flock or line.
@@ -145,6 +145,9 @@ class Task:
         Raises:
             InputError: if every agent sets its own range; if an option is unknown or out of bounds.
         """
+        from flockesc_env.envs.gymnasium import FlockEscapeEnv
+        from flockesc_env.envs.line import LineEscapeEnv
+
         options = {**self.options, **options}
         if isinstance(self.scenario, LineScenario):
             return LineEscapeEnv(self.scenario, **options)
@@ -241,7 +244,8 @@ class Task:
             InputError: if a policy does not fit the task, or an argument is out of bounds.
         """
         require("analysis", ["scipy"])
-        from flockesc_env.taskset.comparison import Comparison, play_all  # slow to import
+        from flockesc_env.policies.registry import as_policy
+        from flockesc_env.taskset.comparison import Comparison, play_all
 
         seeds = self.seeds[: as_count(num_flocks, "num_flocks", most=len(self.seeds))]
         name = as_choice(scenario or next(iter(self.scenarios)), "scenario", self.scenarios)
