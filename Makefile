@@ -43,7 +43,7 @@ core: $(UV)
 demo: build ## train a range policy and compare it with the best fixed range (about 2 minutes on 2 cores, after the build)
 	rm -rf $(DEMO)
 	$(BIN)/python -m training train per-agent-visible --learner ppo --run $(DEMO)
-	$(BIN)/python -m training compare stubborn-leaders $(DEMO) --task per-agent-visible \
+	$(BIN)/python -m training figures stubborn-leaders $(DEMO) --task per-agent-visible \
 	  --output $(DEMO)/comparison
 
 speed paper robustness findings validation arms-race: PROFILE := release

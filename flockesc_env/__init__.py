@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from flockesc_env._core import __version__
 from flockesc_env.common.errors import FlockescError, InputError, ResetNeededError
-from flockesc_env.registration import register as _register
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.options import EnvOptions, LineOptions
 from flockesc_env.scenario.presets import PRESETS
+from flockesc_env.taskset.registration import register as _register
 
 if _TYPE_CHECKING:
     from flockesc_env.envs.gymnasium import FlockEscapeEnv, PredatorEnv
@@ -32,9 +32,10 @@ if _TYPE_CHECKING:
     from flockesc_env.policies.base import Policy
     from flockesc_env.policies.network import NetworkPolicy
     from flockesc_env.policies.registry import load_policy, save_policy
-    from flockesc_env.policies.rollout import rollout, simulate
+    from flockesc_env.policies.rollout import rollout
     from flockesc_env.policies.rules import FixedRange, ScheduledRange, StubbornLeaders
     from flockesc_env.policies.sb3 import SB3Policy
+    from flockesc_env.policies.simulate import simulate
     from flockesc_env.render import RenderOptions
     from flockesc_env.taskset.task import tasks
 
@@ -85,9 +86,10 @@ _LATER = {
     "policies.base": ("Policy",),
     "policies.network": ("NetworkPolicy",),
     "policies.registry": ("load_policy", "save_policy"),
-    "policies.rollout": ("rollout", "simulate"),
+    "policies.rollout": ("rollout",),
     "policies.rules": ("FixedRange", "ScheduledRange", "StubbornLeaders"),
     "policies.sb3": ("SB3Policy",),
+    "policies.simulate": ("simulate",),
     "render": ("RenderOptions",),
     "taskset.task": ("tasks",),
 }

@@ -30,7 +30,7 @@ from flockesc_env.models import records
 from flockesc_env.models.simulate import LineTrajectory, Trajectory
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import policy_file
-from flockesc_env.policies.rollout import simulate as run_once
+from flockesc_env.policies.simulate import simulate as run_once
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.objectives import OBJECTIVES

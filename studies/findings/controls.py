@@ -21,6 +21,7 @@ from flockesc_env.episodes.spaces import ObservationLayout
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BasePolicy, PolicySpec, as_policy
+from flockesc_env.policies.setup import setup
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, play_jobs, policy_of, share_of, values_by
 
@@ -118,7 +119,7 @@ def hide(policy: bytes, column: str, shown: tuple[tuple[int, float], ...], flock
 def _instead(policy: Policy, replaced: BasePolicy) -> BasePolicy:
     """Return a policy with the view, the scenario and the options of another one."""
     known: Any = {"per_agent": replaced.per_agent, "scenario": replaced.scenario}
-    return as_policy(policy).with_options(**known, **replaced.all_options())
+    return as_policy(policy).with_options(**known, **vars(setup(replaced).options))
 
 
 def measure_hidden(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:

@@ -14,10 +14,11 @@ from scipy.optimize import brentq
 from flockesc_env import FlockScenario, InputError
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, mean
-from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
+from flockesc_env.policies.rollout import flock_batch
+from flockesc_env.policies.setup import setup
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, approach
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, play_jobs, share_of, values_by
@@ -74,10 +75,8 @@ def scenarios() -> dict[str, FlockScenario]:
 
 def can_run(headline: Headline, scenario: FlockScenario) -> bool:
     """Return whether a policy can run in a scenario: it can show all that the policy observes."""
-    entry = headline.entry
     try:
-        options = scenario.env_options(entry.all_options(scenario))
-        FlockBatch(scenario, options, per_agent=bool(entry.per_agent))
+        flock_batch(setup(headline.entry, scenario), num_flocks=1)
     except InputError:
         return False
     return True
@@ -114,10 +113,8 @@ def play(
     for name, scenario in tried.items():
         is_counted = grid_of(scenario) is NEIGHBORS
         share = _LARGE_SHARE if scenario.num_agents > SIZES[1] else _SLOW_SHARE if is_counted else 1.0
-        count, actions = (
-            round(num_flocks * share),
-            NEIGHBORS.actions if is_counted else FlockScenario.search_ranges,
-        )
+        count = round(num_flocks * share)
+        actions = NEIGHBORS.actions if is_counted else scenario.search_ranges
         flocks = share_of(HELD_OUT, count, scale)
         plans[name] = actions, flocks
         jobs["tuning", name] = seed_jobs(OUTCOMES, scenario, actions, share_of(TUNING, 2 * count, scale))

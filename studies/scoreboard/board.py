@@ -10,7 +10,7 @@ from typing import Any, Final, Literal
 
 import msgspec
 
-from flockesc_env import InputError, load_policy, tasks
+from flockesc_env import InputError, tasks
 from flockesc_env.cli.output import note
 from flockesc_env.common.files import atomic_write
 from flockesc_env.episodes.splits import TUNING, first_seeds
@@ -22,7 +22,6 @@ from flockesc_env.taskset import (
     Result,
     Task,
     Training,
-    fitting,
     read_result,
     score,
     write_result,
@@ -111,7 +110,7 @@ def rules_of(task: Task) -> list[str]:
     found = []
     for name in NAMES[2:]:  # without fixed and random ranges
         with suppress(InputError):
-            fitting.fitted(load_policy(name), task)
+            task.setup(name)
             found.append(name)
     return found
 
@@ -132,12 +131,11 @@ def _trained(trained: Mapping[Key, Arrays], folder: Path) -> Iterator[_Scored]:
     for key, arrays in trained.items():
         groups.setdefault((key.learner, key.task), {})[key.seed] = arrays
     for (learner, name), runs in groups.items():
-        task, kept, contents = tasks[name], dict[int, Arrays](), list[Any]()
+        first: dict[bytes, int] = {}  # seeds by the parameters, in which alone runs of a learner differ
         for seed, arrays in runs.items():
-            content_of = parse_policy(arrays["policy"].tobytes(), Path(f"{name}-{seed}.npz"))
-            if (content := fitting.content(content_of, task)) not in contents:
-                contents.append(content)
-                kept[seed] = arrays
+            policy: Any = parse_policy(arrays["policy"].tobytes(), Path(f"{name}-{seed}.npz"))
+            first.setdefault(policy.parameters.tobytes(), seed)
+        kept = {seed: runs[seed] for seed in first.values()}
         files = [folder / learner / "policies" / f"{name}-{seed}.npz" for seed in kept]
         files[0].parent.mkdir(parents=True, exist_ok=True)
         for file, arrays in zip(files, kept.values(), strict=True):

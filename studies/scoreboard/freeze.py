@@ -26,12 +26,8 @@ from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
-from flockesc_env.policies import load_policy
 from flockesc_env.scenario.presets import Scenario
-from flockesc_env.taskset.comparison import grid_of
-from flockesc_env.taskset.definition import FLOCKS
-from flockesc_env.taskset.fitting import fitted
-from flockesc_env.taskset.task import Task, read_tasks, tasks
+from flockesc_env.taskset.task import FLOCKS, Task, read_tasks, tasks
 from studies.measurements import Runner, play_jobs, split
 from studies.scoreboard import references
 from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, rules_of
@@ -71,7 +67,7 @@ def write_best_fixed(measured: Iterable[Task], runner: Runner) -> None:
 
 
 def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
-    grid, model = grid_of(task), task.scenarios[scenario]
+    grid, model = task.scenario.search_ranges, task.scenarios[scenario]
     tuning = first_seeds(TUNING, 200 if model.num_agents > 500 else 1000)  # large flocks are slow
     jobs = seed_jobs(OUTCOMES, model, grid, tuning)
     tuned = runner.join(jobs, f"Fixed ranges in {scenario}")[task.spec.name]
@@ -96,8 +92,8 @@ def _play(
     task: Task, policy: str, model: Scenario, flocks: range, runner: Runner, *, own: bool = False
 ) -> FloatArray:
     """Return the objective of every flock with the task's options; ``own``: with the policy's own ones."""
-    entry = fitted(load_policy(policy), task)
-    options = {} if own else {"per_agent": task.per_agent, **(entry.options or {})}
+    entry = task.setup(policy)
+    options = {} if own else {"per_agent": entry.per_agent, **vars(entry.options)}
     jobs = play_jobs(policy, model, task.spec.name, flocks, **options)
     return runner.join(jobs, policy)["objective"]
 
@@ -150,7 +146,7 @@ def _reference(task: Task, kind: str, scenario: str, runner: Runner) -> FloatArr
 def _hindsight(task: Task, scenario: str, runner: Runner) -> FloatArray:
     """Return the largest objective on every line, of all fixed ranges and all policies of the scoreboard."""
     model = task.scenarios[scenario]
-    jobs = seed_jobs(OUTCOMES, model, grid_of(task), FLOCKS)
+    jobs = seed_jobs(OUTCOMES, model, model.search_ranges, FLOCKS)
     fixed = runner.join(jobs, "Fixed ranges on held-out lines")[task.spec.name]
     files = sorted(BOARD.glob(f"*/policies/{task.name}-*.npz"))
     plays = {file: play_jobs(file.read_bytes(), model, task.spec.name, FLOCKS) for file in files}

@@ -12,8 +12,8 @@ import numpy as np
 
 from flockesc_env.common.stats import Estimate
 from flockesc_env.taskset import Result, tasks
-from flockesc_env.taskset.definition import FLOCKS, VERSION
 from flockesc_env.taskset.statistics import difference
+from flockesc_env.taskset.task import FLOCKS, VERSION
 from studies.scoreboard import rewards
 from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, Entrant
 from studies.scoreboard.rows import Row, rows, scores_of, with_reference_error

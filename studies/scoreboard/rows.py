@@ -13,7 +13,6 @@ import numpy as np
 import polars as pl
 
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.taskset.definition import TaskDefinition
 from flockesc_env.taskset.results import Result
 from flockesc_env.taskset.statistics import means
 from flockesc_env.taskset.task import Task, tasks
@@ -55,7 +54,7 @@ def scores_of(result: Result) -> FloatArray:
     return scores
 
 
-def column_of(task: TaskDefinition, scenario: str) -> str:
+def column_of(task: Task, scenario: str) -> str:
     """Return the column of ``BEST_FIXED`` for the objective of a task in a scenario."""
     return f"{scenario} {task.spec.name}"
 

@@ -22,7 +22,6 @@ from flockesc_env import SB3Policy, save_policy, tasks
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models.records import versions
 from flockesc_env.policies.registry import POLICY_FILE
-from flockesc_env.taskset.learners import learner_of, learners
 from training.run import RUN_FILE, Run
 from training.train import train as train_run
 
@@ -88,7 +87,7 @@ def trainings(names: Iterable[str], chosen: Iterable[str], most_seeds: int, fold
     wanted, on = set(names), set(chosen) or set(tasks)
     counts = {(name, one.task): one.seeds for name, one in EXTERNAL.items()}
     trained = [task for task in tasks if task not in TRANSFERRED]
-    counts |= {(name, task): one.seeds for task in trained for name, one in learners(tasks[task]).items()}
+    counts |= {(name, task): one.seeds for task in trained for name, one in tasks[task].learners.items()}
     return {
         Key(name, task, seed): Job(f"{__name__}:train", (name, task, seed, folder.absolute()), _SECONDS)
         for (name, task), seeds in counts.items()
@@ -152,7 +151,7 @@ def hyperparameters_of(learner: str, task: str) -> dict[str, Any]:
     """Return the table of a learner on a task, or the command that has its hyperparameters."""
     if learner in EXTERNAL:
         return {"command": EXTERNAL[learner].command(0)}
-    found: dict[str, Any] = msgspec.to_builtins(learner_of(tasks[task], learner))
+    found: dict[str, Any] = msgspec.to_builtins(tasks[task].learner(learner))
     return found
 
 

@@ -19,8 +19,9 @@ from stable_baselines3.common.callbacks import CheckpointCallback, EvalCallback
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 import flockesc_env
-from flockesc_env.registration import FIXED
+from flockesc_env.sb3 import vec_env
 from flockesc_env.taskset import tasks
+from flockesc_env.taskset.registration import FIXED
 
 FLOCK, LINE = small_flock(), flockesc_env.LineScenario(num_agents=20, max_steps=10)
 

@@ -17,7 +17,6 @@ from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Cache, Job, find_backend
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.scenario import GivenHeadings, GivenPositions
-from flockesc_env.taskset.fitting import check_fits
 from studies.__main__ import STUDIES
 from studies.findings import controls, headlines, losses, one_agent
 from studies.findings.report import Findings, report
@@ -33,7 +32,7 @@ SCENARIO = small_flock(num_agents=8, num_steps=18, predator_range=45.0)
 @pytest.mark.parametrize("task", headlines.EXPLAINED)
 def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> None:
     one = HEADLINES[task]
-    check_fits(one.entry, one.task)
+    one.task.setup(one.entry)
     assert str(one.file.relative_to("scoreboard")) in headlines.candidates(task)[one.file.parts[-3]]
     flocks, table = HELD_OUT[:2], pl.read_parquet(COMMITTED / controls.BLOCKED_FILE).filter(policy=task)
     for blocked in controls.BLOCKED:

@@ -110,7 +110,10 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         "which can be played again, got 'my:rule', played by its",
     ),
     "sees more": ({"policies.1.policy": "turn-away"}, "[1]: profile_ranges: expected none, as in the task"),
-    "flock's view": ({"policies.1.policy": "listen-while-fleeing"}, "expected True, as in the task"),
+    "flock's view": (
+        {"policies.1.policy": "listen-while-fleeing"},
+        "expected False, because the policy needs one observation per flock",
+    ),
     "first flock": ({"flocks": [2_000_001, 6]}, "number (2000000, 6), got (2000001, 6)"),
     "version": ({"version": "v2"}, "version: expected v1, got 'v2'"),
     "task": ({"task": "held-out-sizes"}, "of the task held-out-sizes, got '"),

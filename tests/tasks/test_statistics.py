@@ -11,10 +11,9 @@ from scipy.stats import t, ttest_1samp, ttest_ind
 
 from flockesc_env import sweep
 from flockesc_env.common.stats import Estimate
-from flockesc_env.taskset.definition import FLOCKS, VERSION
 from flockesc_env.taskset.results import PolicyResult, Result, Training, read_result
 from flockesc_env.taskset.statistics import difference, intervals, means
-from flockesc_env.taskset.task import tasks
+from flockesc_env.taskset.task import FLOCKS, VERSION, tasks
 from studies.scoreboard.rows import BEST_FIXED, column_of, rows
 
 NUM_FLOCKS = 40
