@@ -15,7 +15,15 @@ from flockesc_env.taskset import Result, tasks
 from flockesc_env.taskset.definition import FLOCKS, VERSION
 from flockesc_env.taskset.statistics import difference
 from studies.scoreboard import rewards
-from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, Entrant
+from studies.scoreboard.board import (
+    ABLATION,
+    ANY_RATE,
+    BOARD,
+    CHOOSING,
+    CONTROLLING,
+    Entrant,
+    load_ablations,
+)
 from studies.scoreboard.rows import Row, rows, scores_of, with_reference_error
 from studies.study import template
 
@@ -63,6 +71,29 @@ def entries_of(board: Sequence[Entrant]) -> dict[str, list[Entry]]:
     return entries
 
 
+@dataclass(frozen=True)
+class Ablation:
+    """A change of one choice of ``ppo`` on a task: the scores with it and without it."""
+
+    task: str
+    change: str
+    changed: Estimate
+    unchanged: Estimate
+
+
+def ablations_of(results: Sequence[Result], entries: dict[str, list[Entry]]) -> list[Ablation]:
+    """Return the ablations of every task, the highest score first."""
+    by_task = rows(results)
+    found = []
+    for name in filter(by_task.get, entries):
+        (ppo,) = (entry for entry in entries[name] if entry.result.learner == "ppo")
+        for row in by_task[name]:
+            assert row.result.training is not None  # noqa: S101, an ablation is trained
+            change = row.result.training.hyperparameters["note"].removeprefix(ABLATION)
+            found.append(Ablation(name, change, row.score, ppo.row.score))
+    return found
+
+
 def report(board: Sequence[Entrant]) -> str:
     """Return the report as Markdown."""
     entries = entries_of(board)
@@ -71,6 +102,7 @@ def report(board: Sequence[Entrant]) -> str:
     text = template("scoreboard/templates/scoreboard.md").render(
         tasks=tasks,
         entries=entries,
+        ablations=ablations_of(load_ablations(), entries),
         lost=[(name, entry) for name, entry in every if entry.over_shortcut.high < 0],
         below=[(name, entry) for name, entry in every if entry.row.score.high < 0],
         trained=len(every),
