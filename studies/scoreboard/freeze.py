@@ -142,8 +142,9 @@ def _reference(task: Task, kind: str, scenario: str, runner: Runner) -> FloatArr
     if kind == "hindsight":
         return _hindsight(task, scenario, runner)
     flocks = FLOCKS[: _SIMULATED_FLOCKS.get(scenario, 200)] if kind == "clairvoyant" else FLOCKS
-    name = f"{references.__name__}:{kind.replace(' ', '_')}"
-    jobs = split(name, (task.name, scenario), flocks, 5 if kind == "clairvoyant" else 100, 0.1)
+    function = getattr(references, kind.replace(" ", "_"))
+    size = 5 if kind == "clairvoyant" else 100
+    jobs = split(function, task.name, scenario, flocks=flocks, size=size, seconds=0.1)
     return runner.join(jobs, f"{kind} in {scenario}")["objective"]
 
 

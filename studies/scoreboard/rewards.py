@@ -33,7 +33,7 @@ FLOCKS: Final = TUNING[3000:4000]
 def write(runner: Runner, file: Path = FILE) -> None:
     """Measure the pairs of every task with one range per agent on which people train."""
     pairs = {(name, *pair): pair for name, task in tasks.items() for pair in pairs_of(task)}
-    jobs = {key: split(f"{__name__}:gains", key, FLOCKS, 50, 0.1) for key in pairs}
+    jobs = {key: split(gains, *key, flocks=FLOCKS, size=50, seconds=0.1) for key in pairs}
     rows: dict[str, list[Any]] = {}
     for (name, a, b), found in runner.run(jobs, "Gains").items():
         gains = {kind: astuple(mean(values)) for kind, values in found.items()}
