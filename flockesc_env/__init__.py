@@ -16,7 +16,6 @@ from flockesc_env._core import __version__
 from flockesc_env.common.errors import FlockescError, InputError, ResetNeededError
 from flockesc_env.envs.gymnasium import FlockEscapeEnv, PredatorEnv
 from flockesc_env.envs.line import LineEscapeEnv
-from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.episodes.starts import episode_seed
 from flockesc_env.models.records import load_run, replay_run, save_run
 from flockesc_env.models.scan import scan
@@ -32,6 +31,7 @@ from flockesc_env.registration import register as _register
 from flockesc_env.render import RenderOptions
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.options import EnvOptions, LineOptions
 from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.taskset.task import tasks
 

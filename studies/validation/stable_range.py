@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from flockesc_env import FlockScenario
 from flockesc_env.common.stats import Estimate, FloatArray, argmax, mean
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
+from flockesc_env.scenario.options import EnvOptions
 from flockesc_env.scenario.presets import as_scenario
 from studies.measurements import means, share_of, sign, split
 from studies.style import letter
@@ -97,7 +97,7 @@ def play(
     options = EnvOptions(**grid, steps_per_action=steps, reward="individual_distance", count_components=False)
     flocks_per_seed = ranges.shape[1]
     count = len(seeds) * flocks_per_seed
-    batch = FlockBatch(scenario, options, num_flocks=count, view=View.AGENT, num_threads=1)
+    batch = FlockBatch(scenario, options, num_flocks=count, per_agent=True, num_threads=1)
     batch.reset(range(count), np.repeat(seeds, flocks_per_seed).tolist())
     rewards = [batch.step(ranges.ravel())[1] for _ in range(scenario.num_steps // steps)]
     distances = np.stack(rewards) * scenario.num_steps
