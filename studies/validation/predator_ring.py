@@ -149,6 +149,7 @@ def _dynamics(ring: Trajectory, strength: float) -> dict[str, float]:
         shifted = scenario(len(positions), strength, place, STEP, time=FITTED[1])
         run = simulate(shifted, UNBOUNDED, **state)
         offsets.append(run.positions.mean(axis=1)[:, 0] - run.predator_positions[:, 0, 0])
+    # A linear system of two dimensions: y at a time is a combination of y at the two times before.
     y = (offsets[0] - offsets[1])[round(FITTED[0] / STEP) :: EVERY]
     recurrence = np.linalg.lstsq(np.stack([y[1:-1], y[:-2]], axis=1), y[2:])[0]
     roots = np.roots([1, *-recurrence]).astype(complex)
