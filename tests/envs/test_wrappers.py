@@ -19,7 +19,6 @@ from stable_baselines3.common.callbacks import CheckpointCallback, EvalCallback
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 import flockesc_env
-from flockesc_env.sb3 import vec_env
 from flockesc_env.taskset import tasks
 from flockesc_env.taskset.registration import FIXED
 

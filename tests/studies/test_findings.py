@@ -21,6 +21,7 @@ from studies.__main__ import STUDIES
 from studies.findings import controls, headlines, losses, one_agent
 from studies.findings.report import Findings, report
 from studies.measurements import Runner, play
+from studies.scoreboard.scores import best_fixed_range
 from studies.study import REPORT
 
 ROOT = Path(__file__).parents[2]
@@ -40,7 +41,9 @@ def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> 
         kept = table.filter(blocked=blocked)[: len(flocks)]
         played = play(one.content, scenario, one.task.spec.name, flocks)["objective"]
         assert kept["objective"].to_list() == played.tolist()
-        fixed = play(f"fixed:{one.best_fixed_range:g}", scenario, one.task.spec.name, flocks)["objective"]
+        fixed = play(f"fixed:{best_fixed_range(one.task):g}", scenario, one.task.spec.name, flocks)[
+            "objective"
+        ]
         assert kept["fixed"].to_list() == fixed.tolist()
 
 

@@ -1,7 +1,6 @@
 """The studies of robustness and of published results; the committed reports of all studies."""
 
 import dataclasses
-import json
 from pathlib import Path
 from typing import Any
 
@@ -71,12 +70,11 @@ def test_the_range_is_chosen_and_measured_on_different_flocks() -> None:
 def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "robustness"
     flags = ["--num-flocks", 2, "--presets", "paper-flock", "pursuit", "--output", output]
-    ran = Ran(capsys, "robustness", *flags, "--backend", "serial", "--json", run=STUDIES.main)
+    ran = Ran(capsys, "robustness", *flags, "--backend", "serial", run=STUDIES.main)
     assert ran.code == Exit.DONE, ran.err
     text = (output / RESULTS_FILE).read_text("utf-8")
     results = RobustnessResults.load(output)
     assert document(results) == text
-    assert ran.json()["results"] == json.loads(text)
     assert results.command == "python -m studies robustness --num-flocks 2 --presets paper-flock pursuit"
     page = (output / REPORT).read_text("utf-8")
     assert page == ROBUSTNESS.report(results)
@@ -89,8 +87,7 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
             assert means == pytest.approx(measured.values(objective).mean(axis=1), abs=1e-9)
 
     stamps = {path: path.stat().st_mtime_ns for path in (output / "cache").iterdir()}
-    again = Ran(capsys, "robustness", *flags, run=STUDIES.main)
-    assert "paper-flock" in again.out
+    assert Ran(capsys, "robustness", *flags, run=STUDIES.main).code == Exit.DONE
     assert {path: path.stat().st_mtime_ns for path in (output / "cache").iterdir()} == stamps
     assert (output / RESULTS_FILE).read_text("utf-8") == text
 

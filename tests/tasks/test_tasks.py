@@ -29,7 +29,7 @@ from flockesc_env.taskset.results import read_result
 from flockesc_env.taskset.scoring import draw_flocks, objective_of, verify
 from flockesc_env.taskset.task import VERSION, Task, read_tasks, tasks
 from studies.findings.report import rows_of, tasks_table
-from studies.scoreboard.board import BOARD, load_board
+from studies.scoreboard.board import ABLATIONS, BOARD, folder_of, load_board
 from studies.scoreboard.report import entries_of, report
 
 ROOT = Path(flockesc_env.__file__).parents[1]
@@ -123,7 +123,11 @@ def test_the_tasks_are_frozen() -> None:
     )
 
 
-FILES = [path.relative_to(ROOT).as_posix() for path in sorted((ROOT / BOARD).rglob("*.json"))]
+FILES = [
+    path.relative_to(ROOT).as_posix()
+    for folder in (BOARD, ABLATIONS)
+    for path in sorted((ROOT / folder).rglob("*.json"))
+]
 NUM_FLOCKS = 1
 """`flockesc verify FILE` plays all 1,000 flocks."""
 
@@ -132,16 +136,17 @@ NUM_FLOCKS = 1
 def test_a_result_verifies_and_its_folder_has_no_other_policies(file: str) -> None:
     result = read_result(ROOT / file)
     assert not result.is_code
-    assert file == f"{BOARD}/{result.learner}/{result.task}.json"
+    assert file == f"{folder_of(result.learner, tasks[result.task])}/{result.task}.json"
     if result.learner != "random":  # its numbers depend on all flocks before
         verify(ROOT / file, flocks=draw_flocks(NUM_FLOCKS, 0))
 
 
 def test_every_policy_file_has_a_result() -> None:
-    for entrant in load_board(ROOT / BOARD):
-        named = {policy.policy for result in entrant.results.values() for policy in result.policies}
-        files = (ROOT / BOARD / entrant.name).rglob("*.npz")
-        assert {f"policies/{file.name}" for file in files} <= named, entrant.name
+    for folder in (*(ROOT / BOARD).iterdir(), *(ROOT / ABLATIONS).iterdir()):
+        results = [read_result(file) for file in folder.glob("*.json")]
+        named = {policy.policy for result in results for policy in result.policies}
+        files = folder.rglob("*.npz")
+        assert {f"policies/{file.name}" for file in files} <= named, folder
 
 
 def test_the_report_and_the_readme_follow_from_the_results() -> None:
