@@ -49,7 +49,8 @@ class Document:
 
     def _given(self) -> dict[str, Any]:
         """Return the document of the fields as they were given to the constructor."""
-        return {name: _to_plain(hint, getattr(self, name), name) for name, hint in _hints(type(self)).items()}
+        cls: Any = type(self)
+        return {name: _to_plain(hint, getattr(self, name), name) for name, hint in _hints(cls).items()}
 
     def _set(self, document: str) -> Self:
         """Set every field from a document that the core has checked; lists become tuples."""

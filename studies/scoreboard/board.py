@@ -177,7 +177,7 @@ def _trained(trained: Mapping[Key, Arrays]) -> Iterator[_Unscored]:
 
 
 def _distinct(runs: Mapping[int, Arrays]) -> dict[int, Arrays]:
-    """Return the runs of a learner by seed, one of those with equal parameters, in which alone they differ."""
+    """Return the runs of a learner by seed; of those with equal parameters, the first one."""
     distinct: dict[bytes, int] = {}
     for seed, run in runs.items():
         policy: Any = parse_policy(run["policy"].tobytes(), Path(f"{seed}.npz"))
