@@ -126,8 +126,7 @@ class ScenarioFlags:
 
 def described(scenario: Scenario) -> dict[str, Any]:
     """Return what a JSON document says about a scenario: its model, ``flock`` or ``line``, and its fields."""
-    model = next(name for name, model in MODELS.items() if isinstance(scenario, model))
-    return {"model": model, "scenario": json.loads(scenario.to_json())}
+    return {"model": scenario.model, "scenario": json.loads(scenario.to_json())}
 
 
 def similar_field(flags: Sequence[str], known: Collection[str]) -> str | None:

@@ -15,13 +15,12 @@ from flockesc_env.cli.flags import EXPECTED, Json, Threads, described, optional,
 from flockesc_env.cli.output import Exit, check_folder, check_output, note, saving, show, show_json, table
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
-from flockesc_env.episodes.options import to_plain
-from flockesc_env.taskset.definition import FLOCKS, VERSION
+from flockesc_env.scenario.options import to_plain
 from flockesc_env.taskset.results import SUFFIX, UNVERIFIED, Result, Training, check_learner, write_result
 from flockesc_env.taskset.scoring import LoadedPolicy, draw_flocks
 from flockesc_env.taskset.scoring import score as play_all
 from flockesc_env.taskset.scoring import verify as play_again
-from flockesc_env.taskset.task import tasks
+from flockesc_env.taskset.task import FLOCKS, VERSION, tasks
 
 MODEL = "PPO:FILE.zip (a model of stable-baselines3)"
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
@@ -56,8 +55,14 @@ def run(*, json: Json = False) -> Exit:
     head = ["task", "range per", "J", "samples", "scored in", "score 0", "score 1", "reference", "rule"]
     rows = [
         [
-            *(task.name, task.actor, task.spec.symbol, f"{task.samples:,}", name),
-            *(task.spec.text(scale.zero), task.spec.text(scale.one), scale.reference),
+            task.name,
+            task.actor,
+            task.spec.symbol,
+            f"{task.samples:,}",
+            name,
+            task.spec.text(scale.zero),
+            task.spec.text(scale.one),
+            scale.reference,
             f"{task.shortcut.policy} {task.shortcut.score:.3f}",
         ]
         for task in tasks.values()

@@ -24,7 +24,6 @@ from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, survives_interrupts
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, Observations
-from flockesc_env.episodes.options import View
 from flockesc_env.episodes.starts import Scenarios, as_scenarios, consecutive_seeds
 from flockesc_env.scenario.flock import FlockScenario
 
@@ -80,16 +79,18 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         mode = autoreset_mode.value if isinstance(autoreset_mode, AutoresetMode) else autoreset_mode
         modes = [known.value for known in AutoresetMode]
         self.autoreset_mode = AutoresetMode(as_choice(mode, "autoreset_mode", modes))
-        given, view = as_scenarios(scenario), View.of(per_agent)
+        given = as_scenarios(scenario)
         scenarios = [given] if isinstance(given, FlockScenario) else given
-        rows = scenarios[0].num_agents if view.is_per_agent else 1
+        rows = scenarios[0].num_agents if as_flag(per_agent, "per_agent") else 1
         slots = len(scenarios) * rows
         if num_envs is not None:
             slots = as_count(num_envs, "num_envs", most=MAX_FLOCKS * rows)
         if slots % rows:
             raise InputError("num_envs", f"a multiple of scenario.num_agents = {rows}", slots)
-        super().__init__(given, arguments, num_flocks=slots // rows, view=view)
-        self._limit = self._as_limit(max_episode_steps)
+        limit = None
+        if max_episode_steps is not None and as_integer(max_episode_steps, "max_episode_steps") != -1:
+            limit = as_count(max_episode_steps, "max_episode_steps")
+        super().__init__(given, arguments, num_flocks=slots // rows, per_agent=per_agent, max_actions=limit)
         self.num_envs = slots
         self.single_observation_space = self.policy_spec.layout.space()
         self.single_action_space = self.policy_spec.actions.space()
@@ -154,7 +155,7 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
             ResetNeededError: if called before ``reset``, or after the end of an episode if autoreset is
                 disabled.
         """
-        step = _autoreset.step(self._batch, actions, self.autoreset_mode, self._out, self._limit)
+        step = _autoreset.step(self._batch, actions, self.autoreset_mode, self._out)
         columns = self._columns(step.columns, step.ranges, step.active)
         infos = self._infos(columns, np.ones(self.num_envs, np.bool))
         if step.ending is not None:
@@ -171,17 +172,9 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         """Close the window if one is open."""
         ManyFlocks.close(self)
 
-    def _as_limit(self, max_episode_steps: Any) -> int | None:
-        """Return the largest number of actions of an episode; ``None``: no episode reaches it."""
-        if max_episode_steps is None or as_integer(max_episode_steps, "max_episode_steps") == -1:
-            return None
-        actions = as_count(max_episode_steps, "max_episode_steps")
-        # `TimeLimit` also truncates an episode that terminates in its last action.
-        can_terminate = any(scenario.capture_radius is not None for scenario in self.scenarios)
-        return actions if actions < super()._num_actions() + can_terminate else None
-
     def _num_actions(self) -> int:
-        return super()._num_actions() if self._limit is None else self._limit
+        actions, limit = super()._num_actions(), self._batch.max_actions
+        return actions if limit is None else min(actions, limit)
 
     def _add_final(self, columns: Columns, ending: _autoreset.Ending, infos: dict[str, Any]) -> None:
         """Add ``final_obs`` and ``final_info`` of ended episodes. Other infos describe the new episodes."""

@@ -14,7 +14,6 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import data_frame
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.starts import fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -93,7 +92,7 @@ class Trajectory(Displayed):
             "seed": self.seed,
             **{
                 spec.name: float(getattr(self, spec.series).min())
-                for spec in FLOCK_OBJECTIVES.values()
+                for spec in self.scenario.objectives.values()
                 if spec.is_defined_in(self.scenario)
             },
         }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, replace
@@ -19,7 +20,6 @@ from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_choice, as_flag, as_path, as_text, parse_number
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.common.files import suffix_of
-from flockesc_env.episodes.options import PROFILE_RANGES, UNOBSERVED, to_plain
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.models.records import versions
@@ -30,13 +30,13 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.document import from_fields
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.presets import MODELS
+from flockesc_env.scenario.options import PROFILE_RANGES, UNOBSERVED, to_plain
+from flockesc_env.scenario.presets import MODELS, Scenario
 
 SUFFIX = ".npz"
 POLICY_FILE = "policy.npz"
 """Name of the policy file in the folder of a training run."""
 
-_SHORT_LINE = 1000
 _SENSING = "predator_sensing_range"  # infinity is null in the file
 _HEADER = {"name", "model", "scenario", "per_agent", "options", "architecture"}
 
@@ -109,7 +109,9 @@ def find_policy(policy: Any, argument: str) -> BasePolicy:
             raise InputError(argument, expected, shown(spec))
     if spec in _BUILT_IN:
         make, options = _BUILT_IN[spec]
-        return make().with_options(name=spec, **options)
+        rule = make()
+        rule.name, rule.options = spec, {**options} or None
+        return rule
     file = policy_file(spec)
     if file is None:
         raise InputError(argument, EXPECTED, shown_name(spec, [*NAMES, *trained()]))
@@ -143,8 +145,8 @@ class GivenPolicy(BasePolicy):
         self.policy = policy
         self.name = type(policy).__name__
         own = {name: getattr(policy, name, None) for name in ("name", "per_agent", "scenario")}
-        vars(self).update(vars(self.with_options(**own, **getattr(policy, "options", None) or {})))
-        self.options = getattr(policy, "options", None)
+        options = getattr(policy, "options", None) or {}
+        vars(self).update(vars(self.with_options(**own, **options)))
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the actions of the user's object."""
@@ -224,11 +226,11 @@ def save_policy(policy: BasePolicy, path: str | Path) -> None:
         kinds = f"a NetworkPolicy, {', '.join(_RULES)}"
         ways = "policy.with_options(per_agent=.., scenario=.., **options) adds them"
         raise InputError("policy", f"{kinds} with its view and scenario ({ways})", shown(policy))
-    given, options = policy.options or {}, asdict(policy.policy_spec.options)
-    kept = {name: options[name] for name in options if name in given or name not in UNOBSERVED}
+    options = policy.options or asdict(policy.policy_spec.options)
+    kept = {name: value for name, value in options.items() if policy.options or name not in UNOBSERVED}
     header = {
         "name": policy.name,
-        "model": "line" if isinstance(scenario, LineScenario) else "flock",
+        "model": scenario.model,
         "scenario": json.loads(scenario.to_json()),
         "per_agent": per_agent,
         "options": to_plain(kept),
@@ -260,10 +262,6 @@ def _stored_policy(header: dict[str, Any], parameters: Any) -> BasePolicy:
     if options.get(_SENSING, 0.0) is None:
         options[_SENSING] = math.inf
     scenario = from_fields(MODELS[as_choice(header["model"], "model", MODELS)], header["scenario"])
-    short = scenario
-    if isinstance(scenario, LineScenario):  # a long one has gigabytes of entries, of the same kinds
-        short = scenario.replace(num_agents=min(scenario.num_agents, _SHORT_LINE))
-    spec = policy_spec(short, options, per_agent=per_agent)
     chosen = {"criterion": header["criterion"]} if "criterion" in header else {}
     architecture: dict[str, Any] | str = header["architecture"]
     policy: Stored
@@ -272,19 +270,26 @@ def _stored_policy(header: dict[str, Any], parameters: Any) -> BasePolicy:
     else:
         lists = {name: tuple(value) for name, value in architecture.items() if isinstance(value, list)}
         policy = NetworkPolicy(Architecture(**{**architecture, **lists}), parameters)
-        _check_action(policy, spec, scenario.num_agents)
+        _check_inputs(policy, scenario, options, per_agent)
     return policy.with_options(name=name, per_agent=per_agent, scenario=scenario, **options)
 
 
-def _check_action(policy: NetworkPolicy, spec: PolicySpec, num_agents: int) -> None:
-    """Check that a network can act, for example that its inputs are observed."""
-    known = set(spec.layout.names)
+def _check_inputs(policy: NetworkPolicy, scenario: Scenario, options: Any, per_agent: bool) -> None:
+    """Check that a network can act, for example that its inputs are observed.
 
-    def shortened(name: str) -> str:
-        rank = name.removeprefix("offset_")
-        is_far = "offset_0" in known and rank.isdecimal() and _SHORT_LINE <= int(rank) < num_agents
-        return "offset_0" if is_far and name == f"offset_{int(rank)}" else name
+    A line of n agents has the entries offset_0 to offset_(n - 1), which can take gigabytes. The network acts
+    on a line of one agent instead, where each of these names stands for offset_0.
+    """
+    if isinstance(scenario, LineScenario):
+        last = scenario.num_agents - 1
+        scenario = scenario.replace(num_agents=1)
+        inputs = tuple("offset_0" if _is_offset(name, last) else name for name in policy.architecture.inputs)
+        policy = NetworkPolicy(replace(policy.architecture, inputs=inputs), policy.parameters)
+    spec = policy_spec(scenario, scenario.env_options(options), per_agent=per_agent)
+    policy.act(np.zeros((1, len(spec.layout.names)), np.float32), spec)
 
-    inputs = tuple(map(shortened, policy.architecture.inputs))
-    architecture = replace(policy.architecture, inputs=inputs)
-    NetworkPolicy(architecture, policy.parameters).act(np.zeros((1, len(known)), np.float32), spec)
+
+def _is_offset(name: str, last: int) -> bool:
+    """Return whether a name is one of offset_0 to offset_``last``."""
+    found = re.fullmatch(r"offset_(0|[1-9]\d*)", name, re.ASCII)
+    return found is not None and int(found[1]) <= last

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Sequence
-from dataclasses import asdict
 from functools import partial
 from io import BytesIO
 from pathlib import Path
@@ -25,11 +24,9 @@ from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, Registered, survives_interrupts
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.batch import Columns, info_dicts
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.episodes.options import View
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.episodes.starts import Scenarios, consecutive_seeds, fresh_seed
-from flockesc_env.policies.playing import play
+from flockesc_env.policies.rollout import play
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.policies.setup import setup
 from flockesc_env.scenario.line import LineScenario
@@ -84,7 +81,7 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         infos: Infos = "all",
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        super().__init__(scenario, arguments, num_flocks=num_flocks, view=View.of(per_agent))
+        super().__init__(scenario, arguments, num_flocks=num_flocks, per_agent=per_agent)
         self._infos: Infos = as_choice(infos, "infos", get_args(Infos))
         self._actions: NDArray[Any] | None = None
         metadata, slots = self.metadata, self._batch.num_flocks * self._batch.rows
@@ -232,17 +229,14 @@ class FlockEvalCallback(BaseCallback):
 
     def _on_training_start(self) -> None:
         env: Any = self.training_env.unwrapped
-        self._given: dict[str, Any] = {}
         if isinstance(env, DummyVecEnv) and all(isinstance(one.unwrapped, LineEscapeEnv) for one in env.envs):
             env = env.envs[0].unwrapped
-            self._scenarios, self._objective = [env.scenario], "escape_distance"
+            self._scenarios, self._objective, self._predator_policy = [env.scenario], "escape_distance", None
         elif isinstance(env, BatchVecEnv):
-            self._given |= {"per_agent": env.policy_spec.per_agent, "predator_policy": env.predator_policy}
-            self._scenarios = [*dict.fromkeys(env.scenarios)]
-            self._objective = FLOCK_OBJECTIVES[env.options.objective].name
+            self._scenarios, self._predator_policy = [*dict.fromkeys(env.scenarios)], env.predator_policy
+            self._objective = env.options.objective
         else:
             raise InputError("model.env", "an environment of Task.vec_env", shown(self.training_env))
-        self._given |= asdict(env.options)
         self._evaluate()
 
     def _on_step(self) -> bool:
@@ -255,8 +249,8 @@ class FlockEvalCallback(BaseCallback):
 
     def _evaluate(self) -> None:
         policy, seeds = SB3Policy(self.model), TUNING[: self.num_flocks]
-        setups = [setup(policy, scenario, **self._given) for scenario in self._scenarios]
-        objectives = [play(one, seeds)[self._objective] for one in setups]
+        entries = [setup(policy, one, predator_policy=self._predator_policy) for one in self._scenarios]
+        objectives = [play(entry, seeds)[self._objective] for entry in entries]
         objective = float(np.mean(objectives))
         self.num_episodes += np.size(objectives)
         self.history.append((self.num_timesteps, objective))

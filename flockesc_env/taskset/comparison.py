@@ -5,16 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from flockesc_env.common import stats
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.extras import data_frame
 from flockesc_env.common.files import write_text
+from flockesc_env.common.progress import progress_bar
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.models.sweep import FLOCK_RANGES, LINE_RANGES, FlockSweepResult, LineSweepResult
-from flockesc_env.scenario.line import LineScenario
-from flockesc_env.taskset.definition import TaskDefinition
+from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, sweep
+from flockesc_env.policies.rollout import play
+from flockesc_env.policies.setup import Setup
+from flockesc_env.scenario.objectives import ObjectiveSpec
 
 if TYPE_CHECKING:
     import polars as pl
@@ -44,21 +48,25 @@ class Comparison:
     """The objectives of policies on the same flocks; see ``Task.compare``. Printing it is the table.
 
     Attributes:
-        task: the task.
+        task: name of the task.
         scenario: name of the scenario.
+        spec: the objective.
+        rule: name of the task's rule, the best policy without training.
         search: the grid search over fixed ranges on these flocks.
         values: objective of every flock, shape (flocks,), by policy; the best fixed range is first.
     """
 
-    task: TaskDefinition
+    task: str
     scenario: str
+    spec: ObjectiveSpec
+    rule: str
     search: FlockSweepResult | LineSweepResult
     values: Mapping[str, FloatArray]
 
     @property
     def rows(self) -> dict[str, ComparisonRow]:
         """The rows of the table with 95 % intervals over flocks, by policy."""
-        fixed, rule = next(iter(self.values.values())), self.values[self.task.shortcut.policy]
+        fixed, rule = next(iter(self.values.values())), self.values[self.rule]
         return {
             name: ComparisonRow(
                 stats.mean(values),
@@ -81,9 +89,9 @@ class Comparison:
         write_table(self.to_polars(), folder / "episodes.parquet")
 
     def __str__(self) -> str:
-        spec, rule = self.task.spec, self.task.shortcut.policy
+        spec, rule = self.spec, self.rule
         lines = [
-            f"{spec.with_unit(spec.symbol)} of the task {self.task.name} on {len(self.search.seeds)} held-out"
+            f"{spec.with_unit(spec.symbol)} of the task {self.task} on {len(self.search.seeds)} held-out"
             f" {spec.model}s in {self.scenario}; 95 % intervals: t, Wilson for shares.",
             "Differences to the best fixed range are paired. The range was chosen on other seeds.",
             "",
@@ -100,6 +108,18 @@ class Comparison:
     __repr__ = __str__
 
 
-def grid_of(task: TaskDefinition) -> tuple[float, ...]:
-    """Return the fixed ranges among which the best one of a task is chosen."""
-    return LINE_RANGES if isinstance(task.scenario, LineScenario) else FLOCK_RANGES
+def play_all(
+    entries: Mapping[str, Setup], best: float, spec: ObjectiveSpec, seeds: range
+) -> tuple[FlockSweepResult | LineSweepResult, dict[str, FloatArray]]:
+    """Play policies and fixed ranges in the scenario of the first policy; see ``Comparison``."""
+    first = next(iter(entries.values()))
+    ranges = np.union1d(first.scenario.search_ranges, best)
+    with progress_bar("Fixed ranges", ranges.size * len(seeds)) as report:
+        search: Any = sweep(first.scenario, ranges, seeds, num_threads=first.num_threads, progress=report)
+    fixed = f"best fixed range ({best:g}{spec.unit and ' m'})"
+    values = {fixed: spec.values(search)[ranges.searchsorted(best)]}
+    values[ORACLE] = search.hindsight_oracle(spec.name)
+    for name, entry in entries.items():
+        with progress_bar(f"Policy {name}", len(seeds)) as report:
+            values[name] = play(entry, seeds, progress=report)[spec.name]
+    return search, values

@@ -19,8 +19,7 @@ from flockesc_env.common.errors import InputError, errors_at, shown, shown_name
 from flockesc_env.common.files import suffix_of, write_text
 from flockesc_env.policies.registry import NAMES, trained
 from flockesc_env.policies.registry import SUFFIX as POLICY_SUFFIX
-from flockesc_env.taskset.definition import FLOCKS, VERSION
-from flockesc_env.taskset.task import Task, tasks
+from flockesc_env.taskset.task import FLOCKS, VERSION, Task, tasks
 
 SUFFIX: Final = ".json"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -15,12 +16,12 @@ from flockesc_env.common.errors import InputError, errors_at, shown
 from flockesc_env.models.records import versions
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import load_policy, parse_policy, policy_file, trained
-from flockesc_env.policies.rollout import rollout
+from flockesc_env.policies.rollout import play
 from flockesc_env.policies.rules import RandomRange
+from flockesc_env.policies.setup import Setup
 from flockesc_env.taskset import results
-from flockesc_env.taskset.definition import FLOCKS, VERSION
-from flockesc_env.taskset.fitting import fitted, is_checkable
-from flockesc_env.taskset.task import Task, tasks
+from flockesc_env.taskset.fitting import is_checkable
+from flockesc_env.taskset.task import FLOCKS, VERSION, Task, tasks
 
 _SHOWN: Final = 3
 """Flocks that the error about a difference names."""
@@ -62,9 +63,9 @@ class LoadedPolicy(NamedTuple):
         return cls(str(file), found, parse_policy(raw, file))
 
 
-def play(policy: BasePolicy, task: Task, scenario: str, flocks: Sequence[int]) -> FloatArray:
-    """Play a policy of ``fitted`` in a scenario of a task; return the objective, shape (flocks,)."""
-    return task.spec.values(rollout(task.scenarios[scenario], policy, flocks))
+def objective_of(entry: Setup, task: Task, scenario: str, flocks: Sequence[int]) -> FloatArray:
+    """Play a policy of ``Task.setup`` in a scenario of the task; return the objective, shape (flocks,)."""
+    return play(replace(entry, scenario=task.scenarios[scenario]), flocks)[task.spec.name]
 
 
 def score(
@@ -94,15 +95,15 @@ def score(
     for spec, sha256, policy in policies:
         source = Path(os.path.relpath(files[spec], folder)).as_posix() if spec in files else spec
         with errors_at(f"{spec}: "):
-            fitting.append((source, fitted(policy, task)))
+            fitting.append((source, task.setup(policy)))
             if output is not None:
                 if spec in files and not results.is_below(source):
                     raise InputError("policy", _below(files.values(), output), shown(source))
                 results.check_source(source, sha256)
     found: list[results.PolicyResult] = []
-    for (spec, sha256, _), (source, policy) in zip(policies, fitting, strict=True):
+    for (spec, sha256, _), (source, entry) in zip(policies, fitting, strict=True):
         report(spec)
-        objectives = {name: play(policy, task, name, FLOCKS).tolist() for name in task.scales}
+        objectives = {name: objective_of(entry, task, name, FLOCKS).tolist() for name in task.scales}
         found.append(results.PolicyResult(policy=source, sha256=sha256, objectives=objectives))
         results.check_different(found, task)
     return results.Result(
@@ -154,14 +155,14 @@ def verify(
     found = []
     for index, policy in enumerate(result.policies):
         with errors_at(f"{path}: policies[{index}]: "):
-            found.append(fitted(_find(policy, path.parent), task))
-    for index, (policy, playing) in enumerate(zip(result.policies, found, strict=True)):
+            found.append(task.setup(_find(policy, path.parent)))
+    for index, (policy, entry) in enumerate(zip(result.policies, found, strict=True)):
         report(policy.policy)
         for name, recorded in policy.objectives.items():
-            if isinstance(playing, RandomRange):  # its numbers depend on all flocks before
-                played = play(playing, task, name, FLOCKS)[drawn]
+            if isinstance(entry.policy, RandomRange):  # its numbers depend on all flocks before
+                played = objective_of(entry, task, name, FLOCKS)[drawn]
             else:
-                played = play(playing, task, name, seeds)
+                played = objective_of(entry, task, name, seeds)
             given = np.array(recorded)[drawn]
             differs = np.flatnonzero(played.view(np.int64) != given.view(np.int64))
             if len(differs):

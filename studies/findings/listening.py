@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -43,23 +43,23 @@ def listen(policy: bytes, flocks: range) -> Arrays:
         in m (edges ``distances``), where it is sensed; NaN in cells without agents.
     """
     entry = policy_of(policy)
-    layout, seen, ranges = watch(entry, flocks)
-    scenario = entry.scenario
+    watched = watch(entry, flocks)
+    ranges, scenario = watched.ranges, entry.scenario
     assert isinstance(scenario, FlockScenario)  # noqa: S101, only flocks have agents that sense a predator
-    sensed = seen[..., layout.index("predator_sensed")] > 0
-    share = seen[..., layout.index("predator_distance")].astype(np.float64)
-    distance = scenario.initial_side * share / (1 - share)
-    cosine = -seen[..., layout.index("predator_direction_ahead")]
-    edges = np.linspace(-1, 1, 21), np.linspace(0, np.quantile(distance[sensed], 0.98), 25)
-    sums, _, _ = np.histogram2d(cosine[sensed], distance[sensed], edges, weights=ranges[sensed])
-    counts, _, _ = np.histogram2d(cosine[sensed], distance[sensed], edges)
+    is_sensed = watched.entry("predator_sensed") > 0
+    scaled = watched.entry("predator_distance")[is_sensed]
+    distance = scenario.initial_side * scaled / (1 - scaled)
+    cosine = -watched.entry("predator_direction_ahead")[is_sensed]
+    cosines, distances = np.linspace(-1, 1, 21), np.linspace(0, np.quantile(distance, 0.98), 25)
+    sums, _, _ = np.histogram2d(cosine, distance, (cosines, distances), weights=ranges[is_sensed])
+    counts, _, _ = np.histogram2d(cosine, distance, (cosines, distances))
     return {
         "times": np.arange(len(ranges)) * entry.policy_spec.options.steps_per_action * scenario.time_step,
         "quantiles": np.quantile(ranges, _QUANTILES, axis=1),
         "silent": (ranges < SILENT).mean(axis=1),
         "range_by_place": np.where(counts > 0, sums / np.maximum(counts, 1), np.nan),
-        "cosines": edges[0],
-        "distances": edges[1],
+        "cosines": cosines,
+        "distances": distances,
     }
 
 
@@ -75,16 +75,21 @@ def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output:
         write_npz(output / f"{name}.npz", kept)
 
 
-def silence(file: Path) -> tuple[float, float]:
+class Silence(NamedTuple):
+    """Mean range in m of agents that head toward the predator, and the share of actions without listening."""
+
+    range_toward: float
+    silent: float
+
+
+def silence(file: Path) -> Silence:
     """Return who listens, of agents that see the predator.
 
-    Returns:
-        Mean range in m of agents that head more than 120 degrees off the direction away from the predator,
-        over the cells of the figure; share of all actions by which agents listen to nobody.
+    Agents toward it head more than 120 degrees off the direction away from it, over the cells of the figure.
     """
     kept = read_npz(file, "ranges")
     toward = kept["range_by_place"][kept["cosines"][1:] <= -0.5 + 1e-9]
-    return float(np.nanmean(toward)), float(kept["silent"].mean())
+    return Silence(float(np.nanmean(toward)), float(kept["silent"].mean()))
 
 
 def figure(file: Path, *, by_place: bool) -> Figure:
@@ -99,7 +104,8 @@ def figure(file: Path, *, by_place: bool) -> Figure:
         axes.set(xlabel="distance to the predator (m)", ylabel="heading relative to the predator")
         axes.set_yticks(_HEADINGS, ["toward it", "120° off", "90° off", "60° off", "away from it"])
         return figure
-    times, (low, _, median, _, high) = kept["times"], kept["quantiles"]
+    times = kept["times"]
+    low, _, median, _, high = kept["quantiles"]
     edges = np.append(times, 2 * times[-1] - times[-2])
     axes.stairs(high, edges, baseline=low, fill=True, color=LIGHT.learned, alpha=0.2, lw=0)
     axes.stairs(median, edges, baseline=None, color=LIGHT.learned, lw=2)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, load_policy
 from flockesc_env.common.array_files import read_npz, write_npz
+from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BasePolicy
@@ -58,15 +59,21 @@ def follow(policy: bytes) -> Arrays:
         (actions, candidates), NaN where the agent would hear nobody; ``chosen``, its ranges in m.
     """
     runs = {"blind": _run(policy_of(policy)), "informed": _run(load_policy("turn-away"), CANDIDATES[-1])}
-    own = runs["blind"]["own"]
-    arrival = np.where((own < _AHEAD).any(axis=0), (own < _AHEAD).argmax(axis=0), len(own))
-    agents = np.flatnonzero(own[0] > 120)
-    agent = agents[np.argsort(arrival[agents], kind="stable")[len(agents) // 2]]
+    agent = _median_agent(runs["blind"]["own"])
     return {
         f"{name}_{part}": values if part == "times" else values[:, agent]
         for name, run in runs.items()
         for part, values in run.items()
     }
+
+
+def _median_agent(own: FloatArray) -> int:
+    """Return the agent of ``follow`` from all agents' angles in degrees, shape (actions, agents)."""
+    escapes = own < _AHEAD
+    arrival = np.where(escapes.any(axis=0), escapes.argmax(axis=0), len(own))
+    agents = np.flatnonzero(own[0] > 120)
+    by_arrival = agents[np.argsort(arrival[agents], kind="stable")]
+    return int(by_arrival[len(agents) // 2])
 
 
 def _run(policy: BasePolicy, max_range: float | None = None) -> dict[str, NDArray[Any]]:
@@ -76,25 +83,22 @@ def _run(policy: BasePolicy, max_range: float | None = None) -> dict[str, NDArra
     longest = max_range or known.max_range
     profile = [rho for rho in CANDIDATES if rho <= longest]
     seeing: dict[str, Any] = {"max_range": longest, "profile_ranges": profile, "extra_entries": extra}
-    layout, seen, ranges = watch(
-        policy.with_options(scenario=FlockScenario(), **seeing), first_seeds(HELD_OUT, 1)
-    )
-
-    def column(name: str) -> NDArray[np.float64]:
-        return seen[:, :, layout.index(name)].astype(np.float64)
-
-    heard = np.full((*seen.shape[:2], len(CANDIDATES)), np.nan)
+    scenario = FlockScenario()
+    watched = watch(policy.with_options(scenario=scenario, **seeing), first_seeds(HELD_OUT, 1))
+    heard = np.full((*watched.ranges.shape, len(CANDIDATES)), np.nan)
     for k, rho in enumerate(profile):
-        hears = (column(f"profile_{k}_neighbor_count") > 0) | (rho == 0)
-        heard[..., k] = np.where(hears, _degrees(column(f"profile_{k}_escape_cosine")), np.nan)
-    step = known.steps_per_action * FlockScenario().time_step
-    own = _degrees(column("escape_direction_ahead"))
-    times = np.arange(len(own)) * step
-    return {"times": times, "own": own, "heard": heard, "chosen": ranges}
+        hears = (watched.entry(f"profile_{k}_neighbor_count") > 0) | (rho == 0)
+        heard[..., k] = np.where(hears, _degrees(watched.entry(f"profile_{k}_escape_cosine")), np.nan)
+    return {
+        "times": np.arange(len(watched.ranges)) * (known.steps_per_action * scenario.time_step),
+        "own": _degrees(watched.entry("escape_direction_ahead")),
+        "heard": heard,
+        "chosen": watched.ranges,
+    }
 
 
-def _degrees(cosines: NDArray[np.float64]) -> NDArray[np.float64]:
-    angles: NDArray[np.float64] = np.degrees(np.arccos(np.clip(cosines, -1, 1)))
+def _degrees(cosines: FloatArray) -> FloatArray:
+    angles: FloatArray = np.degrees(np.arccos(np.clip(cosines, -1, 1)))
     return angles
 
 
@@ -121,14 +125,15 @@ def figure(file: Path) -> Figure:
     """Draw the agent's heading, and below what it would hear under each range and the ranges that it sets."""
     kept = read_npz(file, "headings")
     figure, panels = subplots(4.2, 2, 2, sharex=True, sharey="row", height_ratios=(2, 3))
-    for (heading, choice), (name, title) in zip(panels.T, _TITLES.items(), strict=True):
+    for column, (name, title) in enumerate(_TITLES.items()):
+        heading, choice = panels[:, column]
         times = kept[f"{name}_times"]
         heading.plot(times, kept[f"{name}_own"], "o-", color=LIGHT.learned, lw=2, ms=3)
         heading.axhline(0, color=LIGHT.muted, lw=0.8)
         heading.set(ylim=(-8, 188), yticks=(0, 90, 180), title=title)
         edges, rows = np.append(times, times[-1] + times[1]), np.arange(len(CANDIDATES) + 1) - 0.5
-        heard, colors = kept[f"{name}_heard"].T, RANGES.reversed()
-        mesh = choice.pcolormesh(edges, rows, heard, cmap=colors, vmin=0, vmax=180)
+        heard = kept[f"{name}_heard"].swapaxes(0, 1)
+        mesh = choice.pcolormesh(edges, rows, heard, cmap=RANGES.reversed(), vmin=0, vmax=180)
         places = np.interp(kept[f"{name}_chosen"], CANDIDATES, range(len(CANDIDATES)))
         choice.plot(times + times[1] / 2, places, "o", mfc=LIGHT.page, mec=LIGHT.ink, ms=4.5, mew=0.8)
         names = ["0: fly straight", *(f"{rho:g} m" for rho in CANDIDATES[1:])]

@@ -28,12 +28,9 @@ from studies.study import Study, template
 FIGURES: Final = "figures"
 OUTCOMES: Final = ("loss", "tie", "win")
 
-RULE, SEARCHED, NETWORK, REINFORCEMENT = KINDS = (
-    "untrained rule",
-    "searched rule",
-    "network",
-    "reinforcement learning",
-)
+RULE, SEARCHED, NETWORK = "untrained rule", "searched rule", "network"
+REINFORCEMENT: Final = "reinforcement learning"
+KINDS: Final = (RULE, SEARCHED, NETWORK, REINFORCEMENT)
 
 
 @dataclass(frozen=True)
@@ -47,7 +44,7 @@ class Row:
     def learned(self) -> Entry:
         """The better one of network and reinforcement learning."""
         found = [self.best[kind] for kind in (NETWORK, REINFORCEMENT) if kind in self.best]
-        return max(found, key=lambda entry: entry.row.score.mean)
+        return max(found, key=lambda entry: entry.score.mean)
 
     @property
     def gain(self) -> Estimate:
@@ -80,7 +77,7 @@ def rows_of(entries: dict[str, list[Entry]]) -> list[Row]:
             best.setdefault(kind_of(entry), entry)
         found.append(Row(tasks[name], best))
     # Differences of scores compare tasks.
-    return sorted(found, key=lambda row: row.learned.row.score.mean - row.best[RULE].row.score.mean)
+    return sorted(found, key=lambda row: row.learned.score.mean - row.best[RULE].score.mean)
 
 
 def tasks_table(rows: Sequence[Row]) -> str:
@@ -145,11 +142,11 @@ def figures(results: Findings) -> dict[str, Figure]:
 
 def report(results: Findings) -> str:
     """Return the report as Markdown."""
-    starts, transfer = (
-        losses.gains(results.output / file) for file in (losses.STARTS_FILE, losses.TRANSFER_FILE)
-    )
+    starts = losses.gains(results.output / losses.STARTS_FILE)
+    transfer = losses.gains(results.output / losses.TRANSFER_FILE)
     every, by_task = {**starts, **transfer}, {one.task.name: one for one in results.headlines}
-    lost = sorted((gain.mean, key) for key, (gain, _) in every.items() if outcome(gain) == "loss")
+    lost = [key for key, gain in every.items() if outcome(gain.over_fixed) == "loss"]
+    lost.sort(key=lambda key: (every[key].over_fixed.mean, key))
     rows = rows_of(results.entries)
     return template("findings/templates/findings.md").render(
         rows=rows,
@@ -161,8 +158,8 @@ def report(results: Findings) -> str:
         tuning_flocks=headlines.TUNING_FLOCKS,
         starts=starts,
         every=every,
-        lost=[key for _, key in lost],
-        longer=sum(every[key][1] > by_task[key[0]].max_range for _, key in lost),
+        lost=lost,
+        longer=sum(every[task, name].best_fixed_range > by_task[task].max_range for task, name in lost),
         counts=_counts(transfer),
         values=values,
         random_polarization=math.sqrt(math.pi / (4 * FlockScenario().num_agents)),
@@ -176,14 +173,16 @@ def report(results: Findings) -> str:
     )
 
 
-def _counts(found: Mapping[tuple[str, str], tuple[Estimate, float]]) -> list[dict[str, Any]]:
+def _counts(found: Mapping[tuple[str, str], losses.Gain]) -> list[dict[str, Any]]:
     """Return the numbers of losses, ties and wins by task, most losses first, and where it cannot run."""
-    tried, counts = dict.fromkeys(name for _, name in found), []
+    scenarios = dict.fromkeys(scenario for _, scenario in found)
+    rows = []
     for task in dict.fromkeys(task for task, _ in found):
-        kinds = Counter(outcome(gain) for (own, _), (gain, _) in found.items() if own == task)
-        missing = ", ".join(name for name in tried if (task, name) not in found)
-        counts.append({"task": task, "missing": missing, **{kind: kinds[kind] for kind in OUTCOMES}})
-    return sorted(counts, key=lambda row: -row["loss"])
+        own = {scenario: found[task, scenario] for scenario in scenarios if (task, scenario) in found}
+        outcomes = Counter(outcome(gain.over_fixed) for gain in own.values())
+        missing = ", ".join(scenario for scenario in scenarios if scenario not in own)
+        rows.append({"task": task, "missing": missing, **{kind: outcomes[kind] for kind in OUTCOMES}})
+    return sorted(rows, key=lambda row: -row["loss"])
 
 
 FINDINGS: Final = Study(

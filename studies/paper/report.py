@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -86,15 +85,6 @@ def measure(runner: Runner, output: Path, trials: Trials) -> None:
     )
     draw_figures(output, measured)
     write_text(output / RESULTS_FILE, document(results))
-
-
-def summary(results: PaperResults) -> list[str]:
-    """Return every claim with its verdict and key figure, and the numbers of the verdicts."""
-    lines = []
-    for row in results.claims:
-        lines += [f"{row.where}: {row.claim}", f"    {row.judgment.verdict}: {row.measured[0]}"]
-    counts = Counter(row.judgment.verdict for row in results.claims)
-    return [*lines, "; ".join(f"{verdict}: {number}" for verdict, number in counts.items())]
 
 
 def report(results: PaperResults) -> str:

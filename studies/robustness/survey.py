@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env.cli.output import note, table
+from flockesc_env.cli.output import note
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate, FloatArray, argmax, mean
 from flockesc_env.jobs import Arrays
@@ -159,17 +159,6 @@ def measure(runner: Runner, output: Path, num_flocks: int, names: Sequence[str] 
     command = f"python -m studies robustness --num-flocks {num_flocks}{chosen}"
     results = RobustnessResults(command, num_flocks, tuple(presets), records.versions("scipy"))
     write_text(output / RESULTS_FILE, document(results))
-
-
-def summary(results: RobustnessResults) -> list[str]:
-    """Return the lines of a text table of the outcomes for J_mean."""
-    head = ["preset", "best range", "J_mean (m)", "over 0 (m)", "over the longest (m)", "best range is"]
-    rows: list[list[str]] = []
-    for row in results.presets:
-        found = row.outcomes["J_mean"]
-        shown = found.min_mean_distance, found.gain_over_zero, found.gain_over_longest, found.finding
-        rows.append([row.name, f"{found.best:g} {row.grid.unit}", *map(str, shown)])
-    return table(head, rows)
 
 
 def figure(results: RobustnessResults) -> Figure:

@@ -10,13 +10,21 @@ from typing import Final
 
 import numpy as np
 
-from flockesc_env.common.stats import Estimate
+from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.taskset import Result, tasks
-from flockesc_env.taskset.definition import FLOCKS, VERSION
 from flockesc_env.taskset.statistics import difference
+from flockesc_env.taskset.task import FLOCKS, VERSION
 from studies.scoreboard import rewards
-from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, Entrant
-from studies.scoreboard.rows import Row, rows, scores_of, with_reference_error
+from studies.scoreboard.board import (
+    ABLATION,
+    ANY_RATE,
+    BOARD,
+    CHOOSING,
+    CONTROLLING,
+    Entrant,
+    load_ablations,
+)
+from studies.scoreboard.scores import score_of, scores_of, with_reference_error
 from studies.study import template
 
 RESULTS: Final = Path("results/scoreboard")
@@ -27,13 +35,15 @@ class Entry:
     """A row of a task's table: a learner or rule, its score, and its paired difference to the shortcut."""
 
     entrant: Entrant
-    row: Row
+    result: Result
+    score: Estimate
     over_shortcut: Estimate
 
     @property
-    def result(self) -> Result:
-        """The result."""
-        return self.row.result
+    def by_seed(self) -> FloatArray:
+        """The mean score of every training seed."""
+        by_seed: FloatArray = scores_of(self.result).mean(axis=1)
+        return by_seed
 
     @property
     def is_learned(self) -> bool:
@@ -48,19 +58,39 @@ class Entry:
 
 
 def entries_of(board: Sequence[Entrant]) -> dict[str, list[Entry]]:
-    """Return the rows of every task, the highest score first."""
-    by_name = {entrant.name: entrant for entrant in board}
-    found = rows([result for entrant in board for result in entrant.results.values()])
+    """Return the entries of every task, the highest score first."""
     entries: dict[str, list[Entry]] = {}
     for name, task in tasks.items():
-        (shortcut,) = (
-            row.result for row in found[name] if row.result.policies[0].policy == task.shortcut.policy
-        )
-        for row in found[name]:
-            over = difference(scores_of(row.result), scores_of(shortcut))
-            entry = Entry(by_name[row.result.learner], row, with_reference_error(over, task))
-            entries.setdefault(name, []).append(entry)
+        results = {entrant: entrant.results[name] for entrant in board if name in entrant.results}
+        (shortcut,) = (one for one in results.values() if one.policies[0].policy == task.shortcut.policy)
+        found = []
+        for entrant, result in results.items():
+            over = difference(scores_of(result), scores_of(shortcut))
+            found.append(Entry(entrant, result, score_of(result), with_reference_error(over, task)))
+        entries[name] = sorted(found, key=lambda entry: -entry.score.mean)
     return entries
+
+
+@dataclass(frozen=True)
+class Ablation:
+    """A change of one choice of ``ppo`` on a task: the scores with it and without it."""
+
+    task: str
+    change: str
+    changed: Estimate
+    unchanged: Estimate
+
+
+def ablations_of(results: Sequence[Result], entries: dict[str, list[Entry]]) -> list[Ablation]:
+    """Return the ablations of every task, the highest score first."""
+    found = []
+    for name, shown in entries.items():
+        (ppo,) = (entry for entry in shown if entry.result.learner == "ppo")
+        for result in (one for one in results if one.task == name):
+            assert result.training is not None  # noqa: S101, an ablation is trained
+            change = result.training.hyperparameters["note"].removeprefix(ABLATION)
+            found.append(Ablation(name, change, score_of(result), ppo.score))
+    return sorted(found, key=lambda one: (list(entries).index(one.task), -one.changed.mean))
 
 
 def report(board: Sequence[Entrant]) -> str:
@@ -71,8 +101,9 @@ def report(board: Sequence[Entrant]) -> str:
     text = template("scoreboard/templates/scoreboard.md").render(
         tasks=tasks,
         entries=entries,
+        ablations=ablations_of(load_ablations(), entries),
         lost=[(name, entry) for name, entry in every if entry.over_shortcut.high < 0],
-        below=[(name, entry) for name, entry in every if entry.row.score.high < 0],
+        below=[(name, entry) for name, entry in every if entry.score.high < 0],
         trained=len(every),
         board=board,
         folder=BOARD,

@@ -83,11 +83,11 @@ def jobs(scale: float) -> dict[str, list[Job]]:
     flocks["random"] = periodic_flock(CONTROL, **fields, initial_headings=RandomHeadings())
     return {
         name: split(
-            f"{__name__}:mean_order",
-            (flock, NOISES, SKIP),
-            share_of(HELD_OUT, SIZES[flock.num_agents], scale, 4),
-            1,
-            5e-3 * flock.num_agents,
+            mean_order,
+            *(flock, NOISES, SKIP),
+            flocks=share_of(HELD_OUT, SIZES[flock.num_agents], scale, least=4),
+            size=1,
+            seconds=5e-3 * flock.num_agents,
         )
         for name, flock in flocks.items()
     }

@@ -15,14 +15,13 @@ from flockesc_env import FlockScenario, save_policy
 from flockesc_env.cli.output import Exit
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Cache, Job, find_backend
-from flockesc_env.models.sweep import FLOCK_RANGES
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.scenario import GivenHeadings, GivenPositions
-from flockesc_env.taskset.fitting import check_fits
 from studies.__main__ import STUDIES
 from studies.findings import controls, headlines, losses, one_agent
 from studies.findings.report import Findings, report
 from studies.measurements import Runner, play
+from studies.scoreboard.scores import best_fixed_range
 from studies.study import REPORT
 
 ROOT = Path(__file__).parents[2]
@@ -34,7 +33,7 @@ SCENARIO = small_flock(num_agents=8, num_steps=18, predator_range=45.0)
 @pytest.mark.parametrize("task", headlines.EXPLAINED)
 def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> None:
     one = HEADLINES[task]
-    check_fits(one.entry, one.task)
+    one.task.setup(one.entry)
     assert str(one.file.relative_to("scoreboard")) in headlines.candidates(task)[one.file.parts[-3]]
     flocks, table = HELD_OUT[:2], pl.read_parquet(COMMITTED / controls.BLOCKED_FILE).filter(policy=task)
     for blocked in controls.BLOCKED:
@@ -42,7 +41,9 @@ def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> 
         kept = table.filter(blocked=blocked)[: len(flocks)]
         played = play(one.content, scenario, one.task.spec.name, flocks)["objective"]
         assert kept["objective"].to_list() == played.tolist()
-        fixed = play(f"fixed:{one.best_fixed_range:g}", scenario, one.task.spec.name, flocks)["objective"]
+        fixed = play(f"fixed:{best_fixed_range(one.task):g}", scenario, one.task.spec.name, flocks)[
+            "objective"
+        ]
         assert kept["fixed"].to_list() == fixed.tolist()
 
 
@@ -66,8 +67,8 @@ def test_losses_replay_bit_for_bit(file: str, name: str, task: str) -> None:
 def test_the_best_fixed_range_is_that_of_tuning_flocks(tmp_path: Path) -> None:
     one, runner = HEADLINES["one-range"], Runner(Cache(tmp_path), find_backend("serial"))
     table = losses.play([one], {"small": SCENARIO}, 6, 1.0, runner)
-    tuned = fe.sweep(SCENARIO, FLOCK_RANGES, TUNING[:12]).min_mean_distance.mean(axis=1)
-    assert set(table["interaction_range"]) == {FLOCK_RANGES[int(tuned.argmax())]}
+    tuned = fe.sweep(SCENARIO, SCENARIO.search_ranges, TUNING[:12]).min_mean_distance.mean(axis=1)
+    assert set(table["interaction_range"]) == {SCENARIO.search_ranges[int(tuned.argmax())]}
     played = play(one.content, SCENARIO, one.task.spec.name, HELD_OUT[:6])["objective"]
     assert table["objective"].to_list() == played.tolist()
     fixed = fe.sweep(SCENARIO, table["interaction_range"][:1], HELD_OUT[:6]).min_mean_distance[0]

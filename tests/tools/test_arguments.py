@@ -15,7 +15,7 @@ from typing import Any
 import argument_table as table
 import numpy as np
 import pytest
-from argument_table import seed, text
+from argument_table import text
 from envs import ADAPTERS, play, start
 from pettingzoo import ParallelEnv
 from same import plain, same, spoil
@@ -118,11 +118,12 @@ def row_of(call: Any) -> Row:
     return Row(call, own, after=AFTER.get(call, after), passed=passed)
 
 
+SEED = table.integer(3, 0)
 FLOCKS = table.Kind(
     1,
     [-1, 64, 2**64, 1.0, [0, 64], [[0]], np.array(0.0), np.zeros(2, np.bool)],
     [[1], np.array([1]), np.int64(1)],
-    is_optional=True,
+    accepts=(type(None),),
 )
 
 
@@ -134,63 +135,61 @@ def state(good: bytes) -> table.Kind:
 
 
 def optional(**arguments: table.Kind) -> dict[str, table.Kind]:
-    return {name: dataclasses.replace(kind, is_optional=True) for name, kind in arguments.items()}
+    return {
+        name: dataclasses.replace(kind, accepts=(*kind.accepts, type(None)))
+        for name, kind in arguments.items()
+    }
 
 
-def reset(env: Any, method: str, seed: Any = None, options: Any = None, **entries: Any) -> Any:
-    return getattr(env, method)(seed=seed, options={**options, **entries} if entries else options)
+def method(name: str, env: Any, **given: Any) -> Any:
+    return getattr(env, name)(**given)
+
+
+def reset(name: str, env: Any, seed: Any = None, options: Any = None, **entries: Any) -> Any:
+    return getattr(env, name)(seed=seed, options={**options, **entries} if entries else options)
 
 
 def method_rows(name: str) -> dict[str, Row]:
     """Return the rows of the methods of an environment."""
-    make = ADAPTERS[name].make
 
     def subject() -> Any:
-        env = make()
+        env = ADAPTERS[name].make()
         played(env)
         return env
 
-    def row(method: str, **arguments: table.Kind) -> Row:
-        return Row(lambda env, **given: getattr(env, method)(**given), arguments, subject, go_on)
-
     env = subject()
-    if has_slots := hasattr(env, "num_envs"):
-        states = {"state": state(env.get_state(1)), "flocks": FLOCKS}
-        rows = {"get_state": row("get_state", flocks=FLOCKS), "set_state": row("set_state", **states)}
-    else:
-        rows = {"set_state": row("set_state", state=state(env.get_state()))}
-    if is_dict := isinstance(env, ParallelEnv):
+    has_slots, is_dict = hasattr(env, "num_envs"), isinstance(env, ParallelEnv)
+    flocks = {"flocks": FLOCKS} if has_slots else {}
+    calls: dict[str, dict[str, table.Kind]] = {
+        "get_state": flocks,
+        "set_state": {"state": state(env.get_state(1) if has_slots else env.get_state()), **flocks},
+    }
+    if is_dict:
         good = {agent: np.full(env.action_space(agent).shape, 0.25) for agent in env.possible_agents}
-        each = [
-            {**good, agent: bad}
-            for agent in (*good,)[:: len(good) - 1]
-            for bad in table.unreadable(good[agent])
-        ]
-        rows["step"] = row("step", actions=table.part(good, *each))
-        hunters = env.scenario.num_learned
-        arrays = {"predator_actions": table.floats(np.full((1, 2), 0.5))} if hunters else {}
-        rows["step_array"] = row("step_array", actions=table.floats(np.full((5, 1), 0.25)), **arrays)
+        ends = (*good,)[:: len(good) - 1]
+        bad = [{**good, agent: each} for agent in ends for each in table.unreadable(good[agent])]
+        calls["step"] = {"actions": table.part(good, *bad)}
+        hunters = {"predator_actions": table.floats(np.full((1, 2), 0.5))} if env.scenario.num_learned else {}
+        calls["step_array"] = {"actions": table.floats(np.full((5, 1), 0.25)), **hunters}
     else:
         shape = (env.num_envs, 1) if has_slots else env.action_space.shape
-        rows["step"] = row(
-            "step", **{"actions" if has_slots else "action": table.floats(np.full(shape, 0.25))}
-        )
+        calls["step"] = {"actions" if has_slots else "action": table.floats(np.full(shape, 0.25))}
     if hasattr(env, "step_async"):
-        rows["seed"] = row("seed", **optional(seed=seed(3)))
-    else:
+        calls["seed"] = optional(seed=SEED)
+    rows = {call: Row(partial(method, call), arguments, subject, go_on) for call, arguments in calls.items()}
+    if not hasattr(env, "step_async"):
         count, dimension = env.scenario.num_agents, getattr(env.scenario, "dimension", 1)
+        points = table.floats(np.arange(float(count * dimension)).reshape(count, dimension))
+        hunter = table.floats(np.arange(float(dimension)).reshape(1, dimension))
+        entries = {"initial_positions": points, "initial_velocities": points}
+        entries |= {"predator_positions": hunter, "predator_velocities": hunter}
         if isinstance(env, fe.LineEscapeEnv):
-            entries = optional(initial_state=table.floats(np.arange(count) / 32), episode=seed(2))
-        else:
-            points = np.arange(float(count * dimension)).reshape(count, dimension)
-            agents = {f"initial_{what}": table.floats(points) for what in ("positions", "velocities")}
-            hunters = {f"predator_{what}": table.floats(points[:1]) for what in ("positions", "velocities")}
-            entries = optional(**agents, **hunters, episode=seed(2))
+            entries = {"initial_state": table.floats(np.arange(count) / 32)}
         # PettingZoo requires that unknown options are ignored.
-        given = optional(seed=seed(4), options=table.part({}, accepts=(dict,) if is_dict else ()))
-        for each in ("reset", "reset_array") if is_dict else ("reset",):
-            rows[each] = Row(partial(reset, method=each), given, subject, go_on, entries)
-    return {f"{name}: {method}": row for method, row in rows.items()}
+        given = optional(seed=SEED, options=table.part({}, accepts=(dict,) if is_dict else ()))
+        for call in ("reset", "reset_array") if is_dict else ("reset",):
+            rows[call] = Row(partial(reset, call), given, subject, go_on, optional(**entries, episode=SEED))
+    return {f"{name}: {call}": row for call, row in rows.items()}
 
 
 WITH_METHODS = (

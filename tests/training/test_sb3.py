@@ -20,7 +20,7 @@ from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import SB3Policy
 from flockesc_env.sb3 import RangePolicy
 from flockesc_env.taskset import tasks
-from flockesc_env.taskset.learners import OWN_ALGORITHMS, Learner, learners, read_learners
+from flockesc_env.taskset.learners import OWN_ALGORITHMS, Learner, read_learners
 from training import sb3
 from training.imitation import ImitationArguments
 from training.rounds import hyperparameters_of
@@ -29,7 +29,7 @@ from training.search import SearchArguments
 from training.train import train
 
 SB3 = [name for name in LEARNERS if name not in OWN_ALGORITHMS]
-TABLES = [(task, name) for task in tasks for name in learners(tasks[task])]
+TABLES = [(task, name) for task in tasks for name in tasks[task].learners]
 
 
 @pytest.mark.parametrize("algorithm", SB3)
@@ -182,7 +182,7 @@ def test_the_lines_of_the_readme_train_on_every_task(task: Any) -> None:
     model = PPO(env=task.vec_env(num_flocks=1), device="cpu", **task.hyperparameters("ppo") | short)
     assert model.learn(1).num_timesteps == short["batch_size"]
     options = model.get_env().get_attr("options")[0]
-    assert options == options.replace(**learners(task)["ppo"].options)
+    assert options == options.replace(**task.learner("ppo").options)
     assert task.compare(model, num_flocks=2)
 
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use flockesc_core::bindings::{self, work};
 use flockesc_core::{
     Architecture, Entry, EpisodeOutcome, Head, LineConfig, LineEpisodeConfig, LineEpisodeOutcome,
-    NetworkRanges, Networks, Objective, line_entries, objectives,
+    NetworkRanges, Networks, Objective, line_entries,
 };
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -31,7 +31,9 @@ impl NetworkArguments<'_> {
         let architecture = Architecture::from_json(&architecture).map_err(CoreError::from)?;
         let (count, parameters) = (parameters.shape()[0], parameters.as_slice()?);
         let ranges = match architecture.head() {
-            Head::Value => NetworkRanges::Normalized(actions.normalized()?),
+            Head::Value => {
+                NetworkRanges::Normalized(actions.map.normalized().map_err(CoreError::from)?)
+            }
             Head::Argmax | Head::Candidates => NetworkRanges::Choices(choices),
         };
         let networks = Networks::new(&architecture, names, ranges, parameters, count);
@@ -97,9 +99,9 @@ pub(crate) fn log1p<'py>(
 /// Returns one array per outcome, with one entry per flock.
 pub(crate) fn outcome_columns<'py>(py: Python<'py>, outcomes: &[EpisodeOutcome]) -> Dict<'py> {
     let dict = PyDict::new(py);
-    for (index, objective) in objectives().take(Objective::COUNT).enumerate() {
+    for (index, objective) in Objective::ALL.iter().enumerate() {
         let minimum = |flock: &EpisodeOutcome| flock.metrics.objectives[index].minimum;
-        dict.set_item(objective.name, column(py, outcomes, minimum))?;
+        dict.set_item(objective.name(), column(py, outcomes, minimum))?;
     }
     let count =
         |count: fn(&EpisodeOutcome) -> usize| column(py, outcomes, |flock| count(flock) as i64);

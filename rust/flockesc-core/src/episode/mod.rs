@@ -36,8 +36,7 @@ pub struct Episode<const D: usize> {
 pub(crate) type EpisodeState<const D: usize> = (WorldState<D>, Outcomes);
 
 impl<const D: usize> Episode<D> {
-    /// Creates the episode at t = 0. `start` must pass [`InitialState::check`] and its seed
-    /// [`FlockConfig::check_draw`].
+    /// Creates the episode at t = 0. `scenario` and `start` are as in [`World::new`].
     pub fn new(
         scenario: Arc<FlockConfig>,
         config: Arc<EpisodeConfig>,
@@ -62,10 +61,10 @@ impl<const D: usize> Episode<D> {
         (self.world.save(), self.outcomes.clone())
     }
 
-    /// Restores an episode that was started with `seed`.
+    /// Restores an episode that was started with `seed` in a drawn scenario.
     pub(crate) fn restore(
         (world, outcomes): EpisodeState<D>,
-        scenario: &Arc<FlockConfig>,
+        scenario: Arc<FlockConfig>,
         config: &Arc<EpisodeConfig>,
         seed: u64,
     ) -> Self {
@@ -109,7 +108,7 @@ impl<const D: usize> Episode<D> {
         rewards.fill(0.0);
         self.team_reward = 0.0;
         for _ in 0..num_steps {
-            if self.has_ended() {
+            if self.outcomes.is_end(&self.world) {
                 break;
             }
             progress.check()?;
@@ -217,9 +216,16 @@ impl<const D: usize> Episode<D> {
         self.team_reward
     }
 
-    /// Returns whether the episode has reached its horizon or all agents were caught.
+    /// Returns whether the episode has reached its horizon or the limit of actions, or all agents were caught.
     pub fn has_ended(&self) -> bool {
-        self.outcomes.is_end(&self.world)
+        self.outcomes.is_end(&self.world) || self.has_reached_limit()
+    }
+
+    /// Returns whether the episode has reached the limit of actions, even if all agents were caught in the last one.
+    pub fn has_reached_limit(&self) -> bool {
+        let num_actions = self.outcomes.step.div_ceil(self.config.steps_per_action);
+        let limit = self.config.max_actions;
+        limit.is_some_and(|limit| num_actions >= limit)
     }
 
     /// Returns the number of model steps so far.

@@ -40,6 +40,10 @@ pub struct EpisodeConfig {
     pub predator_sensing_range: Option<f64>,
     /// Number of model steps per action, at least 1.
     pub steps_per_action: usize,
+    /// Number of actions after which an episode is truncated, at least 1; `None` is no limit. Rewards and snapshots
+    /// do not depend on it.
+    #[serde(skip_serializing)]
+    pub max_actions: Option<usize>,
     /// Candidate ranges in m, in ascending order, at most [`crate::MAX_CANDIDATES`]. The observation shows what
     /// every agent would hear under each of them. Empty with one range for the flock.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -60,6 +64,7 @@ impl Default for EpisodeConfig {
             max_range: 100.0,
             predator_sensing_range: None,
             steps_per_action: 1,
+            max_actions: None,
             profile_ranges: Vec::new(),
             extra_entries: Vec::new(),
         }
@@ -89,6 +94,9 @@ impl EpisodeConfig {
             not_negative("predator_sensing_range", range)?;
         }
         within("steps_per_action", self.steps_per_action, 1, MAX_STEPS)?;
+        if let Some(limit) = self.max_actions {
+            within("max_actions", limit, 1, usize::MAX)?;
+        }
         if !self.profile_ranges.is_empty() {
             if !self.view.is_per_agent() {
                 let expected = "none with one range for the flock";

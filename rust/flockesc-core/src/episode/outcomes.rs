@@ -97,8 +97,10 @@ impl Outcomes {
             distances_at_minimum: &self.distances_at_minimum,
             is_last: self.is_end(world),
         };
+        // NOTE: Rewards are added, because an action has several steps; the caller has set them to 0.
         let team = config.reward.of_team(&context);
         config.reward.add_individual(&context, rewards);
+        // After the rewards, which compare with the distances of the fall before.
         if objective.minimum < minimum_before {
             self.distances_at_minimum.clone_from(&self.distances);
         }

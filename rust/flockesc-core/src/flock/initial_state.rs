@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::base::check::coordinates;
+use crate::base::check::{coordinates, require};
 use crate::base::error::{Error, Result};
 use crate::base::rng::{self, Stream};
 use crate::base::vector::{rows, unit};
@@ -108,11 +108,11 @@ fn check(field: &str, values: &Option<Vec<f64>>, rows: usize, axes: usize) -> Re
     let Some(values) = values else {
         return Ok(());
     };
-    if values.len() != rows * axes {
-        let expected = format!("{rows} x {axes} numbers");
-        let given = format!("{} numbers", values.len());
-        return Err(Error::input(field, expected, given));
-    }
+    let (expected, given) = (
+        format!("{rows} x {axes} numbers"),
+        format!("{} numbers", values.len()),
+    );
+    require(values.len() == rows * axes, field, &expected, given)?;
     coordinates(values, |at| {
         format!("{field}[{}, {}]", at / axes, at % axes)
     })

@@ -11,7 +11,7 @@ mod simulate;
 mod summary;
 mod world;
 
-pub(crate) use approach::{Approach, Drift, Straight, approach, approaches, heading_escape};
+pub(crate) use approach::{Approach, Drift, approach, approaches, heading_escape};
 pub use initial::{InitialHeadings, InitialPositions};
 pub use initial_state::InitialState;
 pub use metrics::PredatorDistance;

@@ -6,7 +6,7 @@ use nalgebra::SVector;
 
 use super::initial_state::InitialState;
 use super::world::World;
-use crate::base::check::clipped;
+use crate::base::check::{clipped, length, not_negative};
 use crate::base::error::{Error, Result};
 use crate::base::memory;
 use crate::flock::scenario::FlockConfig;
@@ -70,14 +70,8 @@ pub fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
     if ranges.iter().fold(true, |all, range| all & is_valid(range)) {
         return Ok(());
     }
-    match ranges.iter().position(|range| !is_valid(range)) {
-        Some(at) => Err(Error::input(
-            format!("{field}[{at}]"),
-            "a finite number of at least 0",
-            ranges[at],
-        )),
-        None => Ok(()),
-    }
+    let mut each = ranges.iter().enumerate();
+    each.try_for_each(|(at, &range)| not_negative(&format!("{field}[{at}]"), range))
 }
 
 /// Checks the actions of learned predators: `count` entries or none, each in [-1, 1] up to rounding in float32.
@@ -85,19 +79,15 @@ pub fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
 /// # Errors
 /// [`Error::Input`] naming the wrong length or the first entry out of bounds.
 pub fn check_predator_actions(actions: &[f64], count: usize) -> Result<()> {
-    if !actions.is_empty() && actions.len() != count {
-        let (expected, given) = (
-            format!("{count} entries"),
-            format!("{} entries", actions.len()),
-        );
-        return Err(Error::input("predator_actions", expected, given));
+    let field = "predator_actions";
+    if !actions.is_empty() {
+        length(field, actions.len(), count, "entries", "")?;
     }
     match actions.iter().position(|c| clipped(*c, -1.0, 1.0).is_nan()) {
-        Some(at) => Err(Error::input(
-            format!("predator_actions[{at}]"),
-            "a number from -1 to 1",
-            actions[at],
-        )),
+        Some(at) => {
+            let field = format!("{field}[{at}]");
+            Err(Error::input(field, "a number from -1 to 1", actions[at]))
+        }
         None => Ok(()),
     }
 }
@@ -225,7 +215,7 @@ pub fn simulate_flock(
     progress: &Progress,
 ) -> Result<Trajectory> {
     start.check(&config)?;
-    config.check_draw(start.seed)?;
+    let config = config.drawn(start.seed)?;
     schedule.check(&config)?;
     probe_flocks(&config, 1)?;
     parallel::pool(num_threads)?.install(|| match config.dimension {

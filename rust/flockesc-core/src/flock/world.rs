@@ -54,9 +54,8 @@ pub struct World<const D: usize> {
 
 impl<const D: usize> World<D> {
     /// Creates the world at t = 0. `config.dimension` must be D, and `start` must pass
-    /// [`InitialState::check`] and its seed [`FlockConfig::check_draw`]. Randomized parameters are drawn from the seed.
+    /// [`InitialState::check`]. A randomized scenario must be [`FlockConfig::drawn`] with the seed of `start`.
     pub fn new(config: Arc<FlockConfig>, start: &InitialState) -> Self {
-        let config = config.drawn(start.seed);
         let mut agents = Agents::new(&start.positions(&config), &start.velocities(&config));
         if let Some(side) = config.periodic_side {
             agents.wrap(side);
@@ -100,7 +99,7 @@ impl<const D: usize> World<D> {
     /// Stops the counting of neighbors, which takes about 5 % of a step. Only for worlds that are never observed.
     pub(crate) fn stop_counting(&mut self) {
         // Sensing noise and some laws of motion depend on the number of neighbors.
-        if self.config.sensing_noise <= 0.0 && !self.config.motion.needs_counts() {
+        if self.config.sensing_noise <= 0.0 && !self.config.motion.needs().counts {
             self.neighborhood.stop_counting();
         }
     }
@@ -110,9 +109,11 @@ impl<const D: usize> World<D> {
     /// # Errors
     /// [`crate::Error::Memory`] for the neighbor graph that the scenario freezes. The world is unchanged.
     pub fn step(&mut self, ranges: Ranges<'_>) -> Result<()> {
+        // Before anything changes, because only this can fail.
         self.neighborhood.freeze(&self.agents, ranges)?;
         let prey = Prey::new(&self.agents, &self.neighborhood);
         let (configs, time_step) = (&self.config.predators, self.config.time_step);
+        // Learned predators see the flock of the time t, as their policy did.
         predator::prepare(configs, &mut self.predators, time_step, prey);
         if self.agents.len() > 0 {
             self.neighborhood.sum_neighbors(&mut self.agents, ranges);
@@ -120,6 +121,7 @@ impl<const D: usize> World<D> {
             let num_heard = self.neighborhood.num_heard(num_agents);
             self.load.record(ranges.mean(ids), num_heard, num_agents);
         }
+        // NOTE: The escape force needs the predators of the time t, captures those of t + dt: both stay in buffers.
         std::mem::swap(&mut self.before, &mut self.after);
         for (predator, after) in self.predators.iter_mut().zip(&mut self.after) {
             predator.position += predator.velocity * self.config.time_step;
@@ -140,12 +142,14 @@ impl<const D: usize> World<D> {
             let forces = forces.map(|forces| &forces[first..]);
             advance(config, &predators, ids, groups, sums, forces);
         });
+        // The kernel has written to empty lanes too, whose velocities must not enter sums.
         self.agents.clear_empty_places();
         self.response.apply_angular_noise(&mut self.agents);
         if let Some(side) = self.config.periodic_side {
             self.agents.wrap(side);
         }
         if let Some(radius) = self.config.capture_radius {
+            // Observations show the neighbor sums of this step, so they move with their agents.
             let neighborhood = &mut self.neighborhood;
             self.agents
                 .catch(radius, |from, to| neighborhood.relocate(from, to));

@@ -18,7 +18,7 @@ pub enum Ranges<'a> {
 
 impl Ranges<'_> {
     /// Returns the range in m of the agent with this id.
-    pub(in crate::neighbor) fn of(self, id: u32) -> f64 {
+    pub(crate) fn of(self, id: u32) -> f64 {
         match self {
             Self::Shared(range) => range,
             Self::PerAgent(ranges) => ranges[id as usize],
@@ -27,7 +27,7 @@ impl Ranges<'_> {
 
     /// Writes the squared ranges in m^2 of the agents with these ids to `out`.
     #[inline(always)]
-    pub(in crate::neighbor) fn square(self, ids: &[u32], out: &mut Column<f64>) {
+    pub(crate) fn square(self, ids: &[u32], out: &mut Column<f64>) {
         // Squares are finite, so that boxes without agents, which are at infinity, are out of reach.
         let square = |range: f64| (range * range).min(f64::MAX);
         match self {
@@ -50,7 +50,7 @@ impl Ranges<'_> {
     }
 
     /// Returns the mean range of a sample of the agents, in m.
-    pub(in crate::neighbor) fn sample_mean(self) -> f64 {
+    pub(crate) fn sample_mean(self) -> f64 {
         match self {
             Self::Shared(range) => range,
             Self::PerAgent(ranges) => {
@@ -72,7 +72,7 @@ fn mean(numbers: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
 
 /// The reach of every agent, which is its interaction range or computed by a rule.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::neighbor) enum Reaches<'a> {
+pub(crate) enum Reaches<'a> {
     /// Interaction ranges in m.
     Ranges(Ranges<'a>),
     /// Squared reaches in m^2, group by group.
@@ -82,7 +82,7 @@ pub(in crate::neighbor) enum Reaches<'a> {
 impl Reaches<'_> {
     /// Returns whether all agents are known to have the same reach.
     #[inline(always)]
-    pub(in crate::neighbor) fn are_equal(self) -> bool {
+    pub(crate) fn are_equal(self) -> bool {
         match self {
             Self::Ranges(Ranges::Shared(_)) => true,
             Self::Ranges(Ranges::PerAgent(_)) | Self::Squares(_) => false,
@@ -91,7 +91,7 @@ impl Reaches<'_> {
 
     /// Writes the squared reaches in m^2 of a group's agents to `out`. `ids` are the ids of the agents.
     #[inline(always)]
-    pub(in crate::neighbor) fn square(self, group: usize, ids: &[u32], out: &mut Column<f64>) {
+    pub(crate) fn square(self, group: usize, ids: &[u32], out: &mut Column<f64>) {
         match self {
             Self::Ranges(ranges) => ranges.square(ids, out),
             Self::Squares(squares) => *out = squares[group],

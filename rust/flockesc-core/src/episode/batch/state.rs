@@ -40,7 +40,7 @@ impl<const D: usize> Batch<D> {
             .into_iter()
             .zip(slots)
             .map(|(state, slot)| self.slots[*slot].restored(state, &self.config))
-            .collect::<Vec<_>>();
+            .collect::<Result<Vec<_>>>()?;
         if let [only] = restored.as_slice() {
             restored = vec![only.clone(); slots.len()];
         }

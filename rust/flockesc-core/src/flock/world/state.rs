@@ -37,9 +37,8 @@ impl<const D: usize> World<D> {
         }
     }
 
-    /// Restores a world that was started with `seed` in the scenario `config`.
-    pub(crate) fn restore(state: WorldState<D>, config: &Arc<FlockConfig>, seed: u64) -> Self {
-        let config = config.clone().drawn(seed);
+    /// Restores a world that was started with `seed` in the drawn scenario `config`.
+    pub(crate) fn restore(state: WorldState<D>, config: Arc<FlockConfig>, seed: u64) -> Self {
         let mut agents = Agents::restore(state.agents);
         let mut rng = rng::stream(seed, Stream::Predators);
         rng.set_word_pos(state.stream_position);

@@ -2,48 +2,45 @@
 
 from __future__ import annotations
 
-import tomllib
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import gymnasium
 
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.presets import PRESETS
+from flockesc_env.taskset.task import Task, tasks
 
 if TYPE_CHECKING:
     from flockesc_env.envs.vector import BatchVectorEnv
-    from flockesc_env.taskset.task import Task
 
 _VECTOR = "flockesc_env.envs.vector:BatchVectorEnv"
 
 FIXED = (
-    *("scenario", "per_agent", "steps_per_action", "objective", "predator_sensing_range", "profile_ranges"),
+    "scenario",
+    "per_agent",
+    "steps_per_action",
+    "objective",
+    "predator_sensing_range",
+    "profile_ranges",
     "extra_entries",
 )
 """Arguments that a task fixes."""
 
 
 def register() -> None:
-    """Register all ids. This reads the tasks' file and makes no task."""
+    """Register all ids."""
     one = "flockesc_env.envs.gymnasium"
     gymnasium.register("flockesc/FlockEscape-v1", f"{one}:FlockEscapeEnv", vector_entry_point=_VECTOR)
     refusal, agents = f"{__name__}:no_single_env", {"per_agent": True}
     gymnasium.register("flockesc/FlockAgents-v1", refusal, vector_entry_point=_VECTOR, kwargs=agents)
     gymnasium.register("flockesc/Predator-v1", f"{one}:PredatorEnv")
     gymnasium.register("flockesc/LineEscape-v1", "flockesc_env.envs.line:LineEscapeEnv")
-    document = tomllib.loads(files("flockesc_env").joinpath("taskset/v1.toml").read_text("utf-8"))
-    for name, entry in document["tasks"].items():
-        model = PRESETS[entry["scenario"]].scenario
-        is_line = isinstance(model, LineScenario)
-        num_steps = model.max_steps if isinstance(model, LineScenario) else model.num_steps
+    for task in tasks.values():
         gymnasium.register(
-            f"flockesc/{name}-v1",
+            task.id,
             f"{__name__}:make_task",
-            vector_entry_point=None if is_line else f"{__name__}:make_task_vec",
-            max_episode_steps=-(-num_steps // entry["options"]["steps_per_action"]),
-            kwargs={"task": name},
+            vector_entry_point=f"{__name__}:make_task_vec" if task.spec.model == "flock" else None,
+            max_episode_steps=task.num_actions,
+            kwargs={"task": task.name},
         )
 
 
@@ -72,11 +69,9 @@ def make_task_vec(task: str, num_envs: int, **options: Any) -> BatchVectorEnv:
 
 def _checked(name: str, options: dict[str, Any]) -> Task:
     """Return a task after a check that no option changes it."""
-    from flockesc_env.taskset.task import tasks
-
     task = tasks[name]
     for option in options.keys() & set(FIXED):
-        kind = "LineEscape" if isinstance(task.scenario, LineScenario) else "FlockEscape"
+        kind = "LineEscape" if task.spec.model == "line" else "FlockEscape"
         way = f'gymnasium.make("flockesc/{kind}-v1", {option}=..)'
         if task.per_agent:
             way = f'gymnasium.make_vec("flockesc/FlockAgents-v1", {option}=..)'

@@ -1,4 +1,4 @@
-"""``python -m training compare``: ``flockesc compare`` with figures and recorded runs."""
+"""``python -m training figures``: ``flockesc compare`` with figures and recorded runs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ RECORDS = ("best_fixed_range.npz", "last_policy.npz")
 """Recorded runs of one flock, for ``flockesc watch``."""
 
 
-def compare(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: int) -> Comparison:
+def draw(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: int) -> Comparison:
     """Compare policies on held-out flocks; print the table, write it, figures and two recorded runs.
 
     Raises:
