@@ -34,12 +34,10 @@ _FEWEST_OWN_STEPS = 24
 """With fewer steps, this project would re-sort its agents less often per step than in a whole run."""
 
 BANDWIDTH, ARITHMETIC = "bandwidth", "arithmetic"
-BYTES = 64
-"""Bytes that a step must move per agent: position and velocity in f64, read and written, D = 2."""
+BYTES = 64  # bytes that a step must move per agent: position and velocity in f64, read and written, D = 2
 _PER_NEIGHBOR = 8
 """Operations per neighbor: 2 differences, 2 squares, a sum, a comparison, 2 sums of velocities."""
-_PER_AGENT = 35
-"""Operations per agent: two norms, three divisions, two forces, the motion, the distance."""
+_PER_AGENT = 35  # operations per agent: two norms, three divisions, two forces, the motion, the distance
 
 RULES: dict[str, tuple[NeighborRule, tuple[float, ...], Peer]] = {
     "topological": (Topological(), (1.0, 7.0, 20.0), NEAREST),

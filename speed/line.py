@@ -64,6 +64,4 @@ def _numpy(states: Floats, scenario: LineScenario, interaction_range: float, ste
     return states
 
 
-PEERS: dict[str, Run] = {
-    "NumPy, all pairs": _numpy,
-}
+PEERS: dict[str, Run] = {"NumPy, all pairs": _numpy}

@@ -21,8 +21,7 @@ from typing import Any, Literal, Self
 
 import msgspec
 
-PROJECT = "flockesc_env"
-"""Name of this project in tables and figures."""
+PROJECT = "flockesc_env"  # name of this project in tables and figures
 
 EVERY_STEP: dict[str, Any] = {"max_range": 100.0, "predator_sensing_range": 30.0, "steps_per_action": 1}
 """Options of environments under which one call is one model step."""
@@ -32,10 +31,8 @@ Call = Callable[[], object]
 Case = dict[str, Any]
 _CLOCKS: dict[Clock, Callable[[], float]] = {"cpu": time.process_time, "wall": time.perf_counter}
 
-_SHORTEST = 0.05
-"""Minimum duration of a repetition in s; short candidates are called several times."""
-_LONG = 1.0
-"""Candidates that take longer than this, in s, are repeated ``_FEW_REPETITIONS`` times."""
+_SHORTEST = 0.05  # minimum duration of a repetition in s; short candidates are called several times
+_LONG = 1.0  # candidates that take longer than this, in s, are repeated ``_FEW_REPETITIONS`` times
 _REPETITIONS, _FEW_REPETITIONS = 5, 3
 
 _PACKAGES = {

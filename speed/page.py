@@ -16,8 +16,7 @@ REPORT = Path("speed/results/README.md")
 README = Path("README.md")
 WIDTH = 110  # of lines of text
 VECTOR = f"{PROJECT}, Gymnasium vector"
-AVX2 = Path("speed/results/avx2.json")
-"""Measurements of a core that was built without AVX-512."""
+AVX2 = Path("speed/results/avx2.json")  # measurements of a core that was built without AVX-512
 IN_AVX2 = (PROJECT, "plain Rust, cell list", "Numba, cell list, fastmath")
 
 

@@ -20,8 +20,7 @@ from flockesc_env.policies.registry import parse_policy
 
 Key = TypeVar("Key")
 
-_AGENT_STEP = 200e-9
-"""Estimated seconds of a step of one agent under a policy."""
+_AGENT_STEP = 200e-9  # estimated seconds of a step of one agent under a policy
 
 
 @dataclass(frozen=True)

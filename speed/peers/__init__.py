@@ -22,13 +22,10 @@ from flockesc_env.scenario import ConstantVelocity, Metric, NeighborRule
 _ROOT = Path(__file__).parents[2]
 _MODULES = ("numpy_flocks", "numba_cells", "jax_all_pairs")
 
-TOLERANCE = 1e-9
-"""Largest allowed difference in m. Sums in another order differ by rounding errors."""
+TOLERANCE = 1e-9  # largest allowed difference in m, of rounding errors of sums in another order
 # Positions up to 128 m have rounding errors of 4e-6 m, and ten steps have a few each. The median is compared
 # because rounding can move a pair across the range, which turns a few agents.
-SINGLE_TOLERANCE = 1e-4
-"""Largest allowed median difference in m of peers in float32."""
-
+SINGLE_TOLERANCE = 1e-4  # largest allowed median difference in m of peers in float32
 Floats = NDArray[np.float64]
 
 
@@ -78,8 +75,7 @@ class Outcome(NamedTuple):
     min_mean_distance: Floats
 
 
-Run = Callable[[Flocks, float, int], Outcome]
-"""``run(flocks, interaction_range, steps)``."""
+Run = Callable[[Flocks, float, int], Outcome]  # ``run(flocks, interaction_range, steps)``
 RunOne = Callable[[Model, Floats, Floats, float, int], tuple[Floats, float]]
 """``run(model, positions, velocities, interaction_range, steps)`` for arrays of shape (n, 2)."""
 

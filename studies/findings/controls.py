@@ -33,15 +33,12 @@ HIDDEN_FILE: Final = "ablation.parquet"
 BLOCKED_FILE: Final = "blocking.parquet"
 HIDING_FLOCKS: Final = 100
 BLOCKING_FLOCKS: Final = 200
-TUNED: Final = 20
-"""Tuning flocks over which a hidden entry has its mean."""
+TUNED: Final = 20  # tuning flocks over which a hidden entry has its mean
 
 RULES: Final = ("head-away", "stubborn-leaders")
 """Rules that play ``per-agent-visible`` beside the headline policies."""
 
-BLOCKED: Final = (False, True)
-"""Whether warnings are blocked."""
-
+BLOCKED: Final = (False, True)  # whether warnings are blocked
 NOTHING: Final = "nothing"
 
 GROUPS: Final[dict[str, tuple[str, ...]]] = {

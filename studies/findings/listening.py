@@ -24,8 +24,7 @@ FLOCKS: Final = 50
 WATCHED: Final = ("per-agent-local", "per-agent-visible")
 """Tasks with a picture of the ranges that their headline policy sets; every agent sets its own."""
 
-SILENT: Final = 1.0
-"""Range in m below which an agent does not listen: it hardly ever has a neighbor."""
+SILENT: Final = 1.0  # range in m below which an agent does not listen: it hardly ever has a neighbor
 
 _HEADINGS = (-1.0, -0.5, 0.0, 0.5, 1.0)
 """Labelled cosines between an agent's heading and the direction away from the predator."""

@@ -32,8 +32,7 @@ _TITLES = {"blind": "Without a profile: the best policy", "informed": "With a pr
 _AHEAD = 30.0
 """Angle in degrees between heading and escape direction below which the page says that an agent escapes."""
 
-_SHOWN = 2.0
-"""Seconds of the figure."""
+_SHOWN = 2.0  # seconds of the figure
 
 
 def measure(headlines: Sequence[Headline], runner: Runner, output: Path) -> None:

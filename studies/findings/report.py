@@ -185,9 +185,4 @@ def _counts(found: Mapping[tuple[str, str], losses.Gain]) -> list[dict[str, Any]
     return sorted(rows, key=lambda row: -row["loss"])
 
 
-FINDINGS: Final = Study(
-    measure=measure,
-    load=Findings.load,
-    figures=figures,
-    report=report,
-)
+FINDINGS: Final = Study(measure=measure, load=Findings.load, figures=figures, report=report)

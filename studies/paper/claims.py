@@ -23,8 +23,7 @@ class Verdict(StrEnum):
     FAILS = "does not hold"
 
 
-MOST = 0.95
-"""A claim holds if it is true in at least this share of the realizations."""
+MOST = 0.95  # a claim holds if it is true in at least this share of the realizations
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,8 @@ FEW_COMPONENTS = 2 * PRINTED_COMPONENTS
 """The largest number that counts as a handful of components, or as the paper's 12."""
 
 PRINTED_BEST = 10.0
-SHORT = (10.0, 30.0)
-"""The ranges in m that the paper recommends for the minimum distance."""
-
-VISIBLE = 0.5
-"""The smallest difference in m that Figure 9a shows."""
+SHORT = (10.0, 30.0)  # the ranges in m that the paper recommends for the minimum distance
+VISIBLE = 0.5  # the smallest difference in m that Figure 9a shows
 
 EDGE = 50.0
 """Smallest offset in m at which the predator's path crosses the flock's edge: half of the flock's side."""

@@ -17,9 +17,7 @@ from studies.robustness.survey import Finding, choose
 
 WARNING = "Some connectivity helps because agents close to the predator pass information on to others."
 
-SECTION = "I, "
-"""What the places of these claims start with: the paper's introduction."""
-
+SECTION = "I, "  # what the places of these claims start with: the paper's introduction
 OBJECTIVES = tuple(FLOCK_OBJECTIVES.values())
 
 

@@ -67,8 +67,7 @@ SCENARIOS: Final[Mapping[str, FlockScenario]] = {
 """Flocks of the control: the paper's, other predators, and other starts. In the aligned start headings lie
 within 90 degrees of a direction across the predator's path. In the head-on start all head toward it."""
 
-SURVIVAL_SCENARIOS: Final = (PAPER, "pursuit", "interception")
-"""Flocks in which survival is measured, too."""
+SURVIVAL_SCENARIOS: Final = (PAPER, "pursuit", "interception")  # flocks in which survival is measured, too
 
 ANATOMIES: Final[Mapping[str, FlockScenario]] = {
     "anatomy": FLOCK.replace(repulsion_strength=NO_FORCE),

@@ -116,9 +116,4 @@ def _figure_link(where: str) -> str:
     return re.sub(r"Fig\. (\d+)([a-d]?)", r"[Fig. \1\2](#figure_\1)", where)
 
 
-PAPER = Study(
-    measure=measure,
-    load=PaperResults.load,
-    figures=lambda _: {},
-    report=report,
-)
+PAPER = Study(measure=measure, load=PaperResults.load, figures=lambda _: {}, report=report)

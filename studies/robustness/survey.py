@@ -24,8 +24,7 @@ from studies.study import RESULTS_FILE, Results, Study, document, template
 from studies.style import ROW, caption, draw_forest, subplots
 
 FIGURE = "robustness"
-OBJECTIVES = {spec.symbol: spec.name for spec in PAPER_OBJECTIVES}
-"""Symbol and column of every objective."""
+OBJECTIVES = {spec.symbol: spec.name for spec in PAPER_OBJECTIVES}  # symbol and column of every objective
 
 
 class Finding(StrEnum):
@@ -190,8 +189,7 @@ def figure(results: RobustnessResults) -> Figure:
 def report(results: RobustnessResults) -> str:
     """Return the report as Markdown."""
     return template("robustness/templates/robustness.md").render(
-        results=results,
-        grids=sorted({str(row.grid) for row in results.presets}),
+        results=results, grids=sorted({str(row.grid) for row in results.presets})
     )
 
 

@@ -17,23 +17,14 @@ from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Arrays
 from flockesc_env.policies import NAMES
 from flockesc_env.policies.registry import TRAINED, parse_policy
-from flockesc_env.taskset import (
-    LoadedPolicy,
-    Result,
-    Task,
-    Training,
-    read_result,
-    score,
-    write_result,
-)
+from flockesc_env.taskset import LoadedPolicy, Result, Task, Training, read_result, score, write_result
 from studies.scoreboard.trainings import TRANSFERRED, Key, hyperparameters_of, versions_of
 
 BOARD: Final = Path("scoreboard")
 ABLATIONS: Final = Path("results/scoreboard/ablations")
 """Folders of learners that change one choice of ``ppo``; they have no card and no row on the scoreboard."""
 
-ABLATION: Final = "ablation: "
-"""Start of the note of such a learner; the rest names the change."""
+ABLATION: Final = "ablation: "  # start of the note of such a learner; the rest names the change
 
 ANY_RATE: Final = Path("results/scoreboard/any_rate.json")
 """What rules reach with their own options, by task and rule: the mean score."""

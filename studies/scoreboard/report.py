@@ -15,15 +15,7 @@ from flockesc_env.taskset import Result, tasks
 from flockesc_env.taskset.statistics import difference
 from flockesc_env.taskset.task import FLOCKS, VERSION
 from studies.scoreboard import rewards
-from studies.scoreboard.board import (
-    ABLATION,
-    ANY_RATE,
-    BOARD,
-    CHOOSING,
-    CONTROLLING,
-    Entrant,
-    load_ablations,
-)
+from studies.scoreboard.board import ABLATION, ANY_RATE, BOARD, CHOOSING, CONTROLLING, Entrant, load_ablations
 from studies.scoreboard.scores import score_of, scores_of, with_reference_error
 from studies.study import template
 

@@ -26,8 +26,7 @@ from studies.scoreboard.trainings import TRANSFERRED
 from studies.study import document
 
 FILE: Final = Path("results/scoreboard/rewards.json")
-FLOCKS: Final = TUNING[3000:4000]
-"""Tuning flocks that nothing else is chosen or measured on."""
+FLOCKS: Final = TUNING[3000:4000]  # tuning flocks that nothing else is chosen or measured on
 
 
 def write(runner: Runner, file: Path = FILE) -> None:

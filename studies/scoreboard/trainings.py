@@ -28,8 +28,7 @@ from training.train import train as train_run
 TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
 """Tasks on which nobody trains: they score the policies of ``per-agent-visible`` that the wheel ships."""
 
-_SECONDS: Final = 60.0
-"""Estimated processor time of a training run."""
+_SECONDS: Final = 60.0  # estimated processor time of a training run
 
 
 class Key(NamedTuple):

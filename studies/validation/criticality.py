@@ -25,9 +25,7 @@ from studies.measurements import by_name, means, share_of, split
 from studies.style import curve, letter, subplots
 from studies.validation import Verdict
 
-ALIGNMENTS: Final = (0.0, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 5.0)
-"""Strengths of alignment."""
-
+ALIGNMENTS: Final = (0.0, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 5.0)  # strengths of alignment
 NUM_AGENTS: Final = 200
 DIFFUSION: Final = 0.5  # rotational diffusion coefficient of the headings in rad^2/s
 STEP: Final = 0.05
