@@ -122,6 +122,5 @@ def play_jobs(
 
 def values_by(table: pl.DataFrame, *keys: str, column: str = "objective") -> dict[Any, FloatArray]:
     """Return a column, flocks in rising order, by the values of several other columns."""
-    return {
-        key: part.sort("seed")[column].to_numpy() for key, part in table.group_by(*keys, maintain_order=True)
-    }
+    groups = table.group_by(*keys, maintain_order=True)
+    return {key: part.sort("seed")[column].to_numpy() for key, part in groups}

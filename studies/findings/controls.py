@@ -166,9 +166,7 @@ def measure_blocked(headlines: Sequence[Headline], scale: float, runner: Runner,
     fixed range of each task was chosen with warnings.
     """
     flocks = share_of(HELD_OUT, BLOCKING_FLOCKS, scale)
-    played: dict[str, tuple[str | bytes, Task]] = {
-        one.task.name: (one.content, one.task) for one in headlines
-    }
+    played: dict[str, tuple[Any, Task]] = {one.task.name: (one.content, one.task) for one in headlines}
     played |= {rule: (rule, tasks["per-agent-visible"]) for rule in RULES}
     jobs = {}
     for (name, (policy, task)), blocked in product(played.items(), BLOCKED):

@@ -52,15 +52,14 @@ def escape_forces() -> Figure:
             panel.plot(offsets, drawn, color=color, lw=1.8)
         (axes if force == "constant" else inset).text(*place, name, color=color)
     axes.axhline(0, color=LIGHT.ink, lw=0.6)
+    strength, reach = LINE.repulsion_strength, LINE.predator_range
     for panel in (axes, inset):
-        panel.axvspan(-LINE.predator_range, LINE.predator_range, color=LIGHT.predator, alpha=0.1, lw=0)
+        panel.axvspan(-reach, reach, color=LIGHT.predator, alpha=0.1, lw=0)
     inset.set(xlim=(0.1, 0.22), ylim=(-0.1, 0.5))
     axes.indicate_inset_zoom(inset, edgecolor=LIGHT.muted)
     axes.set(xlabel="offset from the predator, x - x_p", ylabel="escape force")
     axes.margins(x=0)
-    axes.set_title(
-        f"Escape forces, s = {LINE.repulsion_strength:g}; shaded: predator range {LINE.predator_range:g}"
-    )
+    axes.set_title(f"Escape forces, s = {strength:g}; shaded: predator range {reach:g}")
     return figure
 
 
@@ -147,9 +146,7 @@ def flock_seed(measured: Measured) -> int:
 
 
 _FLOCKS = ("curves", "grid flock")
-_STRENGTHS = tuple(
-    name(plan.PAPER, strength) for name in (plan.control, plan.captures) for strength in plan.STRENGTHS
-)
+_CONTROLS = [name(plan.PAPER, force) for name in (plan.control, plan.captures) for force in plan.STRENGTHS]
 
 FIGURES: Final[dict[str, tuple[Iterable[str], Callable[[Measured], Figure]]]] = {
     "2": ((), lambda _: escape_forces()),
@@ -162,7 +159,7 @@ FIGURES: Final[dict[str, tuple[Iterable[str], Callable[[Measured], Figure]]]] = 
     "9": (_FLOCKS, lambda m: flock_figures.distances("min_mean_distance", m, flock_seed(m))),
     "10": (_FLOCKS, lambda m: flock_figures.distances("min_min_distance", m, flock_seed(m))),
     "edge": ([f"aimed {offset:g}" for offset in plan.OFFSETS], flock_figures.aimed_beside),
-    "force": (_STRENGTHS, flock_figures.by_force),
+    "force": (_CONTROLS, flock_figures.by_force),
     "anatomy": (plan.ANATOMIES, flock_figures.anatomy),
 }
 """Measurements that a figure needs and how it is drawn, by the number in the paper. ``"edge"`` is the attack

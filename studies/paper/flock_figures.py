@@ -194,10 +194,8 @@ def anatomy(results: Mapping[str, Arrays]) -> Figure:
         _draw(axes, rows, gap=0.11)
         letter(axes, index, title)
     panels[1, 0].axhline(0, color=LIGHT.muted, lw=0.8)
-    text = (
-        "Flocks that do not flee (s = 0) at their smallest mean distance, 95 % intervals; dotted: as labeled"
-    )
-    caption(figure, text)
+    text = "Flocks that do not flee (s = 0) at their smallest mean distance"
+    caption(figure, f"{text}, 95 % intervals; dotted: as labeled")
     return figure
 
 

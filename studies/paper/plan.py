@@ -7,18 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from flockesc_env import FlockScenario, LineScenario
 from flockesc_env.common.checks import as_count
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
-from flockesc_env.scenario import (
-    AlignedHeadings,
-    ConstantVelocity,
-    FlockScenario,
-    Intercept,
-    LineScenario,
-    PurePursuit,
-    approach,
-)
+from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, Intercept, PurePursuit, approach
 from flockesc_env.scenario.line import EscapeForce
 from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES
 from flockesc_env.scenario.presets import as_scenario

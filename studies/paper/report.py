@@ -98,9 +98,7 @@ def report(results: PaperResults) -> str:
     return template("paper/templates/paper.md").render(
         results=results,
         sections=sections,
-        counts={
-            verdict: [judged.count((verdict, reading)) for reading in (False, True)] for verdict in Verdict
-        },
+        counts={each: [judged.count((each, reading)) for reading in (False, True)] for each in Verdict},
         mark=lambda judgment: judgment.verdict.value + ("" if judgment.is_clear else unclear),
         figure_link=_figure_link,
         most=MOST,

@@ -87,13 +87,10 @@ class PredatorRing:
     ring: list[list[float]]
 
 
-def scenario(
-    num_agents: int, strength: float, position: FloatArray, step: float, time: float
-) -> FlockScenario:
-    """Return the published model with a predator at ``position``."""
-    place = (float(position[0]), float(position[1]))
+def scenario(num_agents: int, strength: float, place: FloatArray, step: float, time: float) -> FlockScenario:
+    """Return the published model with a predator at ``place``."""
     attraction = {"strength": strength, "exponent": EXPONENT, "max_speed": UNBOUNDED}
-    predator = Attracted(position=place, velocity=(0.0, 0.0), **attraction)
+    predator = Attracted((float(place[0]), float(place[1])), (0.0, 0.0), **attraction)
     return FlockScenario(
         num_agents=num_agents,
         time_step=step,
