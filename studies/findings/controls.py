@@ -25,7 +25,7 @@ from flockesc_env.policies.setup import setup
 from flockesc_env.taskset import Task
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, play_jobs, policy_of, share_of, values_by
-from studies.scoreboard.scores import best_fixed_range
+from studies.scoreboard.board import best_fixed_range
 
 Observations = NDArray[np.float32]
 

@@ -30,8 +30,7 @@ from flockesc_env.scenario.presets import Scenario
 from flockesc_env.taskset.task import FLOCKS, Task, read_tasks, tasks
 from studies.measurements import Runner, play_jobs, split
 from studies.scoreboard import references
-from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, rules_of
-from studies.scoreboard.scores import BEST_FIXED, column_of
+from studies.scoreboard.board import ANY_RATE, BEST_FIXED, BOARD, CHOOSING, CONTROLLING, column_of, rules_of
 from studies.study import document
 
 _SIMULATED_FLOCKS: Final = {"paper-flock": 200, "startled": 60, "varied": 60}

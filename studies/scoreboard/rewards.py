@@ -21,7 +21,7 @@ from flockesc_env.episodes.splits import TUNING
 from flockesc_env.jobs import Arrays
 from flockesc_env.taskset.task import Task, tasks
 from studies.measurements import Runner, sign, split
-from studies.scoreboard.scores import best_fixed_range
+from studies.scoreboard.board import best_fixed_range
 from studies.scoreboard.trainings import TRANSFERRED
 from studies.study import document
 

@@ -179,8 +179,8 @@ def figure(results: Milling) -> Figure:
     positions, headings = np.array(results.torus)
     axis = np.cross(positions, headings).sum(axis=0)
     across = np.linalg.svd(axis[None])[2][1:]  # two directions across the axis of rotation
-    x, y, along_x, along_y = *across @ positions.T, *across @ headings.T
-    picture.quiver(x, y, along_x, along_y, color=LIGHT.ink, angles="xy", scale=18, width=0.008)
+    places, directions = across @ positions.T, across @ headings.T
+    picture.quiver(*places, *directions, color=LIGHT.ink, angles="xy", scale=18, width=0.008)
     picture.set_aspect("equal")
     picture.set_axis_off()
     letter(picture, 0, "a torus, along its axis")
