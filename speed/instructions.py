@@ -94,11 +94,7 @@ def _run() -> None:
 
 
 def count() -> dict[str, int]:
-    """Return the instructions of a step in every case.
-
-    Raises:
-        CalledProcessError: if valgrind or a case fails.
-    """
+    """Return the instructions of a step in every case; needs valgrind."""
     with TemporaryDirectory() as folder:
         tool = ("valgrind", "--tool=callgrind", f"--dump-before={_MARKER}", "--callgrind-out-file=counts")
         command = [*tool, sys.executable, "-m", "speed.instructions"]

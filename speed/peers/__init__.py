@@ -82,21 +82,13 @@ RunOne = Callable[[Model, Floats, Floats, float, int], tuple[Floats, float]]
 
 @dataclass(frozen=True)
 class Peer:
-    """An implementation of the flock model.
+    """An implementation of the flock model."""
 
-    Attributes:
-        name: name in tables and figures.
-        run: the function to time.
-        flocks_at_once: number of flocks per call, for peers that are faster with many; ``None``: ``FLOCKS``.
-        is_single: whether it computes in float32.
-        largest: size of the largest flock to time in agents; a step of the next size takes seconds.
-    """
-
-    name: str
+    name: str  # in tables and figures
     run: Run
-    flocks_at_once: int | None = None
-    is_single: bool = False
-    largest: int = 1_000_000
+    flocks_at_once: int | None = None  # per call, for peers that are faster with many; None: ``FLOCKS``
+    is_single: bool = False  # whether it computes in float32
+    largest: int = 1_000_000  # agents of the largest flock to time; a step of the next size takes seconds
 
 
 def one_by_one(run: RunOne) -> Run:
@@ -114,11 +106,7 @@ def one_by_one(run: RunOne) -> Run:
 
 @cache
 def rust() -> ModuleType:
-    """Compile the crate ``flockesc-peers`` with this project's release profile and import it.
-
-    Raises:
-        CalledProcessError: if the compilation fails.
-    """
+    """Compile the crate ``flockesc-peers`` with this project's release profile and import it."""
     command = ["cargo", "build", "--release", "--locked", "--quiet", "--package", "flockesc-peers"]
     subprocess.run(command, cwd=_ROOT, check=True)
     loader = ExtensionFileLoader("flockesc_peers", str(_ROOT / "target/release/libflockesc_peers.so"))
