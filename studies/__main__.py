@@ -279,16 +279,10 @@ def _runner(folder: Path, backend: str) -> Runner:
     return Runner(jobs.Cache(folder / "cache"), runs_on, progress=True)
 
 
+_MEASURING = (paper, robustness, validation, arms_race, findings)
+_SCOREBOARD = (scoreboard_freeze, scoreboard_train, scoreboard_rewards)
 _COMMANDS: dict[str, Callable[..., Exit]] = {
-    "paper": paper,
-    "robustness": robustness,
-    "validation": validation,
-    "arms-race": arms_race,
-    "findings": findings,
-    "scoreboard-freeze": scoreboard_freeze,
-    "scoreboard-train": scoreboard_train,
-    "scoreboard-rewards": scoreboard_rewards,
-    "reports": reports,
+    command.__name__.replace("_", "-"): command for command in (*_MEASURING, *_SCOREBOARD, reports)
 }
 STUDIES = Application("python -m studies", "Studies made with flockesc_env.", _COMMANDS)
 

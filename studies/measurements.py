@@ -1,7 +1,5 @@
 """Measurements: jobs and their results, policies on flocks as jobs, and columns of tables by flock."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice

@@ -1,7 +1,5 @@
 """Style of the studies' figures: letters of panels, colors of components, curves and forest plots."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The arms race: predators and flock policies trained in turns with CMA-ES, and the cross-play of all."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import platform

@@ -1,7 +1,5 @@
 """Controls of the headline policies: hidden entries of the observation, and blocked warnings."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Ranges that policies set: by the predator's place, over time, and those of one agent that waits."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple

@@ -1,7 +1,5 @@
 """Where learning loses: headline policies in other starts, presets and sizes than those of their training."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from itertools import product

@@ -1,14 +1,12 @@
 """The study of learned ranges: its measurements, its figures and its report."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -110,7 +108,7 @@ class Findings:
     entries: dict[str, list[Entry]]
 
     @classmethod
-    def load(cls, output: Path) -> Findings:
+    def load(cls, output: Path) -> Self:
         """Read the results."""
         return cls(output, headlines.load(output), entries_of(load_board()))
 

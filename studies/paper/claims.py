@@ -1,7 +1,5 @@
 """Claims of the paper, their measurements, and the rule for the verdicts."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 

@@ -1,7 +1,5 @@
 """The figures of the paper by number, those of the line, and the single realizations that they show."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Final

@@ -1,7 +1,5 @@
 """The paper's claims about the flock (Sections V and VI), measured."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

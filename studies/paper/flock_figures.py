@@ -1,7 +1,5 @@
 """Figures of the flock: 6 to 10 of the paper, an attack beside its center, and the controls."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The paper's own measurements: curves of flocks, consensus of lines, flocks at their smallest distance."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The paper's claims about the line (Sections III, IV and VI), measured."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from flockesc_env.common.stats import Estimate, FloatArray, argmax

@@ -1,7 +1,5 @@
 """The paper's explanation of its result, tested without warnings, and without the escape force."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

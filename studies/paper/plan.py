@@ -1,7 +1,5 @@
 """The measurements of the paper: scenarios, ranges and numbers of seeds."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The reproduction of the paper as a study: its results, and their report."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from importlib.metadata import version

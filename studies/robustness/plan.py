@@ -1,7 +1,5 @@
 """Attacked variations of the paper's flock, their grids of actions, and the questions that they answer."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The best fixed range of every preset: the rule of the findings, the results, their figure and page."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """The scoreboard: results of rules and learners on the tasks in folders of their names, and their scores."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress

@@ -5,8 +5,6 @@ of the controls. ``ANY_RATE`` gets the scores that rules reach with their own op
 best fixed range reaches on every flock.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import tomllib

@@ -3,8 +3,6 @@
 Every reference is a job that takes the names of a task and of one of its scenarios.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The report of the scoreboard: the entries of all tasks, best first."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass

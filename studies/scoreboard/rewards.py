@@ -6,8 +6,6 @@ reward ``"individual"`` with A minus that with B. Every flock is played twice, w
 teaches a range that harms the flock: a social dilemma.
 """
 
-from __future__ import annotations
-
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any, Final

@@ -3,8 +3,6 @@
 Learners of other frameworks are examples of this project, each in the environment of its framework.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -10,8 +10,6 @@ A part is a module of this package with one result and these names:
   ``published`` and ``here``, the row of the overview.
 """
 
-from __future__ import annotations
-
 from enum import StrEnum
 from importlib import import_module
 from types import ModuleType
@@ -28,7 +26,7 @@ class Verdict(StrEnum):
     CANNOT_BE_JUDGED = "cannot be judged"
 
     @classmethod
-    def of(cls, *conditions: object) -> Verdict:
+    def of(cls, *conditions: object) -> "Verdict":
         """Return the verdict: a result agrees if all conditions are true."""
         return cls.AGREES if all(conditions) else cls.DIFFERS
 

@@ -5,8 +5,6 @@ PLOS Comput. Biol. 17 (2021) e1008832. Constants of the prey are those of the au
 PaPeK/PredatorPrey.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -143,11 +141,7 @@ def results(measured: Mapping[float, Arrays]) -> Criticality:
     avoided = (still - captured) / still.mean(axis=1, keepdims=True)
     return Criticality(
         num_flocks=captured.shape[1],
-        order=means(found["order"]),
-        variance=means(found["variance"]),
-        captured=means(captured),
-        captured_still=means(still),
-        spacing=means(found["spacing"]),
+        **{name: means(rows) for name, rows in found.items()},
         transition=transition,
         best=argmax(alignments, -captured),
         best_still=argmax(alignments, -still),

@@ -10,8 +10,6 @@ The limits are the zeros of the determinant and of the trace of the linear dynam
 the predator.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal

@@ -3,8 +3,6 @@
 Maynard Smith and Price, "The logic of animal conflict" (1973), define stability: no mutant does better.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product

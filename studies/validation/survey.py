@@ -1,7 +1,5 @@
 """The parts as one study: their results, figures and page."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, replace

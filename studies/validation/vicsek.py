@@ -4,8 +4,6 @@ Vicsek, Czirok, Ben-Jacob, Cohen and Shochet, "Novel type of phase transition in
 particles" (1995), Figure 2a.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
