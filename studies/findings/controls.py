@@ -33,9 +33,7 @@ HIDING_FLOCKS: Final = 100
 BLOCKING_FLOCKS: Final = 200
 TUNED: Final = 20  # tuning flocks over which a hidden entry has its mean
 
-RULES: Final = ("head-away", "stubborn-leaders")
-"""Rules that play ``per-agent-visible`` beside the headline policies."""
-
+RULES: Final = ("head-away", "stubborn-leaders")  # play ``per-agent-visible`` beside the headline policies
 BLOCKED: Final = (False, True)  # whether warnings are blocked
 NOTHING: Final = "nothing"
 
@@ -82,14 +80,12 @@ class Watching(Hiding):
 
     def __init__(self, policy: Policy) -> None:
         super().__init__(policy, {})
-        self.layouts: list[ObservationLayout] = []
         self.seen: list[Observations] = []
         self.ranges: list[FloatArray] = []
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Let the policy choose."""
         actions = super().act(observations, spec)
-        self.layouts.append(spec.layout)
         self.seen.append(observations.copy())
         self.ranges.append(spec.actions.to_ranges(actions, len(observations)))
         return actions
@@ -111,7 +107,7 @@ def watch(policy: BasePolicy, flocks: range) -> Watched:
     """Run a policy on some flocks of the scenario that it was trained in."""
     watching = Watching(policy)
     rollout(_instead(watching, policy), flocks, batch_size=len(flocks))
-    return Watched(watching.layouts[0], np.array(watching.seen), np.array(watching.ranges))
+    return Watched(policy.policy_spec.layout, np.array(watching.seen), np.array(watching.ranges))
 
 
 def hide(policy: bytes, column: str, shown: tuple[tuple[int, float], ...], flocks: range) -> Arrays:

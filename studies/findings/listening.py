@@ -38,9 +38,7 @@ CANDIDATES: Final = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
 
 BLIND: Final = "per-agent-visible-derived"
 _TITLES = {"blind": "Without a profile: the best policy", "informed": "With a profile: the rule turn-away"}
-_AHEAD = 30.0
-"""Angle in degrees between heading and escape direction below which the page says that an agent escapes."""
-
+_AHEAD = 30.0  # degrees off its escape direction within which an agent counts as escaping
 _SHOWN = 2.0  # seconds of the figure
 
 

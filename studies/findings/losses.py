@@ -33,8 +33,7 @@ ATTACKS: Final = {"across": (1.0, -1.0), "toward": (-1.0, -1.0)}
 
 SIZES: Final = (100, 1_000, 10_000)  # numbers of agents of the paper's flock in which policies are tried
 
-_SLOW_SHARE, _LARGE_SHARE = 0.2, 0.06
-"""Share of the flocks for agents that count neighbors, and for more than 1,000 agents."""
+_SLOW_SHARE, _LARGE_SHARE = 0.2, 0.06  # of the flocks if agents count neighbors, and for over 1,000 agents
 
 
 def starts() -> dict[str, FlockScenario]:

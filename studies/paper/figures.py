@@ -173,10 +173,7 @@ def draw_figures(output: Path, measured: Measured, names: Iterable[str] = FIGURE
 def measure_and_draw(
     output: Path, names: Iterable[str], trials: plan.Trials, backend: Backend, *, progress: bool = False
 ) -> list[Path]:
-    """Write some figures and return the PNG files; run only the measurements that they need.
-
-    The cache is that of the whole study.
-    """
+    """Write some figures after the measurements that they need, in the study's cache; return PNG files."""
     for name in names:
         if name not in FIGURES:
             raise InputError("figures", f"some of {', '.join(FIGURES)}", repr(name))

@@ -19,7 +19,7 @@ from studies.paper import plan
 from studies.paper.flock_claims import gain_of_100
 from studies.paper.jobs import with_parts
 from studies.paper.mechanism_claims import flock_values
-from studies.paper.plan import FLOCK, OFFSETS, PAPER_OBJECTIVES
+from studies.paper.plan import FLOCK, NO_FORCE, OFFSETS, PAPER_FORCE, PAPER_OBJECTIVES
 from studies.style import caption, component_colors, curve, letter, subplots
 from training.figure_style import BAND, RANGES, draw_predator, label_ends
 
@@ -28,12 +28,8 @@ _COLORS = {rho: to_hex(RANGES((rho / 100.0) ** 0.5)) for rho in plan.SHOWN_FLOCK
 """Colors of the ranges; the square root keeps 10 m apart from 0."""
 _GRID, _AIMED = np.array(plan.FLOCK_GRID), np.array(plan.AIMED_GRID)
 _TICKS = (0, 2, 5, 10, 20, 50, 100)
-_FORCE_COLORS = {
-    plan.NO_FORCE: LIGHT.accent,
-    1.0: LIGHT.alone,
-    plan.PAPER_FORCE: LIGHT.fixed,
-    100.0: to_hex(RANGES(0.95)),
-}
+_STRONGEST = to_hex(RANGES(0.95))
+_FORCE_COLORS = {NO_FORCE: LIGHT.accent, 1.0: LIGHT.alone, PAPER_FORCE: LIGHT.fixed, 100.0: _STRONGEST}
 
 
 def snapshots(seed: int, rho: float) -> Figure:
@@ -149,7 +145,7 @@ def by_force(results: Mapping[str, Arrays]) -> Figure:
         rows = []
         for strength, color in _FORCE_COLORS.items():
             values = (1 if spec.unit else 100) * flock_values(results, plan.PAPER, strength, spec)
-            rows.append((f"s = {strength:g}", values, color, "-" if strength == plan.PAPER_FORCE else "--"))
+            rows.append((f"s = {strength:g}", values, color, "-" if strength == PAPER_FORCE else "--"))
         _draw(axes, rows)
         letter(axes, index, f"{spec.symbol} ({spec.unit or '%'})")
     survival = f"Survival: agents within {plan.CAPTURE_RADIUS:g} m of the predator are caught"

@@ -7,9 +7,7 @@ from flockesc_env.jobs import Arrays
 from studies.paper import plan
 from studies.paper.claims import Claim, Quantity, claim, exactly, mean, share
 
-PRINTED_CLUSTERS = {0.2: (0.35, 0.69), 0.1: (0.14, 0.40, 0.67, 0.88)}
-"""Cluster positions that Figure 3 shows, by range."""
-
+PRINTED_CLUSTERS = {0.2: (0.35, 0.69), 0.1: (0.14, 0.40, 0.67, 0.88)}  # positions in Figure 3 by range
 NEAR = 0.05  # largest distance at which a cluster counts as being where the paper has it
 _AT_TENTH = plan.LINE_GRID.index(0.1)  # the paper's best range
 _GRID = np.array(plan.LINE_GRID)

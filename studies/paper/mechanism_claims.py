@@ -185,10 +185,8 @@ def _trade_off(found: Controlled, others: Mapping[str, FloatArray] | None = None
     unit = ("m", 0) if found.spec.model == "flock" else ("", 2)
     longest, gains = found.shown(found.grid[-1]), []
     for name, choice in ends.items():
-        gains += [
-            found.quantity(f"its gain over 0 {name}", choice.gain_over_zero),
-            found.quantity(f"its gain over {longest} {name}", choice.gain_over_longest),
-        ]
+        gains.append(found.quantity(f"its gain over 0 {name}", choice.gain_over_zero))
+        gains.append(found.quantity(f"its gain over {longest} {name}", choice.gain_over_longest))
     return claim(
         found.where,
         "The trade-off between warning and consensus makes an intermediate range best.",

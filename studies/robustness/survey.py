@@ -21,7 +21,6 @@ from studies.robustness.plan import QUESTIONS, Grid, attacked_presets, grid_of
 from studies.study import RESULTS_FILE, Results, Study, document, template
 from studies.style import ROW, caption, draw_forest, subplots
 
-FIGURE = "robustness"
 OBJECTIVES = {spec.symbol: spec.name for spec in PAPER_OBJECTIVES}  # symbol and column of every objective
 
 
@@ -189,7 +188,7 @@ def report(results: RobustnessResults) -> str:
 ROBUSTNESS = Study(
     measure=measure,
     load=RobustnessResults.load,
-    figures=lambda results: {FIGURE: figure(results)},
+    figures=lambda results: {"robustness": figure(results)},
     report=report,
     formats=("svg", "png"),
 )

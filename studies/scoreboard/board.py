@@ -159,11 +159,10 @@ def _trained(trained: Mapping[Key, Arrays]) -> Iterator[_Unscored]:
         task = tasks[name]
         runs = _distinct(runs)
         files = _write_policies(runs, folder_of(learner, task) / "policies", name)
+        counts = ("samples", "episodes", "evaluations")
         training = Training(
             seeds=list(runs),
-            samples=max(int(run["samples"]) for run in runs.values()),
-            episodes=max(int(run["episodes"]) for run in runs.values()),
-            evaluations=max(int(run["evaluations"]) for run in runs.values()),
+            **{count: max(int(run[count]) for run in runs.values()) for count in counts},
             cpu_minutes=[round(float(run["cpu_seconds"]) / 60, 2) for run in runs.values()],
             versions=dict(versions_of(learner)),
             hyperparameters=hyperparameters_of(learner, name),

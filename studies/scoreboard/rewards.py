@@ -72,14 +72,8 @@ def _play(name: str, ranges: FloatArray, flocks: range) -> tuple[FloatArray, Flo
     ``ranges`` are those that the agents hold, shape (flocks, agents).
     """
     task: Any = tasks[name]
-    options = {**task.options, "reward": "individual", "action_mode": "range"}
-    batch = FlockBatch(
-        task.scenario,
-        task.scenario.env_options(options),
-        num_flocks=len(flocks),
-        per_agent=True,
-        num_threads=1,
-    )
+    options = task.scenario.env_options({**task.options, "reward": "individual", "action_mode": "range"})
+    batch = FlockBatch(task.scenario, options, num_flocks=len(flocks), per_agent=True, num_threads=1)
     batch.reset(range(len(flocks)), list(flocks))
     returns = np.zeros(ranges.size)
     has_ended = np.zeros(1, bool)

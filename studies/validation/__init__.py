@@ -2,7 +2,7 @@
 
 A part is a module of this package with one result and these names:
 
-- ``jobs(scale)``: the jobs by key, for a share of the page's flocks;
+- ``jobs(scale)``: lists of jobs by key, for a share of the page's flocks;
 - ``results(measured)``: the results of the jobs, a frozen dataclass, which the annotation names;
 - ``verdict(results)``: the verdict by a rule on intervals;
 - ``figure(results)``: the published result and the one here;

@@ -34,9 +34,7 @@ FAST: Final = 10 * SPEED
 
 STEPS: Final = 2_000
 MEASURED: Final = 500  # last steps of each width, over which measures are averaged
-NOISE: Final = 2 * math.sqrt(3) * 0.05
-"""Uniform noise with the root mean square angle of the published Gaussian noise, 0.05 rad."""
-
+NOISE: Final = 2 * math.sqrt(3) * 0.05  # uniform; its rms angle is that of the published Gaussian, 0.05 rad
 FLOCKS: Final = 10
 TURNING: Final = 0.5  # rotation above which a group with a smaller polarization is a torus
 LITTLE: Final = 0.3  # polarization and rotation below which a group is a swarm
