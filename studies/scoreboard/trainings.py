@@ -3,8 +3,6 @@
 Learners of other frameworks are examples of this project, each in the environment of its framework.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -28,8 +26,7 @@ from training.train import train as train_run
 TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
 """Tasks on which nobody trains: they score the policies of ``per-agent-visible`` that the wheel ships."""
 
-_SECONDS: Final = 60.0
-"""Estimated processor time of a training run."""
+_SECONDS: Final = 60.0  # estimated processor time of a training run
 
 
 class Key(NamedTuple):
