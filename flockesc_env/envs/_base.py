@@ -338,5 +338,5 @@ class ManyFlocks(FlockEnvironment):
 
 
 def agent_names(kind: str, count: int) -> list[str]:
-    """Return the names ``kind_0``, .. of agents, with leading zeros so that all have the same length."""
-    return [f"{kind}_{i:0{len(str(count - 1))}d}" for i in range(count)]
+    """Return the names ``kind_0``, ``kind_1``, .. of agents."""
+    return [f"{kind}_{i}" for i in range(count)]

@@ -121,8 +121,13 @@ class Task:
         """Return the score, the mean over scenarios, from the objective, or an array of them, in each."""
         return sum(scale.score(objectives[name]) for name, scale in self.scales.items()) / len(self.scales)
 
-    def policy_spec(self, **options: Any) -> PolicySpec:
-        """Return what a policy observes and sets; ``options`` replace the task's."""
+    @property
+    def policy_spec(self) -> PolicySpec:
+        """What a policy observes and sets, as ``env.policy_spec``."""
+        return self.spec_with()
+
+    def spec_with(self, **options: Any) -> PolicySpec:
+        """Return ``policy_spec`` with options that replace the task's, for example those of a ``Learner``."""
         chosen = self.scenario.env_options({**self.options, **options})
         return policy_spec(self.scenario, chosen, per_agent=self.per_agent)
 
@@ -134,7 +139,7 @@ class Task:
         """
         from flockesc_env.taskset.fitting import fitted
 
-        return fitted(policy, self.policy_spec(), [*self.scenarios.values()])
+        return fitted(policy, self.policy_spec, [*self.scenarios.values()])
 
     def env(self, **options: Any) -> FlockEscapeEnv | LineEscapeEnv:
         """Return the Gymnasium environment of a task with one range per flock or line.
@@ -222,7 +227,7 @@ class Task:
             command = f"python -m training train {self.name} --learner {learner} runs this one"
             raise InputError("learner", f"one of stable-baselines3; {command}", repr(learner))
         best = next(iter(self.scales.values())).best_fixed_range
-        return found.arguments(self.policy_spec(**found.options), best)
+        return found.arguments(self.spec_with(**found.options), best)
 
     def compare(
         self,
