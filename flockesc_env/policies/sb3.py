@@ -18,7 +18,6 @@ from flockesc_env.policies.base import BasePolicy, Observations, RowMemory, chec
 from flockesc_env.policies.network import NetworkPolicy, Squash, torch_network
 from flockesc_env.scenario.options import UNOBSERVED, VIEWS
 
-
 STORED_SPEC: Final = "flockesc_spec"
 """Attribute of a model for the spec of its training, which ``FlockEvalCallback`` sets; ``save`` keeps it."""
 
