@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import gymnasium
 import msgspec
+import numpy as np
 
 from flockesc_env.common.checks import as_choice, as_count
-from flockesc_env.common.errors import InputError, errors_at
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
@@ -32,9 +33,10 @@ if TYPE_CHECKING:  # slow to import, so that methods import them
     from flockesc_env.envs.gymnasium import FlockEscapeEnv
     from flockesc_env.envs.line import LineEscapeEnv
     from flockesc_env.envs.pettingzoo import FlockParallelEnv
+    from flockesc_env.policies.base import BasePolicy
+    from flockesc_env.policies.compare import Comparison
     from flockesc_env.policies.setup import Setup
     from flockesc_env.sb3 import FlockEvalCallback
-    from flockesc_env.taskset.comparison import Comparison
 
 VERSION: Final = "v1"
 """Version of the tasks. A change of a task gets another version; old ones stay."""
@@ -231,7 +233,7 @@ class Task:
         num_flocks: int = 200,
         num_threads: int | None = None,
     ) -> Comparison:
-        """Play policies and the best fixed range on the same held-out flocks; see ``Comparison``.
+        """Play policies and the best fixed range on the same held-out flocks, as ``flockesc_env.compare``.
 
         Args:
             *policies: policies, names of built-in ones, paths of policy files, or models of
@@ -244,18 +246,18 @@ class Task:
             InputError: if a policy does not fit the task, or an argument is out of bounds.
         """
         require("analysis", ["scipy"])
-        from flockesc_env.policies.registry import as_policy
-        from flockesc_env.taskset.comparison import Comparison, play_all
+        from flockesc_env.policies import compare
 
         seeds = self.seeds[: as_count(num_flocks, "num_flocks", most=len(self.seeds))]
         name = as_choice(scenario or next(iter(self.scenarios)), "scenario", self.scenarios)
-        entries = {}
-        for policy in map(as_policy, (self.shortcut.policy, *policies)):
-            with errors_at(f"{policy.name}: "):
-                entry = replace(self.setup(policy), scenario=self.scenarios[name], num_threads=num_threads)
-                entries[policy.name] = entry
-        search, values = play_all(entries, self.scales[name].best_fixed_range, self.spec, seeds)
-        return Comparison(self.name, name, self.spec, self.shortcut.policy, search, values)
+        chosen, best = self.scenarios[name], self.scales[name].best_fixed_range
+
+        def prepare(policy: BasePolicy) -> Setup:
+            return replace(self.setup(policy), scenario=chosen, num_threads=num_threads)
+
+        entries, grid = compare.prepared((self.shortcut.policy, *policies), prepare), chosen.search_ranges
+        facts = {"scenario": name, "task": self.name, "rule": self.shortcut.policy}
+        return compare.judged(entries, self.spec, np.array(grid), best, seeds, **facts)
 
 
 class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
