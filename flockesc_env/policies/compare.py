@@ -23,7 +23,8 @@ from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import NAMES, as_flock_policy
 from flockesc_env.policies.rollout import AnyPolicy, play
 from flockesc_env.policies.rules import FixedRange
-from flockesc_env.policies.setup import Setup, setup
+from flockesc_env.policies.sb3 import SB3Policy
+from flockesc_env.policies.setup import Setup, flocks_of, setup, setup_in
 from flockesc_env.scenario.objectives import ObjectiveSpec
 from flockesc_env.scenario.presets import PRESETS, Scenario
 
@@ -173,6 +174,7 @@ def compare(
     objective: str | None = None,
     ranges: ArrayLike | None = None,
     num_threads: int | None = None,
+    env: Any = None,
     **options: Any,
 ) -> Comparison:
     """Play policies and the best fixed range on the same flocks, or lines, of any scenario.
@@ -181,13 +183,14 @@ def compare(
     flocks, with seeds from 2,000,000 on. ``task.compare`` compares on a task.
 
     Args:
-        scenario: the model's parameters, or a preset's name; ``None``: the scenario of the first policy.
+        scenario: the model's parameters, or a preset's name; ``None``: that of ``env`` or the first policy.
         *policies: policies, names of built-in ones, paths of policy files, or models of stable-baselines3.
         num_flocks: number of held-out flocks.
         num_tuning: number of tuning flocks.
         objective: an objective of the scenario; ``None``: that of the first policy's options.
         ranges: fixed ranges among which the best one is chosen; ``None``: ``scenario.search_ranges``.
         num_threads: number of threads; ``None``: one per core.
+        env: an environment in which models of stable-baselines3 play, as in ``rollout``.
         **options: options of ``rollout`` for all policies, also ``per_agent`` and ``predator_policy``. No
             fixed range exceeds a ``max_range`` that is given.
 
@@ -206,12 +209,18 @@ def compare(
     held_out = HELD_OUT[: as_count(num_flocks, "num_flocks", most=len(HELD_OUT))]
     tuning = TUNING[: as_count(num_tuning, "num_tuning", most=len(TUNING))]
     model = scenario
+    if env is not None:
+        options.setdefault("predator_policy", flocks_of(env).predator_policy)
+        model = flocks_of(env).scenario if scenario is None else scenario
 
     def prepare(policy: BasePolicy) -> Setup:
         nonlocal model
         # A trained policy may have learned another objective; a rule observes this one.
         aim: Any = {} if objective is None or policy.scenario else {"objective": objective}
-        entry = setup(policy, model, num_threads=num_threads, **aim, **options)
+        if env is not None and isinstance(policy, SB3Policy):
+            entry = setup_in(env, policy, model, num_threads=num_threads, **options)
+        else:
+            entry = setup(policy, model, num_threads=num_threads, **aim, **options)
         model = entry.scenario
         return entry
 

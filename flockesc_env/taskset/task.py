@@ -17,7 +17,7 @@ import msgspec
 import numpy as np
 
 from flockesc_env.common.checks import as_choice, as_count
-from flockesc_env.common.errors import InputError
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import require
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
@@ -128,15 +128,15 @@ class Task:
         chosen = self.scenario.env_options({**self.options, **options})
         return policy_spec(self.scenario, chosen, per_agent=self.per_agent)
 
-    def setup(self, policy: Any) -> Setup:
-        """Return how a policy plays the task.
+    def setup(self, policy: Any, env: Any = None) -> Setup:
+        """Return how a policy plays the task; a model of stable-baselines3 plays in ``env`` if it is given.
 
         Raises:
             InputError: if it is for another problem, or sees or sets more than the task allows (``fitted``).
         """
         from flockesc_env.taskset.fitting import fitted
 
-        return fitted(policy, self.policy_spec(), [*self.scenarios.values()])
+        return fitted(policy, self.policy_spec(), [*self.scenarios.values()], env)
 
     def env(self, **options: Any) -> FlockEscapeEnv | LineEscapeEnv:
         """Return the Gymnasium environment of a task with one range per flock or line.
@@ -232,6 +232,7 @@ class Task:
         scenario: str | None = None,
         num_flocks: int = 200,
         num_threads: int | None = None,
+        env: Any = None,
     ) -> Comparison:
         """Play policies and the best fixed range on the same held-out flocks, as ``flockesc_env.compare``.
 
@@ -241,19 +242,23 @@ class Task:
             scenario: one of ``scenarios``; ``None``: the first one.
             num_flocks: number of flocks.
             num_threads: number of threads; ``None``: one per core.
+            env: an environment of ``scenario``, in which models play, as in ``rollout``.
 
         Raises:
             InputError: if a policy does not fit the task, or an argument is out of bounds.
         """
         require("analysis", ["scipy"])
-        from flockesc_env.policies import compare
+        from flockesc_env.policies import SB3Policy, compare
 
         seeds = self.seeds[: as_count(num_flocks, "num_flocks", most=len(self.seeds))]
         name = as_choice(scenario or next(iter(self.scenarios)), "scenario", self.scenarios)
         chosen, best = self.scenarios[name], self.scales[name].best_fixed_range
 
         def prepare(policy: BasePolicy) -> Setup:
-            return replace(self.setup(policy), scenario=chosen, num_threads=num_threads)
+            entry = self.setup(policy, env if isinstance(policy, SB3Policy) else None)
+            if entry.env is not None and entry.scenario != chosen:
+                raise InputError("env", f"flocks of {name}, as of vec_env(scenario={name!r})", shown(env))
+            return replace(entry, scenario=chosen, num_threads=num_threads)
 
         entries, grid = compare.prepared((self.shortcut.policy, *policies), prepare), chosen.search_ranges
         facts = {"scenario": name, "task": self.name, "rule": self.shortcut.policy}
