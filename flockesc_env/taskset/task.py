@@ -8,7 +8,6 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -316,7 +315,7 @@ class Tasks(Mapping[str, Task]):
 
     @cached_property
     def _tasks(self) -> dict[str, Task]:
-        return read_tasks(files(__package__).joinpath(f"{VERSION}.toml").read_text("utf-8"))
+        return read_tasks(Path(__file__).with_name(f"{VERSION}.toml").read_text("utf-8"))
 
     def __getitem__(self, name: str) -> Task:
         """Return a task.
