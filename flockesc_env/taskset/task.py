@@ -157,12 +157,11 @@ class Task:
         return FlockEscapeEnv(self.scenario, **options)
 
     def parallel_env(self, **options: Any) -> FlockParallelEnv:
-        """Return the PettingZoo environment of a task with one range per agent; see ``env``."""
-        if not self.per_agent or isinstance(self.scenario, LineScenario):
-            raise InputError("task", "one range per agent; env has one per flock or line", self.name)
+        """Return the PettingZoo environment of a task for flocks; its agent is ``flock`` for one range."""
         from flockesc_env.envs.pettingzoo import parallel_env  # fails in a deleted working folder
 
-        return parallel_env(self.scenario, **{"reward": self.reward, **self.options, **options})
+        chosen = {"per_agent": self.per_agent, "reward": self.reward, **self.options}
+        return parallel_env(self.scenario, **(chosen | options))
 
     def vec_env(self, num_flocks: int = 1, *, learner: str | None = "ppo", **options: Any) -> VecEnv:
         """Return the environment for stable-baselines3, with one slot per agent, per flock or per line.

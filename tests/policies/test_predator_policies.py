@@ -30,19 +30,20 @@ def test_pursuit_is_the_parallel_environment_with_a_fixed_flock(dimension: int, 
     scenario = hunted(dimension)
     policy = StubbornLeaders() if per_agent else FixedRange(10.0)
     pursuit = fe.PredatorEnv(scenario, flock_policy=policy, per_agent=per_agent)
-    parallel = fe.parallel_env(scenario.with_learned_predators())
+    parallel = fe.parallel_env(scenario.with_learned_predators(), per_agent=per_agent)
+    names = parallel.possible_agents[:-1]
     act = bind(Pursue(), pursuit)
     observation, _ = pursuit.reset(seed=5)
     observations, _ = parallel.reset(seed=5)
     while parallel.agents:
         np.testing.assert_array_equal(observation, observations["predator_0"])
-        flock = np.stack([observations[f"agent_{i}"] for i in range(5)])
+        flock = np.stack([observations[name] for name in names])
         ranges = policy.act(flock, parallel.policy_spec)
         action = act(observation)
         expected = Pursue().act(observation[np.newaxis], parallel.predator_policy_spec)[0]
         np.testing.assert_array_equal(action, expected)
         observation, reward, terminated, truncated, info = pursuit.step(action)
-        actions = {f"agent_{i}": rho for i, rho in enumerate(ranges)} | {"predator_0": action}
+        actions = dict(zip(names, ranges, strict=True)) | {"predator_0": action}
         observations, rewards, terminations, truncations, infos = parallel.step(actions)
         assert (reward, terminated, truncated, info) == tuple(
             part["predator_0"] for part in (rewards, terminations, truncations, infos)
