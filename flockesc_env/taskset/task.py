@@ -160,8 +160,8 @@ class Task:
         """Return the PettingZoo environment of a task for flocks; its agent is ``flock`` for one range."""
         from flockesc_env.envs.pettingzoo import parallel_env  # fails in a deleted working folder
 
-        chosen = {"per_agent": self.per_agent, "reward": self.reward, **self.options}
-        return parallel_env(self.scenario, **(chosen | options))
+        view = {"scenario": self.scenario, "per_agent": self.per_agent, "reward": self.reward}
+        return parallel_env(**{**view, **self.options, **options})
 
     def vec_env(self, num_flocks: int = 1, *, learner: str | None = "ppo", **options: Any) -> VecEnv:
         """Return the environment for stable-baselines3, with one slot per agent, per flock or per line.
