@@ -79,17 +79,18 @@ def simulate(
 
     Prints the distances to the predator and the state at the end.
 
-    The default scenario is the paper's flock of 300 agents.
+    The default scenario is that of a trained policy, or the paper's flock of 300 agents.
 
     Example: flockesc simulate fixed:10 --seed 7 --output run.npz
     """
     check_output(output, [".npz"])
-    chosen = scenario.build()
+    found = policy_of(policy or f"fixed:{BEST_RANGE:g}")
+    chosen = scenario.build([found])
     if policy is None:
         if isinstance(chosen, LineScenario):
             raise InputError("policy", "fixed:RHO for a line", "none")
-        policy = f"fixed:{BEST_RANGE:g}"
-    trajectory = run_once(chosen, policy=policy_of(policy), seed=seed)
+        policy = found.name
+    trajectory = run_once(chosen, policy=found, seed=seed)
     outcome = _outcome(trajectory)
     document = {
         "command": "simulate",
@@ -236,12 +237,12 @@ def watch(
     Example: flockesc watch fixed:12 stubborn-leaders --seed 242
     """
     check_output(output, [_PAGE, *_VIDEOS])
-    chosen = scenario.build()
-    if not isinstance(chosen, FlockScenario):
-        raise InputError("scenario", "a scenario of a flock", "one of a line")
     specs = policies or _DEFAULT
     runs = {spec: _load_run(Path(spec)) for spec in specs if records.is_run(Path(spec))}
     found = [(spec, policy_of(spec)) for spec in specs if spec not in runs]
+    chosen = scenario.build(policy for _, policy in found)
+    if not isinstance(chosen, FlockScenario):
+        raise InputError("scenario", "a scenario of a flock", "one of a line")
 
     is_video = output is not None and suffix_of(output) in _VIDEOS
     if is_video:

@@ -6,7 +6,7 @@ import secrets
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
 from tyro.conf import Positional, arg
@@ -22,7 +22,6 @@ from flockesc_env.taskset.scoring import score as play_all
 from flockesc_env.taskset.scoring import verify as play_again
 from flockesc_env.taskset.task import FLOCKS, VERSION, tasks
 
-MODEL = "PPO:FILE.zip (a model of stable-baselines3)"
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
 
 TaskName = Annotated[str, arg(help="name of a task; flockesc tasks lists them")]
@@ -79,9 +78,7 @@ def run(*, json: Json = False) -> Exit:
 def compare(
     policies: Annotated[
         Positional[tuple[str, ...]],
-        arg(
-            help=f"{EXPECTED}, or {MODEL}; none: the best fixed range and the rule alone", metavar="POLICY .."
-        ),
+        arg(help=f"{EXPECTED}; none: the best fixed range and the rule alone", metavar="POLICY .."),
     ] = (),
     *,
     task: TaskName,
@@ -116,7 +113,7 @@ def compare(
 def score(
     policies: Annotated[
         Positional[tuple[str, ...]],
-        several(f"all training seeds of a learner, or a rule: {EXPECTED}, or {MODEL}", "POLICY .."),
+        several(f"all training seeds of a learner, or a rule: {EXPECTED}", "POLICY .."),
     ],
     *,
     task: TaskName,
@@ -124,6 +121,7 @@ def score(
     training: Annotated[
         Path | None, *optional(f"how the learner was trained: {_TRAINING}", "nothing is said")
     ] = None,
+    flocks: Annotated[int | None, *optional("play the first flocks only: a draft, no result", "all")] = None,
     output: Annotated[Path | None, *optional("write the result (.json)", "print it only")] = None,
     json: Json = False,
 ) -> Exit:
@@ -131,11 +129,15 @@ def score(
 
     A learner is all its training seeds, not the best one: give all of its files.
 
+    With --flocks, it is a draft: the score of a few flocks differs from that of all.
+
     Example: flockesc score ppo-0.npz ppo-1.npz --task per-agent-local
     """
     if not policies:
         raise InputError("policies", "at least one policy", "none")
     check_output(output, [SUFFIX])
+    if flocks is not None and output is not None:
+        raise InputError("output", "none with --flocks, because a result needs all flocks", repr(str(output)))
     chosen = tasks[task]
     found = [LoadedPolicy.of(spec, lambda code: policy_of(code, task=chosen)) for spec in policies]
     name = learner or found[0].policy.name
@@ -153,9 +155,10 @@ def score(
         output=output,
         training=facts,
         report=lambda spec: note(f"playing {spec}"),
+        num_flocks=flocks,
     )
     document = {"command": "score", **msgspec.to_builtins(result), "scores": result.scores().tolist()}
-    with saving(document if json else _lines(result, FLOCKS)):
+    with saving(document if json else _lines(result, FLOCKS[: result.flocks[1]])):
         if output is not None:
             write_result(result, output)
             note(f"saved: {output}")
@@ -167,6 +170,7 @@ def verify(
     *,
     flocks: Annotated[int | None, *optional("play some flocks only, drawn at random", "all")] = None,
     draw: Annotated[int | None, *optional("seed of a draw, which repeats it", "a new one")] = None,
+    json: Json = False,
 ) -> Exit:
     """Play results again and refuse them unless every objective has the same bits.
 
@@ -189,8 +193,10 @@ def verify(
         draw = secrets.randbits(32) if draw is None else draw
         played = draw_flocks(flocks, draw)
         note(f"playing {len(played):,} of {len(FLOCKS):,} flocks, which --draw {draw} repeats")
-    code = Exit.DONE
+    code, reports = Exit.DONE, []
     for path in files:
+        report: dict[str, Any] = {"file": str(path), "outcome": "refused", "error": None}
+        reports.append(report)
         try:
             result = play_again(path, flocks=played)
         except (FlockescError, OSError) as error:
@@ -198,20 +204,29 @@ def verify(
             if isinstance(error, OSError):
                 reason = f"{error.filename}: {error.strerror} (flockesc score --output {path} writes one)"
             note(f"refused: {reason}")
-            code = Exit.REFUSED
-        else:
+            code, report["error"] = Exit.REFUSED, reason
+            continue
+        report |= {"outcome": "verified", "task": result.task, "learner": result.learner}
+        if flocks is None:
+            report["scores"] = result.scores().tolist()
+        if not json:
             facts = _lines(result, played)
             head = f"{path}: verified: {len(played):,} of {len(FLOCKS):,} flocks"
             show(f"{head}, {len(result.policies)} policies; not verified: {UNVERIFIED}", *facts)
+    if json:
+        show_json({"command": "verify", "flocks": played, "files": reports, "unverified": UNVERIFIED})
     return code
 
 
 def _lines(result: Result, flocks: Sequence[int]) -> list[str]:
     """Return the mean objective of flocks in every scenario; if they are all, also the score."""
     task, scores, at = tasks[result.task], result.scores(), [seed - FLOCKS.start for seed in flocks]
-    is_whole = len(flocks) == len(FLOCKS)
+    is_whole, is_draft = len(flocks) == len(FLOCKS), result.flocks[1] < len(FLOCKS)
     lines = [f"{task.name}, {result.learner}: means of these flocks"]
-    if is_whole:
+    if is_draft:
+        count = f"{len(flocks):,} of {len(FLOCKS):,} flocks"
+        lines = [f"{task.name}, {result.learner}: draft score {scores.mean():.3f} on {count}, no result"]
+    elif is_whole:
         spread = f" (training seeds: {scores.min():.3f} to {scores.max():.3f})" if len(scores) > 1 else ""
         marks = "; played by its author's code" if result.is_code else ""
         lines = [f"{task.name}, {result.learner}: score {scores.mean():.3f}{spread}{marks}"]

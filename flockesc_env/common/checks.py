@@ -160,6 +160,12 @@ def as_choice(value: Any, field: str, known: Iterable[str]) -> Any:
     return str(value)
 
 
+def as_name(value: Any, field: str, known: Collection[str]) -> Any:
+    """Return one of the ``known`` names in lower case; capitals and ``_`` instead of ``-`` are accepted."""
+    folded = value.lower().replace("_", "-") if isinstance(value, str) else value
+    return as_choice(folded if isinstance(folded, str) and folded in known else value, field, known)
+
+
 def as_text(value: Any, field: str) -> str:
     """Return a str."""
     if not isinstance(value, str):

@@ -6,6 +6,7 @@ can be copied (``copy.deepcopy``) and pickled at any time.
 
 from __future__ import annotations
 
+import inspect
 import sys
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -86,6 +87,12 @@ def survives_interrupts(method: Method) -> Method:
             raise
 
     return cast("Method", call)
+
+
+def named_arguments(function: Callable[..., Any]) -> list[str]:
+    """Return the names of the arguments of a function that have a default."""
+    parameters = inspect.signature(function).parameters.values()
+    return [parameter.name for parameter in parameters if parameter.default is not parameter.empty]
 
 
 def read_only(name: str, path: str) -> Any:
@@ -214,7 +221,7 @@ class FlockEnvironment(Viewed):
         first = given if isinstance(given, FlockScenario) else given[0]
         self._batch = batch = FlockBatch(
             given,
-            first.env_options(arguments, self._arguments),
+            first.env_options(arguments, self._arguments, named_arguments(type(self).__init__)),
             num_flocks=num_flocks,
             per_agent=as_flag(per_agent, "per_agent"),
             num_threads=arguments.get("num_threads"),
@@ -338,5 +345,5 @@ class ManyFlocks(FlockEnvironment):
 
 
 def agent_names(kind: str, count: int) -> list[str]:
-    """Return the names ``kind_0``, .. of agents, with leading zeros so that all have the same length."""
-    return [f"{kind}_{i:0{len(str(count - 1))}d}" for i in range(count)]
+    """Return the names ``kind_0``, ``kind_1``, .. of agents."""
+    return [f"{kind}_{i}" for i in range(count)]

@@ -208,19 +208,24 @@ def bind(policy: Any, env: Any) -> Callable[[Any], Any]:
     return as_policy(policy).bind(env)
 
 
-def save_policy(policy: BasePolicy, path: str | Path) -> None:
+def save_policy(policy: Any, path: str | Path) -> None:
     """Write a policy with its scenario and options to an npz file; an existing file is replaced atomically.
 
     Args:
         policy: a ``NetworkPolicy``, ``StubbornWitnesses``, ``ListenWhileThreatened`` or
-            ``WinStayLoseShift``, whose method ``with_options`` gave it a view, a scenario and options.
+            ``WinStayLoseShift``, whose method ``with_options`` gave it a view, a scenario and options; or a
+            model of stable-baselines3, which is written as its ``SB3Policy.network``.
         path: path of the file.
 
     Raises:
         InputError: if an argument has the wrong type, the policy is of another class or has no view or
-            scenario, or an option is not plain data.
+            scenario, or an option is not plain data; for a model as ``SB3Policy.network``.
     """
     file_path = as_path(path)
+    if callable(getattr(policy, "predict", None)) and not hasattr(policy, "act"):
+        policy = SB3Policy(policy)
+    if isinstance(policy, SB3Policy):
+        policy = policy.network().with_options(name=policy.name)
     scenario, per_agent = getattr(policy, "scenario", None), getattr(policy, "per_agent", None)
     if not isinstance(policy, Stored) or scenario is None or per_agent is None:
         kinds = f"a NetworkPolicy, {', '.join(_RULES)}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
+from typing import Any, Final
 
 import gymnasium
 import numpy as np
@@ -18,6 +18,9 @@ from flockesc_env.policies.base import BasePolicy, Observations, RowMemory, chec
 from flockesc_env.policies.network import NetworkPolicy, Squash, torch_network
 from flockesc_env.scenario.options import UNOBSERVED, VIEWS
 
+STORED_SPEC: Final = "flockesc_spec"
+"""Attribute of a model for the spec of its training, which ``FlockEvalCallback`` sets; ``save`` keeps it."""
+
 
 class SB3Policy(BasePolicy, RowMemory):
     """A range policy or predator policy from a model of stable-baselines3 or sb3-contrib.
@@ -25,8 +28,8 @@ class SB3Policy(BasePolicy, RowMemory):
     The state of a recurrent model is kept per row and reset at the start of every episode. The model plays
     with the scenario and the options of its environment; ``reward`` and ``count_components`` may differ. A
     saved model contains its spaces but no environment. After ``model.load(path)``, without ``env``, the
-    policy classes ``RangePolicy`` and ``ScorerPolicy`` still know them; with another class give options to
-    ``with_options`` or to the call that plays.
+    policy classes ``RangePolicy`` and ``ScorerPolicy``, and models that ``FlockEvalCallback`` judged, still
+    know them; with another model give options to ``with_options`` or to the call that plays.
 
     Observations are normalized with the statistics of ``vec_normalize``. A saved model does not contain these
     statistics. It contains the last observations of its training: if they are out of bounds, they were
@@ -59,7 +62,7 @@ class SB3Policy(BasePolicy, RowMemory):
         self.observation_space = getattr(model, "observation_space", None)
         self._checked_spec: Any = None
         env = self._environment()
-        spec = _stored_spec(model) if env is None else _spec_of(env)
+        spec = _spec_of(env) or _stored_spec(model)
         if spec is not None:
             self.options, self.per_agent, self.scenario = asdict(spec.options), spec.per_agent, spec.scenario
 
@@ -186,8 +189,8 @@ class SB3Policy(BasePolicy, RowMemory):
 
 
 def _stored_spec(model: Any) -> PolicySpec | None:
-    """Return the spec that ``RangePolicy`` or ``ScorerPolicy`` stores in a model, or ``None``."""
-    found = (getattr(model, "policy_kwargs", None) or {}).get("spec")
+    """Return the spec that a callback, ``RangePolicy`` or ``ScorerPolicy`` stores in a model, or ``None``."""
+    found = getattr(model, STORED_SPEC, None) or (getattr(model, "policy_kwargs", None) or {}).get("spec")
     return found if isinstance(found, PolicySpec) else None
 
 

@@ -21,13 +21,21 @@ from flockesc_env.common.checks import as_array, as_choice, as_count, as_flag, a
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.files import write_together
 from flockesc_env.envs import _autoreset
-from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, Registered, survives_interrupts
+from flockesc_env.envs._base import (
+    FlockArguments,
+    Infos,
+    LineArguments,
+    ManyFlocks,
+    Registered,
+    named_arguments,
+    survives_interrupts,
+)
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.batch import Columns, info_dicts
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.episodes.starts import Scenarios, consecutive_seeds, fresh_seed
 from flockesc_env.policies.rollout import play
-from flockesc_env.policies.sb3 import SB3Policy
+from flockesc_env.policies.sb3 import STORED_SPEC, SB3Policy
 from flockesc_env.policies.setup import setup
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import preset
@@ -64,6 +72,7 @@ def vec_env(
         return BatchVecEnv(model, num_flocks, per_agent=per_agent, **options)
     if as_flag(per_agent, "per_agent"):
         raise InputError("per_agent", "False, because all agents of a line have the same range", per_agent)
+    model.env_options(options, LineArguments, named_arguments(vec_env))
     envs = DummyVecEnv([partial(LineEscapeEnv, model, **options)] * as_count(num_flocks, "num_flocks"))
     envs.set_attr("spec", gymnasium.spec("flockesc/LineEscape-v1"))
     return envs
@@ -202,7 +211,8 @@ class FlockEvalCallback(BaseCallback):
         best_model_save_path: folder for ``best_model.zip`` and, with a ``VecNormalize``, its statistics
             ``vecnormalize.pkl``. Both are complete before they replace older ones, and an older model is
             removed first: a kill at that moment leaves ``best_model.new.zip`` and no ``best_model.zip``, not
-            a model with other statistics. ``None``: no files.
+            a model with other statistics. ``None``: no files. The model knows the scenario and the options,
+            so that ``flockesc watch PPO:FOLDER`` plays it.
 
     Attributes:
         best_objective: largest mean objective so far.
@@ -237,6 +247,7 @@ class FlockEvalCallback(BaseCallback):
             self._objective = env.options.objective
         else:
             raise InputError("model.env", "an environment of Task.vec_env", shown(self.training_env))
+        setattr(self.model, STORED_SPEC, env.policy_spec)
         self._evaluate()
 
     def _on_step(self) -> bool:

@@ -233,12 +233,12 @@ class LineOptionsDict(ActionOptionsDict, total=False):
     reward: LineReward
 
 
-def check_names(scenario: Any, given: Iterable[str], known: type) -> None:
+def check_names(scenario: Any, given: Iterable[str], known: type, own: Iterable[str] = ()) -> None:
     """Refuse keyword arguments of an environment that are not in a ``TypedDict`` of all that it accepts.
 
-    The error for an unknown name suggests the most similar one.
+    The error for an unknown name suggests the most similar one, also of the environment's ``own`` arguments.
     """
-    names = known.__annotations__
+    names = [*own, *known.__annotations__]
     for name in (name for name in given if name not in names):
         if name in {field.name for field in dataclasses.fields(scenario)}:
             hint = f"a field of the scenario; pass scenario={type(scenario).__name__}({name}=...)"

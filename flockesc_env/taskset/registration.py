@@ -54,7 +54,7 @@ def make_task(task: str, **options: Any) -> gymnasium.Env[Any, Any]:
     chosen = _checked(task, options)
     if chosen.per_agent:
         way = f'flockesc_env.tasks["{task}"].parallel_env()'
-        _refuse_single_env(chosen.id, chosen.policy_spec().num_agents, way)
+        _refuse_single_env(chosen.id, chosen.policy_spec.num_agents, way)
     return chosen.env(**options)
 
 

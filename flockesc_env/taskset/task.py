@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import gymnasium
 import msgspec
 
-from flockesc_env.common.checks import as_choice, as_count
+from flockesc_env.common.checks import as_choice, as_count, as_name
 from flockesc_env.common.errors import InputError, errors_at
 from flockesc_env.common.extras import require
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
@@ -43,7 +43,7 @@ FLOCKS: Final = first_seeds(HELD_OUT, 1000)
 """Seeds of the flocks, or lines, that every policy is scored on."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Task:
     """Who sets which ranges, what is observed and scored, and the environments of a task.
 
@@ -79,6 +79,29 @@ class Task:
     preset: str
     version: str
     seeds: range = FLOCKS
+
+    def __repr__(self) -> str:
+        scales, text = self.scales.items(), self.spec.text
+        way = "parallel_env" if self.per_agent else "env"
+        facts = {
+            "asks": self.asks,
+            "ranges": f"one per {self.actor}, every {self.options['steps_per_action']} steps",
+            "options": ", ".join(f"{name}={value!r}" for name, value in self.options.items()),
+            "trained in": self.preset,
+            "objective": self.spec.with_unit(self.spec.symbol),
+            "score 0": "; ".join(
+                f"{text(scale.zero)} in {name} (best fixed range {scale.best_fixed_range:g})"
+                for name, scale in scales
+            ),
+            "score 1": "; ".join(
+                f"{text(scale.one)} in {name} ({scale.reference})" for name, scale in scales
+            ),
+            "rule": f"{self.shortcut.policy}, score {self.shortcut.score:.3f}",
+            "samples": f"at most {self.samples:,} actions, each of one {self.actor}",
+            "learners": ", ".join(self.learners),
+            "make": f'tasks["{self.name}"].{way}(), .vec_env(num_flocks)',
+        }
+        return "\n".join([self.name, *(f"  {name:<10}  {fact}" for name, fact in facts.items())])
 
     @property
     def id(self) -> str:
@@ -121,8 +144,13 @@ class Task:
         """Return the score, the mean over scenarios, from the objective, or an array of them, in each."""
         return sum(scale.score(objectives[name]) for name, scale in self.scales.items()) / len(self.scales)
 
-    def policy_spec(self, **options: Any) -> PolicySpec:
-        """Return what a policy observes and sets; ``options`` replace the task's."""
+    @property
+    def policy_spec(self) -> PolicySpec:
+        """What a policy observes and sets, as ``env.policy_spec``."""
+        return self.spec_with()
+
+    def spec_with(self, **options: Any) -> PolicySpec:
+        """Return ``policy_spec`` with options that replace the task's, for example those of a ``Learner``."""
         chosen = self.scenario.env_options({**self.options, **options})
         return policy_spec(self.scenario, chosen, per_agent=self.per_agent)
 
@@ -134,13 +162,14 @@ class Task:
         """
         from flockesc_env.taskset.fitting import fitted
 
-        return fitted(policy, self.policy_spec(), [*self.scenarios.values()])
+        return fitted(policy, self.policy_spec, [*self.scenarios.values()])
 
     def env(self, **options: Any) -> FlockEscapeEnv | LineEscapeEnv:
         """Return the Gymnasium environment of a task with one range per flock or line.
 
         Args:
-            **options: options beside the task's, such as ``reward`` and ``render_mode``.
+            **options: options beside the task's, such as ``reward`` and ``render_mode``. ``scenario``
+                replaces the task's.
 
         Raises:
             InputError: if every agent sets its own range; if an option is unknown or out of bounds.
@@ -148,13 +177,13 @@ class Task:
         from flockesc_env.envs.gymnasium import FlockEscapeEnv
         from flockesc_env.envs.line import LineEscapeEnv
 
-        options = {**self.options, **options}
+        options = {"scenario": self.scenario, **self.options, **options}
         if isinstance(self.scenario, LineScenario):
-            return LineEscapeEnv(self.scenario, **options)
+            return LineEscapeEnv(**options)
         if self.per_agent:
             expected = "one range per flock; parallel_env and vec_env have one per agent"
             raise InputError("task", expected, self.name)
-        return FlockEscapeEnv(self.scenario, **options)
+        return FlockEscapeEnv(**options)
 
     def parallel_env(self, **options: Any) -> FlockParallelEnv:
         """Return the PettingZoo environment of a task for flocks; its agent is ``flock`` for one range."""
@@ -203,9 +232,9 @@ class Task:
         return learners_of(self.name, self.actor)
 
     def learner(self, name: str) -> Learner:
-        """Return a learner of the task; an unknown name raises ``InputError``."""
+        """Return the learner ``"ppo"``, or ``"PPO"``, and so on; an unknown name raises ``InputError``."""
         known = self.learners
-        return known[as_choice(name, "learner", known)]
+        return known[as_name(name, "learner", known)]
 
     def hyperparameters(self, learner: str | Learner) -> dict[str, Any]:
         """Return the arguments of the algorithm of a learner of stable-baselines3, given by name or itself.
@@ -221,7 +250,7 @@ class Task:
             command = f"python -m training train {self.name} --learner {learner} runs this one"
             raise InputError("learner", f"one of stable-baselines3; {command}", repr(learner))
         best = next(iter(self.scales.values())).best_fixed_range
-        return found.arguments(self.policy_spec(**found.options), best)
+        return found.arguments(self.spec_with(**found.options), best)
 
     def compare(
         self,
@@ -311,12 +340,12 @@ class Tasks(Mapping[str, Task]):
         return read_tasks(files(__package__).joinpath(f"{VERSION}.toml").read_text("utf-8"))
 
     def __getitem__(self, name: str) -> Task:
-        """Return a task.
+        """Return a task; ``"Per_Agent_Visible"`` also finds ``"per-agent-visible"``.
 
         Raises:
             InputError: if the name is unknown. It names the near ones.
         """
-        return self._tasks[as_choice(name, "task", self._tasks)]
+        return self._tasks[as_name(name, "task", self._tasks)]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._tasks)

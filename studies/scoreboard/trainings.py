@@ -130,7 +130,7 @@ def _train_external(learner: str, seed: int) -> Arrays:
         else:
             count, spent = _SPEED.findall(ran.stdout)[-1]
             samples, seconds = int(count), float(spent)
-        spec = tasks[found.task].policy_spec()
+        spec = tasks[found.task].policy_spec
         episodes = samples // (spec.rows * spec.num_actions)
         return _arrays(file, samples=samples, episodes=episodes, evaluations=0, cpu_seconds=seconds)
 

@@ -62,7 +62,7 @@ def test_a_simple_policy_shows_what_is_no_progress(name: str) -> None:
 @pytest.mark.parametrize("name", tasks)
 def test_an_environment_of_each_kind_has_the_tasks_options_or_says_what_to_call(name: str) -> None:
     task = tasks[name]
-    spec = task.policy_spec()
+    spec = task.policy_spec
     assert task.vec_env(2).observation_space == spec.layout.space()
     if isinstance(task.scenario, LineScenario):
         with pytest.raises(InputError, match="scenario: expected a FlockScenario"):
