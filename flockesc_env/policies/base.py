@@ -287,7 +287,7 @@ def normalizer_of(env: Any) -> Any:
 def _check_wrappers(env: Any, spec: PolicySpec | PredatorPolicySpec) -> None:
     for name, expected in (
         ("observation_space", spec.layout.space()),
-        ("action_space", (spec.actions if isinstance(spec, PolicySpec) else spec).space()),
+        ("action_space", spec.space()),
     ):
         space = getattr(env, f"single_{name}", None) or getattr(env, name)
         found = space(env.possible_agents[0]) if callable(space) else space

@@ -16,6 +16,7 @@ from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
 from flockesc_env.policies.base import BasePolicy, Observations, RowMemory, check_origins, normalizer_of
 from flockesc_env.policies.network import NetworkPolicy, Squash, torch_network
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.options import UNOBSERVED, VIEWS
 
 STORED_SPEC: Final = "flockesc_spec"
@@ -129,6 +130,8 @@ class SB3Policy(BasePolicy, RowMemory):
         """
         scorer = getattr(getattr(self.model, "policy", None), "network", None)
         layers = [] if scorer is not None else _layers(self.model)
+        if getattr(getattr(self.model, "action_space", None), "shape", None) in ((2,), (3,)):
+            return self._predator_network(layers)
         self.check_known()
         spec = self.policy_spec
         if spec.actions.mode == "range":
@@ -146,6 +149,23 @@ class SB3Policy(BasePolicy, RowMemory):
                 network = _normalized(network, spec.layout, normalizer)
         made_for = {name: value for name, value in vars(spec.options).items() if name not in UNOBSERVED}
         return network.with_options(per_agent=spec.per_agent, scenario=spec.scenario, **made_for)
+
+    def _predator_network(self, layers: list[Any]) -> NetworkPolicy:
+        """Return ``network`` of a model that controls predators, in the scenario of its environment."""
+        env = self._environment()
+        scenario = self.scenario if env is None else env.get_attr("scenario", [0])[0]
+        if not isinstance(scenario, FlockScenario):
+            expected = "the environment of the training, as after load(path, env=env)"
+            raise InputError("model.env", expected, "none")
+        spec = PredatorPolicySpec.of(scenario)
+        self._check_spaces(spec)
+        squash: Squash = "tanh" if self.model.policy.squash_output else "clip"
+        network = torch_network(layers, spec.layout.names, squash=squash, is_predator=True)
+        if (normalizer := self._normalizer()) is not None:
+            network = _normalized(network, spec.layout, normalizer)
+        options = {} if env is None else vars(env.get_attr("options", [0])[0])
+        made_for = {name: value for name, value in options.items() if name not in UNOBSERVED}
+        return network.with_options(scenario=scenario, **made_for)
 
     def _environment(self) -> Any:
         """Return the environment that the model or else the wrapper holds, or ``None``."""
@@ -178,13 +198,12 @@ class SB3Policy(BasePolicy, RowMemory):
 
     def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
         row = VIEWS[spec.per_agent] if isinstance(spec, PolicySpec) else "predator"
-        actions = spec.actions if isinstance(spec, PolicySpec) else spec
         observed = spec.layout.space()
         if self.observation_space is not None and self.observation_space != observed:
             raise space_error(self.observation_space, {row: observed})
         trained = getattr(self.model, "action_space", None)
-        if trained is not None and trained != actions.space():
-            raise InputError("model.action_space", f"the environment's, {actions.space()}", trained)
+        if trained is not None and trained != spec.space():
+            raise InputError("model.action_space", f"the environment's, {spec.space()}", trained)
         self._check_normalizer(spec.layout)
 
 
@@ -250,4 +269,4 @@ def _normalized(network: NetworkPolicy, layout: ObservationLayout, normalizer: A
     weights, biases, rest = np.split(network.parameters, [inputs * outputs, (inputs + 1) * outputs])
     weights = (weights.reshape(inputs, outputs) / scale[:, np.newaxis]).astype(np.float32)
     parameters = np.concatenate([weights.ravel(), biases - (mean[:, np.newaxis] * weights).sum(axis=0), rest])
-    return NetworkPolicy(network.architecture, parameters)
+    return type(network)(network.architecture, parameters)

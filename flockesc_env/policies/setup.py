@@ -6,12 +6,12 @@ from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
-from flockesc_env.common.checks import as_flag, as_predator_policy
+from flockesc_env.common.checks import as_flag
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.predators import PredatorPolicy
+from flockesc_env.episodes.predators import AnyPredatorPolicy, PredatorPolicy
 from flockesc_env.episodes.spaces import policy_spec
 from flockesc_env.policies.base import BasePolicy, check_origins
-from flockesc_env.policies.registry import as_flock_policy
+from flockesc_env.policies.registry import as_flock_policy, as_predator_policy
 from flockesc_env.policies.sb3 import space_error
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -45,7 +45,7 @@ def setup(
     scenario: Any = None,
     *,
     per_agent: bool | None = None,
-    predator_policy: PredatorPolicy | None = None,
+    predator_policy: AnyPredatorPolicy | None = None,
     num_threads: int | None = None,
     **options: Any,
 ) -> Setup:
@@ -71,8 +71,6 @@ def setup(
         raise InputError("policy", f"a policy for a {model.model}", given)
     if isinstance(model, LineScenario):
         refuse({"per_agent": per_agent or None, "predator_policy": predator_policy}, "None for a line")
-    if predator_policy is not None:
-        as_predator_policy(predator_policy)
     if not options or player.options is not None:
         player.check_known()
     chosen = model.env_options(player.all_options(model, **options))
@@ -88,7 +86,7 @@ def setup(
         player = copy(player)
         player.options = {**vars(chosen)}
     player.check(chosen, per_agent=view)
-    return Setup(player, model, chosen, view, predator_policy, num_threads)
+    return Setup(player, model, chosen, view, as_predator_policy(predator_policy), num_threads)
 
 
 def _observes_agents(policy: BasePolicy, scenario: Scenario, options: EnvOptions | LineOptions) -> bool:

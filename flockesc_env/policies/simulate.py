@@ -12,7 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray, as_array, as_seed
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
+from flockesc_env.episodes.predators import (
+    AnyPredatorPolicy,
+    PredatorPolicy,
+    PredatorPolicySpec,
+    reset_policy,
+)
 from flockesc_env.episodes.starts import fresh_seed
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
 from flockesc_env.policies.base import Observations
@@ -45,7 +50,7 @@ def simulate(
     initial_positions: ArrayLike | None = None,
     initial_velocities: ArrayLike | None = None,
     per_agent: bool | None = None,
-    predator_policy: PredatorPolicy | None = None,
+    predator_policy: AnyPredatorPolicy | None = None,
     num_threads: int | None = None,
     **options: Any,
 ) -> Trajectory | LineTrajectory:
