@@ -24,7 +24,7 @@ from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import EXPECTED as NAMED
-from flockesc_env.policies.registry import SUFFIX, as_policy, load_policy
+from flockesc_env.policies.registry import SUFFIX, as_policy, load_policy, policy_file
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.document import check_not_drawn, field_at, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
@@ -207,8 +207,8 @@ def policy_of(spec: str, *, task: Task | None = None) -> BasePolicy:
     given. The file vecnormalize.pkl beside it has the statistics of its observations. Code in both is
     executed.
     """
-    folder = spec.rpartition(":")[2]
-    if suffix_of(spec) == MODEL_SUFFIX or Path(folder, _BEST).is_file():
+    has_model = Path(spec.rpartition(":")[2], _BEST).is_file() and policy_file(spec) is None
+    if suffix_of(spec) == MODEL_SUFFIX or has_model:
         return _model_policy(spec, task)
     module, is_code, function = spec.partition(":")
     if not is_code or module == "fixed" or suffix_of(spec) == SUFFIX:

@@ -79,7 +79,7 @@ def simulate(
 
     Prints the distances to the predator and the state at the end.
 
-    The default scenario is that of a trained policy, or the paper's flock of 300 agents.
+    The default scenario is that of a trained policy, or the paper's flock.
 
     Example: flockesc simulate fixed:10 --seed 7 --output run.npz
     """

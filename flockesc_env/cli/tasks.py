@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 import tomllib
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -88,6 +89,7 @@ def compare(
         Path | None, *optional("folder for table and objectives", "print the table only")
     ] = None,
     num_threads: Threads = None,
+    json: Json = False,
 ) -> Exit:
     """Compare policies with the best fixed range and a rule, on held-out flocks.
 
@@ -103,10 +105,18 @@ def compare(
         check_folder(output)
     entries = [policy_of(spec, task=chosen) for spec in policies]
     found = chosen.compare(*entries, scenario=scenario, num_flocks=flocks, num_threads=num_threads)
-    show(*str(found).split("\n"))
-    if output is not None:
-        found.write(output)
-        note(f"saved: {output}")
+    document = {
+        "command": "compare",
+        "task": found.task,
+        "scenario": found.scenario,
+        "objective": found.spec.name,
+        "seeds": found.search.seeds.tolist(),
+        "policies": {name: asdict(row) for name, row in found.rows.items()},
+    }
+    with saving(document if json else str(found).split("\n")):
+        if output is not None:
+            found.write(output)
+            note(f"saved: {output}")
     return Exit.DONE
 
 
@@ -129,7 +139,7 @@ def score(
 
     A learner is all its training seeds, not the best one: give all of its files.
 
-    With --flocks, it is a draft: the score of a few flocks differs from that of all.
+    With --flocks, the score is a draft: that of all flocks differs.
 
     Example: flockesc score ppo-0.npz ppo-1.npz --task per-agent-local
     """

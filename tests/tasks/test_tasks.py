@@ -82,6 +82,21 @@ def test_an_unknown_task_lists_the_near_ones() -> None:
         tasks["per-agent-visibel"]
     assert "per-agent-visible" in tasks
     assert all(name in repr(tasks) for name in tasks)
+    for name, task in tasks.items():
+        assert tasks[name.upper().replace("-", "_")] is task
+        assert task.learner("PPO") == task.learner("ppo")
+        facts = [name, task.asks, str(task.shortcut.policy), f"{task.samples:,}", f'tasks["{name}"].']
+        assert all(fact in str(task) for fact in facts)
+        assert len(str(task).splitlines()) == 12
+
+
+@pytest.mark.parametrize("name", ["line", "one-range", "per-agent-local"])
+def test_an_unknown_argument_of_an_environment_lists_the_constructors_own(name: str) -> None:
+    with pytest.raises(InputError, match=r"scenari: .*scenario.*max_range.*did you mean scenario\?"):
+        (tasks[name].parallel_env if tasks[name].per_agent else tasks[name].env)(scenari="pursuit")
+    with pytest.raises(InputError, match=r"num_flock: .*did you mean num_flocks\?"):
+        tasks[name].vec_env(num_flock=2)
+    assert tasks["one-range"].env(scenario="pursuit").scenario == tasks["pursuit"].scenario
 
 
 CHANGES = {

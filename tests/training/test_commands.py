@@ -97,7 +97,11 @@ def test_the_command_compares_models_and_files(
     expected = fe.rollout(task.scenario, SB3Policy(model), HELD_OUT[:2], **task.options)
     assert table.filter(policy="model")["objective"].to_list() == expected.min_mean_distance.tolist()
     assert ran.out.startswith((tmp_path / "out/table.md").read_text())
-    assert Ran(capsys, "watch", f"A2C:{file}").code == 2
+    refused = Ran(capsys, "watch", f"A2C:{file}")
+    assert (refused.code, refused.out) == (2, "")
+    assert "policy: expected a model that knows its scenario and options: one of RangePolicy" in refused.err
+    document = Ran(capsys, "compare", f"A2C:{file}", *few, "--json").json()
+    assert document["policies"]["model"]["objective"]["mean"] == expected.min_mean_distance.mean()
     shorter = task.vec_env(1, max_range=10.0)  # the model stores it
     settings = {"spec": shorter.get_attr("policy_spec")[0], "first_range": 10.0}
     PPO(RangePolicy, shorter, device="cpu", policy_kwargs=settings).save(file)
