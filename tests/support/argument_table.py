@@ -244,6 +244,8 @@ EXCEPTIONS: dict[str, Kind] = {
     "vec_env.scenario": part(FLOCK, scenario.Disc()),
     "model": part(Model()),
     "vec_normalize": part(None),
+    "BatchVectorEnv.flock_policy": part(None),
+    "BatchVecEnv.flock_policy": part(None),
     "bind.policy": part(fe.FixedRange(5.0)),
     "bind.env": part(fe.FlockEscapeEnv(FLOCK)),
 }
