@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Unpack
+from typing import Any, Unpack, get_args
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -89,7 +89,7 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         given = as_scenarios(scenario)
         scenarios = [given] if isinstance(given, FlockScenario) else given
         rows, of = 1, "scenario.num_agents"
-        if side == "predator":
+        if as_choice(side, "side", get_args(Side)) == "predator":
             rows, of = scenarios[0].num_learned or len(scenarios[0].predators), "the number of predators"
         elif per_agent is not None and as_flag(per_agent, "per_agent"):
             rows = scenarios[0].num_agents
