@@ -140,15 +140,13 @@ def own_parts(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa: A
         exec(block, own)  # noqa: S102, our own text
     options: dict[str, Any] = {**EVERY_STEP, "action_mode": "range"}
     flock, chased = gymnasium.make(ID, **options), FlockScenario().with_learned_predators()
-    slots = vec_env(num_flocks=4, per_agent=True, reward="individual", num_threads=1, **options)
     for envs in (
         {"flock": flock, "KeepTogether": own["KeepTogether"](flock), "WithShape": own["WithShape"](flock)},
-        {"4 flocks": slots, "CostOfListening": own["CostOfListening"](slots)},
         {"learned predator": FlockEscapeEnv(chased, **options)}
         | {"Circle": FlockEscapeEnv(chased, predator_policy=own["Circle"](), **options)},
     ):
-        actions = np.full((4 * AGENTS, 1) if "4 flocks" in envs else 1, RANGE, np.float32)
-        entries = [steps(name, env.reset, partial(env.step, actions)) for name, env in envs.items()]
+        action = np.full(1, RANGE, np.float32)
+        entries = [steps(name, env.reset, partial(env.step, action)) for name, env in envs.items()]
         yield Comparison(entries, "model step")
     agents, policy = parallel_env(**{**options, "predator_sensing_range": 30.0}), own["ListenUntilSeen"]()
     rows, ranges = [agents.reset_array(seed=0)[0]], np.full((AGENTS, 1), RANGE, np.float32)

@@ -240,7 +240,7 @@ def watch(
     specs = policies or _DEFAULT
     runs = {spec: _load_run(Path(spec)) for spec in specs if records.is_run(Path(spec))}
     found = [(spec, policy_of(spec)) for spec in specs if spec not in runs]
-    chosen = scenario.build(policy for _, policy in found)
+    chosen = scenario.build(policy for _, policy in found if isinstance(policy.scenario, FlockScenario))
     if not isinstance(chosen, FlockScenario):
         raise InputError("scenario", "a scenario of a flock", "one of a line")
 

@@ -12,11 +12,22 @@ from typing import Annotated, Any
 import msgspec
 from tyro.conf import Positional, arg
 
-from flockesc_env.cli.flags import EXPECTED, Json, Threads, described, optional, policy_of, several
+from flockesc_env.cli.flags import (
+    EXPECTED,
+    Json,
+    Threads,
+    described,
+    optional,
+    policy_of,
+    scenario_named,
+    several,
+)
 from flockesc_env.cli.output import Exit, check_folder, check_output, note, saving, show, show_json, table
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
+from flockesc_env.policies.compare import compare as compare_in
 from flockesc_env.scenario.options import to_plain
+from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.taskset.results import SUFFIX, UNVERIFIED, Result, Training, check_learner, write_result
 from flockesc_env.taskset.scoring import LoadedPolicy, draw_flocks
 from flockesc_env.taskset.scoring import score as play_all
@@ -79,32 +90,52 @@ def run(*, json: Json = False) -> Exit:
 def compare(
     policies: Annotated[
         Positional[tuple[str, ...]],
-        arg(help=f"{EXPECTED}; none: the best fixed range and the rule alone", metavar="POLICY .."),
+        arg(help=f"{EXPECTED}; none with --task: its rule alone", metavar="POLICY .."),
     ] = (),
     *,
-    task: TaskName,
-    scenario: Annotated[str | None, *optional("scenario of the task", "its first one")] = None,
+    task: Annotated[str | None, *optional("name of a task; flockesc tasks lists them", "none")] = None,
+    scenario: Annotated[
+        str | None,
+        *optional(
+            "preset or scenario file; with --task one of its scenarios",
+            "that of the task or policy",
+        ),
+    ] = None,
     flocks: Annotated[int, arg(help="number of held-out flocks, or lines")] = 200,
+    objective: Annotated[str | None, *optional("objective, without --task", "that of the policy")] = None,
     output: Annotated[
         Path | None, *optional("folder for table and objectives", "print the table only")
     ] = None,
     num_threads: Threads = None,
     json: Json = False,
 ) -> Exit:
-    """Compare policies with the best fixed range and a rule, on held-out flocks.
+    """Compare policies with the best fixed range, in a task or any scenario.
 
-    The task says what a policy may see.
+    A task says what a policy may see, and has a rule.
 
     --output writes table.md and episodes.parquet.
 
-    Example: flockesc compare ppo-0.npz --task per-agent-visible
+    Example: flockesc compare stubborn-leaders --scenario pursuit
     """
     require("analysis", ["polars", "scipy"])
-    chosen = tasks[task]
+    if task is not None and objective is not None:
+        raise InputError("objective", f"none beside --task, which has {tasks[task].spec.name}", objective)
+    chosen = None if task is None else tasks[task]
     if output is not None:
         check_folder(output)
     entries = [policy_of(spec, task=chosen) for spec in policies]
-    found = chosen.compare(*entries, scenario=scenario, num_flocks=flocks, num_threads=num_threads)
+    if chosen is not None:
+        found = chosen.compare(*entries, scenario=scenario, num_flocks=flocks, num_threads=num_threads)
+    else:
+        model = scenario if scenario is None or scenario in PRESETS else scenario_named(scenario)
+        found = compare_in(
+            model,
+            *entries,
+            num_flocks=flocks,
+            num_tuning=flocks,
+            objective=objective,
+            num_threads=num_threads,
+        )
     document = {
         "command": "compare",
         "task": found.task,

@@ -247,7 +247,7 @@ def bind(policy: Any, env: Any) -> Callable[[Any], Any]:
     return as_policy(policy).bind(env)
 
 
-def save_policy(policy: Any, path: str | Path) -> None:
+def save_policy(policy: BasePolicy | Any, path: str | Path) -> None:
     """Write a policy with its scenario and options to an npz file; an existing file is replaced atomically.
 
     Args:

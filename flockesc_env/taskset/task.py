@@ -8,15 +8,15 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import gymnasium
 import msgspec
+import numpy as np
 
 from flockesc_env.common.checks import as_choice, as_count, as_name
-from flockesc_env.common.errors import InputError, errors_at
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import require
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
@@ -32,9 +32,10 @@ if TYPE_CHECKING:  # slow to import, so that methods import them
     from flockesc_env.envs.gymnasium import FlockEscapeEnv
     from flockesc_env.envs.line import LineEscapeEnv
     from flockesc_env.envs.pettingzoo import FlockParallelEnv
+    from flockesc_env.policies.base import BasePolicy
+    from flockesc_env.policies.compare import Comparison
     from flockesc_env.policies.setup import Setup
     from flockesc_env.sb3 import FlockEvalCallback
-    from flockesc_env.taskset.comparison import Comparison
 
 VERSION: Final = "v1"
 """Version of the tasks. A change of a task gets another version; old ones stay."""
@@ -154,15 +155,15 @@ class Task:
         chosen = self.scenario.env_options({**self.options, **options})
         return policy_spec(self.scenario, chosen, per_agent=self.per_agent)
 
-    def setup(self, policy: Any) -> Setup:
-        """Return how a policy plays the task.
+    def setup(self, policy: Any, env: Any = None) -> Setup:
+        """Return how a policy plays the task; a model of stable-baselines3 plays in ``env`` if it is given.
 
         Raises:
             InputError: if it is for another problem, or sees or sets more than the task allows (``fitted``).
         """
         from flockesc_env.taskset.fitting import fitted
 
-        return fitted(policy, self.policy_spec, [*self.scenarios.values()])
+        return fitted(policy, self.policy_spec, [*self.scenarios.values()], env)
 
     def env(self, **options: Any) -> FlockEscapeEnv | LineEscapeEnv:
         """Return the Gymnasium environment of a task with one range per flock or line.
@@ -258,8 +259,9 @@ class Task:
         scenario: str | None = None,
         num_flocks: int = 200,
         num_threads: int | None = None,
+        env: Any = None,
     ) -> Comparison:
-        """Play policies and the best fixed range on the same held-out flocks; see ``Comparison``.
+        """Play policies and the best fixed range on the same held-out flocks, as ``flockesc_env.compare``.
 
         Args:
             *policies: policies, names of built-in ones, paths of policy files, or models of
@@ -267,23 +269,27 @@ class Task:
             scenario: one of ``scenarios``; ``None``: the first one.
             num_flocks: number of flocks.
             num_threads: number of threads; ``None``: one per core.
+            env: an environment of ``scenario``, in which models play, as in ``rollout``.
 
         Raises:
             InputError: if a policy does not fit the task, or an argument is out of bounds.
         """
         require("analysis", ["scipy"])
-        from flockesc_env.policies.registry import as_policy
-        from flockesc_env.taskset.comparison import Comparison, play_all
+        from flockesc_env.policies import SB3Policy, compare
 
         seeds = self.seeds[: as_count(num_flocks, "num_flocks", most=len(self.seeds))]
         name = as_choice(scenario or next(iter(self.scenarios)), "scenario", self.scenarios)
-        entries = {}
-        for policy in map(as_policy, (self.shortcut.policy, *policies)):
-            with errors_at(f"{policy.name}: "):
-                entry = replace(self.setup(policy), scenario=self.scenarios[name], num_threads=num_threads)
-                entries[policy.name] = entry
-        search, values = play_all(entries, self.scales[name].best_fixed_range, self.spec, seeds)
-        return Comparison(self.name, name, self.spec, self.shortcut.policy, search, values)
+        chosen, best = self.scenarios[name], self.scales[name].best_fixed_range
+
+        def prepare(policy: BasePolicy) -> Setup:
+            entry = self.setup(policy, env if isinstance(policy, SB3Policy) else None)
+            if entry.env is not None and entry.scenario != chosen:
+                raise InputError("env", f"flocks of {name}, as of vec_env(scenario={name!r})", shown(env))
+            return replace(entry, scenario=chosen, num_threads=num_threads)
+
+        entries, grid = compare.prepared((self.shortcut.policy, *policies), prepare), chosen.search_ranges
+        facts = {"scenario": name, "task": self.name, "rule": self.shortcut.policy}
+        return compare.judged(entries, self.spec, np.array(grid), best, seeds, **facts)
 
 
 class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -337,7 +343,7 @@ class Tasks(Mapping[str, Task]):
 
     @cached_property
     def _tasks(self) -> dict[str, Task]:
-        return read_tasks(files(__package__).joinpath(f"{VERSION}.toml").read_text("utf-8"))
+        return read_tasks(Path(__file__).with_name(f"{VERSION}.toml").read_text("utf-8"))
 
     def __getitem__(self, name: str) -> Task:
         """Return a task; ``"Per_Agent_Visible"`` also finds ``"per-agent-visible"``.

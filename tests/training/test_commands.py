@@ -16,9 +16,9 @@ import flockesc_env as fe
 from flockesc_env.cli import main
 from flockesc_env.episodes import splits
 from flockesc_env.policies import FixedRange, SB3Policy, load_policy
+from flockesc_env.policies.compare import ORACLE
 from flockesc_env.sb3 import RangePolicy
 from flockesc_env.taskset import tasks
-from flockesc_env.taskset.comparison import ORACLE
 from training.__main__ import TRAINING
 from training.figures import draw
 from training.train import train
@@ -77,7 +77,7 @@ def test_a_comparison_is_that_of_rollouts_and_sweeps(run: Path) -> None:
     assert row.difference.low <= row.difference.mean <= row.difference.high
     line = next(line for line in str(found).splitlines() if line.startswith("| fixed:3 |"))
     assert f"{row.objective:.2f} | {row.difference:.2f}" in line
-    table = found.to_polars().filter(policy="fixed:3").sort("seed")
+    table = found.table().filter(policy="fixed:3").sort("seed")
     assert (table["seed"].to_list(), table["objective"].to_list()) == (list(HELD_OUT), three.tolist())
     with pytest.raises(fe.InputError, match="turn-away: profile_ranges: expected none, as in the task"):
         task.compare("turn-away")
