@@ -251,7 +251,7 @@ def save_policy(policy: BasePolicy | Any, path: str | Path) -> None:
     """Write a policy with its scenario and options to an npz file; an existing file is replaced atomically.
 
     Args:
-        policy: a ``NetworkPolicy``, ``StubbornWitnesses``, ``ListenWhileThreatened`` or
+        policy: a ``NetworkPolicy``, ``PredatorNetwork``, ``StubbornWitnesses``, ``ListenWhileThreatened`` or
             ``WinStayLoseShift``, whose method ``with_options`` gave it a view, a scenario and options; or a
             model of stable-baselines3, which is written as its ``SB3Policy.network``.
         path: path of the file.

@@ -15,7 +15,7 @@ from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
 from flockesc_env.policies.base import BasePolicy, Observations, RowMemory, check_origins, normalizer_of
-from flockesc_env.policies.network import NetworkPolicy, Squash, torch_network
+from flockesc_env.policies.network import NetworkPolicy, torch_network
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.options import UNOBSERVED, VIEWS
 
@@ -130,42 +130,39 @@ class SB3Policy(BasePolicy, RowMemory):
         """
         scorer = getattr(getattr(self.model, "policy", None), "network", None)
         layers = [] if scorer is not None else _layers(self.model)
-        if getattr(getattr(self.model, "action_space", None), "shape", None) in ((2,), (3,)):
-            return self._predator_network(layers)
-        self.check_known()
-        spec = self.policy_spec
-        if spec.actions.mode == "range":
-            expected = "'normalized' or 'discrete'"
-            raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
+        is_predator = getattr(getattr(self.model, "action_space", None), "shape", None) in ((2,), (3,))
+        if is_predator:
+            scenario, options = self._hunted()
+            spec: Any = PredatorPolicySpec.of(scenario)
+        else:
+            self.check_known()
+            spec = self.policy_spec
+            scenario, options = spec.scenario, vars(spec.options)
+            if spec.actions.mode == "range":
+                expected = "'normalized' or 'discrete'"
+                raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
         self._check_spaces(spec)
         if scorer is not None:  # of ``ScorerPolicy``
             network: NetworkPolicy = scorer()
         else:
-            grid = spec.actions.grid
-            ranges = () if grid is None else tuple(grid.tolist())
-            squash: Squash = "tanh" if self.model.policy.squash_output else "clip"
-            network = torch_network(layers, spec.layout.names, squash=squash, ranges=ranges)
+            grid = None if is_predator else spec.actions.grid
+            head: Any = {"ranges": () if grid is None else tuple(grid.tolist()), "is_predator": is_predator}
+            head["squash"] = "tanh" if self.model.policy.squash_output else "clip"
+            network = torch_network(layers, spec.layout.names, **head)
             if (normalizer := self._normalizer()) is not None:
                 network = _normalized(network, spec.layout, normalizer)
-        made_for = {name: value for name, value in vars(spec.options).items() if name not in UNOBSERVED}
-        return network.with_options(per_agent=spec.per_agent, scenario=spec.scenario, **made_for)
-
-    def _predator_network(self, layers: list[Any]) -> NetworkPolicy:
-        """Return ``network`` of a model that controls predators, in the scenario of its environment."""
-        env = self._environment()
-        scenario = self.scenario if env is None else env.get_attr("scenario", [0])[0]
-        if not isinstance(scenario, FlockScenario):
-            expected = "the environment of the training, as after load(path, env=env)"
-            raise InputError("model.env", expected, "none")
-        spec = PredatorPolicySpec.of(scenario)
-        self._check_spaces(spec)
-        squash: Squash = "tanh" if self.model.policy.squash_output else "clip"
-        network = torch_network(layers, spec.layout.names, squash=squash, is_predator=True)
-        if (normalizer := self._normalizer()) is not None:
-            network = _normalized(network, spec.layout, normalizer)
-        options = {} if env is None else vars(env.get_attr("options", [0])[0])
         made_for = {name: value for name, value in options.items() if name not in UNOBSERVED}
-        return network.with_options(scenario=scenario, **made_for)
+        view = None if is_predator else spec.per_agent
+        return network.with_options(per_agent=view, scenario=scenario, **made_for)
+
+    def _hunted(self) -> tuple[FlockScenario, dict[str, Any]]:
+        """Return the scenario and the options of the environment of a model that controls predators."""
+        if (env := self._environment()) is None:
+            raise InputError(
+                "model.env", "the environment of the training, as after load(path, env=env)", "none"
+            )
+        scenario, options = (env.get_attr(name, [0])[0] for name in ("scenario", "options"))
+        return scenario, vars(options)
 
     def _environment(self) -> Any:
         """Return the environment that the model or else the wrapper holds, or ``None``."""

@@ -214,6 +214,7 @@ GOOD: dict[str, Any] = {
     "values": [0.25, 0.5],
     "states": [0.0, 0.25, 1.0],
     "parameters": np.arange(NET.size) * 1.0,
+    "PredatorNetwork.parameters": np.arange(10.0),
     "schedule": np.full((10, 5), 4.0),
     "neighbor_pairs.interaction_range": PER_AGENT,
     "component_labels.interaction_range": PER_AGENT,
