@@ -83,7 +83,7 @@ class FlockBatch:
         self.row_spec: Any = self.policy_spec
         self.rows = self.policy_spec.rows  # observation rows and ranges per flock: 1, or the number of agents
         can_be_caught = any(distinct.capture_radius is not None for distinct in self._distinct)
-        self.rows_can_be_caught = per_agent and can_be_caught
+        self.rows_can_be_caught = self._has_caught = per_agent and can_be_caught
         self.core = _core.FlockBatch(
             [distinct.to_json() for distinct in self._distinct],
             self._scenario_of_slot,
@@ -135,11 +135,12 @@ class FlockBatch:
             predator_actions: actions of the ``Learned`` predators, shape (num_flocks * predators, D);
                 ``None``: the predator policy chooses them or, without a policy, they are 0.
         """
-        ignored = self.core.caught().ravel() if self.rows_can_be_caught else None
+        rows = self.policy_spec.rows
+        ignored = self.core.caught().ravel() if self._has_caught else None
         if at_end != "refuse":
-            ended = np.repeat(self.core.ended(), self.rows)
+            ended = np.repeat(self.core.ended(), rows)
             ignored = ended if ignored is None else ended | ignored
-        ranges = self.policy_spec.actions.to_ranges(actions, self.num_flocks * self.rows, ignored)
+        ranges = self.policy_spec.actions.to_ranges(actions, self.num_flocks * rows, ignored)
         return self.step_ranges(ranges, at_end=at_end, out=out, predator_actions=predator_actions)
 
     def step_ranges(
@@ -264,10 +265,7 @@ class PredatorBatch(FlockBatch):
             reset_policy(self.flock_policy, self._has_begun.repeat(self.policy_spec.rows))
             self._has_begun[:] = False
         chosen = self.flock_policy.act(self._flock_rows, self.policy_spec)
-        caught = self.core.caught().ravel() if self.policy_spec.per_agent else np.zeros(len(ended), np.bool)
-        quiet = caught | ended.repeat(self.policy_spec.rows)
-        ranges = self.policy_spec.actions.to_ranges(chosen, len(quiet), quiet)
-        step = self.step_ranges(ranges, at_end=at_end, predator_actions=hunt)
+        step = super().step(chosen, at_end=at_end, predator_actions=hunt)
         self._flock_rows, _, has_ended, _, columns = step
         self._has_begun |= ended
         observations = self.observe(slots)

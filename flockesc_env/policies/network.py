@@ -115,10 +115,14 @@ class NetworkPolicy(BasePolicy, RowMemory):
         InputError: if an argument has the wrong type or shape, or a parameter is not a finite float32.
     """
 
+    dimension = 1
+    """Number of outputs that are the action."""
+
     def __init__(self, architecture: Architecture, parameters: ArrayLike) -> None:
         as_instance(architecture, "architecture", Architecture)
+        size = architecture.size + (self.dimension - 1) * (architecture.shapes[-1][0] + 1)
         with np.errstate(over="ignore"):  # overflow gives infinity, which is rejected below
-            narrow = as_floats(parameters, "parameters", (self._size(architecture),)).astype(np.float32)
+            narrow = as_floats(parameters, "parameters", (size,)).astype(np.float32)
         self.architecture = architecture
         self.parameters: Parameters = as_floats(narrow, "parameters").astype(np.float32)
         self._document = architecture.to_core()
@@ -148,10 +152,6 @@ class NetworkPolicy(BasePolicy, RowMemory):
             self._remember(len(outputs), memory)
         return actions[outputs.astype(np.int64)] if len(ranges) else outputs[:, np.newaxis].astype(np.float32)
 
-    def _size(self, architecture: Architecture) -> int:
-        """Return the number of parameters."""
-        return architecture.size
-
 
 class PredatorNetwork(NetworkPolicy):
     """A neural network that controls ``Learned`` predators: its outputs are their acceleration.
@@ -171,9 +171,8 @@ class PredatorNetwork(NetworkPolicy):
         as_instance(architecture, "architecture", Architecture)
         if architecture != Architecture(architecture.inputs, architecture.hidden, squash=architecture.squash):
             raise InputError("architecture", "inputs, hidden layers and squash alone", architecture)
-        self.dimension = 3
-        if np.size(as_floats(parameters, "parameters")) != self._size(architecture):
-            self.dimension = 2
+        one_more, given = architecture.shapes[-1][0] + 1, as_floats(parameters, "parameters")
+        self.dimension = 3 if given.size == architecture.size + 2 * one_more else 2
         super().__init__(architecture, parameters)
 
     @property
@@ -197,9 +196,6 @@ class PredatorNetwork(NetworkPolicy):
             parameters = np.append(parameters, np.eye(self.dimension + 1, self.dimension))
         outputs = tanh_layers(widths, parameters, observations[:, inputs].astype(np.float64))
         return outputs.clip(-1.0, 1.0).astype(np.float32)
-
-    def _size(self, architecture: Architecture) -> int:
-        return architecture.size + (self.dimension - 1) * (architecture.shapes[-1][0] + 1)
 
 
 def choices(

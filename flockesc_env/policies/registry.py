@@ -205,12 +205,10 @@ def as_predator_policy(value: Any) -> Any:
     found = value
     if isinstance(value, str | os.PathLike):
         spec = os.fspath(as_path(value, "predator_policy"))
-        if spec in PREDATORS:
-            return PREDATORS[spec]()
-        if policy_file(spec) is None:
+        if spec not in PREDATORS and policy_file(spec) is None:
             expected = f"{', '.join(PREDATORS)}, or a policy file (.npz)"
             raise InputError("predator_policy", expected, shown_name(spec, PREDATORS))
-        found = find_policy(spec, "predator_policy")
+        found = PREDATORS[spec]() if spec in PREDATORS else find_policy(spec, "predator_policy")
     elif (
         not isinstance(value, type)
         and callable(getattr(value, "predict", None))
