@@ -290,9 +290,7 @@ def _predator_batch(
     scenarios = [given] if isinstance(given, FlockScenario) else given
     scenarios = [each if each.num_learned else each.with_learned_predators() for each in scenarios]
     player = as_flock_policy(FixedRange(10.0) if flock_policy is None else flock_policy, "flock_policy")
-    options: Any = {
-        name: value for name, value in arguments.items() if name in EnvOptionsDict.__annotations__
-    }
+    options: Any = {key: value for key, value in arguments.items() if key in EnvOptionsDict.__annotations__}
     entry = setup(player, scenarios[0], per_agent=per_agent, **options)
     batch = {**batch, "flock_policy": entry.policy, "per_agent": entry.per_agent}
     return PredatorBatch(scenarios if len(scenarios) > 1 else scenarios[0], entry.options, **batch)

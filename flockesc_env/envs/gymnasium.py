@@ -124,8 +124,7 @@ class PredatorEnv(GymnasiumEnv):
         per_agent: bool | None = None,
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        side: Any = {"side": "predator", "flock_policy": flock_policy}
-        super().__init__(scenario, arguments, per_agent=per_agent, **side)
+        super().__init__(scenario, arguments, per_agent=per_agent, side="predator", flock_policy=flock_policy)
         if self._batch.rows != 1:
             raise InputError("predators", "exactly one Learned predator", self._batch.rows)
         self.flock_policy = self._batch.flock_policy

@@ -14,7 +14,7 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils.conversions import parallel_to_aec_wrapper
 from pettingzoo.utils.wrappers import OrderEnforcingWrapper
 
-from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
+from flockesc_env.common.checks import FloatArray, as_choice, as_flag, as_mapping, as_seed
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs._base import FlockArguments, Infos, OneFlock, agent_names, survives_interrupts
 from flockesc_env.episodes.batch import Step, info_dicts, is_over, with_ranges
@@ -72,7 +72,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     def __init__(
         self, scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
     ) -> None:
-        super().__init__(scenario, arguments, per_agent=arguments.get("per_agent", True))
+        view = as_flag(arguments.get("per_agent", True), "per_agent")
+        super().__init__(scenario, arguments, per_agent=view)
         self.predator_policy_spec = self._batch.predator_policy_spec
         count = self.scenario.num_agents
         self._flock = agent_names("agent", count) if self.policy_spec.per_agent else ["flock"]

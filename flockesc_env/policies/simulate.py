@@ -153,7 +153,7 @@ def _record(entry: Setup, seed: int, start: Mapping[str, Any]) -> Trajectory:
 class _Recorder:
     """Wraps a predator policy and records its actions."""
 
-    def __init__(self, policy: AnyPredatorPolicy) -> None:
+    def __init__(self, policy: Any) -> None:
         self.policy = policy
         self.actions: list[FloatArray] = []
 
