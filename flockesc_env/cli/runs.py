@@ -236,8 +236,8 @@ def watch(
 ) -> Exit:
     """Watch flocks in the browser: policies on one flock, or recorded runs.
 
-    The page plays fixed ranges, networks and simple rules; others, and flocks that --predator attacks, are
-    recorded.
+    The page plays fixed ranges, networks and simple rules; others are recorded.
+    With --predator, all are.
 
     Example: flockesc watch fixed:12 stubborn-leaders --seed 242
     """
