@@ -237,7 +237,8 @@ def watch(
     """Watch flocks in the browser: policies on one flock, or recorded runs.
 
     The page plays fixed ranges, networks and simple rules; others are recorded.
-    With --predator, all are.
+
+    With --predator, all are recorded.
 
     Example: flockesc watch fixed:12 stubborn-leaders --seed 242
     """

@@ -268,7 +268,7 @@ def save_policy(policy: BasePolicy | Any, path: str | Path) -> None:
         kinds = f"a NetworkPolicy, {', '.join(_RULES)}"
         ways = "policy.with_options(per_agent=.., scenario=.., **options) adds them"
         raise InputError("policy", f"{kinds} with its view and scenario ({ways})", shown(policy))
-    options = policy.options or asdict(policy.policy_spec.options)
+    options = policy.options or asdict(scenario.env_options(policy.all_options(scenario)))
     kept = {name: value for name, value in options.items() if policy.options or name not in UNOBSERVED}
     header = {
         "name": policy.name,
