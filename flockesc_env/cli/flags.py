@@ -24,7 +24,14 @@ from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import EXPECTED as NAMED
-from flockesc_env.policies.registry import SUFFIX, as_policy, load_policy, policy_file
+from flockesc_env.policies.registry import (
+    PREDATORS,
+    SUFFIX,
+    as_policy,
+    as_predator_policy,
+    load_policy,
+    policy_file,
+)
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.document import check_not_drawn, field_at, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
@@ -137,6 +144,20 @@ class ScenarioFlags:
         known = (policy.scenario for policy in policies if policy.scenario is not None)
         scenario = next(known, FlockScenario()) if self.scenario is None else scenario_named(self.scenario)
         return _changed(scenario, self.changes) if self.changes else scenario
+
+    def hunted(self, policies: Iterable[BasePolicy], predator: str | None) -> tuple[Scenario, Any]:
+        """Return ``build`` and the policy of predators; with one, the scenario has ``Learned`` predators."""
+        hunter = as_predator_policy(predator)
+        scenario = self.build([*policies, *([hunter] if isinstance(hunter, BasePolicy) else [])])
+        if hunter is not None and isinstance(scenario, FlockScenario) and not scenario.num_learned:
+            scenario = scenario.with_learned_predators()
+        return scenario, hunter
+
+
+Predator = Annotated[
+    str | None, *optional(f"policy of the predators: {', '.join(PREDATORS)} or a file (.npz)", "none")
+]
+"""A flag whose policy ``ScenarioFlags.hunted`` returns."""
 
 
 def described(scenario: Scenario) -> dict[str, Any]:

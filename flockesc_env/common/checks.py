@@ -188,16 +188,6 @@ def as_instance(value: Any, field: str, kind: type[_T]) -> _T:
     return value
 
 
-def as_predator_policy(value: Any) -> Any:
-    """Return a predator policy: an object with a method ``act`` that is not a policy of a flock."""
-    is_policy = not isinstance(value, type) and callable(getattr(value, "act", None))
-    if not is_policy or getattr(value, "sets_ranges", False):
-        expected = "Pursue(), SB3Policy(model) of a predator's model or an object with a method act"
-        given = f"{shown(value)}, which sets ranges of a flock" if is_policy else shown(value)
-        raise InputError("predator_policy", expected, given)
-    return value
-
-
 def as_callback(value: Any) -> Callable[..., Any] | None:
     """Return ``progress``, a callable or ``None``."""
     if value is not None and not callable(value):

@@ -12,7 +12,7 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_count, as_seeds, as_threads
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.episodes.batch import Columns, FlockBatch, Step
-from flockesc_env.episodes.predators import PredatorPolicy, reset_policy
+from flockesc_env.episodes.predators import AnyPredatorPolicy, reset_policy
 from flockesc_env.episodes.spaces import RangeActions, policy_spec
 from flockesc_env.policies.base import BasePolicy, Observations, Policy
 from flockesc_env.policies.network import NetworkPolicy, Parameters, choices
@@ -44,7 +44,7 @@ def rollout(
     per_agent: bool | None = None,
     batch_size: int | None = None,
     num_threads: int | None = None,
-    predator_policy: PredatorPolicy | None = None,
+    predator_policy: AnyPredatorPolicy | None = None,
     progress: Progress | bool | None = None,
     env: Any = None,
     **options: Any,
@@ -66,8 +66,8 @@ def rollout(
             it only if the policy is random. The core plays a ``NetworkPolicy`` without batches.
         num_threads: number of threads for flocks; ``None``: one per core. Lines use one thread, except under
             a ``NetworkPolicy``.
-        predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
-            ``SB3Policy``. ``None``: they fly straight on.
+        predator_policy: controls the ``Learned`` predators: a policy of predators, its name (``"pursue"``) or
+            path, or a model of stable-baselines3. ``None``: they fly straight on.
         progress: ``True``: show a progress bar on stderr. A function: called with (finished episodes, all
             episodes) after every batch.
         env: flocks of ``sb3.vec_env`` with wrappers of your own, in which a model plays as it was trained: an

@@ -15,7 +15,8 @@ from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
 from flockesc_env.policies.base import BasePolicy, Observations, RowMemory, check_origins, normalizer_of
-from flockesc_env.policies.network import NetworkPolicy, Squash, torch_network
+from flockesc_env.policies.network import NetworkPolicy, torch_network
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.options import UNOBSERVED, VIEWS
 
 STORED_SPEC: Final = "flockesc_spec"
@@ -129,23 +130,39 @@ class SB3Policy(BasePolicy, RowMemory):
         """
         scorer = getattr(getattr(self.model, "policy", None), "network", None)
         layers = [] if scorer is not None else _layers(self.model)
-        self.check_known()
-        spec = self.policy_spec
-        if spec.actions.mode == "range":
-            expected = "'normalized' or 'discrete'"
-            raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
+        is_predator = getattr(getattr(self.model, "action_space", None), "shape", None) in ((2,), (3,))
+        if is_predator:
+            scenario, options = self._hunted()
+            spec: Any = PredatorPolicySpec.of(scenario)
+        else:
+            self.check_known()
+            spec = self.policy_spec
+            scenario, options = spec.scenario, vars(spec.options)
+            if spec.actions.mode == "range":
+                expected = "'normalized' or 'discrete'"
+                raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
         self._check_spaces(spec)
         if scorer is not None:  # of ``ScorerPolicy``
             network: NetworkPolicy = scorer()
         else:
-            grid = spec.actions.grid
-            ranges = () if grid is None else tuple(grid.tolist())
-            squash: Squash = "tanh" if self.model.policy.squash_output else "clip"
-            network = torch_network(layers, spec.layout.names, squash=squash, ranges=ranges)
+            grid = None if is_predator else spec.actions.grid
+            head: Any = {"ranges": () if grid is None else tuple(grid.tolist()), "is_predator": is_predator}
+            head["squash"] = "tanh" if self.model.policy.squash_output else "clip"
+            network = torch_network(layers, spec.layout.names, **head)
             if (normalizer := self._normalizer()) is not None:
                 network = _normalized(network, spec.layout, normalizer)
-        made_for = {name: value for name, value in vars(spec.options).items() if name not in UNOBSERVED}
-        return network.with_options(per_agent=spec.per_agent, scenario=spec.scenario, **made_for)
+        made_for = {name: value for name, value in options.items() if name not in UNOBSERVED}
+        view = None if is_predator else spec.per_agent
+        return network.with_options(per_agent=view, scenario=scenario, **made_for)
+
+    def _hunted(self) -> tuple[FlockScenario, dict[str, Any]]:
+        """Return the scenario and the options of the environment of a model that controls predators."""
+        if (env := self._environment()) is None:
+            raise InputError(
+                "model.env", "the environment of the training, as after load(path, env=env)", "none"
+            )
+        scenario, options = (env.get_attr(name, [0])[0] for name in ("scenario", "options"))
+        return scenario, vars(options)
 
     def _environment(self) -> Any:
         """Return the environment that the model or else the wrapper holds, or ``None``."""
@@ -178,13 +195,12 @@ class SB3Policy(BasePolicy, RowMemory):
 
     def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
         row = VIEWS[spec.per_agent] if isinstance(spec, PolicySpec) else "predator"
-        actions = spec.actions if isinstance(spec, PolicySpec) else spec
         observed = spec.layout.space()
         if self.observation_space is not None and self.observation_space != observed:
             raise space_error(self.observation_space, {row: observed})
         trained = getattr(self.model, "action_space", None)
-        if trained is not None and trained != actions.space():
-            raise InputError("model.action_space", f"the environment's, {actions.space()}", trained)
+        if trained is not None and trained != spec.space():
+            raise InputError("model.action_space", f"the environment's, {spec.space()}", trained)
         self._check_normalizer(spec.layout)
 
 
@@ -250,4 +266,4 @@ def _normalized(network: NetworkPolicy, layout: ObservationLayout, normalizer: A
     weights, biases, rest = np.split(network.parameters, [inputs * outputs, (inputs + 1) * outputs])
     weights = (weights.reshape(inputs, outputs) / scale[:, np.newaxis]).astype(np.float32)
     parameters = np.concatenate([weights.ravel(), biases - (mean[:, np.newaxis] * weights).sum(axis=0), rest])
-    return NetworkPolicy(network.architecture, parameters)
+    return type(network)(network.architecture, parameters)

@@ -6,12 +6,12 @@ from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
-from flockesc_env.common.checks import as_flag, as_predator_policy
+from flockesc_env.common.checks import as_flag
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.predators import PredatorPolicy
-from flockesc_env.episodes.spaces import policy_spec
+from flockesc_env.episodes.predators import AnyPredatorPolicy, PredatorPolicy
+from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.policies.base import BasePolicy, check_origins, normalizer_of
-from flockesc_env.policies.registry import as_flock_policy
+from flockesc_env.policies.registry import as_flock_policy, as_predator_policy
 from flockesc_env.policies.sb3 import SB3Policy, space_error
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -47,7 +47,7 @@ def setup(
     scenario: Any = None,
     *,
     per_agent: bool | None = None,
-    predator_policy: PredatorPolicy | None = None,
+    predator_policy: AnyPredatorPolicy | None = None,
     num_threads: int | None = None,
     **options: Any,
 ) -> Setup:
@@ -73,8 +73,6 @@ def setup(
         raise InputError("policy", f"a policy for a {model.model}", given)
     if isinstance(model, LineScenario):
         refuse({"per_agent": per_agent or None, "predator_policy": predator_policy}, "None for a line")
-    if predator_policy is not None:
-        as_predator_policy(predator_policy)
     if not options or player.options is not None:
         player.check_known()
     chosen = model.env_options(player.all_options(model, **options))
@@ -90,7 +88,7 @@ def setup(
         player = copy(player)
         player.options = {**vars(chosen)}
     player.check(chosen, per_agent=view)
-    return Setup(player, model, chosen, view, predator_policy, num_threads)
+    return Setup(player, model, chosen, view, as_predator_policy(predator_policy), num_threads)
 
 
 def setup_in(
@@ -99,7 +97,7 @@ def setup_in(
     scenario: Any = None,
     *,
     per_agent: bool | None = None,
-    predator_policy: PredatorPolicy | None = None,
+    predator_policy: AnyPredatorPolicy | None = None,
     num_threads: int | None = None,
     **options: Any,
 ) -> Setup:
@@ -133,7 +131,8 @@ def setup_in(
 def flocks_of(env: Any, argument: str = "env") -> Any:
     """Return the flocks of one scenario behind the wrappers of an environment of ``sb3.vec_env``."""
     inner: Any = getattr(env, "unwrapped", None)
-    if isinstance(env, type) or not hasattr(type(inner), "play_episodes"):
+    plays = not isinstance(env, type) and hasattr(type(inner), "play_episodes")
+    if not plays or not isinstance(inner.policy_spec, PolicySpec):  # of predators otherwise
         raise InputError(argument, "flocks of sb3.vec_env, or a wrapper around them", shown(env))
     if len({*inner.scenarios}) > 1:
         raise InputError(f"{argument}.scenarios", "the same scenario for all flocks", len({*inner.scenarios}))

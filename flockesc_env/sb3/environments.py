@@ -28,14 +28,16 @@ from flockesc_env.envs._base import (
     LineArguments,
     ManyFlocks,
     Registered,
+    Side,
     named_arguments,
     survives_interrupts,
 )
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.batch import Columns, info_dicts
+from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.episodes.starts import Scenarios, consecutive_seeds, fresh_seed
-from flockesc_env.policies.rollout import play
+from flockesc_env.policies.rollout import AnyPolicy, play
 from flockesc_env.policies.sb3 import STORED_SPEC, SB3Policy
 from flockesc_env.policies.setup import Setup, flocks_of, setup, setup_in
 from flockesc_env.scenario.line import LineScenario
@@ -46,7 +48,7 @@ def vec_env(
     scenario: Scenarios | LineScenario | None = None,
     num_flocks: int = 1,
     *,
-    per_agent: bool = False,
+    per_agent: bool | None = None,
     **options: Any,
 ) -> VecEnv:
     """Return an environment with one slot per flock, per agent or per line.
@@ -58,11 +60,12 @@ def vec_env(
         scenario: as for ``BatchVectorEnv``. A ``LineScenario``, or the name of one, makes lines.
         num_flocks: number of flocks, or of lines.
         per_agent: True: one slot per agent, for a shared policy that sets the range of each agent. False: one
-            slot per flock.
+            slot per flock. With ``side="predator"``, as for ``PredatorEnv``.
         **options: for flocks those of ``FlockArguments`` and ``EnvOptions``, and ``infos``: which ``info``
             dicts of ``step`` have entries. ``"all"``: all. ``"end"``: those of slots whose episode has ended
             in this step; the others share one new empty dict, which is faster. ``render`` returns one image
-            of all flocks. For lines those of ``LineArguments`` and ``LineOptions``.
+            of all flocks. ``side="predator"``, with ``flock_policy``, has one slot per ``Learned`` predator.
+            For lines those of ``LineArguments`` and ``LineOptions``.
 
     Raises:
         InputError: as ``FlockEscapeEnv`` and ``LineEscapeEnv``; if scenarios of a list do not agree; if lines
@@ -71,7 +74,7 @@ def vec_env(
     model = preset(scenario) if isinstance(scenario, str) else scenario
     if not isinstance(model, LineScenario):
         return BatchVecEnv(model, num_flocks, per_agent=per_agent, **options)
-    if as_flag(per_agent, "per_agent"):
+    if per_agent is not None and as_flag(per_agent, "per_agent"):
         raise InputError("per_agent", "False, because all agents of a line have the same range", per_agent)
     model.env_options(options, LineArguments, named_arguments(vec_env))
     envs = DummyVecEnv([partial(LineEscapeEnv, model, **options)] * as_count(num_flocks, "num_flocks"))
@@ -87,18 +90,22 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         scenario: Scenarios | None = None,
         num_flocks: int = 1,
         *,
-        per_agent: bool = False,
+        per_agent: bool | None = None,
         infos: Infos = "all",
+        side: Side = "flock",
+        flock_policy: AnyPolicy = None,
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        super().__init__(scenario, arguments, num_flocks=num_flocks, per_agent=per_agent)
+        playing: Any = {"per_agent": per_agent, "side": side, "flock_policy": flock_policy}
+        super().__init__(scenario, arguments, num_flocks=num_flocks, **playing)
         self._infos: Infos = as_choice(infos, "infos", get_args(Infos))
         self._actions: NDArray[Any] | None = None
         self._returns: NDArray[np.float64] | None = None  # of `play_episodes`
         metadata, slots = self.metadata, self._batch.num_flocks * self._batch.rows
-        VecEnv.__init__(self, slots, self.policy_spec.layout.space(), self.policy_spec.actions.space())
+        VecEnv.__init__(self, slots, self.policy_spec.layout.space(), self.policy_spec.space())
         self.metadata = metadata
-        kind = "FlockAgents" if self.policy_spec.per_agent else "FlockEscape"
+        kind = "FlockAgents" if self._batch.policy_spec.per_agent else "FlockEscape"
+        kind = "Predator" if side == "predator" else kind
         self.spec = gymnasium.spec(f"flockesc/{kind}-v1")
 
     @survives_interrupts
@@ -234,7 +241,10 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
 
     def _slot_infos(self, columns: Columns, ranges: NDArray[np.float64]) -> list[dict[str, Any]]:
         not_truncated = np.zeros(len(ranges) // self._batch.rows, np.bool)
-        return info_dicts({**columns, "TimeLimit.truncated": not_truncated}, ranges)
+        columns = {**columns, "TimeLimit.truncated": not_truncated}
+        if self._batch.flock_policy is None:
+            return info_dicts(columns, ranges)
+        return info_dicts({name: column.repeat(self._batch.rows) for name, column in columns.items()})
 
 
 class FlockEvalCallback(BaseCallback):
@@ -297,7 +307,7 @@ class FlockEvalCallback(BaseCallback):
         if isinstance(env, DummyVecEnv) and all(isinstance(one.unwrapped, LineEscapeEnv) for one in env.envs):
             env = env.envs[0].unwrapped
             self._scenarios, self._objective, self._predator_policy = [env.scenario], "escape_distance", None
-        elif isinstance(env, BatchVecEnv):
+        elif isinstance(env, BatchVecEnv) and isinstance(env.policy_spec, PolicySpec):
             self._scenarios, self._predator_policy = [*dict.fromkeys(env.scenarios)], env.predator_policy
             self._objective = env.options.objective
         else:

@@ -187,12 +187,11 @@ class Task:
         return FlockEscapeEnv(**options)
 
     def parallel_env(self, **options: Any) -> FlockParallelEnv:
-        """Return the PettingZoo environment of a task with one range per agent; see ``env``."""
-        if not self.per_agent or isinstance(self.scenario, LineScenario):
-            raise InputError("task", "one range per agent; env has one per flock or line", self.name)
+        """Return the PettingZoo environment of a task for flocks; its agent is ``flock`` for one range."""
         from flockesc_env.envs.pettingzoo import parallel_env  # fails in a deleted working folder
 
-        return parallel_env(**{"scenario": self.scenario, "reward": self.reward, **self.options, **options})
+        view = {"scenario": self.scenario, "per_agent": self.per_agent, "reward": self.reward}
+        return parallel_env(**{**view, **self.options, **options})
 
     def vec_env(self, num_flocks: int = 1, *, learner: str | None = "ppo", **options: Any) -> VecEnv:
         """Return the environment for stable-baselines3, with one slot per agent, per flock or per line.

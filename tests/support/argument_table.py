@@ -214,6 +214,7 @@ GOOD: dict[str, Any] = {
     "values": [0.25, 0.5],
     "states": [0.0, 0.25, 1.0],
     "parameters": np.arange(NET.size) * 1.0,
+    "PredatorNetwork.parameters": np.arange(10.0),
     "schedule": np.full((10, 5), 4.0),
     "neighbor_pairs.interaction_range": PER_AGENT,
     "component_labels.interaction_range": PER_AGENT,
@@ -246,6 +247,8 @@ EXCEPTIONS: dict[str, Kind] = {
     "vec_env.scenario": part(FLOCK, scenario.Disc()),
     "model": part(Model()),
     "vec_normalize": part(None),
+    "BatchVectorEnv.flock_policy": part(None),
+    "BatchVecEnv.flock_policy": part(None),
     "bind.policy": part(fe.FixedRange(5.0)),
     "env": part(None),  # tests/policies/test_wrapped.py has good ones
     "eval_env": part(None),

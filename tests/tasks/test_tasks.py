@@ -64,15 +64,17 @@ def test_an_environment_of_each_kind_has_the_tasks_options_or_says_what_to_call(
     task = tasks[name]
     spec = task.policy_spec
     assert task.vec_env(2).observation_space == spec.layout.space()
-    if task.per_agent:
+    if isinstance(task.scenario, LineScenario):
+        with pytest.raises(InputError, match="scenario: expected a FlockScenario"):
+            task.parallel_env()
+    else:
         env = task.parallel_env()
         assert env.observation_space(env.possible_agents[0]) == spec.layout.space()
+    if task.per_agent:
         with pytest.raises(InputError, match="parallel_env and vec_env have one per agent"):
             task.env()
     else:
         assert task.env().observation_space == spec.layout.space()
-        with pytest.raises(InputError, match="env has one per flock or line"):
-            task.parallel_env()
 
 
 def test_an_unknown_task_lists_the_near_ones() -> None:

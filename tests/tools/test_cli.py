@@ -48,16 +48,23 @@ def test_a_simulation_without_a_range_takes_the_best_fixed_one(capsys: pytest.Ca
     assert document["min_mean_distance"] == fe.simulate(SMALL, 12.0, seed=7).mean_distance.min()
 
 
-@pytest.mark.parametrize("spec", ["stubborn-leaders", "mine.NPZ"])
+@pytest.mark.parametrize(
+    ("spec", "predator"), [("stubborn-leaders", None), ("mine.NPZ", None), ("fixed:9", "pursue")]
+)
 def test_a_policy_is_simulated(
-    spec: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    spec: str,
+    predator: str | None,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     is_file = spec.endswith("NPZ")  # knows its scenario
     policy = fe.load_policy(policy_file(Path(spec)) if is_file else spec)
-    flags = [] if is_file else SMALL_FLAGS
+    flags = [*([] if is_file else SMALL_FLAGS), *(["--predator", predator] if predator else [])]
+    scenario = SMALL.with_learned_predators() if predator else SMALL
     document = Ran(capsys, "simulate", spec, "--seed", 7, *flags, "--json", "--output", "run.npz").json()
-    run, saved = fe.simulate(SMALL, policy=policy, seed=7), load_run("run.npz")
+    run, saved = fe.simulate(scenario, policy=policy, seed=7, predator_policy=predator), load_run("run.npz")
     assert (document["policy"], saved.name) == (spec, spec)
     assert run_differences(saved.trajectory, run) == []
     assert Ran(capsys, "replay", "run.npz").code == Exit.DONE
