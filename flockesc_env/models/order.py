@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env.common.checks import FloatArray, as_array, as_floats, as_instance, as_integer
-from flockesc_env.common.errors import InputError, shown
+from flockesc_env.common.checks import FloatArray, as_floats, as_instance
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.models.simulate import Trajectory
 
@@ -94,9 +94,7 @@ def correlation_length(trajectory: Trajectory) -> FloatArray:
     return np.array([_first_zero(points, velocities[here], side) for points, velocities, here in pairs])
 
 
-def binder_cumulant(
-    order_parameter: ArrayLike, *, axis: int | tuple[int, ...] | None = None
-) -> FloatArray | np.float64:
+def binder_cumulant(order_parameter: ArrayLike) -> float:
     """Return the Binder cumulant 1 - <v^4> / (3 <v^2>^2) (Binder 1981, Z Phys B 43, 119).
 
     It is 2/3 for a constant order parameter and 1/3 for the norm of a Gaussian vector in the plane
@@ -104,28 +102,19 @@ def binder_cumulant(
     all values are 0.
 
     Args:
-        order_parameter: values v, for example polarizations of several flocks over time.
-        axis: axes that the means <> run over; ``None``: all.
+        order_parameter: values v, for example polarizations of several flocks over time; the means <> run
+            over all of them.
 
     Raises:
-        InputError: if there are no values, they are not finite, or an axis does not exist.
+        InputError: if there are no values, or they are not finite.
     """
     values = as_floats(order_parameter, "order_parameter")
     if not values.size:
         raise InputError("order_parameter", "at least one value", "none")
-    axes = range(values.ndim) if axis is None else np.ravel(as_array(axis, "axis")).tolist()
-    over = tuple(as_integer(each, "axis") for each in axes)
-    try:
-        # The cumulant does not depend on the unit. In this unit the powers are finite.
-        _, unit = np.frexp(np.abs(values).max(axis=over, keepdims=True))
-        squares = np.ldexp(values, -unit) ** 2
-        fourth, second = (squares**2).mean(axis=over), squares.mean(axis=over)
-    except (ValueError, OverflowError):  # an axis that does not exist, or one twice
-        expected = f"different axes of an array of shape {values.shape}"
-        raise InputError("axis", expected, shown(axis)) from None
+    # The cumulant does not depend on the unit. In this unit the powers are finite.
+    squares = np.ldexp(values, -np.frexp(np.abs(values).max())[1]) ** 2
     with np.errstate(invalid="ignore"):
-        found: FloatArray | np.float64 = 1 - fourth / (3 * second**2)
-    return found
+        return float(1 - (squares**2).mean() / (3 * squares.mean() ** 2))
 
 
 def _checked(trajectory: Any) -> tuple[Trajectory, NDArray[np.bool]]:

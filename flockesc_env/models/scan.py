@@ -78,7 +78,7 @@ class ScanResult(Displayed):
 
         Its means run over times and seeds; see ``flockesc_env.models.binder_cumulant``.
         """
-        return np.array(binder_cumulant(self.polarization[..., self.skip :], axis=(1, 2)))
+        return np.array([binder_cumulant(each) for each in self.polarization[..., self.skip :]])
 
     @figure_style()
     def plot(self) -> Figure:
