@@ -36,10 +36,6 @@ def component_labels(
     Returns:
         Labels, shape (n,): the smallest index of an agent in the same component.
 
-    Raises:
-        InputError: if an argument has a wrong shape, is not finite, or a range is negative; if the name is
-            not a preset of a flock.
-
     Examples:
         >>> component_labels(None, [[0, 0], [1, 0], [9, 0]], 2.0)
         array([0, 0, 2])
@@ -56,7 +52,7 @@ def neighbor_pairs(
 ) -> NDArray[np.int64]:
     """Return all pairs (i, j) of different agents such that agent i listens to agent j.
 
-    Arguments and errors are those of ``component_labels``.
+    The arguments are those of ``component_labels``.
 
     Returns:
         Pairs in lexicographic order, shape (m, 2).
@@ -99,11 +95,7 @@ def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:
 
     Args:
         states: positions x_i of the agents, shape (n,).
-        interaction_range: rho.
-
-    Raises:
-        InputError: if the states are not a vector of finite numbers, the range is not a number >= 0.
-        MemoryError: for the matrix.
+        interaction_range: rho, at least 0.
     """
     return _core.perron_matrix(*_line(states, interaction_range))
 
@@ -111,7 +103,7 @@ def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:
 def laplacian(states: ArrayLike, interaction_range: float) -> FloatArray:
     """Return the Laplacian L of the graph with edges ``|x_i - x_j| <= rho``, shape (n, n).
 
-    Arguments and errors are those of ``perron_matrix``.
+    The arguments are those of ``perron_matrix``.
     """
     return _core.laplacian(*_line(states, interaction_range))
 

@@ -52,13 +52,7 @@ def versions(*packages: str) -> dict[str, str]:
 def save_run(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name: str = "") -> None:
     """Write a run to an npz file, one array per attribute; an existing file is replaced atomically.
 
-    Args:
-        trajectory: the run.
-        path: path of the file.
-        name: name of the run, for example of its policy.
-
-    Raises:
-        InputError: if an argument has the wrong type.
+    ``name``: name of the run, for example of its policy.
     """
     file_path = as_path(path)
     model = "flock" if isinstance(as_run(trajectory, "trajectory"), Trajectory) else "line"
@@ -109,9 +103,6 @@ def replay_run(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTraj
     """Run the model again with the recorded scenario, ranges and seed, and return the new run.
 
     If the initial state was given, the recorded one is used.
-
-    Raises:
-        InputError: if ``trajectory`` is not a run.
     """
     as_run(trajectory, "trajectory")
     seed, is_given = trajectory.seed, trajectory.is_start_given
@@ -133,9 +124,6 @@ def run_differences(recorded: Trajectory | LineTrajectory, again: Trajectory | L
     """Return the differences between two runs of the same scenario.
 
     There is one line per attribute that differs, with its first difference, and none if all bits are equal.
-
-    Raises:
-        InputError: if an argument is not a run, or the runs have different types.
     """
     as_instance(again, "again", type(as_run(recorded, "recorded")))
     found = []

@@ -27,9 +27,6 @@ class RenderOptions:
 
     Attributes:
         size: width and height in pixels, an even number from 160 to 16384.
-
-    Raises:
-        InputError: if an option has a wrong type or is out of bounds; it names the option.
     """
 
     size: int = 512

@@ -71,10 +71,6 @@ def draw(
         options: what the picture shows; ``None`` takes the defaults.
         title: text above the picture.
         objective: the objective J in the picture of a flock; see ``EnvOptions``.
-
-    Raises:
-        InputError: if the run has no such step, or an argument has a wrong type.
-        DependencyNotInstalled: if pygame is missing.
     """
     as_run(run, "run")
     options, title = as_render_options(options), as_text(title, "title")
@@ -116,8 +112,6 @@ def write_video(
         progress: called with (frames written, all frames). If it raises an exception, no file is written.
 
     Raises:
-        InputError: if an argument has a wrong type or value; it names the argument.
-        DependencyNotInstalled: if pygame or imageio-ffmpeg is missing.
         OSError: if the file cannot be written; an older file stays as it was.
     """
     path = as_path(path)

@@ -122,9 +122,6 @@ class EnvOptions(ActionOptions):
         extra_entries: optional entries of the observation. ``"escape_direction"``: the direction away from
             the place of the predator at its closest approach to the flock. ``"closest_approach"``: distance
             and time of the closest approach of the predator.
-
-    Raises:
-        InputError: if an option is out of bounds.
     """
 
     objective: Objective = "min_mean_distance"
@@ -182,9 +179,6 @@ class LineOptions(ActionOptions):
         steps_per_action: see ``ActionOptions``; the default is 1.
         reward: ``"change"``: d(t) - d(t-1), where d is the escape distance, so that the return is
             d_ss - d(0). ``"terminal"``: the same sum, in the last step.
-
-    Raises:
-        InputError: if an option is out of bounds.
     """
 
     max_range: float = 1.0

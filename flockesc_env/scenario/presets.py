@@ -202,11 +202,7 @@ PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(_VARIATIONS | OF_TASKS |
 
 
 def preset(name: str) -> Scenario:
-    """Return the scenario of a preset, a key of ``PRESETS``.
-
-    Raises:
-        InputError: if the name is unknown.
-    """
+    """Return the scenario of a preset, a key of ``PRESETS``."""
     return PRESETS[as_choice(name, "scenario", PRESETS)].scenario
 
 
