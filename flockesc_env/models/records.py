@@ -29,17 +29,11 @@ _LARGEST = float(np.finfo(np.float64).max)
 
 @dataclass(frozen=True, eq=False)
 class RecordedRun:
-    """A run that ``load_run`` read from a file.
+    """A run that ``load_run`` read from a file."""
 
-    Attributes:
-        trajectory: the run.
-        name: the name passed to ``save_run``; may be empty.
-        versions: versions of Python and packages with which the run was recorded.
-    """
-
-    trajectory: Trajectory | LineTrajectory
-    name: str
-    versions: dict[str, str]
+    trajectory: Trajectory | LineTrajectory  #: the run
+    name: str  #: the name passed to ``save_run``; may be empty
+    versions: dict[str, str]  #: versions of Python and packages with which the run was recorded
 
 
 def versions(*packages: str) -> dict[str, str]:

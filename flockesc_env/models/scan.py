@@ -21,7 +21,7 @@ from flockesc_env.common.checks import (
     as_vector,
 )
 from flockesc_env.common.errors import InputError
-from flockesc_env.common.extras import figure_style, require
+from flockesc_env.common.extras import figure_style
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.models.order import binder_cumulant
 from flockesc_env.models.simulate import Displayed
@@ -68,7 +68,6 @@ class ScanResult(Displayed):
 
         See ``SweepResult.mean_with_interval``.
         """
-        require("analysis", ["scipy"])
         from flockesc_env.common.stats import mean_with_interval  # optional and slow to import
 
         return mean_with_interval(self.order_parameter(), confidence)

@@ -14,7 +14,7 @@ from flockesc_env import _core
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.checks import FloatArray, as_choice, as_path, as_seeds, as_threads, as_vector
 from flockesc_env.common.errors import InputError
-from flockesc_env.common.extras import data_frame, figure_style, require
+from flockesc_env.common.extras import data_frame, figure_style
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.models.simulate import Displayed, IntArray
 from flockesc_env.scenario.flock import FlockScenario
@@ -97,7 +97,6 @@ class SweepResult(Displayed):
 
         An end at the largest range of the grid means that longer ranges may be better.
         """
-        require("analysis", ["scipy"])
         from flockesc_env.common.stats import argmax  # optional and slow to import
 
         found = argmax(self.interaction_ranges, self._finite(objective))
@@ -119,7 +118,6 @@ class SweepResult(Displayed):
         The interval is exact for values with a normal distribution, at any number of seeds. With fewer than
         10 seeds it contains the true mean less often if their distribution is skewed.
         """
-        require("analysis", ["scipy"])
         from flockesc_env.common.stats import mean_with_interval  # optional and slow to import
 
         return mean_with_interval(self._finite(objective), confidence)
