@@ -38,7 +38,6 @@ if _TYPE_CHECKING:
     from flockesc_env.policies.rules import FixedRange, ScheduledRange, StubbornLeaders
     from flockesc_env.policies.sb3 import SB3Policy
     from flockesc_env.policies.simulate import simulate
-    from flockesc_env.render import RenderOptions
     from flockesc_env.taskset.task import tasks
 
 __all__ = [
@@ -55,7 +54,6 @@ __all__ = [
     "NetworkPolicy",
     "Policy",
     "PredatorEnv",
-    "RenderOptions",
     "ResetNeededError",
     "SB3Policy",
     "ScheduledRange",
@@ -94,7 +92,6 @@ _LATER = {
     "policies.rules": ("FixedRange", "ScheduledRange", "StubbornLeaders"),
     "policies.sb3": ("SB3Policy",),
     "policies.simulate": ("simulate",),
-    "render": ("RenderOptions",),
     "taskset.task": ("tasks",),
 }
 """Names that are imported at their first use, because to import all takes 0.1 s."""

@@ -29,7 +29,6 @@ from flockesc_env.policies.registry import as_flock_policy, as_predator_policy
 from flockesc_env.policies.rollout import AnyPolicy
 from flockesc_env.policies.rules import FixedRange
 from flockesc_env.policies.setup import setup
-from flockesc_env.render import RenderOptions
 from flockesc_env.render.frames import live_frames
 from flockesc_env.render.viewer import RENDER_MODES, Image, Viewer, as_viewer
 from flockesc_env.scenario.flock import FlockScenario
@@ -49,7 +48,8 @@ class FlockArguments(EnvOptionsDict, total=False):
         render_mode: ``"rgb_array"``: ``render`` returns an image; ``"human"``: a window shows every reset
             and step; ``None``: no rendering. The first picture raises ``DependencyNotInstalled`` if pygame is
             not installed.
-        render_options: what the images show; ``None``: the defaults of ``RenderOptions``.
+        render_size: width and height of the images in pixels, an even number from 160 to 16384; by default
+            512.
         num_threads: number of threads for many flocks or one large flock; ``None``: one per core. Results do
             not depend on it.
         predator_policy: controls the ``Learned`` predators: a policy of predators, its name (``"pursue"``) or
@@ -58,7 +58,7 @@ class FlockArguments(EnvOptionsDict, total=False):
     """
 
     render_mode: str | None
-    render_options: RenderOptions | None
+    render_size: int
     num_threads: int | None
     predator_policy: AnyPredatorPolicy | None
 
@@ -67,7 +67,7 @@ class LineArguments(LineOptionsDict, total=False):
     """Keyword arguments of the line environment: ``LineOptions``, and rendering as in ``FlockArguments``."""
 
     render_mode: str | None
-    render_options: RenderOptions | None
+    render_size: int
 
 
 Side = Literal["flock", "predator"]
@@ -156,7 +156,7 @@ class Viewed:
 
     def _prepare_rendering(self, arguments: Mapping[str, Any], fps: int, count: int = 1) -> None:
         self._render_mode = arguments.get("render_mode")
-        self._viewer = as_viewer(self._render_mode, arguments.get("render_options"), fps, count)
+        self._viewer = as_viewer(self._render_mode, arguments.get("render_size", 512), fps, count)
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
 
 

@@ -60,11 +60,7 @@ class Document:
 
     @classmethod
     def from_json(cls, document: str) -> Self:
-        """Return the scenario of a JSON document; missing fields get their defaults.
-
-        Raises:
-            InputError: if a field is unknown, has the wrong type or is out of bounds.
-        """
+        """Return the scenario of a JSON document; missing fields get their defaults."""
         return from_fields(cls, parse_document(document, is_toml=False))
 
     def to_toml(self) -> str:
@@ -77,13 +73,7 @@ class Document:
         return from_fields(cls, parse_document(document, is_toml=True))
 
     def replace(self, **changes: Any) -> Self:
-        """Return a copy with some fields changed.
-
-        Raises:
-            InputError: if a changed field has the wrong type or is out of bounds, or ``randomization``
-                draws it.
-            TypeError: if a field does not exist.
-        """
+        """Return a copy with some fields changed, except those that ``randomization`` draws."""
         changed: Self = dataclasses.replace(self, **changes)  # type: ignore[type-var]
         check_not_drawn(changed, changes)
         return changed

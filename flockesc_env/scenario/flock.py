@@ -67,9 +67,6 @@ class FlockScenario(Document):
         model: name of the model.
         objectives: the model's objectives by name; the first one is the default.
         search_ranges: fixed ranges in m among which the best one is chosen.
-
-    Raises:
-        InputError: if a field has the wrong type or is out of bounds.
     """
 
     model: ClassVar[str] = "flock"
@@ -119,15 +116,9 @@ class FlockScenario(Document):
     ) -> EnvOptions:
         """Return the options of an environment with this scenario, from its keyword arguments.
 
-        Args:
-            given: the keyword arguments.
-            known: a ``TypedDict`` of all that the environment accepts. Those that are not options are
-                ignored.
-            own: other arguments of the environment, which an error about an unknown name also lists.
-
-        Raises:
-            InputError: if a name is unknown, an option is out of bounds, or ``max_range`` is missing, which a
-                topological rule requires.
+        ``known`` is a ``TypedDict`` of all that the environment accepts; those that are not options are
+        ignored. An error about an unknown name also lists ``own``, other arguments of the environment. A
+        topological rule requires ``max_range``.
         """
         check_names(self, given, known, own)
         if isinstance(self.neighbor_rule, parts.Topological) and "max_range" not in given:
@@ -165,9 +156,6 @@ class FlockScenario(Document):
         """Return the scenario of the episode with this seed: with drawn fields and without ``randomization``.
 
         ``simulate(scenario.drawn(k), .., seed=k)`` equals ``simulate(scenario, .., seed=k)``, bit for bit.
-
-        Raises:
-            InputError: if ``seed`` is not an integer in [0, 2^64); if a drawn number is out of bounds.
         """
         start = as_seed(seed)
         if not self.randomization:
@@ -177,8 +165,7 @@ class FlockScenario(Document):
     def with_learned_predators(self) -> FlockScenario:
         """Return a copy in which every predator is ``Learned``, with the same initial position and velocity.
 
-        Raises:
-            InputError: if the scenario has no predator, or one with a prescribed path.
+        The scenario has at least one predator, and none with a prescribed path.
         """
         if not self.predators:
             raise InputError("predators", "at least one predator", "none")

@@ -34,9 +34,6 @@ class LineScenario(Document):
         range_unit: unit of interaction ranges.
         length_scale, speed_scale: a length and a speed that are observed as 1/2.
         time_step: duration of a model step.
-
-    Raises:
-        InputError: if a field has the wrong type or is out of bounds.
     """
 
     model: ClassVar[str] = "line"

@@ -62,12 +62,12 @@ class ActionOptions:
 
     def __post_init__(self) -> None:
         as_choice(self.action_mode, "action_mode", get_args(ActionMode))
-        grid = self.range_grid
-        object.__setattr__(self, "min_range", float(as_floats(self.min_range, "min_range", ())))
-        object.__setattr__(self, "max_range", float(as_floats(self.max_range, "max_range", ())))
+        grid, checked = self.range_grid, vars(self)
+        checked["min_range"] = float(as_floats(self.min_range, "min_range", ()))
+        checked["max_range"] = float(as_floats(self.max_range, "max_range", ()))
         if grid is not None:
-            object.__setattr__(self, "range_grid", tuple(as_vector(grid, "range_grid").tolist()))
-        object.__setattr__(self, "steps_per_action", as_count(self.steps_per_action, "steps_per_action"))
+            checked["range_grid"] = tuple(as_vector(grid, "range_grid").tolist())
+        checked["steps_per_action"] = as_count(self.steps_per_action, "steps_per_action")
         self.range_map()  # raises if one is out of bounds
 
     @classmethod
@@ -89,10 +89,6 @@ class ActionOptions:
     def candidates(self) -> tuple[float, ...]:
         """Candidate ranges of the observation; empty without a profile."""
         return ()
-
-    def replace(self, **changes: Any) -> Self:
-        """Return a copy with some options changed and checked."""
-        return dataclasses.replace(self, **changes)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,9 +120,6 @@ class EnvOptions(ActionOptions):
         extra_entries: optional entries of the observation. ``"escape_direction"``: the direction away from
             the place of the predator at its closest approach to the flock. ``"closest_approach"``: distance
             and time of the closest approach of the predator.
-
-    Raises:
-        InputError: if an option is out of bounds.
     """
 
     objective: Objective = "min_mean_distance"
@@ -155,12 +148,14 @@ class EnvOptions(ActionOptions):
             raise InputError("extra_entries", expected, shown(entries))
         for index, name in enumerate(entries):
             as_choice(name, f"extra_entries[{index}]", get_args(ExtraEntries))
-        object.__setattr__(self, "range_cost", float(as_floats(self.range_cost, "range_cost", ())))
-        object.__setattr__(self, "predator_sensing_range", sensing)
-        object.__setattr__(self, "count_components", as_flag(self.count_components, "count_components"))
+        vars(self).update(
+            range_cost=float(as_floats(self.range_cost, "range_cost", ())),
+            predator_sensing_range=sensing,
+            count_components=as_flag(self.count_components, "count_components"),
+            extra_entries=tuple(entries),
+        )
         if ranges is not None:
-            object.__setattr__(self, "profile_ranges", tuple(as_vector(ranges, "profile_ranges").tolist()))
-        object.__setattr__(self, "extra_entries", tuple(entries))
+            vars(self)["profile_ranges"] = tuple(as_vector(ranges, "profile_ranges").tolist())
         _core.observation_entries(self.to_core(per_agent=True), 2)  # raises if one is out of bounds
 
     @property
@@ -186,9 +181,6 @@ class LineOptions(ActionOptions):
         steps_per_action: see ``ActionOptions``; the default is 1.
         reward: ``"change"``: d(t) - d(t-1), where d is the escape distance, so that the return is
             d_ss - d(0). ``"terminal"``: the same sum, in the last step.
-
-    Raises:
-        InputError: if an option is out of bounds.
     """
 
     max_range: float = 1.0

@@ -1,5 +1,6 @@
 """What others put around an environment: ids, wrappers, and the loops of stable-baselines3."""
 
+import dataclasses
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -82,7 +83,7 @@ def test_an_id_of_a_task_makes_its_environment(task: Any) -> None:
         assert spec.max_episode_steps == task.policy_spec.num_actions
         assert gymnasium.spec(task.id).max_episode_steps == spec.max_episode_steps
         assert scenario == task.scenario
-        assert options == options.replace(**task.options, reward=task.reward)
+        assert options == dataclasses.replace(options, **task.options, reward=task.reward)
     for name in FIXED:
         with pytest.raises(
             flockesc_env.InputError, match=rf"^{name}: .*flockesc/(FlockAgents|FlockEscape|LineEscape)-v1"

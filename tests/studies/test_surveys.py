@@ -41,7 +41,7 @@ REPORTED = {
 
 
 def test_every_flock_preset_without_learned_predators_is_surveyed() -> None:
-    flocks = [name for name, (_, scenario) in PRESETS.items() if isinstance(scenario, FlockScenario)]
+    flocks = [name for name, known in PRESETS.items() if known.model is FlockScenario]
     excluded = {"learned-predator", *LITERATURE, *OF_TASKS}
     assert list(attacked_presets()) == [name for name in flocks if name not in excluded]
     assert list(attacked_presets(["pursuit"])) == ["pursuit"]

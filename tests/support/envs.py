@@ -46,7 +46,7 @@ RANDOM = (
 """Predators that draw random numbers."""
 CAPTURE, HUNTED = FLOCK.replace(capture_radius=6.0), FLOCK.with_learned_predators()
 LINE = fe.LineScenario(num_agents=30, escape_force="linear_as_printed", max_steps=10)
-PICTURES = {"render_mode": "rgb_array", "render_options": fe.RenderOptions(size=160)}
+PICTURES = {"render_mode": "rgb_array", "render_size": 160}
 
 
 class Adapter(NamedTuple):

@@ -89,7 +89,7 @@ def assert_equal_in_node(played: list[tuple[Case, Any]]) -> None:
 
 def flocks() -> dict[str, fe.FlockScenario]:
     """Return all presets that environments take, and flocks with every option."""
-    presets = {name: flock for name, (_, flock) in fe.PRESETS.items() if isinstance(flock, fe.FlockScenario)}
+    presets = {name: each.scenario for name, each in fe.PRESETS.items() if each.model is fe.FlockScenario}
     found = {name: flock for name, flock in presets.items() if flock.predators}
     path = PrescribedPath(ZIGZAG, interval=0.3)
     for dimension in (2, 3):

@@ -182,7 +182,7 @@ def test_the_lines_of_the_readme_train_on_every_task(task: Any) -> None:
     model = PPO(env=task.vec_env(num_flocks=1), device="cpu", **task.hyperparameters("ppo") | short)
     assert model.learn(1).num_timesteps == short["batch_size"]
     options = model.get_env().get_attr("options")[0]
-    assert options == options.replace(**task.learner("ppo").options)
+    assert options == dataclasses.replace(options, **task.learner("ppo").options)
     assert task.compare(model, num_flocks=2)
 
 
