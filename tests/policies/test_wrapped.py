@@ -55,9 +55,11 @@ def test_without_wrappers_outcomes_are_those_of_a_rollout(algorithm: Any, reward
     env = vec_env(doomed(num_agents=5), 2, per_agent=True, reward=reward)
     policy = "MlpPolicy" if algorithm is A2C else "MlpLstmPolicy"
     model = algorithm(policy, vec_env(doomed(num_agents=5), per_agent=True, reward=reward), **SETTINGS)
-    expected = fe.rollout(model, [7, 3, 3], batch_size=2)
+    # Torch rounds differently with another number of rows, so that here the second chunk is full.
+    expected = vars(fe.rollout(model, [7, 3, 3, 3], batch_size=2))
     for wrapped in (env, VecMonitor(env)):
-        np.testing.assert_equal(vars(fe.rollout(model, [7, 3, 3], env=wrapped)), vars(expected))
+        found = vars(fe.rollout(model, [7, 3, 3], env=wrapped))
+        np.testing.assert_equal(found, {name: values[:3] for name, values in expected.items()})
         with pytest.raises(fe.ResetNeededError):
             wrapped.step(np.zeros((10, 1), np.float32))
         wrapped.reset()
