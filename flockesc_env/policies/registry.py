@@ -209,11 +209,7 @@ def as_predator_policy(value: Any) -> Any:
             expected = f"{', '.join(PREDATORS)}, or a policy file (.npz)"
             raise InputError("predator_policy", expected, shown_name(spec, PREDATORS))
         found = PREDATORS[spec]() if spec in PREDATORS else find_policy(spec, "predator_policy")
-    elif (
-        not isinstance(value, type)
-        and callable(getattr(value, "predict", None))
-        and not hasattr(value, "act")
-    ):
+    elif callable(getattr(value, "predict", None)) and not (isinstance(value, type) or hasattr(value, "act")):
         found = SB3Policy(value)
     is_policy = not isinstance(found, type) and callable(getattr(found, "act", None))
     if value is not None and (not is_policy or getattr(found, "sets_ranges", False)):
