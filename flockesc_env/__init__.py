@@ -3,7 +3,8 @@
 - Tasks: ``tasks["one-range"]`` and others; each is a registered id, such as ``flockesc/one-range-v1``.
 - Environments: ``gymnasium.make`` and ``make_vec``, ``parallel_env`` and ``flockesc_v1`` (PettingZoo),
   ``sb3.vec_env`` (stable-baselines3).
-- Policies: ``load_policy`` returns a rule, a trained policy or a file; ``rollout`` plays one on many flocks.
+- Policies: ``load_policy`` returns a rule, a trained policy or a file; ``rollout`` plays one on many flocks;
+  ``compare`` plays several and the best fixed range.
 - Models: ``simulate``, ``sweep`` and ``scan`` of a ``FlockScenario``, a ``LineScenario`` or a preset.
 - Modules: ``scenario`` (initial states, predators, neighbor rules, laws of motion, distributions), ``models``
   (graphs, order), ``policies``, ``sb3``, ``torchrl``, ``benchmarl``, ``jax``, ``jobs`` and ``render``.
@@ -30,6 +31,7 @@ if _TYPE_CHECKING:
     from flockesc_env.models.simulate import simulate_line
     from flockesc_env.models.sweep import sweep
     from flockesc_env.policies.base import Policy
+    from flockesc_env.policies.compare import compare
     from flockesc_env.policies.network import NetworkPolicy
     from flockesc_env.policies.registry import load_policy, save_policy
     from flockesc_env.policies.rollout import rollout
@@ -57,6 +59,7 @@ __all__ = [
     "ScheduledRange",
     "StubbornLeaders",
     "__version__",
+    "compare",
     "episode_seed",
     "load_policy",
     "load_run",
@@ -82,6 +85,7 @@ _LATER = {
     "models.simulate": ("simulate_line",),
     "models.sweep": ("sweep",),
     "policies.base": ("Policy",),
+    "policies.compare": ("compare",),
     "policies.network": ("NetworkPolicy",),
     "policies.registry": ("load_policy", "save_policy"),
     "policies.rollout": ("rollout",),

@@ -10,6 +10,7 @@ the positions. All functions raise ``InputError`` for arguments and scenarios th
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from functools import partial
 from typing import Any, NamedTuple, Unpack
 
@@ -177,7 +178,8 @@ def _supported(scenario: _Scenario) -> FlockScenario:
     for path, part in {"": model, **parts}.items():
         if path and not isinstance(part, ConstantVelocity | PurePursuit):
             raise InputError(path, "ConstantVelocity or PurePursuit in flockesc_env.jax", shown(part))
-        for name, default in vars(type(part)()).items():
+        usual = type(part)()
+        for name, default in {each.name: getattr(usual, each.name) for each in fields(usual)}.items():
             if name not in _SUPPORTED and getattr(part, name) != default:
                 field = f"{path}.{part.kind}.{name}" if path else name
                 raise InputError(field, f"{default!r} in flockesc_env.jax", shown(getattr(part, name)))

@@ -49,11 +49,9 @@ def _own() -> Iterator[Candidate]:
     """Yield every interface of this project, with one range per flock or agent."""
     options: dict[str, Any] = {**EVERY_STEP, "action_mode": "range"}
     threads: dict[str, Any] = {"num_threads": 1, **options}
-
-    def ranges(rows: int) -> Any:
-        return np.full((rows, 1), RANGE, np.float32)
-
-    one, per_flock, per_agent = ranges(1)[0], ranges(FLOCKS), ranges(FLOCKS * AGENTS)
+    one, per_flock, agents, per_agent = (
+        np.full(shape, RANGE, np.float32) for shape in (1, (FLOCKS, 1), (AGENTS, 1), (FLOCKS * AGENTS, 1))
+    )
     env = gymnasium.make(ID, **options)
     yield steps(f"{PROJECT}, Gymnasium", partial(env.reset, seed=0), lambda: env.step(one))
     vector = gymnasium.make_vec(ID, FLOCKS, "vector_entry_point", copy=False, **threads)
@@ -69,7 +67,7 @@ def _own() -> Iterator[Candidate]:
     slots = BatchVectorEnv(FLOCKS * AGENTS, per_agent=True, copy=False, **threads)
     reset = partial(slots.reset, seed=0)
     yield steps(f"{PROJECT}, a slot per agent", reset, lambda: slots.step(per_agent), flocks=FLOCKS)
-    parallel, agents = parallel_env(**options), ranges(AGENTS)
+    parallel = parallel_env(**options)
     dicts = dict.fromkeys(parallel.possible_agents, one)
     reset_array = partial(parallel.reset_array, seed=0)
     yield steps(f"{PROJECT}, PettingZoo", partial(parallel.reset, seed=0), lambda: parallel.step(dicts))
@@ -102,10 +100,8 @@ def _vmas() -> Candidate:
     from vmas import make_env
 
     agents, flocks = 100, 512  # more flocks at once cost more per flock, as do fewer
-    # With the default minimum distance between entities, placing 100 agents takes a minute.
-    env = make_env(
-        "flocking", num_envs=flocks, device="cpu", seed=0, n_agents=agents, min_dist_between_entities=0.05
-    )
+    near = {"min_dist_between_entities": 0.05}  # with the default, placing 100 agents takes a minute
+    env = make_env("flocking", num_envs=flocks, device="cpu", seed=0, n_agents=agents, **near)
     actions = [torch.zeros(flocks, 2) for _ in range(agents)]
     return steps("VMAS flocking", None, partial(env.step, actions), count=2, agents=agents, flocks=flocks)
 
@@ -140,15 +136,13 @@ def own_parts(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa: A
         exec(block, own)  # noqa: S102, our own text
     options: dict[str, Any] = {**EVERY_STEP, "action_mode": "range"}
     flock, chased = gymnasium.make(ID, **options), FlockScenario().with_learned_predators()
-    slots = vec_env(num_flocks=4, per_agent=True, reward="individual", num_threads=1, **options)
     for envs in (
         {"flock": flock, "KeepTogether": own["KeepTogether"](flock), "WithShape": own["WithShape"](flock)},
-        {"4 flocks": slots, "CostOfListening": own["CostOfListening"](slots)},
         {"learned predator": FlockEscapeEnv(chased, **options)}
         | {"Circle": FlockEscapeEnv(chased, predator_policy=own["Circle"](), **options)},
     ):
-        actions = np.full((4 * AGENTS, 1) if "4 flocks" in envs else 1, RANGE, np.float32)
-        entries = [steps(name, env.reset, partial(env.step, actions)) for name, env in envs.items()]
+        action = np.full(1, RANGE, np.float32)
+        entries = [steps(name, env.reset, partial(env.step, action)) for name, env in envs.items()]
         yield Comparison(entries, "model step")
     agents, policy = parallel_env(**{**options, "predator_sensing_range": 30.0}), own["ListenUntilSeen"]()
     rows, ranges = [agents.reset_array(seed=0)[0]], np.full((AGENTS, 1), RANGE, np.float32)

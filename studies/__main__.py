@@ -30,20 +30,18 @@ _LIBRARIES = {
     "train": ["matplotlib", "polars", "jinja2", "cmaes"],
 }
 
-_Output = Annotated[
-    Path, arg(help="folder of results, figures and the report README.md; made if it is missing")
-]
+_Output = Annotated[Path, arg(help="folder of results, figures and the report README.md; made if missing")]
 _Parts = Annotated[Path, arg(help="folder that keeps finished parts")]
 _RUNS = Path("runs/scoreboard")
 
 _STUDIES = {
-    "paper": "studies.paper.report:PAPER",
-    "robustness": "studies.robustness.survey:ROBUSTNESS",
-    "validation": "studies.validation.survey:VALIDATION",
-    "arms_race": "studies.arms_race.report:ARMS_RACE",
-    "findings": "studies.findings.report:FINDINGS",
+    "paper": ("studies.paper.report:PAPER", "analysis"),
+    "robustness": ("studies.robustness.survey:ROBUSTNESS", "analysis"),
+    "validation": ("studies.validation.survey:VALIDATION", "analysis"),
+    "arms_race": ("studies.arms_race.report:ARMS_RACE", "train"),
+    "findings": ("studies.findings.report:FINDINGS", "train"),
 }
-"""Where each study is, by the name of its folder in results/. Their imports are slow."""
+"""Where each study is and the extra that it needs, by its folder in results/. Their imports are slow."""
 
 
 def prepare(folder: Path, extra: str, backend: str = "serial") -> jobs.Backend:
@@ -79,9 +77,9 @@ def paper(
     Example: python -m studies paper --output runs/paper --figures 5 9
     """
     trials = Trials(flocks=flocks, lines=lines)
-    runs_on = prepare(output, "analysis", backend)
     if not figures:
-        return _run("paper", output, runs_on, progress=progress, trials=trials)
+        return _run("paper", output, backend, progress=progress, trials=trials)
+    runs_on = prepare(output, "analysis", backend)
     from studies.paper.figures import measure_and_draw
 
     for file in measure_and_draw(output, figures, trials, runs_on, progress=progress):
@@ -92,9 +90,7 @@ def paper(
 def robustness(
     *,
     output: _Output = Path("runs/robustness"),
-    num_flocks: Annotated[
-        int, arg(help="flocks to choose the best range on, and again as many to measure it on, at least 2")
-    ] = 500,
+    num_flocks: Annotated[int, arg(help="flocks that choose a range, and as many that measure it")] = 500,
     presets: Annotated[
         tuple[str, ...] | None,
         *optional(
@@ -116,8 +112,7 @@ def robustness(
     """
     as_count(num_flocks, "num_flocks", least=2)  # without two there is no interval
     attacked_presets(presets)  # refuses unknown ones before heavy imports
-    runs_on = prepare(output, "analysis", backend)
-    return _run("robustness", output, runs_on, progress=progress, num_flocks=num_flocks, names=presets)
+    return _run("robustness", output, backend, progress=progress, num_flocks=num_flocks, names=presets)
 
 
 def validation(
@@ -145,8 +140,7 @@ def validation(
         if name not in PARTS:
             raise InputError("only", f"any of {', '.join(PARTS)}", repr(name))
     _check_share(scale)
-    runs_on = prepare(output, "analysis", backend)
-    return _run("validation", output, runs_on, progress=progress, only=only, scale=scale)
+    return _run("validation", output, backend, progress=progress, only=only, scale=scale)
 
 
 def arms_race(
@@ -165,8 +159,7 @@ def arms_race(
     """
     as_count(rounds, "rounds")
     as_count(num_flocks, "num_flocks", least=2)
-    runs_on = prepare(output, "train", backend)
-    return _run("arms_race", output, runs_on, progress=progress, rounds=rounds, num_flocks=num_flocks)
+    return _run("arms_race", output, backend, progress=progress, rounds=rounds, num_flocks=num_flocks)
 
 
 def findings(
@@ -183,8 +176,7 @@ def findings(
     Example: python -m studies findings --scale 0.1
     """
     _check_share(scale)
-    runs_on = prepare(output, "train", backend)
-    return _run("findings", output, runs_on, progress=progress, scale=scale)
+    return _run("findings", output, backend, progress=progress, scale=scale)
 
 
 def scoreboard_freeze(
@@ -210,9 +202,7 @@ def scoreboard_train(
     learners: Annotated[tuple[str, ...], arg(help="some of the learners; none: all")] = (),
     tasks: Annotated[tuple[str, ...], arg(help="some of the tasks; none: all")] = (),
     most_seeds: Annotated[int, arg(help="at most this number of training seeds")] = 10,
-    runs: Annotated[
-        Path, arg(help="folder of training runs; finished ones are kept, others continued")
-    ] = _RUNS,
+    runs: _Parts = _RUNS,
     backend: Backend = "processes",
 ) -> Exit:
     """Train learners (hours for all), and score them and the rules that have no result yet.
@@ -254,7 +244,7 @@ def reports() -> Exit:
     from studies.scoreboard.report import RESULTS, entries_of, report
     from studies.study import REPORT
 
-    for name, place in _STUDIES.items():
+    for name, (place, _) in _STUDIES.items():
         resolve_name(place).write(Path("results", name))
     board = load_board()
     ship(board)
@@ -263,9 +253,11 @@ def reports() -> Exit:
     return Exit.DONE
 
 
-def _run(study: str, output: Path, backend: jobs.Backend, *, progress: bool, **options: Any) -> Exit:
+def _run(study: str, output: Path, backend: str, *, progress: bool, **options: Any) -> Exit:
     """Measure one of ``_STUDIES`` with its options; write its results, figures and report."""
-    resolve_name(_STUDIES[study]).run(output, backend, progress=progress, **options)
+    place, extra = _STUDIES[study]
+    runs_on = prepare(output, extra, backend)
+    resolve_name(place).run(output, runs_on, progress=progress, **options)
     return _saved(output)
 
 
@@ -287,16 +279,10 @@ def _runner(folder: Path, backend: str) -> Runner:
     return Runner(jobs.Cache(folder / "cache"), runs_on, progress=True)
 
 
+_MEASURING = (paper, robustness, validation, arms_race, findings)
+_SCOREBOARD = (scoreboard_freeze, scoreboard_train, scoreboard_rewards)
 _COMMANDS: dict[str, Callable[..., Exit]] = {
-    "paper": paper,
-    "robustness": robustness,
-    "validation": validation,
-    "arms-race": arms_race,
-    "findings": findings,
-    "scoreboard-freeze": scoreboard_freeze,
-    "scoreboard-train": scoreboard_train,
-    "scoreboard-rewards": scoreboard_rewards,
-    "reports": reports,
+    command.__name__.replace("_", "-"): command for command in (*_MEASURING, *_SCOREBOARD, reports)
 }
 STUDIES = Application("python -m studies", "Studies made with flockesc_env.", _COMMANDS)
 

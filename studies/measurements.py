@@ -1,7 +1,5 @@
 """Measurements: jobs and their results, policies on flocks as jobs, and columns of tables by flock."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -20,8 +18,7 @@ from flockesc_env.policies.registry import parse_policy
 
 Key = TypeVar("Key")
 
-_AGENT_STEP = 200e-9
-"""Estimated seconds of a step of one agent under a policy."""
+_AGENT_STEP = 200e-9  # estimated seconds of a step of one agent under a policy
 
 
 @dataclass(frozen=True)
@@ -123,6 +120,5 @@ def play_jobs(
 
 def values_by(table: pl.DataFrame, *keys: str, column: str = "objective") -> dict[Any, FloatArray]:
     """Return a column, flocks in rising order, by the values of several other columns."""
-    return {
-        key: part.sort("seed")[column].to_numpy() for key, part in table.group_by(*keys, maintain_order=True)
-    }
+    groups = table.group_by(*keys, maintain_order=True)
+    return {key: part.sort("seed")[column].to_numpy() for key, part in groups}

@@ -1,7 +1,5 @@
 """Style of the studies' figures: letters of panels, colors of components, curves and forest plots."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -15,8 +13,7 @@ from flockesc_env.render.palette import LIGHT
 from studies.measurements import sign
 from training.figure_style import WIDTH
 
-ROW = 0.235
-"""Height of a row of a forest plot in inches."""
+ROW = 0.235  # height of a row of a forest plot in inches
 
 LABELS = (
     "#3073a5", "#ddb66a", "#934b63", "#7ed3a6", "#6b571f", "#cba553", "#55b8e2", "#6bc08e", "#b69be6",

@@ -17,8 +17,8 @@ from flockesc_env.common.files import check_writable, write_text
 from flockesc_env.models import FlockSweepResult
 from flockesc_env.models.records import versions
 from flockesc_env.policies import BasePolicy
+from flockesc_env.policies.compare import ORACLE, Comparison
 from flockesc_env.taskset import Task
-from flockesc_env.taskset.comparison import ORACLE, Comparison
 from training import plots
 
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")

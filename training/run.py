@@ -77,7 +77,7 @@ class Run:
     @cached_property
     def policy_spec(self) -> PolicySpec:
         """Observations and actions of the environment."""
-        return self.task.policy_spec(**self.learner.options)
+        return self.task.spec_with(**self.learner.options)
 
     def setup(self, policy: Policy) -> Setup:
         """Return how a policy plays in the environment, on one thread."""

@@ -67,7 +67,7 @@ class SweepResult(Displayed):
     def _summary(self) -> dict[str, object]:
         facts: dict[str, object] = {"num_ranges": len(self.interaction_ranges), "num_seeds": len(self.seeds)}
         if np.isfinite(self.values()).all():
-            facts["best_range"] = self.best_range()
+            facts["best_range()"] = self.best_range()
         return facts
 
     def values(self, objective: str | None = None) -> FloatArray:

@@ -208,7 +208,7 @@ class BasePolicy(ABC):
             for agent in inner.agents:
                 if agent not in observations:
                     raise InputError("observations", f"one of {agent!r}", "none")
-            flock = inner.possible_agents[: spec.num_agents]
+            flock = inner.possible_agents[: spec.rows]
             caught = np.zeros(len(spec.layout.names), np.float32)
             actions = act_on_rows(np.stack([observations.get(agent, caught) for agent in flock]))
             straight_on = np.zeros(inner.predator_policy_spec.dimension, np.float32)
@@ -287,7 +287,7 @@ def normalizer_of(env: Any) -> Any:
 def _check_wrappers(env: Any, spec: PolicySpec | PredatorPolicySpec) -> None:
     for name, expected in (
         ("observation_space", spec.layout.space()),
-        ("action_space", (spec.actions if isinstance(spec, PolicySpec) else spec).space()),
+        ("action_space", spec.space()),
     ):
         space = getattr(env, f"single_{name}", None) or getattr(env, name)
         found = space(env.possible_agents[0]) if callable(space) else space

@@ -45,10 +45,14 @@ class Episodes(FlockOutcomes, _Rows):
         num_components: number of connected components at the end, shape (seeds,).
         mean_return: undiscounted return, averaged over agents, shape (seeds,). The reward of a caught agent
             is 0.
+        mean_range: mean range in m over steps and agents that were not caught, shape (seeds,).
+        mean_heard: mean number of others that such an agent heard in a step, shape (seeds,).
     """
 
     num_components: IntArray
     mean_return: FloatArray
+    mean_range: FloatArray
+    mean_heard: FloatArray
 
     def _summary(self) -> dict[str, object]:
         means = {name: float(getattr(self, name).mean()) for name in FlockScenario.objectives}

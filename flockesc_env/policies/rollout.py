@@ -12,12 +12,12 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_count, as_seeds, as_threads
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.episodes.batch import Columns, FlockBatch, Step
-from flockesc_env.episodes.predators import PredatorPolicy, reset_policy
+from flockesc_env.episodes.predators import AnyPredatorPolicy, reset_policy
 from flockesc_env.episodes.spaces import RangeActions, policy_spec
 from flockesc_env.policies.base import BasePolicy, Observations, Policy
 from flockesc_env.policies.network import NetworkPolicy, Parameters, choices
 from flockesc_env.policies.outcomes import RESULTS, Episodes, LineEpisodes
-from flockesc_env.policies.setup import Setup, setup
+from flockesc_env.policies.setup import Setup, refuse, setup, setup_in
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.options import EnvOptions, LineOptions
@@ -44,8 +44,9 @@ def rollout(
     per_agent: bool | None = None,
     batch_size: int | None = None,
     num_threads: int | None = None,
-    predator_policy: PredatorPolicy | None = None,
+    predator_policy: AnyPredatorPolicy | None = None,
     progress: Progress | bool | None = None,
+    env: Any = None,
     **options: Any,
 ) -> Episodes | LineEpisodes:
     """Run a policy on the flock or line of every seed, to the end of the episode.
@@ -65,10 +66,13 @@ def rollout(
             it only if the policy is random. The core plays a ``NetworkPolicy`` without batches.
         num_threads: number of threads for flocks; ``None``: one per core. Lines use one thread, except under
             a ``NetworkPolicy``.
-        predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
-            ``SB3Policy``. ``None``: they fly straight on.
+        predator_policy: controls the ``Learned`` predators: a policy of predators, its name (``"pursue"``) or
+            path, or a model of stable-baselines3. ``None``: they fly straight on.
         progress: ``True``: show a progress bar on stderr. A function: called with (finished episodes, all
             episodes) after every batch.
+        env: flocks of ``sb3.vec_env`` with wrappers of your own, in which a model plays as it was trained: an
+            own observation, ``VecFrameStack``, ``VecNormalize`` (its statistics stay). Outcomes come from the
+            flocks. Scenario and options are those of ``env``, which then needs a reset.
         **options: see ``EnvOptions`` or, for a line, ``LineOptions``.
 
     Returns:
@@ -90,7 +94,11 @@ def rollout(
     checked = as_seeds(seeds)
     size = None if batch_size is None else as_count(batch_size, "batch_size")
     given: Any = {"per_agent": per_agent, "predator_policy": predator_policy, "num_threads": num_threads}
-    entry = setup(policy, scenario, **given, **options)
+    if env is None:
+        entry = setup(policy, scenario, **given, **options)
+    else:
+        entry = setup_in(env, policy, scenario, **given, **options)
+        refuse({"batch_size": size}, "None beside env")
     with reporting(progress, "Rollout", len(checked)) as callback:
         columns = play(entry, checked, batch_size=size, progress=callback)
     return RESULTS[entry.scenario.model].of(checked, columns)
@@ -101,6 +109,8 @@ def play(
 ) -> Columns:
     """Run a policy on the flock or line of every seed, see ``rollout``; return outcomes of shape (seeds,)."""
     policy, model = entry.policy, entry.scenario
+    if entry.env is not None:
+        return cast("Columns", entry.env.unwrapped.play_episodes(entry, seeds, progress))
     if type(policy) is NetworkPolicy and entry.predator_policy is None:
         return play_networks(entry, policy.parameters[np.newaxis], seeds, progress)
     if batch_size is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
+from typing import Any, Final
 
 import gymnasium
 import numpy as np
@@ -15,8 +15,12 @@ from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
 from flockesc_env.policies.base import BasePolicy, Observations, RowMemory, check_origins, normalizer_of
-from flockesc_env.policies.network import NetworkPolicy, Squash, torch_network
+from flockesc_env.policies.network import NetworkPolicy, torch_network
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.options import UNOBSERVED, VIEWS
+
+STORED_SPEC: Final = "flockesc_spec"
+"""Attribute of a model for the spec of its training, which ``FlockEvalCallback`` sets; ``save`` keeps it."""
 
 
 class SB3Policy(BasePolicy, RowMemory):
@@ -25,8 +29,8 @@ class SB3Policy(BasePolicy, RowMemory):
     The state of a recurrent model is kept per row and reset at the start of every episode. The model plays
     with the scenario and the options of its environment; ``reward`` and ``count_components`` may differ. A
     saved model contains its spaces but no environment. After ``model.load(path)``, without ``env``, the
-    policy classes ``RangePolicy`` and ``ScorerPolicy`` still know them; with another class give options to
-    ``with_options`` or to the call that plays.
+    policy classes ``RangePolicy`` and ``ScorerPolicy``, and models that ``FlockEvalCallback`` judged, still
+    know them; with another model give options to ``with_options`` or to the call that plays.
 
     Observations are normalized with the statistics of ``vec_normalize``. A saved model does not contain these
     statistics. It contains the last observations of its training: if they are out of bounds, they were
@@ -59,7 +63,7 @@ class SB3Policy(BasePolicy, RowMemory):
         self.observation_space = getattr(model, "observation_space", None)
         self._checked_spec: Any = None
         env = self._environment()
-        spec = _stored_spec(model) if env is None else _spec_of(env)
+        spec = _spec_of(env) or _stored_spec(model)
         if spec is not None:
             self.options, self.per_agent, self.scenario = asdict(spec.options), spec.per_agent, spec.scenario
 
@@ -126,23 +130,39 @@ class SB3Policy(BasePolicy, RowMemory):
         """
         scorer = getattr(getattr(self.model, "policy", None), "network", None)
         layers = [] if scorer is not None else _layers(self.model)
-        self.check_known()
-        spec = self.policy_spec
-        if spec.actions.mode == "range":
-            expected = "'normalized' or 'discrete'"
-            raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
+        is_predator = getattr(getattr(self.model, "action_space", None), "shape", None) in ((2,), (3,))
+        if is_predator:
+            scenario, options = self._hunted()
+            spec: Any = PredatorPolicySpec.of(scenario)
+        else:
+            self.check_known()
+            spec = self.policy_spec
+            scenario, options = spec.scenario, vars(spec.options)
+            if spec.actions.mode == "range":
+                expected = "'normalized' or 'discrete'"
+                raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
         self._check_spaces(spec)
         if scorer is not None:  # of ``ScorerPolicy``
             network: NetworkPolicy = scorer()
         else:
-            grid = spec.actions.grid
-            ranges = () if grid is None else tuple(grid.tolist())
-            squash: Squash = "tanh" if self.model.policy.squash_output else "clip"
-            network = torch_network(layers, spec.layout.names, squash=squash, ranges=ranges)
+            grid = None if is_predator else spec.actions.grid
+            head: Any = {"ranges": () if grid is None else tuple(grid.tolist()), "is_predator": is_predator}
+            head["squash"] = "tanh" if self.model.policy.squash_output else "clip"
+            network = torch_network(layers, spec.layout.names, **head)
             if (normalizer := self._normalizer()) is not None:
                 network = _normalized(network, spec.layout, normalizer)
-        made_for = {name: value for name, value in vars(spec.options).items() if name not in UNOBSERVED}
-        return network.with_options(per_agent=spec.per_agent, scenario=spec.scenario, **made_for)
+        made_for = {name: value for name, value in options.items() if name not in UNOBSERVED}
+        view = None if is_predator else spec.per_agent
+        return network.with_options(per_agent=view, scenario=scenario, **made_for)
+
+    def _hunted(self) -> tuple[FlockScenario, dict[str, Any]]:
+        """Return the scenario and the options of the environment of a model that controls predators."""
+        if (env := self._environment()) is None:
+            raise InputError(
+                "model.env", "the environment of the training, as after load(path, env=env)", "none"
+            )
+        scenario, options = (env.get_attr(name, [0])[0] for name in ("scenario", "options"))
+        return scenario, vars(options)
 
     def _environment(self) -> Any:
         """Return the environment that the model or else the wrapper holds, or ``None``."""
@@ -175,19 +195,18 @@ class SB3Policy(BasePolicy, RowMemory):
 
     def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
         row = VIEWS[spec.per_agent] if isinstance(spec, PolicySpec) else "predator"
-        actions = spec.actions if isinstance(spec, PolicySpec) else spec
         observed = spec.layout.space()
         if self.observation_space is not None and self.observation_space != observed:
             raise space_error(self.observation_space, {row: observed})
         trained = getattr(self.model, "action_space", None)
-        if trained is not None and trained != actions.space():
-            raise InputError("model.action_space", f"the environment's, {actions.space()}", trained)
+        if trained is not None and trained != spec.space():
+            raise InputError("model.action_space", f"the environment's, {spec.space()}", trained)
         self._check_normalizer(spec.layout)
 
 
 def _stored_spec(model: Any) -> PolicySpec | None:
-    """Return the spec that ``RangePolicy`` or ``ScorerPolicy`` stores in a model, or ``None``."""
-    found = (getattr(model, "policy_kwargs", None) or {}).get("spec")
+    """Return the spec that a callback, ``RangePolicy`` or ``ScorerPolicy`` stores in a model, or ``None``."""
+    found = getattr(model, STORED_SPEC, None) or (getattr(model, "policy_kwargs", None) or {}).get("spec")
     return found if isinstance(found, PolicySpec) else None
 
 
@@ -247,4 +266,4 @@ def _normalized(network: NetworkPolicy, layout: ObservationLayout, normalizer: A
     weights, biases, rest = np.split(network.parameters, [inputs * outputs, (inputs + 1) * outputs])
     weights = (weights.reshape(inputs, outputs) / scale[:, np.newaxis]).astype(np.float32)
     parameters = np.concatenate([weights.ravel(), biases - (mean[:, np.newaxis] * weights).sum(axis=0), rest])
-    return NetworkPolicy(network.architecture, parameters)
+    return type(network)(network.architecture, parameters)

@@ -6,13 +6,13 @@ from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
-from flockesc_env.common.checks import as_flag, as_predator_policy
+from flockesc_env.common.checks import as_flag
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.predators import PredatorPolicy
-from flockesc_env.episodes.spaces import policy_spec
-from flockesc_env.policies.base import BasePolicy, check_origins
-from flockesc_env.policies.registry import as_flock_policy
-from flockesc_env.policies.sb3 import space_error
+from flockesc_env.episodes.predators import AnyPredatorPolicy, PredatorPolicy
+from flockesc_env.episodes.spaces import PolicySpec, policy_spec
+from flockesc_env.policies.base import BasePolicy, check_origins, normalizer_of
+from flockesc_env.policies.registry import as_flock_policy, as_predator_policy
+from flockesc_env.policies.sb3 import SB3Policy, space_error
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.options import VIEWS, EnvOptions, LineOptions
@@ -30,6 +30,7 @@ class Setup:
         per_agent: whether the policy sets one range per agent. False: one per flock, or per line.
         predator_policy: controls the ``Learned`` predators; ``None``: they fly straight on.
         num_threads: number of threads for flocks; ``None``: one per core.
+        env: the vector environment of stable-baselines3 in which a model plays, with its wrappers.
     """
 
     policy: BasePolicy
@@ -38,6 +39,7 @@ class Setup:
     per_agent: bool
     predator_policy: PredatorPolicy | None = None
     num_threads: int | None = None
+    env: Any = None
 
 
 def setup(
@@ -45,7 +47,7 @@ def setup(
     scenario: Any = None,
     *,
     per_agent: bool | None = None,
-    predator_policy: PredatorPolicy | None = None,
+    predator_policy: AnyPredatorPolicy | None = None,
     num_threads: int | None = None,
     **options: Any,
 ) -> Setup:
@@ -71,8 +73,6 @@ def setup(
         raise InputError("policy", f"a policy for a {model.model}", given)
     if isinstance(model, LineScenario):
         refuse({"per_agent": per_agent or None, "predator_policy": predator_policy}, "None for a line")
-    if predator_policy is not None:
-        as_predator_policy(predator_policy)
     if not options or player.options is not None:
         player.check_known()
     chosen = model.env_options(player.all_options(model, **options))
@@ -88,7 +88,55 @@ def setup(
         player = copy(player)
         player.options = {**vars(chosen)}
     player.check(chosen, per_agent=view)
-    return Setup(player, model, chosen, view, predator_policy, num_threads)
+    return Setup(player, model, chosen, view, as_predator_policy(predator_policy), num_threads)
+
+
+def setup_in(
+    env: Any,
+    policy: Any,
+    scenario: Any = None,
+    *,
+    per_agent: bool | None = None,
+    predator_policy: AnyPredatorPolicy | None = None,
+    num_threads: int | None = None,
+    **options: Any,
+) -> Setup:
+    """Return how a model of stable-baselines3 plays in a vector environment, through its wrappers.
+
+    Everything is that of the flocks behind the wrappers; arguments that differ raise ``InputError``.
+    """
+    inner, player = flocks_of(env), as_flock_policy(policy)
+    if not isinstance(player, SB3Policy):
+        raise InputError("policy", "a model of stable-baselines3 beside env", shown(policy))
+    known, model = {"env": vars(inner.options)}, inner.scenario
+    if scenario is not None and as_model(scenario) != model:
+        raise InputError("scenario", f"that of env, {shown(model)}", shown(scenario))
+    if predator_policy not in (None, inner.predator_policy):
+        raise InputError("predator_policy", "that of env", shown(predator_policy))
+    view = inner.policy_spec.per_agent
+    if per_agent is not None and as_flag(per_agent, "per_agent") != view:
+        raise InputError("per_agent", f"{view} from env", per_agent)
+    chosen = vars(model.env_options(options))
+    check_origins({**known, "the caller": {name: chosen[name] for name in options}})
+    for name in ("observation_space", "action_space"):
+        trained, found = getattr(player.model, name, None), getattr(env, name)
+        if trained is not None and trained != found:
+            raise InputError(f"env.{name}", f"{trained}, that of the model", found)
+    own = getattr(player.model, "env", None)
+    if own is not None and (normalizer_of(own) is None) != (normalizer_of(env) is None):
+        raise InputError("env", "a VecNormalize if and only if the model's environment has one", shown(env))
+    return Setup(player, model, inner.options, view, inner.predator_policy, num_threads, env)
+
+
+def flocks_of(env: Any, argument: str = "env") -> Any:
+    """Return the flocks of one scenario behind the wrappers of an environment of ``sb3.vec_env``."""
+    inner: Any = getattr(env, "unwrapped", None)
+    plays = not isinstance(env, type) and hasattr(type(inner), "play_episodes")
+    if not plays or not isinstance(inner.policy_spec, PolicySpec):  # of predators otherwise
+        raise InputError(argument, "flocks of sb3.vec_env, or a wrapper around them", shown(env))
+    if len({*inner.scenarios}) > 1:
+        raise InputError(f"{argument}.scenarios", "the same scenario for all flocks", len({*inner.scenarios}))
+    return inner
 
 
 def _observes_agents(policy: BasePolicy, scenario: Scenario, options: EnvOptions | LineOptions) -> bool:

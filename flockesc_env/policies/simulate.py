@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray, as_array, as_seed
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
+from flockesc_env.episodes.predators import AnyPredatorPolicy, PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.starts import fresh_seed
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
 from flockesc_env.policies.base import Observations
@@ -45,7 +45,7 @@ def simulate(
     initial_positions: ArrayLike | None = None,
     initial_velocities: ArrayLike | None = None,
     per_agent: bool | None = None,
-    predator_policy: PredatorPolicy | None = None,
+    predator_policy: AnyPredatorPolicy | None = None,
     num_threads: int | None = None,
     **options: Any,
 ) -> Trajectory | LineTrajectory:
@@ -153,7 +153,7 @@ def _record(entry: Setup, seed: int, start: Mapping[str, Any]) -> Trajectory:
 class _Recorder:
     """Wraps a predator policy and records its actions."""
 
-    def __init__(self, policy: PredatorPolicy) -> None:
+    def __init__(self, policy: Any) -> None:
         self.policy = policy
         self.actions: list[FloatArray] = []
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -111,13 +111,16 @@ class FlockScenario(Document):
                     fields[name] = default
         self._set(_core.check_flock_scenario(json.dumps(given)))
 
-    def env_options(self, given: Mapping[str, Any], known: type = EnvOptionsDict) -> EnvOptions:
+    def env_options(
+        self, given: Mapping[str, Any], known: type = EnvOptionsDict, own: Iterable[str] = ()
+    ) -> EnvOptions:
         """Return the options of an environment with this scenario, from its keyword arguments.
 
         ``known`` is a ``TypedDict`` of all that the environment accepts; those that are not options are
-        ignored. A topological rule requires ``max_range``.
+        ignored. An error about an unknown name also lists ``own``, other arguments of the environment. A
+        topological rule requires ``max_range``.
         """
-        check_names(self, given, known)
+        check_names(self, given, known, own)
         if isinstance(self.neighbor_rule, parts.Topological) and "max_range" not in given:
             expected = "the largest number of neighbors, required by a topological rule"
             raise InputError("max_range", expected, "none")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
@@ -55,9 +55,11 @@ class LineScenario(Document):
     def __post_init__(self) -> None:
         self._set(_core.check_line_scenario(json.dumps(self._given())))
 
-    def env_options(self, given: Mapping[str, Any], known: type = LineOptionsDict) -> LineOptions:
+    def env_options(
+        self, given: Mapping[str, Any], known: type = LineOptionsDict, own: Iterable[str] = ()
+    ) -> LineOptions:
         """Return the options of an environment with this scenario; see ``FlockScenario.env_options``."""
-        check_names(self, given, known)
+        check_names(self, given, known, own)
         return LineOptions.among(given)
 
     def observation_entries(

@@ -31,7 +31,7 @@ ExtraEntries = Literal["escape_direction", "closest_approach"]
 PROFILE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
 """Candidate ranges in m that suit the paper's flock, for the option ``profile_ranges``."""
 
-UNOBSERVED = ("reward", "count_components")
+UNOBSERVED = ("reward", "range_cost", "count_components")
 """Options that change neither observations nor actions."""
 
 VIEWS = {False: "flock", True: "agent"}
@@ -108,6 +108,8 @@ class EnvOptions(ActionOptions):
             ``"individual"``: the agent's part of ``"team"`` of the mean distance;
             ``"difference"``: the difference reward (Wolpert and Tumer): v_t minus its value if this agent had
             range 0 during the action. It simulates the action once more per agent.
+        range_cost: reward that an action costs per m: the reward of an action is lowered by it times the mean
+            range of the agents that are not caught or, with an individual reward, the agent's own range.
         predator_sensing_range: distance in m up to which agents observe a predator; ``math.inf``: any
             distance.
         count_components: whether ``info`` contains ``num_components``. The count costs a graph search per
@@ -122,6 +124,7 @@ class EnvOptions(ActionOptions):
 
     objective: Objective = "min_mean_distance"
     reward: Reward = "team"
+    range_cost: float = 0.0
     predator_sensing_range: float = math.inf
     count_components: bool = False
     profile_ranges: Sequence[float] | None = None
@@ -145,8 +148,12 @@ class EnvOptions(ActionOptions):
             raise InputError("extra_entries", expected, shown(entries))
         for index, name in enumerate(entries):
             as_choice(name, f"extra_entries[{index}]", get_args(ExtraEntries))
-        flag = as_flag(self.count_components, "count_components")
-        vars(self).update(predator_sensing_range=sensing, count_components=flag, extra_entries=tuple(entries))
+        vars(self).update(
+            range_cost=float(as_floats(self.range_cost, "range_cost", ())),
+            predator_sensing_range=sensing,
+            count_components=as_flag(self.count_components, "count_components"),
+            extra_entries=tuple(entries),
+        )
         if ranges is not None:
             vars(self)["profile_ranges"] = tuple(as_vector(ranges, "profile_ranges").tolist())
         _core.observation_entries(self.to_core(per_agent=True), 2)  # raises if one is out of bounds
@@ -158,8 +165,8 @@ class EnvOptions(ActionOptions):
 
     def to_core(self, *, per_agent: bool = False, max_actions: int | None = None) -> str:
         """Return the options as JSON for the compiled core, with the limit of actions of an episode."""
-        names = ("objective", "reward", "max_range", "predator_sensing_range", "steps_per_action")
-        document = {name: getattr(self, name) for name in (*names, "extra_entries")}
+        names = ("objective", "reward", "range_cost", "max_range", "predator_sensing_range")
+        document = {name: getattr(self, name) for name in (*names, "steps_per_action", "extra_entries")}
         document |= {"view": VIEWS[per_agent], "profile_ranges": self.profile_ranges or ()}
         document["max_actions"] = max_actions
         return json.dumps(to_plain(document))
@@ -210,6 +217,7 @@ class EnvOptionsDict(ActionOptionsDict, total=False):
 
     objective: Objective
     reward: Reward
+    range_cost: float
     predator_sensing_range: float
     count_components: bool
     profile_ranges: Sequence[float] | None
@@ -222,12 +230,12 @@ class LineOptionsDict(ActionOptionsDict, total=False):
     reward: LineReward
 
 
-def check_names(scenario: Any, given: Iterable[str], known: type) -> None:
+def check_names(scenario: Any, given: Iterable[str], known: type, own: Iterable[str] = ()) -> None:
     """Refuse keyword arguments of an environment that are not in a ``TypedDict`` of all that it accepts.
 
-    The error for an unknown name suggests the most similar one.
+    The error for an unknown name suggests the most similar one, also of the environment's ``own`` arguments.
     """
-    names = known.__annotations__
+    names = [*own, *known.__annotations__]
     for name in (name for name in given if name not in names):
         if name in {field.name for field in dataclasses.fields(scenario)}:
             hint = f"a field of the scenario; pass scenario={type(scenario).__name__}({name}=...)"

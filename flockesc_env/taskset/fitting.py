@@ -10,7 +10,7 @@ from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import rules
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import Stored, as_flock_policy
-from flockesc_env.policies.setup import Setup, setup
+from flockesc_env.policies.setup import Setup, setup, setup_in
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.options import UNOBSERVED
 from flockesc_env.scenario.presets import Scenario
@@ -30,7 +30,7 @@ _ROW_BY_ROW = (
 )
 
 
-def fitted(policy: Any, shown: PolicySpec, scenarios: Sequence[Scenario]) -> Setup:
+def fitted(policy: Any, shown: PolicySpec, scenarios: Sequence[Scenario], env: Any = None) -> Setup:
     """Return how a policy plays a task that shows and allows ``shown``, and is scored in some scenarios.
 
     A policy without options and ``RandomRange`` take the view and the options of the task. ``FixedRange``
@@ -45,11 +45,18 @@ def fitted(policy: Any, shown: PolicySpec, scenarios: Sequence[Scenario]) -> Set
       not, because it depends on the whole flock.
     - ``objective``: the task's, which decides the entry ``running_minimum``.
 
-    docs/policies.md lists all options. The check reads options, not code: see ``is_checkable``.
+    A model in ``env`` sees what its options show. docs/policies.md lists all options. The check reads
+    options, not code: see ``is_checkable``.
     """
     player = as_flock_policy(policy)
-    player.check_known()
     task = {name: value for name, value in vars(shown.options).items() if name not in FREE}
+    if env is not None:
+        entry = setup_in(env, player, per_agent=shown.per_agent)
+        _check(
+            vars(entry.options), task, entry.per_agent and all(_has_one_predator(one) for one in scenarios)
+        )
+        return entry
+    player.check_known()
     if player.options is None or isinstance(player, rules.FixedRange | rules.RandomRange):
         if isinstance(player, rules.FixedRange):
             del task["max_range"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, Final
 
@@ -88,7 +88,7 @@ def read_learners(tables: dict[str, Any], field: str) -> dict[str, Learner]:
 
 @cache
 def _read(name: str) -> dict[str, Any]:
-    file = files(__package__) / "learners" / f"{name}.toml"
+    file = Path(__file__).parent / "learners" / f"{name}.toml"
     return tomllib.loads(file.read_text("utf-8")) if file.is_file() else {}
 
 

@@ -32,7 +32,9 @@ def register() -> None:
     gymnasium.register("flockesc/FlockEscape-v1", f"{one}:FlockEscapeEnv", vector_entry_point=_VECTOR)
     refusal, agents = f"{__name__}:no_single_env", {"per_agent": True}
     gymnasium.register("flockesc/FlockAgents-v1", refusal, vector_entry_point=_VECTOR, kwargs=agents)
-    gymnasium.register("flockesc/Predator-v1", f"{one}:PredatorEnv")
+    gymnasium.register(
+        "flockesc/Predator-v1", f"{one}:PredatorEnv", vector_entry_point=f"{__name__}:make_predators"
+    )
     gymnasium.register("flockesc/LineEscape-v1", "flockesc_env.envs.line:LineEscapeEnv")
     for task in tasks.values():
         gymnasium.register(
@@ -49,12 +51,19 @@ def no_single_env(**_: Any) -> NoReturn:
     _refuse_single_env("flockesc/FlockAgents-v1", 300, "flockesc_env.parallel_env()")
 
 
+def make_predators(num_envs: int | None = None, scenario: Any = None, **options: Any) -> BatchVectorEnv:
+    """Return ``flockesc/Predator-v1`` for ``gymnasium.make_vec``, with one slot per predator."""
+    from flockesc_env.envs.vector import BatchVectorEnv
+
+    return BatchVectorEnv(num_envs, scenario, side="predator", **options)
+
+
 def make_task(task: str, **options: Any) -> gymnasium.Env[Any, Any]:
     """Return the Gymnasium environment of a task, for ``gymnasium.make``; no option may change the task."""
     chosen = _checked(task, options)
     if chosen.per_agent:
         way = f'flockesc_env.tasks["{task}"].parallel_env()'
-        _refuse_single_env(chosen.id, chosen.policy_spec().num_agents, way)
+        _refuse_single_env(chosen.id, chosen.policy_spec.num_agents, way)
     return chosen.env(**options)
 
 

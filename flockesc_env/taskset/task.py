@@ -8,15 +8,15 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import gymnasium
 import msgspec
+import numpy as np
 
-from flockesc_env.common.checks import as_choice, as_count
-from flockesc_env.common.errors import InputError, errors_at
+from flockesc_env.common.checks import as_choice, as_count, as_name
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import require
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
@@ -32,9 +32,10 @@ if TYPE_CHECKING:  # slow to import, so that methods import them
     from flockesc_env.envs.gymnasium import FlockEscapeEnv
     from flockesc_env.envs.line import LineEscapeEnv
     from flockesc_env.envs.pettingzoo import FlockParallelEnv
+    from flockesc_env.policies.base import BasePolicy
+    from flockesc_env.policies.compare import Comparison
     from flockesc_env.policies.setup import Setup
     from flockesc_env.sb3 import FlockEvalCallback
-    from flockesc_env.taskset.comparison import Comparison
 
 VERSION: Final = "v1"
 """Version of the tasks. A change of a task gets another version; old ones stay."""
@@ -43,7 +44,7 @@ FLOCKS: Final = first_seeds(HELD_OUT, 1000)
 """Seeds of the flocks, or lines, that every policy is scored on."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Task:
     """Who sets which ranges, what is observed and scored, and the environments of a task.
 
@@ -79,6 +80,29 @@ class Task:
     preset: str
     version: str
     seeds: range = FLOCKS
+
+    def __repr__(self) -> str:
+        scales, text = self.scales.items(), self.spec.text
+        way = "parallel_env" if self.per_agent else "env"
+        facts = {
+            "asks": self.asks,
+            "ranges": f"one per {self.actor}, every {self.options['steps_per_action']} steps",
+            "options": ", ".join(f"{name}={value!r}" for name, value in self.options.items()),
+            "trained in": self.preset,
+            "objective": self.spec.with_unit(self.spec.symbol),
+            "score 0": "; ".join(
+                f"{text(scale.zero)} in {name} (best fixed range {scale.best_fixed_range:g})"
+                for name, scale in scales
+            ),
+            "score 1": "; ".join(
+                f"{text(scale.one)} in {name} ({scale.reference})" for name, scale in scales
+            ),
+            "rule": f"{self.shortcut.policy}, score {self.shortcut.score:.3f}",
+            "samples": f"at most {self.samples:,} actions, each of one {self.actor}",
+            "learners": ", ".join(self.learners),
+            "make": f'tasks["{self.name}"].{way}(), .vec_env(num_flocks)',
+        }
+        return "\n".join([self.name, *(f"  {name:<10}  {fact}" for name, fact in facts.items())])
 
     @property
     def id(self) -> str:
@@ -121,26 +145,32 @@ class Task:
         """Return the score, the mean over scenarios, from the objective, or an array of them, in each."""
         return sum(scale.score(objectives[name]) for name, scale in self.scales.items()) / len(self.scales)
 
-    def policy_spec(self, **options: Any) -> PolicySpec:
-        """Return what a policy observes and sets; ``options`` replace the task's."""
+    @property
+    def policy_spec(self) -> PolicySpec:
+        """What a policy observes and sets, as ``env.policy_spec``."""
+        return self.spec_with()
+
+    def spec_with(self, **options: Any) -> PolicySpec:
+        """Return ``policy_spec`` with options that replace the task's, for example those of a ``Learner``."""
         chosen = self.scenario.env_options({**self.options, **options})
         return policy_spec(self.scenario, chosen, per_agent=self.per_agent)
 
-    def setup(self, policy: Any) -> Setup:
-        """Return how a policy plays the task.
+    def setup(self, policy: Any, env: Any = None) -> Setup:
+        """Return how a policy plays the task; a model of stable-baselines3 plays in ``env`` if it is given.
 
         Raises:
             InputError: if it is for another problem, or sees or sets more than the task allows (``fitted``).
         """
         from flockesc_env.taskset.fitting import fitted
 
-        return fitted(policy, self.policy_spec(), [*self.scenarios.values()])
+        return fitted(policy, self.policy_spec, [*self.scenarios.values()], env)
 
     def env(self, **options: Any) -> FlockEscapeEnv | LineEscapeEnv:
         """Return the Gymnasium environment of a task with one range per flock or line.
 
         Args:
-            **options: options beside the task's, such as ``reward`` and ``render_mode``.
+            **options: options beside the task's, such as ``reward`` and ``render_mode``. ``scenario``
+                replaces the task's.
 
         Raises:
             InputError: if every agent sets its own range; if an option is unknown or out of bounds.
@@ -148,21 +178,20 @@ class Task:
         from flockesc_env.envs.gymnasium import FlockEscapeEnv
         from flockesc_env.envs.line import LineEscapeEnv
 
-        options = {**self.options, **options}
+        options = {"scenario": self.scenario, **self.options, **options}
         if isinstance(self.scenario, LineScenario):
-            return LineEscapeEnv(self.scenario, **options)
+            return LineEscapeEnv(**options)
         if self.per_agent:
             expected = "one range per flock; parallel_env and vec_env have one per agent"
             raise InputError("task", expected, self.name)
-        return FlockEscapeEnv(self.scenario, **options)
+        return FlockEscapeEnv(**options)
 
     def parallel_env(self, **options: Any) -> FlockParallelEnv:
-        """Return the PettingZoo environment of a task with one range per agent; see ``env``."""
-        if not self.per_agent or isinstance(self.scenario, LineScenario):
-            raise InputError("task", "one range per agent; env has one per flock or line", self.name)
+        """Return the PettingZoo environment of a task for flocks; its agent is ``flock`` for one range."""
         from flockesc_env.envs.pettingzoo import parallel_env  # fails in a deleted working folder
 
-        return parallel_env(self.scenario, **{"reward": self.reward, **self.options, **options})
+        view = {"scenario": self.scenario, "per_agent": self.per_agent, "reward": self.reward}
+        return parallel_env(**{**view, **self.options, **options})
 
     def vec_env(self, num_flocks: int = 1, *, learner: str | None = "ppo", **options: Any) -> VecEnv:
         """Return the environment for stable-baselines3, with one slot per agent, per flock or per line.
@@ -204,9 +233,9 @@ class Task:
         return learners_of(self.name, self.actor)
 
     def learner(self, name: str) -> Learner:
-        """Return a learner of the task; an unknown name raises ``InputError``."""
+        """Return the learner ``"ppo"``, or ``"PPO"``, and so on; an unknown name raises ``InputError``."""
         known = self.learners
-        return known[as_choice(name, "learner", known)]
+        return known[as_name(name, "learner", known)]
 
     def hyperparameters(self, learner: str | Learner) -> dict[str, Any]:
         """Return the arguments of the algorithm of a learner of stable-baselines3, given by name or itself.
@@ -222,7 +251,7 @@ class Task:
             command = f"python -m training train {self.name} --learner {learner} runs this one"
             raise InputError("learner", f"one of stable-baselines3; {command}", repr(learner))
         best = next(iter(self.scales.values())).best_fixed_range
-        return found.arguments(self.policy_spec(**found.options), best)
+        return found.arguments(self.spec_with(**found.options), best)
 
     def compare(
         self,
@@ -230,8 +259,9 @@ class Task:
         scenario: str | None = None,
         num_flocks: int = 200,
         num_threads: int | None = None,
+        env: Any = None,
     ) -> Comparison:
-        """Play policies and the best fixed range on the same held-out flocks; see ``Comparison``.
+        """Play policies and the best fixed range on the same held-out flocks, as ``flockesc_env.compare``.
 
         Args:
             *policies: policies, names of built-in ones, paths of policy files, or models of
@@ -239,23 +269,27 @@ class Task:
             scenario: one of ``scenarios``; ``None``: the first one.
             num_flocks: number of flocks.
             num_threads: number of threads; ``None``: one per core.
+            env: an environment of ``scenario``, in which models play, as in ``rollout``.
 
         Raises:
             InputError: if a policy does not fit the task, or an argument is out of bounds.
         """
         require("analysis", ["scipy"])
-        from flockesc_env.policies.registry import as_policy
-        from flockesc_env.taskset.comparison import Comparison, play_all
+        from flockesc_env.policies import SB3Policy, compare
 
         seeds = self.seeds[: as_count(num_flocks, "num_flocks", most=len(self.seeds))]
         name = as_choice(scenario or next(iter(self.scenarios)), "scenario", self.scenarios)
-        entries = {}
-        for policy in map(as_policy, (self.shortcut.policy, *policies)):
-            with errors_at(f"{policy.name}: "):
-                entry = replace(self.setup(policy), scenario=self.scenarios[name], num_threads=num_threads)
-                entries[policy.name] = entry
-        search, values = play_all(entries, self.scales[name].best_fixed_range, self.spec, seeds)
-        return Comparison(self.name, name, self.spec, self.shortcut.policy, search, values)
+        chosen, best = self.scenarios[name], self.scales[name].best_fixed_range
+
+        def prepare(policy: BasePolicy) -> Setup:
+            entry = self.setup(policy, env if isinstance(policy, SB3Policy) else None)
+            if entry.env is not None and entry.scenario != chosen:
+                raise InputError("env", f"flocks of {name}, as of vec_env(scenario={name!r})", shown(env))
+            return replace(entry, scenario=chosen, num_threads=num_threads)
+
+        entries, grid = compare.prepared((self.shortcut.policy, *policies), prepare), chosen.search_ranges
+        facts = {"scenario": name, "task": self.name, "rule": self.shortcut.policy}
+        return compare.judged(entries, self.spec, np.array(grid), best, seeds, **facts)
 
 
 class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -309,15 +343,15 @@ class Tasks(Mapping[str, Task]):
 
     @cached_property
     def _tasks(self) -> dict[str, Task]:
-        return read_tasks(files(__package__).joinpath(f"{VERSION}.toml").read_text("utf-8"))
+        return read_tasks(Path(__file__).with_name(f"{VERSION}.toml").read_text("utf-8"))
 
     def __getitem__(self, name: str) -> Task:
-        """Return a task.
+        """Return a task; ``"Per_Agent_Visible"`` also finds ``"per-agent-visible"``.
 
         Raises:
             InputError: if the name is unknown. It names the near ones.
         """
-        return self._tasks[as_choice(name, "task", self._tasks)]
+        return self._tasks[as_name(name, "task", self._tasks)]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._tasks)

@@ -1,7 +1,5 @@
 """Both sides of the arms race as plain data, lead pursuit, and a network that corrects it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Final, cast

@@ -1,7 +1,5 @@
 """The arms race: predators and flock policies trained in turns with CMA-ES, and the cross-play of all."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import platform
@@ -9,7 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, cast
+from typing import Any, Final
 
 import numpy as np
 import polars as pl
@@ -122,15 +120,21 @@ def train(kind: str, flock: Flock, predator: Predator, budget: Budget, seed: int
 def learner(kind: str, flock: Flock, predator: Predator) -> tuple[FloatArray, Value]:
     """Return the parameters of a ``"flock"`` policy or a ``"predator"``, and J_mean against the other side.
 
-    Changes of the parameters are played in groups, so that a call steps ``BATCH`` flocks together.
+    Changes of the parameters are played in groups, so that a call steps ``BATCH`` flocks together. Those of a
+    predator change the network that corrects its lead pursuit.
     """
-    entry = flock.entry()
-    if kind == "flock":
-        parameters = np.array(cast("NetworkPolicy", entry).parameters, np.float64)
-        play_group = _flock_player(entry, predator)
-    else:
-        parameters = np.array(predator.parameters or np.zeros(SIZE))
-        play_group = _predator_player(entry, predator)
+    entry: Any = flock.entry()
+    start = entry.parameters if kind == "flock" else predator.parameters or np.zeros(SIZE)
+    parameters = np.array(start, np.float64)
+    opponent, pursuit = predator.policy(SCENARIO), LeadPursuit(SCENARIO, predator.lead)
+
+    def play_group(group: FloatArray, seeds: list[int]) -> FloatArray:
+        if kind == "predator":
+            predators: Any = [NetworkPredator(changed, pursuit) for changed in group]
+            return _played(entry, Population(predators), seeds)
+        networks = Population([NetworkPolicy(entry.architecture, changed) for changed in group])
+        played = as_policy(networks).with_options(per_agent=entry.per_agent, **(entry.options or {}))
+        return _played(played, opponent, seeds)
 
     def j_mean(changes: FloatArray, flocks: range) -> FloatArray:
         size = max(1, BATCH // len(flocks))
@@ -139,30 +143,6 @@ def learner(kind: str, flock: Flock, predator: Predator) -> tuple[FloatArray, Va
         return np.concatenate(played)
 
     return parameters, j_mean
-
-
-def _flock_player(entry: BasePolicy, predator: Predator) -> Callable[[FloatArray, list[int]], FloatArray]:
-    """Return a function that plays a flock policy with given parameters against a predator."""
-    architecture = cast("NetworkPolicy", entry).architecture
-    opponent = predator.policy(SCENARIO)
-    known: Any = {"per_agent": entry.per_agent, **(entry.options or {})}
-
-    def play_group(group: FloatArray, seeds: list[int]) -> FloatArray:
-        networks = Population([NetworkPolicy(architecture, parameters) for parameters in group])
-        return _played(as_policy(networks).with_options(**known), opponent, seeds)
-
-    return play_group
-
-
-def _predator_player(entry: BasePolicy, predator: Predator) -> Callable[[FloatArray, list[int]], FloatArray]:
-    """Return a function that plays corrections of lead pursuit with given parameters against a flock."""
-    pursuit = LeadPursuit(SCENARIO, predator.lead)
-
-    def play_group(group: FloatArray, seeds: list[int]) -> FloatArray:
-        predators: Any = [NetworkPredator(parameters, pursuit) for parameters in group]
-        return _played(entry, Population(predators), seeds)
-
-    return play_group
 
 
 @dataclass

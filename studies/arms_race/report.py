@@ -1,7 +1,5 @@
 """Statistics, figure and report of the arms race, from its stored results."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass

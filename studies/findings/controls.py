@@ -1,7 +1,5 @@
 """Controls of the headline policies: hidden entries of the observation, and blocked warnings."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +23,7 @@ from flockesc_env.policies.setup import setup
 from flockesc_env.taskset import Task
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, play_jobs, policy_of, share_of, values_by
-from studies.scoreboard.scores import best_fixed_range
+from studies.scoreboard.board import best_fixed_range
 
 Observations = NDArray[np.float32]
 
@@ -33,15 +31,10 @@ HIDDEN_FILE: Final = "ablation.parquet"
 BLOCKED_FILE: Final = "blocking.parquet"
 HIDING_FLOCKS: Final = 100
 BLOCKING_FLOCKS: Final = 200
-TUNED: Final = 20
-"""Tuning flocks over which a hidden entry has its mean."""
+TUNED: Final = 20  # tuning flocks over which a hidden entry has its mean
 
-RULES: Final = ("head-away", "stubborn-leaders")
-"""Rules that play ``per-agent-visible`` beside the headline policies."""
-
-BLOCKED: Final = (False, True)
-"""Whether warnings are blocked."""
-
+RULES: Final = ("head-away", "stubborn-leaders")  # play ``per-agent-visible`` beside the headline policies
+BLOCKED: Final = (False, True)  # whether warnings are blocked
 NOTHING: Final = "nothing"
 
 GROUPS: Final[dict[str, tuple[str, ...]]] = {
@@ -87,14 +80,12 @@ class Watching(Hiding):
 
     def __init__(self, policy: Policy) -> None:
         super().__init__(policy, {})
-        self.layouts: list[ObservationLayout] = []
         self.seen: list[Observations] = []
         self.ranges: list[FloatArray] = []
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Let the policy choose."""
         actions = super().act(observations, spec)
-        self.layouts.append(spec.layout)
         self.seen.append(observations.copy())
         self.ranges.append(spec.actions.to_ranges(actions, len(observations)))
         return actions
@@ -116,7 +107,7 @@ def watch(policy: BasePolicy, flocks: range) -> Watched:
     """Run a policy on some flocks of the scenario that it was trained in."""
     watching = Watching(policy)
     rollout(_instead(watching, policy), flocks, batch_size=len(flocks))
-    return Watched(watching.layouts[0], np.array(watching.seen), np.array(watching.ranges))
+    return Watched(policy.policy_spec.layout, np.array(watching.seen), np.array(watching.ranges))
 
 
 def hide(policy: bytes, column: str, shown: tuple[tuple[int, float], ...], flocks: range) -> Arrays:
@@ -169,9 +160,7 @@ def measure_blocked(headlines: Sequence[Headline], scale: float, runner: Runner,
     fixed range of each task was chosen with warnings.
     """
     flocks = share_of(HELD_OUT, BLOCKING_FLOCKS, scale)
-    played: dict[str, tuple[str | bytes, Task]] = {
-        one.task.name: (one.content, one.task) for one in headlines
-    }
+    played: dict[str, tuple[Any, Task]] = {one.task.name: (one.content, one.task) for one in headlines}
     played |= {rule: (rule, tasks["per-agent-visible"]) for rule in RULES}
     jobs = {}
     for (name, (policy, task)), blocked in product(played.items(), BLOCKED):

@@ -1,7 +1,5 @@
 """The headline policy of each task: the best trained one on tuning flocks, which the study explains."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass

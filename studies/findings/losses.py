@@ -1,7 +1,5 @@
 """Where learning loses: headline policies in other starts, presets and sizes than those of their training."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from itertools import product
@@ -27,20 +25,15 @@ from studies.robustness.plan import NEIGHBORS, attacked_presets, grid_of
 STARTS_FILE: Final = "starts.parquet"
 TRANSFER_FILE: Final = "transfer.parquet"
 
-FLOCKS: Final = 50
-"""Held-out flocks of a scenario; a start has twice as many."""
-
-POLARIZATIONS: Final = (0.47, 0.85, 0.96, 0.99)
-"""Expected initial polarization of an infinite flock."""
+FLOCKS: Final = 50  # held-out flocks of a scenario; a start has twice as many
+POLARIZATIONS: Final = (0.47, 0.85, 0.96, 0.99)  # expected initial polarization of an infinite flock
 
 ATTACKS: Final = {"across": (1.0, -1.0), "toward": (-1.0, -1.0)}
 """Mean initial heading, by how it lies to the predator's path, which is the diagonal (1, 1)."""
 
-SIZES: Final = (100, 1_000, 10_000)
-"""Numbers of agents of the paper's flock in which policies are tried."""
+SIZES: Final = (100, 1_000, 10_000)  # numbers of agents of the paper's flock in which policies are tried
 
-_SLOW_SHARE, _LARGE_SHARE = 0.2, 0.06
-"""Share of the flocks for agents that count neighbors, and for more than 1,000 agents."""
+_SLOW_SHARE, _LARGE_SHARE = 0.2, 0.06  # of the flocks if agents count neighbors, and for over 1,000 agents
 
 
 def starts() -> dict[str, FlockScenario]:

@@ -1,14 +1,12 @@
 """The study of learned ranges: its measurements, its figures and its report."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -18,7 +16,7 @@ from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 from flockesc_env.episodes import splits
 from flockesc_env.taskset import Task
 from flockesc_env.taskset.statistics import difference
-from studies.findings import controls, headlines, listening, losses, one_agent
+from studies.findings import controls, headlines, listening, losses
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, sign
 from studies.scoreboard.board import ANY_RATE, load_board
@@ -110,7 +108,7 @@ class Findings:
     entries: dict[str, list[Entry]]
 
     @classmethod
-    def load(cls, output: Path) -> Findings:
+    def load(cls, output: Path) -> Self:
         """Read the results."""
         return cls(output, headlines.load(output), entries_of(load_board()))
 
@@ -125,7 +123,6 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
     chosen = headlines.measure(headlines.EXPLAINED, scale, runner, output)
     controls.measure_hidden(chosen, scale, runner, output)
     listening.measure(chosen, scale, runner, output)
-    one_agent.measure(chosen, runner, output)
     controls.measure_blocked(chosen, scale, runner, output)
     losses.measure(chosen, scale, runner, output)
 
@@ -133,10 +130,10 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
 def figures(results: Findings) -> dict[str, Figure]:
     """Draw the figures of the measurements that have a file."""
     drawn = {
-        name: listening.figure(results.output / f"{name}.npz", by_place=name == "per-agent-visible")
+        name: listening.ranges_figure(results.output / f"{name}.npz", by_place=name == "per-agent-visible")
         for name in listening.WATCHED
     }
-    drawn["one_agent"] = one_agent.figure(results.output / one_agent.FILE)
+    drawn["one_agent"] = listening.one_agent_figure(results.output / listening.ONE_AGENT)
     return {f"{FIGURES}/{name}": figure for name, figure in drawn.items()}
 
 
@@ -169,7 +166,6 @@ def report(results: Findings) -> str:
         controls=controls,
         listening=listening,
         losses=losses,
-        one_agent=one_agent,
     )
 
 
@@ -185,9 +181,4 @@ def _counts(found: Mapping[tuple[str, str], losses.Gain]) -> list[dict[str, Any]
     return sorted(rows, key=lambda row: -row["loss"])
 
 
-FINDINGS: Final = Study(
-    measure=measure,
-    load=Findings.load,
-    figures=figures,
-    report=report,
-)
+FINDINGS: Final = Study(measure=measure, load=Findings.load, figures=figures, report=report)

@@ -1,7 +1,5 @@
 """Claims of the paper, their measurements, and the rule for the verdicts."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -23,8 +21,7 @@ class Verdict(StrEnum):
     FAILS = "does not hold"
 
 
-MOST = 0.95
-"""A claim holds if it is true in at least this share of the realizations."""
+MOST = 0.95  # a claim holds if it is true in at least this share of the realizations
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """The paper's claims about the flock (Sections V and VI), measured."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,19 +13,12 @@ from studies.paper.claims import Claim, Quantity, between, claim, exactly, mean,
 from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, OFFSETS, PAPER_OBJECTIVES, SHOWN_FLOCK_RANGES
 
 PRINTED_COMPONENTS = 12
-FEW_COMPONENTS = 2 * PRINTED_COMPONENTS
-"""The largest number that counts as a handful of components, or as the paper's 12."""
-
+FEW_COMPONENTS = 2 * PRINTED_COMPONENTS  # the largest number that counts as a handful, or as the paper's 12
 PRINTED_BEST = 10.0
-SHORT = (10.0, 30.0)
-"""The ranges in m that the paper recommends for the minimum distance."""
+SHORT = (10.0, 30.0)  # the ranges in m that the paper recommends for the minimum distance
+VISIBLE = 0.5  # the smallest difference in m that Figure 9a shows
 
-VISIBLE = 0.5
-"""The smallest difference in m that Figure 9a shows."""
-
-EDGE = 50.0
-"""Smallest offset in m at which the predator's path crosses the flock's edge: half of the flock's side."""
-
+EDGE = 50.0  # smallest offset in m at which the predator crosses the flock's edge: half of its side
 _GRID, _AIMED = np.array(FLOCK_GRID), np.array(AIMED_GRID)
 
 
@@ -130,6 +121,7 @@ def _mean_distance(distance: FloatArray, values: FloatArray) -> list[Claim]:
     at_0, at_10, at_100 = (values[FLOCK_GRID.index(rho)] for rho in SHOWN_FLOCK_RANGES)
     best, best_of_flock = stats.argmax(_GRID, values), _GRID[np.argmax(values, axis=0)]
     is_reached = np.argmin(distance, axis=-1) < FLOCK.num_steps
+    is_nearly_above = np.all(dominates(distance, VISIBLE), axis=-1)
     return [
         claim(
             "V, Fig. 9a",
@@ -137,9 +129,7 @@ def _mean_distance(distance: FloatArray, values: FloatArray) -> list[Claim]:
             "the curve of 10 m is at or above both others at all t; so is the mean curve",
             np.all(dominates(distance), axis=-1),
             "flocks in which it does at all t",
-            share(
-                f"the same with a tolerance of {VISIBLE:g} m", np.all(dominates(distance, VISIBLE), axis=-1)
-            ),
+            share(f"the same with a tolerance of {VISIBLE:g} m", is_nearly_above),
             exactly("times at which the mean curves do", dominates(average).mean(), "%", 1),
             exactly("largest shortfall of the mean curve", shortfall, "m", 3),
             in_expectation=dominates(average).all(),

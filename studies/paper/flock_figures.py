@@ -1,6 +1,4 @@
-"""Figures 6 to 10 of the paper (the flock), and the figure of an attack beside its center."""
-
-from __future__ import annotations
+"""Figures of the flock: 6 to 10 of the paper, an attack beside its center, and the controls."""
 
 from collections.abc import Mapping
 
@@ -16,15 +14,22 @@ from flockesc_env.jobs import Arrays
 from flockesc_env.models.graph import component_labels
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
+from studies.measurements import means
+from studies.paper import plan
 from studies.paper.flock_claims import gain_of_100
-from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, OFFSETS, PAPER_OBJECTIVES, SHOWN_FLOCK_RANGES
-from studies.style import caption, component_colors, letter, subplots
+from studies.paper.jobs import with_parts
+from studies.paper.mechanism_claims import flock_values
+from studies.paper.plan import FLOCK, NO_FORCE, OFFSETS, PAPER_FORCE, PAPER_OBJECTIVES
+from studies.style import caption, component_colors, curve, letter, subplots
 from training.figure_style import BAND, RANGES, draw_predator, label_ends
 
 _TIMES = (0.0, 4.0, 8.0, 12.0)
-_COLORS = {rho: to_hex(RANGES((rho / 100.0) ** 0.5)) for rho in SHOWN_FLOCK_RANGES}
+_COLORS = {rho: to_hex(RANGES((rho / 100.0) ** 0.5)) for rho in plan.SHOWN_FLOCK_RANGES}
 """Colors of the ranges; the square root keeps 10 m apart from 0."""
-_GRID, _AIMED = np.array(FLOCK_GRID), np.array(AIMED_GRID)
+_GRID, _AIMED = np.array(plan.FLOCK_GRID), np.array(plan.AIMED_GRID)
+_TICKS = (0, 2, 5, 10, 20, 50, 100)
+_STRONGEST = to_hex(RANGES(0.95))
+_FORCE_COLORS = {NO_FORCE: LIGHT.accent, 1.0: LIGHT.alone, PAPER_FORCE: LIGHT.fixed, 100.0: _STRONGEST}
 
 
 def snapshots(seed: int, rho: float) -> Figure:
@@ -108,13 +113,12 @@ def _best_ranges(axes: Axes, values: FloatArray, best: stats.Estimate) -> None:
     letter(axes, 2, "best range of each flock")
 
 
-def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
+def aimed_beside(measured: Mapping[str, Arrays]) -> Figure:
     """Draw the best range, and 100 m minus 10 m, against the predator's distance from the center."""
     figure, panels = subplots(5.6, 2, 2, sharex=True)
     for column, spec in enumerate(PAPER_OBJECTIVES):
-        symbol = spec.symbol
-        above, below = panels[:, column]
-        values = [aimed[offset][spec.name] for offset in OFFSETS]
+        symbol, (above, below) = spec.symbol, panels[:, column]
+        values = [measured[f"aimed {offset:g}"][spec.name] for offset in OFFSETS]
         _points(above, [stats.argmax(_AIMED, rows) for rows in values])
         _points(below, [stats.mean(gain_of_100(rows)) for rows in values])
         above.set(ylim=(0, 105))
@@ -130,7 +134,70 @@ def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
 
 def _points(axes: Axes, estimates: list[stats.Estimate]) -> None:
     """Draw an estimate with its interval at every offset."""
-    means = [estimate.mean for estimate in estimates]
-    below = [estimate.mean - estimate.low for estimate in estimates]
-    above = [estimate.high - estimate.mean for estimate in estimates]
+    means, below, above = zip(*((e.mean, e.mean - e.low, e.high - e.mean) for e in estimates), strict=True)
     axes.errorbar(OFFSETS, means, (below, above), fmt="o", ms=5, lw=1.5, color=LIGHT.fixed)
+
+
+def by_force(results: Mapping[str, Arrays]) -> Figure:
+    """Draw the three objectives against the range, one curve per escape force."""
+    figure, panels = subplots(3.3, 1, len(FLOCK_OBJECTIVES))
+    for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
+        rows = []
+        for strength, color in _FORCE_COLORS.items():
+            values = (1 if spec.unit else 100) * flock_values(results, plan.PAPER, strength, spec)
+            rows.append((f"s = {strength:g}", values, color, "-" if strength == PAPER_FORCE else "--"))
+        _draw(axes, rows)
+        letter(axes, index, f"{spec.symbol} ({spec.unit or '%'})")
+    survival = f"Survival: agents within {plan.CAPTURE_RADIUS:g} m of the predator are caught"
+    caption(figure, f"Escape force s (0: nobody flees; 10: the paper's). {survival}")
+    return figure
+
+
+def anatomy(results: Mapping[str, Arrays]) -> Figure:
+    """Draw where flocks are at their smallest mean distance, and what makes it."""
+    still, fleeing, frozen = (with_parts(results[name]) for name in plan.ANATOMIES)
+    ink, fixed, alone, accent = LIGHT.ink, LIGHT.fixed, LIGHT.alone, LIGHT.accent
+    curves: dict[str, list[tuple[str, FloatArray, str, str]]] = {
+        "center to predator, and spread (m)": [
+            ("center", still["center"], fixed, "-"),
+            ("spread", still["dispersion"], accent, "-"),
+            ("center, s = 10", fleeing["center"], fixed, ":"),
+            ("spread, s = 10", fleeing["dispersion"], accent, ":"),
+        ],
+        "headings and flights (no unit)": [
+            ("polarization", still["polarization"], fixed, "-"),
+            ("straightness", still["straightness"], alone, "-"),
+            ("outwardness", still["outwardness"], accent, "-"),
+            ("the same,\nfrozen graph", frozen["outwardness"], accent, ":"),
+        ],
+        "J_mean minus that at 0 m, and its parts (m)": [
+            ("sorting", still["sorting"], accent, "-"),
+            ("turning", still["turning"], alone, "-"),
+            ("agreement", still["agreement"], fixed, "-"),
+            ("sum", still["gain"], ink, "-"),
+        ],
+        "J_mean and its controls (m)": [
+            ("measured", still["mean_distance"], ink, "-"),
+            ("aligned only", still["aligned"], fixed, "-"),
+            ("stop after 1 s", still["stopped_1"], alone, "-"),
+            ("frozen graph", frozen["mean_distance"], accent, ":"),
+        ],
+    }
+    figure, panels = subplots(6.2, 2, 2)
+    for index, (axes, (title, rows)) in enumerate(zip(panels.flat, curves.items(), strict=True)):
+        _draw(axes, rows, gap=0.11)
+        letter(axes, index, title)
+    panels[1, 0].axhline(0, color=LIGHT.muted, lw=0.8)
+    text = "Flocks that do not flee (s = 0) at their smallest mean distance"
+    caption(figure, f"{text}, 95 % intervals; dotted: as labeled")
+    return figure
+
+
+def _draw(axes: Axes, rows: list[tuple[str, FloatArray, str, str]], gap: float = 0.075) -> None:
+    """Draw named curves over the ranges; the square root of the axis keeps short ranges apart."""
+    for _, values, color, style in rows:
+        curve(axes, plan.CONTROL_GRID, means(values), color, style, band=0.2, lw=1.6)
+    axes.set_xscale("function", functions=(lambda x: np.sqrt(np.maximum(x, 0)), np.square))
+    axes.set_xticks(_TICKS, [str(tick) for tick in _TICKS])
+    axes.set(xlabel="interaction range (m)", xlim=(0, plan.CONTROL_GRID[-1]))
+    label_ends(axes, [(float(values[-1].mean()), name, color) for name, values, color, _ in rows], gap)

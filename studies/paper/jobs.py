@@ -1,7 +1,5 @@
 """The paper's own measurements: curves of flocks, consensus of lines, flocks at their smallest distance."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np
@@ -12,8 +10,7 @@ from flockesc_env.jobs import Arrays
 from flockesc_env.models import Trajectory
 from studies.measurements import by_name, means
 
-STOPS: Final = (1.0, 2.0)
-"""Times in s at which a control stops listening."""
+STOPS: Final = (1.0, 2.0)  # times in s at which a control stops listening
 
 
 def curves(scenario: FlockScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:

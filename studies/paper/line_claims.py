@@ -1,7 +1,5 @@
 """The paper's claims about the line (Sections III, IV and VI), measured."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from flockesc_env.common.stats import Estimate, FloatArray, argmax
@@ -9,12 +7,8 @@ from flockesc_env.jobs import Arrays
 from studies.paper import plan
 from studies.paper.claims import Claim, Quantity, claim, exactly, mean, share
 
-PRINTED_CLUSTERS = {0.2: (0.35, 0.69), 0.1: (0.14, 0.40, 0.67, 0.88)}
-"""Cluster positions that Figure 3 shows, by range."""
-
-NEAR = 0.05
-"""Largest distance at which a cluster counts as being where the paper has it."""
-
+PRINTED_CLUSTERS = {0.2: (0.35, 0.69), 0.1: (0.14, 0.40, 0.67, 0.88)}  # positions in Figure 3 by range
+NEAR = 0.05  # largest distance at which a cluster counts as being where the paper has it
 _AT_TENTH = plan.LINE_GRID.index(0.1)  # the paper's best range
 _GRID = np.array(plan.LINE_GRID)
 

@@ -1,7 +1,5 @@
 """The paper's explanation of its result, tested without warnings, and without the escape force."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -17,9 +15,7 @@ from studies.robustness.survey import Finding, choose
 
 WARNING = "Some connectivity helps because agents close to the predator pass information on to others."
 
-SECTION = "I, "
-"""What the places of these claims start with: the paper's introduction."""
-
+SECTION = "I, "  # what the places of these claims start with: the paper's introduction
 OBJECTIVES = tuple(FLOCK_OBJECTIVES.values())
 
 
@@ -189,10 +185,8 @@ def _trade_off(found: Controlled, others: Mapping[str, FloatArray] | None = None
     unit = ("m", 0) if found.spec.model == "flock" else ("", 2)
     longest, gains = found.shown(found.grid[-1]), []
     for name, choice in ends.items():
-        gains += [
-            found.quantity(f"its gain over 0 {name}", choice.gain_over_zero),
-            found.quantity(f"its gain over {longest} {name}", choice.gain_over_longest),
-        ]
+        gains.append(found.quantity(f"its gain over 0 {name}", choice.gain_over_zero))
+        gains.append(found.quantity(f"its gain over {longest} {name}", choice.gain_over_longest))
     return claim(
         found.where,
         "The trade-off between warning and consensus makes an intermediate range best.",

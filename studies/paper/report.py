@@ -1,7 +1,5 @@
 """The reproduction of the paper as a study: its results, and their report."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -98,9 +96,7 @@ def report(results: PaperResults) -> str:
     return template("paper/templates/paper.md").render(
         results=results,
         sections=sections,
-        counts={
-            verdict: [judged.count((verdict, reading)) for reading in (False, True)] for verdict in Verdict
-        },
+        counts={each: [judged.count((each, reading)) for reading in (False, True)] for each in Verdict},
         mark=lambda judgment: judgment.verdict.value + ("" if judgment.is_clear else unclear),
         figure_link=_figure_link,
         most=MOST,
@@ -116,9 +112,4 @@ def _figure_link(where: str) -> str:
     return re.sub(r"Fig\. (\d+)([a-d]?)", r"[Fig. \1\2](#figure_\1)", where)
 
 
-PAPER = Study(
-    measure=measure,
-    load=PaperResults.load,
-    figures=lambda _: {},
-    report=report,
-)
+PAPER = Study(measure=measure, load=PaperResults.load, figures=lambda _: {}, report=report)

@@ -1,39 +1,37 @@
-"""The scoreboard: results of rules and learners on the tasks, in folders of the name of each."""
+"""The scoreboard: results of rules and learners on the tasks in folders of their names, and their scores."""
 
-from __future__ import annotations
-
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, Literal
 
 import msgspec
+import numpy as np
+import polars as pl
 
 from flockesc_env import InputError, tasks
 from flockesc_env.cli.output import note
 from flockesc_env.common.files import atomic_write
+from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Arrays
 from flockesc_env.policies import NAMES
 from flockesc_env.policies.registry import TRAINED, parse_policy
-from flockesc_env.taskset import (
-    LoadedPolicy,
-    Result,
-    Task,
-    Training,
-    read_result,
-    score,
-    write_result,
-)
+from flockesc_env.taskset import LoadedPolicy, Result, Task, Training, read_result, score, write_result
+from flockesc_env.taskset.statistics import means
 from studies.scoreboard.trainings import TRANSFERRED, Key, hyperparameters_of, versions_of
 
 BOARD: Final = Path("scoreboard")
 ABLATIONS: Final = Path("results/scoreboard/ablations")
 """Folders of learners that change one choice of ``ppo``; they have no card and no row on the scoreboard."""
 
-ABLATION: Final = "ablation: "
-"""Start of the note of such a learner; the rest names the change."""
+ABLATION: Final = "ablation: "  # start of the note of such a learner; the rest names the change
+
+BEST_FIXED: Final = Path("results/scoreboard/best_fixed.parquet")
+"""The objective of the best fixed range on every held-out flock, a column per ``column_of``."""
 
 ANY_RATE: Final = Path("results/scoreboard/any_rate.json")
 """What rules reach with their own options, by task and rule: the mean score."""
@@ -161,11 +159,10 @@ def _trained(trained: Mapping[Key, Arrays]) -> Iterator[_Unscored]:
         task = tasks[name]
         runs = _distinct(runs)
         files = _write_policies(runs, folder_of(learner, task) / "policies", name)
+        counts = ("samples", "episodes", "evaluations")
         training = Training(
             seeds=list(runs),
-            samples=max(int(run["samples"]) for run in runs.values()),
-            episodes=max(int(run["episodes"]) for run in runs.values()),
-            evaluations=max(int(run["evaluations"]) for run in runs.values()),
+            **{count: max(int(run[count]) for run in runs.values()) for count in counts},
             cpu_minutes=[round(float(run["cpu_seconds"]) / 60, 2) for run in runs.values()],
             versions=dict(versions_of(learner)),
             hyperparameters=hyperparameters_of(learner, name),
@@ -195,3 +192,50 @@ def _write_policies(runs: Mapping[int, Arrays], folder: Path, task: str) -> list
             opened.write(run["policy"].tobytes())
         files.append(str(file))
     return files
+
+
+def scores_of(result: Result) -> FloatArray:
+    """Return the score of every policy on every flock, shape (policies, flocks); the mean over scenarios.
+
+    The best fixed range has score 0 on each flock, so intervals are those of paired differences.
+    """
+    task = tasks[result.task]
+    best_fixed = _best_fixed()[: result.flocks[1]]
+    paired = {
+        name: scale.zero + (result.values(name) - best_fixed[column_of(task, name)].to_numpy())
+        for name, scale in task.scales.items()
+    }
+    scores: FloatArray = task.normalize(paired)
+    return scores
+
+
+def score_of(result: Result) -> Estimate:
+    """Return the mean score; its interval covers training seeds, flocks and the error of score 1."""
+    (score,) = means(scores_of(result)[np.newaxis])
+    return with_reference_error(score, tasks[result.task])
+
+
+def best_fixed_range(task: Task) -> float:
+    """Return the best fixed range in the first scenario of a task."""
+    return next(iter(task.scales.values())).best_fixed_range
+
+
+def column_of(task: Task, scenario: str) -> str:
+    """Return the column of ``BEST_FIXED`` for the objective of a task in a scenario."""
+    return f"{scenario} {task.spec.name}"
+
+
+@cache
+def _best_fixed() -> pl.DataFrame:
+    return pl.read_parquet(BEST_FIXED)
+
+
+def with_reference_error(estimate: Estimate, task: Task) -> Estimate:
+    """Return a score, or a difference of scores, with the error of score 1 in its interval.
+
+    An error of ``one`` changes every score by the same factor. Half widths of independent errors add in
+    quadrature.
+    """
+    error = estimate.mean * max(scale.one_error / (scale.one - scale.zero) for scale in task.scales.values())
+    low, high = (math.hypot(end - estimate.mean, error) for end in (estimate.low, estimate.high))
+    return Estimate(estimate.mean, estimate.mean - low, estimate.mean + high)

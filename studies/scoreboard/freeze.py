@@ -5,8 +5,6 @@ of the controls. ``ANY_RATE`` gets the scores that rules reach with their own op
 best fixed range reaches on every flock.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import tomllib
@@ -30,8 +28,7 @@ from flockesc_env.scenario.presets import Scenario
 from flockesc_env.taskset.task import FLOCKS, Task, read_tasks, tasks
 from studies.measurements import Runner, play_jobs, split
 from studies.scoreboard import references
-from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, rules_of
-from studies.scoreboard.scores import BEST_FIXED, column_of
+from studies.scoreboard.board import ANY_RATE, BEST_FIXED, BOARD, CHOOSING, CONTROLLING, column_of, rules_of
 from studies.study import document
 
 _SIMULATED_FLOCKS: Final = {"paper-flock": 200, "startled": 60, "varied": 60}

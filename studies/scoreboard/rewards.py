@@ -6,8 +6,6 @@ reward ``"individual"`` with A minus that with B. Every flock is played twice, w
 teaches a range that harms the flock: a social dilemma.
 """
 
-from __future__ import annotations
-
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any, Final
@@ -21,13 +19,12 @@ from flockesc_env.episodes.splits import TUNING
 from flockesc_env.jobs import Arrays
 from flockesc_env.taskset.task import Task, tasks
 from studies.measurements import Runner, sign, split
-from studies.scoreboard.scores import best_fixed_range
+from studies.scoreboard.board import best_fixed_range
 from studies.scoreboard.trainings import TRANSFERRED
 from studies.study import document
 
 FILE: Final = Path("results/scoreboard/rewards.json")
-FLOCKS: Final = TUNING[3000:4000]
-"""Tuning flocks that nothing else is chosen or measured on."""
+FLOCKS: Final = TUNING[3000:4000]  # tuning flocks that nothing else is chosen or measured on
 
 
 def write(runner: Runner, file: Path = FILE) -> None:
@@ -75,14 +72,8 @@ def _play(name: str, ranges: FloatArray, flocks: range) -> tuple[FloatArray, Flo
     ``ranges`` are those that the agents hold, shape (flocks, agents).
     """
     task: Any = tasks[name]
-    options = {**task.options, "reward": "individual", "action_mode": "range"}
-    batch = FlockBatch(
-        task.scenario,
-        task.scenario.env_options(options),
-        num_flocks=len(flocks),
-        per_agent=True,
-        num_threads=1,
-    )
+    options = task.scenario.env_options({**task.options, "reward": "individual", "action_mode": "range"})
+    batch = FlockBatch(task.scenario, options, num_flocks=len(flocks), per_agent=True, num_threads=1)
     batch.reset(range(len(flocks)), list(flocks))
     returns = np.zeros(ranges.size)
     has_ended = np.zeros(1, bool)

@@ -3,8 +3,6 @@
 Learners of other frameworks are examples of this project, each in the environment of its framework.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -28,8 +26,7 @@ from training.train import train as train_run
 TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
 """Tasks on which nobody trains: they score the policies of ``per-agent-visible`` that the wheel ships."""
 
-_SECONDS: Final = 60.0
-"""Estimated processor time of a training run."""
+_SECONDS: Final = 60.0  # estimated processor time of a training run
 
 
 class Key(NamedTuple):
@@ -130,7 +127,7 @@ def _train_external(learner: str, seed: int) -> Arrays:
         else:
             count, spent = _SPEED.findall(ran.stdout)[-1]
             samples, seconds = int(count), float(spent)
-        spec = tasks[found.task].policy_spec()
+        spec = tasks[found.task].policy_spec
         episodes = samples // (spec.rows * spec.num_actions)
         return _arrays(file, samples=samples, episodes=episodes, evaluations=0, cpu_seconds=seconds)
 

@@ -5,8 +5,6 @@ PLOS Comput. Biol. 17 (2021) e1008832. Constants of the prey are those of the au
 PaPeK/PredatorPrey.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -25,9 +23,7 @@ from studies.measurements import by_name, means, share_of, split
 from studies.style import curve, letter, subplots
 from studies.validation import Verdict
 
-ALIGNMENTS: Final = (0.0, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 5.0)
-"""Strengths of alignment."""
-
+ALIGNMENTS: Final = (0.0, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 5.0)  # strengths of alignment
 NUM_AGENTS: Final = 200
 DIFFUSION: Final = 0.5  # rotational diffusion coefficient of the headings in rad^2/s
 STEP: Final = 0.05
@@ -145,11 +141,7 @@ def results(measured: Mapping[float, Arrays]) -> Criticality:
     avoided = (still - captured) / still.mean(axis=1, keepdims=True)
     return Criticality(
         num_flocks=captured.shape[1],
-        order=means(found["order"]),
-        variance=means(found["variance"]),
-        captured=means(captured),
-        captured_still=means(still),
-        spacing=means(found["spacing"]),
+        **{name: means(rows) for name, rows in found.items()},
         transition=transition,
         best=argmax(alignments, -captured),
         best_still=argmax(alignments, -still),

@@ -4,11 +4,9 @@ I. D. Couzin, J. Krause, R. James, G. D. Ruxton and N. R. Franks, "Collective me
 animal groups", J. Theor. Biol. 218 (2002) 1-11.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -36,9 +34,7 @@ FAST: Final = 10 * SPEED
 
 STEPS: Final = 2_000
 MEASURED: Final = 500  # last steps of each width, over which measures are averaged
-NOISE: Final = 2 * math.sqrt(3) * 0.05
-"""Uniform noise with the root mean square angle of the published Gaussian noise, 0.05 rad."""
-
+NOISE: Final = 2 * math.sqrt(3) * 0.05  # uniform; its rms angle is that of the published Gaussian, 0.05 rad
 FLOCKS: Final = 10
 TURNING: Final = 0.5  # rotation above which a group with a smaller polarization is a torus
 LITTLE: Final = 0.3  # polarization and rotation below which a group is a swarm
@@ -106,8 +102,8 @@ def ramp(seeds: range) -> Arrays:
     """Return measures of one flock while the width rises and falls, and its agents in a torus.
 
     Returns:
-        The fields of ``Ramp`` behind ``"up_"`` and ``"down_"``, shape (widths, 1), both in the order of
-        ``WIDTHS``; ``positions`` and ``headings`` at the largest rotation on the way up, shape (n, 1, 3).
+        The fields of ``Ramp`` on the way up and then down, shape (2 widths, 1); ``positions`` and
+        ``headings`` at the largest rotation on the way up, shape (n, 1, 3).
     """
     (seed,) = seeds
     ends, measures = [], []
@@ -116,19 +112,12 @@ def ramp(seeds: range) -> Arrays:
         run = simulate(scenario(width), 1.0 + width + ATTRACTION, seed=seed + number * 2**32, **state)
         state = {"initial_positions": run.positions[-1], "initial_velocities": run.velocities[-1]}
         ends.append(state)
-        measures.append(
-            {
-                "polarization": run.polarization[-MEASURED:].mean(),
-                "rotation": rotation(run)[-MEASURED:].mean(),
-                "num_groups": float(run.num_components[-1]),
-            }
-        )
-    up = by_name(measures[: len(WIDTHS)])
-    down = by_name(measures[len(WIDTHS) :][::-1])
-    torus = ends[int(np.argmax(up["rotation"]))]
-    return {
-        **{f"up_{name}": values[:, np.newaxis] for name, values in up.items()},
-        **{f"down_{name}": values[:, np.newaxis] for name, values in down.items()},
+        late = {"polarization": run.polarization[-MEASURED:], "rotation": rotation(run)[-MEASURED:]}
+        found = {name: values.mean() for name, values in late.items()}
+        measures.append({**found, "num_groups": float(run.num_components[-1])})
+    ramps = {name: values[:, np.newaxis] for name, values in by_name(measures).items()}
+    torus = ends[int(np.argmax(ramps["rotation"][: len(WIDTHS)]))]
+    return ramps | {
         "positions": torus["initial_positions"][:, np.newaxis],
         "headings": torus["initial_velocities"][:, np.newaxis] / SPEED,
     }
@@ -152,14 +141,15 @@ def jobs(scale: float) -> dict[str, list[Job]]:
 
 def results(measured: Mapping[str, Arrays]) -> Milling:
     """Return the results of the jobs of ``jobs``."""
-    found = measured["ramp"]
-    positions, headings = found["positions"][:, 0], found["headings"][:, 0]
-    names = [field.name for field in fields(Ramp)]
+    found = dict(measured["ramp"])
+    positions, headings = found.pop("positions")[:, 0], found.pop("headings")[:, 0]
+    up = {name: values[: len(WIDTHS)] for name, values in found.items()}
+    down = {name: values[: -len(WIDTHS) - 1 : -1] for name, values in found.items()}
     return Milling(
-        num_flocks=found["up_rotation"].shape[1],
-        up=Ramp(**{name: means(found[f"up_{name}"]) for name in names}),
-        down=Ramp(**{name: means(found[f"down_{name}"]) for name in names}),
-        memory=means(found["down_polarization"] - found["up_polarization"]),
+        num_flocks=up["rotation"].shape[1],
+        up=Ramp(**{name: means(rows) for name, rows in up.items()}),
+        down=Ramp(**{name: means(rows) for name, rows in down.items()}),
+        memory=means(down["polarization"] - up["polarization"]),
         slow_rotation=mean(measured["slow"]["rotation"]),
         fast_rotation=mean(measured["fast"]["rotation"]),
         torus=[(positions - positions.mean(axis=0)).tolist(), headings.tolist()],
@@ -179,9 +169,8 @@ def figure(results: Milling) -> Figure:
     positions, headings = np.array(results.torus)
     axis = np.cross(positions, headings).sum(axis=0)
     across = np.linalg.svd(axis[None])[2][1:]  # two directions across the axis of rotation
-    picture.quiver(
-        *across @ positions.T, *across @ headings.T, color=LIGHT.ink, angles="xy", scale=18, width=0.008
-    )
+    places, directions = across @ positions.T, across @ headings.T
+    picture.quiver(*places, *directions, color=LIGHT.ink, angles="xy", scale=18, width=0.008)
     picture.set_aspect("equal")
     picture.set_axis_off()
     letter(picture, 0, "a torus, along its axis")

@@ -10,8 +10,6 @@ The limits are the zeros of the determinant and of the trace of the linear dynam
 the predator.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal
@@ -42,22 +40,14 @@ CLOSED_FORMS: Final = {
     "strongest predator": 1 / (INNER ** (2 - EXPONENT) - OUTER ** (2 - EXPONENT)),
 }
 
-SIZES: Final = {400: 4, 800: 4, 1_600: 2}
-"""Flocks by their number of agents. In smaller flocks corrections of higher order than 1 / n matter."""
-
-WEAK, STRONG = (0.2, 0.25), (0.7, 0.8)
-"""Predator strengths c: two around each limit, between which its zero is interpolated."""
-
+SIZES: Final = {400: 4, 800: 4, 1_600: 2}  # by agents; in smaller ones higher orders than 1 / n matter
+WEAK, STRONG = (0.2, 0.25), (0.7, 0.8)  # strengths c around the limits, between which zeros are interpolated
 RELAXING: Final = 0.5  # predator strength with which the ring forms
 TOLERANCE: Final = 0.005  # relative deviation of three digits
 UNBOUNDED: Final = 1e6
 STEP: Final = 0.01  # time step of the runs that measure stability
-SHIFT: Final = 0.005
-"""Initial distance of the predator from the center. With 0.02 the dynamics are not linear enough."""
-
-FITTED: Final = (2.0, 9.0)
-"""Times between which the linear dynamics are fitted: changes of the density have decayed at the first."""
-
+SHIFT: Final = 0.005  # of the predator from the center at first; with 0.02 the dynamics are not linear enough
+FITTED: Final = (2.0, 9.0)  # times of the linear fit; changes of the density have decayed at the first
 EVERY: Final = 5  # steps between two times of the fit
 
 
@@ -87,13 +77,10 @@ class PredatorRing:
     ring: list[list[float]]
 
 
-def scenario(
-    num_agents: int, strength: float, position: FloatArray, step: float, time: float
-) -> FlockScenario:
-    """Return the published model with a predator at ``position``."""
-    place = (float(position[0]), float(position[1]))
+def scenario(num_agents: int, strength: float, place: FloatArray, step: float, time: float) -> FlockScenario:
+    """Return the published model with a predator at ``place``."""
     attraction = {"strength": strength, "exponent": EXPONENT, "max_speed": UNBOUNDED}
-    predator = Attracted(position=place, velocity=(0.0, 0.0), **attraction)
+    predator = Attracted((float(place[0]), float(place[1])), (0.0, 0.0), **attraction)
     return FlockScenario(
         num_agents=num_agents,
         time_step=step,

@@ -3,8 +3,6 @@
 Maynard Smith and Price, "The logic of animal conflict" (1973), define stability: no mutant does better.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
@@ -24,9 +22,8 @@ from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.options import EnvOptions
 from flockesc_env.scenario.presets import as_scenario
 from studies.measurements import means, share_of, sign, split
-from studies.style import letter
+from studies.style import letter, subplots
 from studies.validation import Verdict
-from training.figure_style import WIDTH
 
 RANGES: Final = (0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0, 60.0, 100.0, 150.0)
 """Interaction ranges of residents and mutants in m."""
@@ -195,11 +192,10 @@ def verdict(results: StableRange) -> Verdict:
 
 def figure(results: StableRange) -> Figure:
     """Draw the advantage by ranges of residents and mutants, a panel per payoff."""
-    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
+    figure, panels = subplots(3.4, 1, len(PAYOFFS))
     colors = LinearSegmentedColormap.from_list("advantage", (LIGHT.predator, LIGHT.page, LIGHT.accent))
     names = [f"{rho:g}" for rho in RANGES]
-    for index, (name, game) in enumerate(results.games.items()):
-        axes = figure.add_subplot(1, 3, index + 1)
+    for index, (axes, (name, game)) in enumerate(zip(panels, results.games.items(), strict=True)):
         # A cell whose interval includes 0 is blank.
         shown = np.array([[cell.mean * abs(sign(cell)) for cell in row] for row in game.advantage])
         most = np.abs(shown).max()

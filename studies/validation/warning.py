@@ -4,8 +4,6 @@ Worlds differ from the paper's flock in what a warning could depend on. In each,
 twice: agents that no predator has reached hear those that one has reached, or they do not.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product, starmap

@@ -18,6 +18,7 @@ from option_table import (
     EVERY_STEP,
     INDIVIDUAL_REWARDS,
     OBJECTIVES,
+    doomed,
     every_pair,
     hunted,
     small_flock,
@@ -172,17 +173,24 @@ def test_the_flock_view_as_state_is_the_observation_of_the_flock(dimension: int)
     assert environment.state()[at] == pytest.approx(ranges.mean() / environment.options.max_range)
 
 
-def test_conversions_play_the_same_episode() -> None:
-    """There and back is the same environment; agents in turn, and with clipped actions, play its episode."""
-    scenario = small_flock(num_steps=40)
-    environment = fe.parallel_env(scenario)
+@pytest.mark.parametrize("scenario", [small_flock(num_steps=40), doomed()], ids=["plain", "all caught"])
+@pytest.mark.parametrize("per_agent", [True, False])
+def test_conversions_play_the_same_episode(per_agent: bool, scenario: Any) -> None:
+    """There and back is the same environment; agents in turn, and with clipped actions, play its episode.
+
+    With one range it is the episode of ``FlockEscapeEnv``.
+    """
+    view: Any = {"per_agent": per_agent}
+    environment, alone = fe.parallel_env(scenario, **view), fe.FlockEscapeEnv(scenario)
     assert aec_to_parallel(parallel_to_aec(environment)) is environment
-    assert type(aec_to_parallel(flockesc_v1.env(scenario))) is FlockParallelEnv
-    back = aec_to_parallel(flockesc_v1.raw_env(scenario))
-    clipped = aec_to_parallel(ClipOutOfBoundsWrapper(flockesc_v1.env(scenario)))
+    assert type(aec_to_parallel(flockesc_v1.env(scenario, **view))) is FlockParallelEnv
+    back = aec_to_parallel(flockesc_v1.raw_env(scenario, **view))
+    clipped = aec_to_parallel(ClipOutOfBoundsWrapper(flockesc_v1.env(scenario, **view)))
     assert FlockParallelEnv not in {type(back), type(clipped)}
     np.testing.assert_equal(back.reset(seed=9), started := environment.reset(seed=9))
     np.testing.assert_equal(clipped.reset(seed=9), started)
+    if not per_agent:
+        np.testing.assert_equal([part["flock"] for part in started], [*alone.reset(seed=9)])
     while environment.agents:
         actions = {agent: np.float32([(-1) ** i]) for i, agent in enumerate(environment.agents)}
         expected = environment.step(actions)
@@ -190,6 +198,8 @@ def test_conversions_play_the_same_episode() -> None:
         np.testing.assert_equal(
             clipped.step({agent: 3 * action for agent, action in actions.items()}), expected
         )
+        if not per_agent:
+            np.testing.assert_equal([part["flock"] for part in expected], [*alone.step(actions["flock"])])
     assert not back.agents
     assert not clipped.agents
 

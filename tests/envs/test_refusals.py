@@ -143,7 +143,7 @@ CHASED = {name: make for name, make in FLOCK_RUNS.items() if name != "predator"}
 LINE, HUNTED = fe.LineScenario(), small_flock(predators=(PurePursuit(),))
 REFUSED: list[tuple[dict[str, Any], Any, dict[str, Any], str, str]] = [
     (FLOCK_RUNS, FLOCK, {"rewards": "terminal"}, "rewards", "did you mean reward"),
-    (FLOCK_RUNS, FLOCK, {"xyz": 3}, "xyz", "expected one of action_mode, "),
+    (FLOCK_RUNS, FLOCK, {"xyz": 3}, "xyz", "expected one of .*action_mode, "),
     (FLOCK_RUNS, FLOCK, {"num_agents": 3}, "num_agents", r"pass scenario=FlockScenario\(num_agents=\.\.\.\)"),
     (LINES, LINE, {"rewards": "terminal"}, "rewards", "did you mean reward"),
     (LINES, LINE, {"num_agents": 3}, "num_agents", r"pass scenario=LineScenario\(num_agents=\.\.\.\)"),

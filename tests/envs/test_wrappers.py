@@ -72,7 +72,7 @@ def test_the_limit_of_an_id_is_that_of_its_scenario(name: str) -> None:
 @pytest.mark.parametrize("task", tasks.values(), ids=tasks)
 def test_an_id_of_a_task_makes_its_environment(task: Any) -> None:
     """Its number of actions is in the spec; what would change the task is refused."""
-    count: Any = {"num_envs": task.policy_spec().rows} if task.per_agent else {}
+    count: Any = {"num_envs": task.policy_spec.rows} if task.per_agent else {}
     make: Any = gymnasium.make_vec if task.per_agent else gymnasium.make
     for env in (make(task.id, **count).unwrapped, task.vec_env(2, learner=None)):
         spec, scenario, options = (
@@ -80,7 +80,7 @@ def test_an_id_of_a_task_makes_its_environment(task: Any) -> None:
             for name in ("spec", "scenario", "options")
         )
         assert spec.id == task.id
-        assert spec.max_episode_steps == task.policy_spec().num_actions
+        assert spec.max_episode_steps == task.policy_spec.num_actions
         assert gymnasium.spec(task.id).max_episode_steps == spec.max_episode_steps
         assert scenario == task.scenario
         assert options == dataclasses.replace(options, **task.options, reward=task.reward)

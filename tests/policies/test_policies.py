@@ -67,7 +67,7 @@ def play_single(env: Any, policy: Any, seed: int) -> list[Any]:
         if truncated is True:
             return last(info)
         if isinstance(truncated, dict) and all(truncated.values()):
-            return last(info["agent_0"])
+            return last(next(iter(info.values())))
 
 
 def play_slots(env: Any, policy: Any, steps: int) -> np.ndarray:
@@ -111,6 +111,7 @@ def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_act
         shared = fe.rollout(SCENARIO, make(), SEEDS, **options)
         np.testing.assert_array_equal(outcome(shared), expected)
         flock = fe.FlockEscapeEnv(SCENARIO, **options)
+        singles += [fe.parallel_env(SCENARIO, per_agent=False, **options)]
         singles += [flock, gymnasium.wrappers.RecordEpisodeStatistics(fe.FlockEscapeEnv(SCENARIO, **options))]
         slots += [vec_env(SCENARIO, 2, **options), VecMonitor(vec_env(SCENARIO, 2, **options))]
     for env in singles:

@@ -108,7 +108,7 @@ def test_a_loaded_policy_refuses_environments_with_other_options(
         with pytest.raises(InputError) as caught:
             call()
         assert caught.value.field == name
-        assert per_agent is ("(use **policy.options)" in caught.value.expected)
+        assert per_agent is ("from the policy" in caught.value.expected)
 
 
 def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:

@@ -18,10 +18,10 @@ from flockesc_env.jobs import Cache, Job, find_backend
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.scenario import GivenHeadings, GivenPositions
 from studies.__main__ import STUDIES
-from studies.findings import controls, headlines, losses, one_agent
+from studies.findings import controls, headlines, listening, losses
 from studies.findings.report import Findings, report
 from studies.measurements import Runner, play
-from studies.scoreboard.scores import best_fixed_range
+from studies.scoreboard.board import best_fixed_range
 from studies.study import REPORT
 
 ROOT = Path(__file__).parents[2]
@@ -90,8 +90,8 @@ def test_the_largest_turn_is_that_of_the_model(neighbors: int) -> None:
         )
         along, across = fe.simulate(flock, 1.0, seed=0).velocities[-1][0]
         angles.append(np.degrees(np.arctan2(across, along)))
-    assert max(angles) < one_agent.largest_turn(neighbors) + 1e-9
-    assert max(angles) == pytest.approx(one_agent.largest_turn(neighbors), abs=0.02)
+    assert max(angles) < listening.largest_turn(neighbors) + 1e-9
+    assert max(angles) == pytest.approx(listening.largest_turn(neighbors), abs=0.02)
 
 
 def test_hidden_entries_are_constants(tmp_path: Path) -> None:

@@ -202,6 +202,7 @@ GOOD: dict[str, Any] = {
     "predators": (),
     "periodic_side": 100.0,
     "num_flocks": 2,
+    "num_tuning": 2,
     "size": 160,
     "render_size": 160,
     "num_envs": 10,
@@ -214,6 +215,7 @@ GOOD: dict[str, Any] = {
     "values": [0.25, 0.5],
     "states": [0.0, 0.25, 1.0],
     "parameters": np.arange(NET.size) * 1.0,
+    "PredatorNetwork.parameters": np.arange(10.0),
     "schedule": np.full((10, 5), 4.0),
     "neighbor_pairs.interaction_range": PER_AGENT,
     "component_labels.interaction_range": PER_AGENT,
@@ -239,11 +241,16 @@ EXCEPTIONS: dict[str, Kind] = {
     "runs": part([("a", RUN)], [("a", 1)], [(1, RUN)], [RUN], [("a",)]),
     "progress": Kind(None, accepts=(type(len), type, bool, np.bool)),
     "simulate.interaction_range": floats(PER_AGENT, is_signed=False, or_number=True),
+    "compare.ranges": floats([0.25, 0.5], is_signed=False, any_length=True),
     "rollout.scenario": part(FLOCK, scenario.Disc()),
     "vec_env.scenario": part(FLOCK, scenario.Disc()),
     "model": part(Model()),
     "vec_normalize": part(None),
+    "BatchVectorEnv.flock_policy": part(None),
+    "BatchVecEnv.flock_policy": part(None),
     "bind.policy": part(fe.FixedRange(5.0)),
+    "env": part(None),  # tests/policies/test_wrapped.py has good ones
+    "eval_env": part(None),
     "bind.env": part(fe.FlockEscapeEnv(FLOCK)),
 }
 """Arguments whose annotation does not say what they accept."""

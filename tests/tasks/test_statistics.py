@@ -14,7 +14,7 @@ from flockesc_env.common.stats import Estimate
 from flockesc_env.taskset.results import PolicyResult, Result, Training, read_result
 from flockesc_env.taskset.statistics import difference, intervals, means
 from flockesc_env.taskset.task import FLOCKS, VERSION, tasks
-from studies.scoreboard.scores import BEST_FIXED, column_of, score_of, scores_of
+from studies.scoreboard.board import BEST_FIXED, column_of, score_of, scores_of
 
 NUM_FLOCKS = 40
 TASKS = ("held-out-predators", "line", "one-range")

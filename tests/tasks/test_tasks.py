@@ -62,17 +62,19 @@ def test_a_simple_policy_shows_what_is_no_progress(name: str) -> None:
 @pytest.mark.parametrize("name", tasks)
 def test_an_environment_of_each_kind_has_the_tasks_options_or_says_what_to_call(name: str) -> None:
     task = tasks[name]
-    spec = task.policy_spec()
+    spec = task.policy_spec
     assert task.vec_env(2).observation_space == spec.layout.space()
-    if task.per_agent:
+    if isinstance(task.scenario, LineScenario):
+        with pytest.raises(InputError, match="scenario: expected a FlockScenario"):
+            task.parallel_env()
+    else:
         env = task.parallel_env()
         assert env.observation_space(env.possible_agents[0]) == spec.layout.space()
+    if task.per_agent:
         with pytest.raises(InputError, match="parallel_env and vec_env have one per agent"):
             task.env()
     else:
         assert task.env().observation_space == spec.layout.space()
-        with pytest.raises(InputError, match="env has one per flock or line"):
-            task.parallel_env()
 
 
 def test_an_unknown_task_lists_the_near_ones() -> None:
@@ -80,6 +82,21 @@ def test_an_unknown_task_lists_the_near_ones() -> None:
         tasks["per-agent-visibel"]
     assert "per-agent-visible" in tasks
     assert all(name in repr(tasks) for name in tasks)
+    for name, task in tasks.items():
+        assert tasks[name.upper().replace("-", "_")] is task
+        assert task.learner("PPO") == task.learner("ppo")
+        facts = [name, task.asks, str(task.shortcut.policy), f"{task.samples:,}", f'tasks["{name}"].']
+        assert all(fact in str(task) for fact in facts)
+        assert len(str(task).splitlines()) == 12
+
+
+@pytest.mark.parametrize("name", ["line", "one-range", "per-agent-local"])
+def test_an_unknown_argument_of_an_environment_lists_the_constructors_own(name: str) -> None:
+    with pytest.raises(InputError, match=r"scenari: .*scenario.*max_range.*did you mean scenario\?"):
+        (tasks[name].parallel_env if tasks[name].per_agent else tasks[name].env)(scenari="pursuit")
+    with pytest.raises(InputError, match=r"num_flock: .*did you mean num_flocks\?"):
+        tasks[name].vec_env(num_flock=2)
+    assert tasks["one-range"].env(scenario="pursuit").scenario == tasks["pursuit"].scenario
 
 
 CHANGES = {

@@ -36,6 +36,7 @@ NOT_CALLED = {
     *("sb3.RangePolicy", "sb3.ScorerPolicy"),
     # These are in the tests of policies.
     *("policies.RowMemory", "policies.BasePolicy", "policies.as_policy"),
+    "compare",  # takes any number of policies: a row below
     "policies.torch_network",
 }
 MODULES = (scenario, models, policies, sb3, watch, flockesc_v1, vector, environments)
@@ -196,11 +197,18 @@ WITH_METHODS = (
     *("gymnasium", "predator", "line", "vector", "a slot per agent", "parallel", "parallel with predators"),
     *("stable-baselines3", "stable-baselines3, a slot per agent"),
 )
+COMPARE, COMPARED = table.kinds(fe.compare)
 CALLABLES = {name: row_of(call) for name, call in _public().items() if name not in NOT_CALLED} | {
     "rollout of lines": Row(
         lambda **given: fe.rollout(table.LINE, fe.FixedRange(0.25), [0, 1], **given),
         {},
         passed=table.kinds(fe.LineOptions)[0],
+    ),
+    "compare": Row(
+        lambda **given: fe.compare(table.FLOCK, fe.FixedRange(0.25), **given),
+        {name: kind for name, kind in COMPARE.items() if name not in {"scenario", "policies"}},
+        after=lambda made: [*made.values.values()],
+        passed={name: kind for name, kind in COMPARED.items() if name not in COMPARE},
     ),
     "from_json": Row(fe.FlockScenario.from_json, {"document": text(table.FLOCK.to_json())}),
     "from_toml": Row(fe.FlockScenario.from_toml, {"document": text(table.FLOCK.to_toml())}),

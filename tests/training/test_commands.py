@@ -16,9 +16,9 @@ import flockesc_env as fe
 from flockesc_env.cli import main
 from flockesc_env.episodes import splits
 from flockesc_env.policies import FixedRange, SB3Policy, load_policy
+from flockesc_env.policies.compare import ORACLE
 from flockesc_env.sb3 import RangePolicy
 from flockesc_env.taskset import tasks
-from flockesc_env.taskset.comparison import ORACLE
 from training.__main__ import TRAINING
 from training.figures import draw
 from training.train import train
@@ -77,7 +77,7 @@ def test_a_comparison_is_that_of_rollouts_and_sweeps(run: Path) -> None:
     assert row.difference.low <= row.difference.mean <= row.difference.high
     line = next(line for line in str(found).splitlines() if line.startswith("| fixed:3 |"))
     assert f"{row.objective:.2f} | {row.difference:.2f}" in line
-    table = found.to_polars().filter(policy="fixed:3").sort("seed")
+    table = found.table().filter(policy="fixed:3").sort("seed")
     assert (table["seed"].to_list(), table["objective"].to_list()) == (list(HELD_OUT), three.tolist())
     with pytest.raises(fe.InputError, match="turn-away: profile_ranges: expected none, as in the task"):
         task.compare("turn-away")
@@ -97,7 +97,11 @@ def test_the_command_compares_models_and_files(
     expected = fe.rollout(task.scenario, SB3Policy(model), HELD_OUT[:2], **task.options)
     assert table.filter(policy="model")["objective"].to_list() == expected.min_mean_distance.tolist()
     assert ran.out.startswith((tmp_path / "out/table.md").read_text())
-    assert Ran(capsys, "watch", f"A2C:{file}").code == 2
+    refused = Ran(capsys, "watch", f"A2C:{file}")
+    assert (refused.code, refused.out) == (2, "")
+    assert "policy: expected a model that knows its scenario and options: one of RangePolicy" in refused.err
+    document = Ran(capsys, "compare", f"A2C:{file}", *few, "--json").json()
+    assert document["policies"]["model"]["objective"]["mean"] == expected.min_mean_distance.mean()
     shorter = task.vec_env(1, max_range=10.0)  # the model stores it
     settings = {"spec": shorter.get_attr("policy_spec")[0], "first_range": 10.0}
     PPO(RangePolicy, shorter, device="cpu", policy_kwargs=settings).save(file)

@@ -23,6 +23,7 @@ pub use agents::PerAgent;
 pub use base::check::{MAX_AGENTS, MAX_CANDIDATES, MAX_PARTS, MAX_STEPS};
 pub use base::entry::Entry;
 pub use base::error::{Error, Result};
+pub use base::load::Load;
 pub use base::rng::episode_seed;
 pub use episode::{Batch, Episode, EpisodeConfig, EpisodeOutcome, Metrics, Running};
 pub use flock::{

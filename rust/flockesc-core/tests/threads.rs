@@ -142,6 +142,8 @@ fn episodes(view: View, reward: Reward) -> EpisodeConfig {
         view,
         objective: Objective::MinMeanDistance,
         reward,
+        range_cost: 0.01,
+        max_actions: None,
         max_range: 40.0,
         predator_sensing_range: None,
         steps_per_action: 2,

@@ -12,7 +12,7 @@ use pyo3::types::{PyBytes, PyDict};
 use crate::actions::RangeMap;
 use crate::arrays::{Dict, Object, Tuple, column, overwrite, shaped};
 use crate::errors::{CoreError, named, try_borrow, try_borrow_mut};
-use crate::info::{self, columns, metric_columns, numbers};
+use crate::info::{self, columns, metric_columns, numbers, with_load};
 use crate::long_call::{long_call, read};
 use crate::models::flock;
 use crate::rollout::{NetworkArguments, names, outcome_columns};
@@ -232,7 +232,7 @@ impl FlockBatch {
             let visits = batch.work_of_observations(batch.num_flocks());
             measured(py, batch, visits, Episode::metrics)?
         });
-        metric_columns(py, &metrics)
+        with_load(metric_columns(py, &metrics)?, &metrics, |flock| flock.load)
     }
 
     /// Returns the number of connected components of every slot under the ranges of its last

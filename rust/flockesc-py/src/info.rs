@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use flockesc_core::{Episode, Metrics, Objective};
+use flockesc_core::{Episode, Load, Metrics, Objective};
 use nalgebra::SVector;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -86,6 +86,18 @@ pub(crate) fn state<'py, const D: usize>(py: Python<'py>, episode: &Episode<D>) 
         ("predator_velocities", rows(&velocities, predators.len())?),
     ]
     .into_py_dict(py)
+}
+
+/// Adds the mean range and the mean number of agents heard of every run.
+pub(crate) fn with_load<'py, S>(
+    dict: Bound<'py, PyDict>,
+    runs: &[S],
+    load: impl Fn(&S) -> Load,
+) -> Dict<'py> {
+    let py = dict.py();
+    dict.set_item("mean_range", column(py, runs, |run| load(run).mean_range))?;
+    dict.set_item("mean_heard", column(py, runs, |run| load(run).mean_heard()))?;
+    Ok(dict)
 }
 
 /// Returns the metrics of several flocks, one array per metric.

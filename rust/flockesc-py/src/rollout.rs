@@ -14,6 +14,7 @@ use pyo3::types::{IntoPyDict, PyDict};
 use crate::actions::RangeMap;
 use crate::arrays::{Dict, Object, column, shaped};
 use crate::errors::CoreError;
+use crate::info::with_load;
 use crate::long_call::{long_call, run};
 
 /// Networks of one architecture, one per row of `parameters`. `choices` are the ranges in m that they choose from.
@@ -110,7 +111,7 @@ pub(crate) fn outcome_columns<'py>(py: Python<'py>, outcomes: &[EpisodeOutcome])
         column(py, outcomes, |flock| flock.mean_return),
     )?;
     dict.set_item("num_actions", count(|flock| flock.num_actions))?;
-    Ok(dict)
+    with_load(dict, outcomes, |flock| flock.metrics.load)
 }
 
 /// Plays the line of every seed to the end of its episode, under one network for all seeds or one

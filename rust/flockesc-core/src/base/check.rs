@@ -137,7 +137,11 @@ fn format_number(value: f64) -> String {
 }
 
 fn number(field: &str, value: f64, expected: &str, is_good: bool) -> Result<()> {
-    require(is_good, field, expected, format_number(value))
+    // NOTE: Steps check their arguments too, so nothing is formatted before a check fails.
+    if is_good {
+        return Ok(());
+    }
+    Err(Error::input(field, expected, format_number(value)))
 }
 
 /// Checks that there are `count` items, which errors call `items`. `note` ends the description of what is expected.
@@ -148,8 +152,11 @@ pub(crate) fn length(
     items: &str,
     note: &str,
 ) -> Result<()> {
-    let expected = format!("{count} {items}{note}");
-    require(given == count, field, &expected, format!("{given} {items}"))
+    if given == count {
+        return Ok(());
+    }
+    let (expected, given) = (format!("{count} {items}{note}"), format!("{given} {items}"));
+    Err(Error::input(field, expected, given))
 }
 
 /// Checks any condition: `expected` describes it, and `given` is what was found.

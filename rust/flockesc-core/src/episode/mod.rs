@@ -97,6 +97,14 @@ impl<const D: usize> Episode<D> {
         let before = repeats_action.then(|| self.world.clone());
         let left = self.world.config().num_steps - self.outcomes.step;
         let num_steps = self.config.steps_per_action.min(left);
+        let cost = self.config.range_cost;
+        let mean = || {
+            self.config
+                .view
+                .ranges(ranges)
+                .mean(self.world.agents().ids())
+        };
+        let team_cost = if cost > 0.0 { cost * mean() } else { 0.0 };
         rewards.fill(0.0);
         self.team_reward = 0.0;
         for _ in 0..num_steps {
@@ -116,6 +124,14 @@ impl<const D: usize> Episode<D> {
                 value: self.objective().now,
             };
             action.add_differences(rewards, progress)?;
+        }
+        if self.config.reward.is_individual() {
+            for (reward, range) in rewards.iter_mut().zip(ranges) {
+                *reward -= cost * range;
+            }
+        } else {
+            self.team_reward -= team_cost;
+            rewards.fill(self.team_reward);
         }
         if self.config.view.is_per_agent() {
             for agent in self.world.caught().take(caught_before) {
@@ -237,6 +253,7 @@ impl<const D: usize> Episode<D> {
         Metrics {
             objectives: self.outcomes.objectives,
             polarization: self.polarization(),
+            load: self.world.load,
         }
     }
 

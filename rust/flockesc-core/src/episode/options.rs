@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::base::check::{MAX_STEPS, not_negative, positive, profile_ranges, within};
+use crate::base::check::{
+    MAX_MAGNITUDE, MAX_STEPS, not_negative, positive, profile_ranges, within, within_bounds,
+};
 use crate::base::document::parse;
 use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
@@ -29,6 +31,8 @@ pub struct EpisodeConfig {
     pub objective: Objective,
     /// The reward term.
     pub reward: Reward,
+    /// Reward that an action costs per m of range, at least 0.
+    pub range_cost: f64,
     /// Largest interaction range in m that an action can set, above 0. The observed last range is divided by
     /// it.
     pub max_range: f64,
@@ -56,6 +60,7 @@ impl Default for EpisodeConfig {
             view: View::Flock,
             objective: Objective::MinMeanDistance,
             reward: Reward::Team,
+            range_cost: 0.0,
             max_range: 100.0,
             predator_sensing_range: None,
             steps_per_action: 1,
@@ -83,6 +88,8 @@ impl EpisodeConfig {
     /// [`Error::Input`] if a field is out of bounds.
     pub fn check(&self) -> Result<()> {
         positive("max_range", self.max_range)?;
+        let most = MAX_MAGNITUDE / self.max_range.max(1.0);
+        within_bounds("range_cost", self.range_cost, 0.0, most)?;
         if let Some(range) = self.predator_sensing_range {
             not_negative("predator_sensing_range", range)?;
         }

@@ -13,6 +13,7 @@ use super::initial_state::InitialState;
 use super::motion::{Predators, Response, advance};
 use crate::agents::{Agents, GROUP};
 use crate::base::error::Result;
+use crate::base::load::Load;
 use crate::base::rng::{self, Stream};
 use crate::flock::metrics::{PredatorDistance, distances};
 use crate::flock::scenario::FlockConfig;
@@ -45,6 +46,7 @@ pub struct World<const D: usize> {
     neighborhood: Neighborhood<D>,
     response: Response<D>,
     predator_distance: PredatorDistance,
+    pub(crate) load: Load,
     /// Positions of the predators in m before and after the last step.
     before: Vec<[f64; D]>,
     after: Vec<[f64; D]>,
@@ -82,6 +84,7 @@ impl<const D: usize> World<D> {
         }
         Self {
             predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
+            load: Load::default(),
             before: after.clone(),
             after,
             config,
@@ -114,6 +117,9 @@ impl<const D: usize> World<D> {
         predator::prepare(configs, &mut self.predators, time_step, prey);
         if self.agents.len() > 0 {
             self.neighborhood.sum_neighbors(&mut self.agents, ranges);
+            let (ids, num_agents) = (self.agents.ids(), self.agents.len());
+            let num_heard = self.neighborhood.num_heard(num_agents);
+            self.load.record(ranges.mean(ids), num_heard, num_agents);
         }
         // NOTE: The escape force needs the predators of the time t, captures those of t + dt: both stay in buffers.
         std::mem::swap(&mut self.before, &mut self.after);

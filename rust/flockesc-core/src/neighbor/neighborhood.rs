@@ -156,6 +156,17 @@ impl<const D: usize> Neighborhood<D> {
         self.sums[to / GROUP].set(to % GROUP, &agent);
     }
 
+    /// Returns the number of others that the `num_agents` agents heard in the last step, summed over the agents; 0
+    /// without counting.
+    pub(crate) fn num_heard(&self, num_agents: usize) -> i64 {
+        if !self.is_counting {
+            return 0;
+        }
+        let groups = self.sums.iter().zip((0..num_agents).step_by(GROUP));
+        let counts = groups.map(|(sums, first)| &sums.count[..GROUP.min(num_agents - first)]);
+        counts.map(|count| count.iter().sum::<i64>()).sum::<i64>() - num_agents as i64
+    }
+
     /// Returns the sums of the last step, group by group.
     pub(crate) fn sums(&self) -> &[NeighborSums<D>] {
         &self.sums

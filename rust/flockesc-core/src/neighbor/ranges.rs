@@ -1,6 +1,8 @@
 //! `Ranges`: the interaction ranges of the agents, and their squared reaches.
 
 use crate::agents::Column;
+use crate::base::exact::Scale;
+use crate::base::vector::larger;
 
 /// Size of the samples of agents or groups that decide whether to re-sort the agents.
 pub(super) const SAMPLE: usize = 64;
@@ -38,6 +40,15 @@ impl Ranges<'_> {
         }
     }
 
+    /// Returns the mean range in m of the agents with these ids, at least one, in any order.
+    pub(crate) fn mean(self, ids: &[u32]) -> f64 {
+        match self {
+            Self::Shared(range) => range,
+            Self::PerAgent(ranges) if ids.len() == ranges.len() => mean(ranges.iter().copied()),
+            Self::PerAgent(ranges) => mean(ids.iter().map(|&id| ranges[id as usize])),
+        }
+    }
+
     /// Returns the mean range of a sample of the agents, in m.
     pub(crate) fn sample_mean(self) -> f64 {
         match self {
@@ -49,6 +60,14 @@ impl Ranges<'_> {
             }
         }
     }
+}
+
+/// Returns the mean of numbers >= 0 in any order. The mean of equal numbers has their bits.
+fn mean(numbers: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
+    let (largest, count) = (numbers.clone().fold(0.0, larger), numbers.len());
+    let scale = Scale::for_registers(largest, count);
+    let sum = numbers.map(|number| scale.quantize(largest - number)).sum();
+    largest - scale.mean(sum, count as i64)
 }
 
 /// The reach of every agent, which is its interaction range or computed by a rule.

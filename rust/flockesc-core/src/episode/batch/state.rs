@@ -143,7 +143,7 @@ mod tests {
         let error = running.restore(&[0], &bytes).expect_err("another version");
         assert_eq!(
             error.to_string(),
-            "state: expected version 5, got version 6"
+            "state: expected version 6, got version 7"
         );
     }
 }
