@@ -21,7 +21,14 @@ import tomli_w
 
 from flockesc_env.common.checks import as_array, as_choice, as_text, parse_json
 from flockesc_env.common.errors import InputError, shown, shown_name
-from flockesc_env.scenario.parts import Distribution, InitialHeadings, InitialPositions, Motion, NeighborRule
+from flockesc_env.scenario.parts import (
+    Distribution,
+    InitialHeadings,
+    InitialPositions,
+    Motion,
+    NeighborRule,
+    RandomApproach,
+)
 from flockesc_env.scenario.predators import Predator
 
 _FAMILIES: dict[Any, str] = {
@@ -85,10 +92,18 @@ def check_not_drawn(scenario: Document, paths: Iterable[str]) -> None:
     Paths have indices in brackets or after dots, with or without the kinds of parts.
     """
     distributions: tuple[Distribution, ...] = getattr(scenario, "randomization", ())
-    drawn = {_names(field): each for each in distributions for field in each.fields}
+    drawn = {_names(field): each for each in distributions for field in _drawn_fields(each)}
     for path in paths:
         if _names(path) in drawn:
             raise InputError(path, "a field that randomization does not draw", shown(drawn[_names(path)]))
+
+
+def _drawn_fields(distribution: Distribution) -> list[str]:
+    """Return the paths of the numbers that a distribution draws."""
+    if not isinstance(distribution, RandomApproach):
+        return [distribution.field]
+    vectors = [f"predators[{distribution.predator}].{name}" for name in ("position", "velocity")]
+    return [f"{vector}[{axis}]" for vector in vectors for axis in range(3)]
 
 
 def field_at(document: Any, path: str, field: str) -> tuple[Any, Any]:

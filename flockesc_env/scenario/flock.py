@@ -135,7 +135,7 @@ class FlockScenario(Document):
     @property
     def range_unit(self) -> str:
         """Unit of interaction ranges."""
-        return self.neighbor_rule.unit
+        return "neighbors" if isinstance(self.neighbor_rule, parts.Topological) else "m"
 
     @property
     def length_scale(self) -> float:

@@ -20,8 +20,6 @@ class Part:
 class Metric(Part):
     """Neighbors are all agents at distance <= the interaction range, including the agent itself."""
 
-    unit: ClassVar[str] = "m"
-
 
 @dataclass(frozen=True)
 class Topological(Part):
@@ -30,14 +28,10 @@ class Topological(Part):
     The interaction range is k, rounded to the nearest integer.
     """
 
-    unit: ClassVar[str] = "neighbors"
-
 
 @dataclass(frozen=True)
 class Voronoi(Part):
     """Neighbors are the agents within the interaction range in adjacent Voronoi cells; in the plane only."""
-
-    unit: ClassVar[str] = "m"
 
 
 NeighborRule = Metric | Topological | Voronoi
@@ -226,19 +220,8 @@ InitialPositions = Square | Disc | Ring | Segment | Gaussian | Clusters | GivenP
 InitialHeadings = RandomHeadings | AlignedHeadings | GivenHeadings
 
 
-class _OneNumber(Part):
-    """A distribution of one number of the scenario."""
-
-    field: str
-
-    @property
-    def fields(self) -> tuple[str, ...]:
-        """Paths of the drawn numbers."""
-        return (self.field,)
-
-
 @dataclass(frozen=True)
-class Uniform(_OneNumber):
+class Uniform(Part):
     """A number of the scenario, drawn from the uniform distribution in every episode.
 
     Attributes:
@@ -262,7 +245,7 @@ class LogUniform(Uniform):
 
 
 @dataclass(frozen=True)
-class Choice(_OneNumber):
+class Choice(Part):
     """A number of the scenario, drawn from a list of equally likely values in every episode.
 
     Attributes:
@@ -292,12 +275,6 @@ class RandomApproach(Part):
     distance: float = 80 * 2**0.5
     low: float = 10.0
     high: float = 20.0
-
-    @property
-    def fields(self) -> tuple[str, ...]:
-        """Paths of the drawn numbers."""
-        vectors = (f"predators[{self.predator}].{name}" for name in ("position", "velocity"))
-        return tuple(f"{vector}[{axis}]" for vector in vectors for axis in range(3))
 
 
 Distribution = Uniform | LogUniform | Choice | RandomApproach

@@ -153,4 +153,5 @@ def check(
             largest, tolerance = (np.median, SINGLE_TOLERANCE) if peer.is_single else (np.max, TOLERANCE)
             difference = largest(differences)
             if not difference <= tolerance:
-                raise DisagreementError(f"{peer.name} differs by {difference:.3g} m at {rho} {rule.unit}")
+                at = f"{rho} {scenario.range_unit}"
+                raise DisagreementError(f"{peer.name} differs by {difference:.3g} m at {at}")
