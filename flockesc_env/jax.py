@@ -238,9 +238,11 @@ def _within(softness: float, straight_through: bool, limit: jax.Array, squares: 
 
 
 def _steered(predator: Predator, r_p: jax.Array, v_p: jax.Array, r: jax.Array, dt: float) -> jax.Array:
+    """Return a predator's next velocity in m/s, shape (2,); r_p has shape (2,), r (n, 2), in m."""
     if not isinstance(predator, PurePursuit):
         return v_p
     direction, speed = _unit(r[_norm(r - r_p[None]).argmin()] - r_p), _norm(v_p)
+    # At rest it turns at once; on its prey it keeps its heading; without ``max_speed`` it keeps its speed.
     heading = jnp.where(v_p.any(), _unit(v_p), direction)
     left = _left(heading)
     angle = jnp.arctan2(left @ direction, jnp.where(direction.any(), heading @ direction, 1))

@@ -63,7 +63,7 @@ class PredatorPolicySpec:
         """
         shape = (self.dimension,) if count is None else (count, self.dimension)
         plain = plain_array(actions, shape, name).reshape(-1, self.dimension)
-        clipped = _core.clipped(plain)
+        clipped = _core.clipped(plain)  # misses by rounding in float32; NaN farther outside
         if ignored is not None:
             clipped[ignored] = 0
         is_invalid = np.isnan(clipped).any(axis=1)

@@ -105,7 +105,8 @@ class EnvOptions(ActionOptions):
             With one range per agent also an individual reward, where d_i is the predator distance of agent i:
             ``"individual_distance"``: d_i, divided by the number of steps;
             ``"individual_distance_change"``: d_i(t) - d_i(t-1);
-            ``"individual"``: the agent's part of ``"team"`` of the mean distance;
+            ``"individual"``: the agent's part of ``"team"`` of the mean distance: d_i(t) minus d_i when m
+            fell before, in steps in which m falls, otherwise 0;
             ``"difference"``: the difference reward (Wolpert and Tumer): v_t minus its value if this agent had
             range 0 during the action. It simulates the action once more per agent.
         range_cost: reward that an action costs per m: the reward of an action is lowered by it times the mean

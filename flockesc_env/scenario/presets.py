@@ -183,6 +183,7 @@ _STARTLED: Final[dict[str, Any]] = {
     "repulsion_strength": 100.0,
 }
 
+# A new preset needs its row in tests/golden/presets.json and in the table of docs/scenarios.md.
 OF_TASKS: Final = {
     "flock-100": _flock("the paper's flock with 100 agents", num_agents=100),
     "flock-1000": _flock("the paper's flock with 1,000 agents", num_agents=1000),

@@ -12,6 +12,8 @@ Reference = Literal["free headings", "clairvoyant", "informed greedy", "hindsigh
 class Scale(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The two objectives that normalize the scores of a task in one scenario.
 
+    ``python -m studies scoreboard-freeze`` measures them.
+
     Attributes:
         best_fixed_range: fixed range with the largest mean objective on tuning flocks, in m for a flock.
         zero: mean objective of the best fixed range on the held-out flocks; the score 0.

@@ -43,7 +43,7 @@ _SHOWN = 2.0  # seconds of the figure
 
 
 def listen(policy: bytes, flocks: range) -> Arrays:
-    """Run a policy with one range per agent on flocks of its own scenario.
+    """Run a policy, the content of its file, with one range per agent, on seeds of its own scenario.
 
     Returns:
         ``times`` of the actions in s; ``quantiles`` of the ranges in m at every action, shape (5, actions);
@@ -57,7 +57,8 @@ def listen(policy: bytes, flocks: range) -> Arrays:
     assert isinstance(scenario, FlockScenario)  # noqa: S101, only flocks have agents that sense a predator
     is_sensed = watched.entry("predator_sensed") > 0
     scaled = watched.entry("predator_distance")[is_sensed]
-    distance = scenario.initial_side * scaled / (1 - scaled)
+    distance = scenario.initial_side * scaled / (1 - scaled)  # an observation shows d / (d + side)
+    # The entry is the cosine to the predator; few agents are beyond the 0.98 quantile.
     cosine = -watched.entry("predator_direction_ahead")[is_sensed]
     cosines, distances = np.linspace(-1, 1, 21), np.linspace(0, np.quantile(distance, 0.98), 25)
     sums, _, _ = np.histogram2d(cosine, distance, (cosines, distances), weights=ranges[is_sensed])

@@ -35,6 +35,7 @@ def grid_of(scenario: FlockScenario) -> Grid:
 
 def attacked_presets(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
     """Return scenarios of presets or files by name; ``None``: every attacked variation of the paper's."""
+    # No variations: presets of tasks (size, start) and of the literature (many fields).
     known = {
         name: entry.scenario
         for name, entry in PRESETS.items()
