@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,7 @@ from flockesc_env.common.errors import InputError, errors_at
 from flockesc_env.common.extras import data_frame, figure_style, require
 from flockesc_env.common.files import write_text
 from flockesc_env.common.progress import progress_bar
+from flockesc_env.episodes.batch import Columns
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.models.sweep import RESULTS, FlockSweepResult, LineSweepResult, sweep
 from flockesc_env.policies.base import BasePolicy
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 
 SearchResult = FlockSweepResult | LineSweepResult
 
+_LOADS: Final = ("mean_range", "mean_heard")
 ORACLE: Final = "hindsight oracle over fixed ranges"
 
 
@@ -48,12 +50,16 @@ class ComparisonRow:
         difference: mean paired difference to the best fixed range.
         to_rule: mean paired difference to the task's rule; ``None`` without a task.
         improvement: share of flocks with a larger objective than under the best fixed range; ties count half.
+        mean_range: mean range, as in ``Episodes``; ``None`` for a line.
+        mean_heard: mean number of agents that an agent heard in a step; ``None`` for a line.
     """
 
     objective: Estimate
     difference: Estimate
     to_rule: Estimate | None
     improvement: Estimate
+    mean_range: float | None = None
+    mean_heard: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +72,8 @@ class Comparison:
         best_range: the best fixed range.
         search: the grid search over fixed ranges on these flocks.
         values: objective of every flock, shape (flocks,), by policy; the best fixed range is first.
+        loads: ``mean_range`` and ``mean_heard`` of every flock, by policy; empty for lines.
+        heard: ``mean_heard`` of ``search``, shape (ranges, flocks); ``None`` for lines.
         tuning: the grid search that chose the best fixed range; ``None`` for a task, which knows it.
         task: name of the task; ``None`` without a task.
         rule: name of the task's rule, the best policy without training; ``None`` without a task.
@@ -76,6 +84,8 @@ class Comparison:
     best_range: float
     search: SearchResult
     values: Mapping[str, FloatArray]
+    loads: Mapping[str, Columns]
+    heard: FloatArray | None
     tuning: SearchResult | None = None
     task: str | None = None
     rule: str | None = None
@@ -92,14 +102,19 @@ class Comparison:
                 stats.mean(values - fixed),
                 None if rule is None else stats.mean(values - rule),
                 stats.improvement(values, fixed),
+                **{column: float(load.mean()) for column, load in self.loads.get(name, {}).items()},
             )
             for name, values in self.values.items()
         }
 
     def table(self) -> pl.DataFrame:
-        """Return a polars DataFrame with one row per policy and flock: policy, seed, objective."""
-        table = data_frame({"seed": self.search.seeds, **self.values})
-        return table.unpivot(index="seed", variable_name="policy", value_name="objective")
+        """Return a polars DataFrame: policy, seed, objective and, of flocks, mean_range and mean_heard."""
+        seeds, names = self.search.seeds, [*self.values]
+        columns = {"policy": np.repeat(names, len(seeds)), "seed": np.tile(seeds, len(names))}
+        columns["objective"] = np.concatenate([*self.values.values()])
+        for column in _LOADS if self.loads else ():
+            columns[column] = np.concatenate([load[column] for load in self.loads.values()])
+        return data_frame(columns)
 
     def write(self, folder: Path) -> None:
         """Write table.md and episodes.parquet (``table``) to a folder, which is made."""
@@ -108,30 +123,40 @@ class Comparison:
         write_table(self.table(), folder / "episodes.parquet")
 
     @figure_style()
-    def plot(self) -> Figure:
+    def plot(self, against: str = "range") -> Figure:
         """Return a Matplotlib figure: the objective against the fixed range, and a line per policy.
 
-        Bands are 95 % intervals. A dashed line marks the best fixed range.
+        ``against="heard"``: against the mean number of agents heard, with a point per policy. Bands and bars
+        are 95 % intervals. A dashed line marks the best fixed range.
         """
+        as_choice(against, "against", ["range"] if self.heard is None else ["range", "heard"])
         from matplotlib.figure import Figure  # optional and slow to import
 
         figure = Figure(figsize=(6.5, 4), layout="constrained")
         axes = figure.subplots()
-        ranges, unit = self.search.interaction_ranges, self.search.scenario.range_unit
-        if len(self.search.seeds) > 1:
-            axes.fill_between(ranges, *self.search.mean_with_interval(self.spec.name)[1:], color="0.88", lw=0)
-        axes.plot(ranges, self.spec.values(self.search).mean(axis=1), color="0.25", label="one fixed range")
-        axes.axvline(self.best_range, color="0.25", ls="--", lw=1, label=next(iter(self.values)))
+        places, unit = self.search.interaction_ranges, self.search.scenario.range_unit
+        best, has_bands = places.searchsorted(self.best_range), len(self.search.seeds) > 1
+        axes.set_xlabel(f"interaction range ({unit})" if unit else "interaction range")
+        if against == "heard":
+            places = cast("FloatArray", self.heard).mean(axis=1)
+            axes.set_xlabel("agents heard per agent and step")
+        if has_bands:
+            axes.fill_between(places, *self.search.mean_with_interval(self.spec.name)[1:], color="0.88", lw=0)
+        axes.plot(places, self.spec.values(self.search).mean(axis=1), color="0.25", label="one fixed range")
+        axes.axvline(places[best], color="0.25", ls="--", lw=1, label=next(iter(self.values)))
         policies = [item for item in [*self.rows.items()][1:] if item[0] != ORACLE]
         for place, (name, row) in enumerate(policies):
-            color = f"C{place % 10}"
-            axes.axhline(row.objective.mean, color=color, label=name)
-            if len(self.search.seeds) > 1:
-                axes.axhspan(row.objective.low, row.objective.high, color=color, alpha=0.15, lw=0)
-        axes.set_xlabel(f"interaction range ({unit})" if unit else "interaction range")
+            color, (center, low, high) = f"C{place % 10}", vars(row.objective).values()
+            if against == "heard":
+                bars = [[center - low], [high - center]] if has_bands else None
+                axes.errorbar(cast("float", row.mean_heard), center, bars, fmt="o", color=color, label=name)
+                continue
+            axes.axhline(center, color=color, label=name)
+            if has_bands:
+                axes.axhspan(low, high, color=color, alpha=0.15, lw=0)
         axes.set_ylabel(self.spec.with_unit(self.spec.symbol))
         axes.set_title(f"{len(self.search.seeds)} held-out {self.spec.model}s", loc="left", fontsize="medium")
-        axes.margins(x=0)
+        axes.margins(x=0 if against == "range" else None)
         axes.legend(fontsize="small")
         figure.draw_without_rendering()  # creates the labels of ticks in this style
         return figure
@@ -150,17 +175,17 @@ class Comparison:
         ):
             lines.append("It is the largest range of the grid: longer ones may be better (ranges=..).")
         head = ["policy", "objective", "minus best fixed", *([f"minus {rule}"] if rule else [])]
-        lines += [
-            "",
-            f"| {' | '.join([*head, 'probability of improvement'])} |",
-            "|---" * (len(head) + 1) + "|",
-        ]
+        head.append("probability of improvement")
+        head += [f"mean range ({self.search.scenario.range_unit})", "agents heard"] if self.loads else []
+        lines += ["", f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
         for place, (name, row) in enumerate(self.rows.items()):
             cells = [name, f"{row.objective:.{spec.digits}f}"]
             cells.append(f"{row.difference:.{spec.digits}f}" if place else "-")
             if row.to_rule is not None:
                 cells.append(f"{row.to_rule:.{spec.digits}f}" if name != rule else "-")
-            lines.append(f"| {' | '.join([*cells, f'{row.improvement:.2f}' if place else '-'])} |")
+            cells.append(f"{row.improvement:.2f}" if place else "-")
+            cells += [f"{load:.1f}" for load in (row.mean_range, row.mean_heard) if load is not None]
+            lines.append(f"| {' | '.join(cells)} |")
         return "\n".join(lines)
 
     __repr__ = __str__
@@ -232,7 +257,7 @@ def compare(
     if not spec.is_defined_in(first.scenario):
         raise InputError("scenario", f"{spec.requires}, which the objective {spec.name} requires", "none")
     grid = _grid(first.scenario, ranges, first.options.max_range if "max_range" in options else np.inf)
-    search = _search(first, grid, tuning)
+    search, _ = _search(first, grid, tuning)
     named = isinstance(scenario, str) and scenario in PRESETS
     name = scenario if named else f"a {first.scenario.model} of {first.scenario.num_agents} agents"
     return judged(entries, spec, grid, search.best_range(spec.name), held_out, scenario=name, tuning=search)
@@ -265,14 +290,28 @@ def judged(
     """Play policies and fixed ranges in the scenario of the first policy; ``facts`` are of ``Comparison``."""
     first = next(iter(entries.values()))
     ranges = np.union1d(grid, best)
-    search = _search(first, ranges, seeds)
+    search, loads = _search(first, ranges, seeds, with_load=first.scenario.model == "flock")
     unit = {"m": " m", "": ""}.get(first.scenario.range_unit, f" {first.scenario.range_unit}")
-    values = {f"best fixed range ({best:g}{unit})": spec.values(search)[ranges.searchsorted(best)]}
-    values[ORACLE] = search.hindsight_oracle(spec.name)
+    found, at, every = spec.values(search), ranges.searchsorted(best), np.arange(len(seeds))
+    chosen: dict[str, Any] = {f"best fixed range ({best:g}{unit})": at, ORACLE: found.argmax(axis=0)}
+    played = {
+        name: {spec.name: found[row, every], **{column: load[row, every] for column, load in loads.items()}}
+        for name, row in chosen.items()
+    }
     for name, entry in entries.items():
         with progress_bar(f"Policy {name}", len(seeds)) as report:
-            values[name] = play(entry, seeds, progress=report)[spec.name]
-    return Comparison(spec=spec, best_range=best, search=search, values=values, **facts)
+            played[name] = play(entry, seeds, progress=report)
+    return Comparison(
+        spec=spec,
+        best_range=best,
+        search=search,
+        values={name: columns[spec.name] for name, columns in played.items()},
+        loads={
+            name: {column: columns[column] for column in loads} for name, columns in played.items() if loads
+        },
+        heard=loads.get("mean_heard"),
+        **facts,
+    )
 
 
 def _grid(scenario: Scenario, ranges: ArrayLike | None, longest: float) -> FloatArray:
@@ -296,17 +335,27 @@ def _complete(scenario: Scenario) -> float:
 _sweep: Callable[..., SearchResult] = sweep  # its overloads take no union
 
 
-def _search(entry: Setup, ranges: FloatArray, seeds: range) -> SearchResult:
-    """Return the grid search in a scenario, against the predator policy if there is one."""
+def _search(
+    entry: Setup, ranges: FloatArray, seeds: range, *, with_load: bool = False
+) -> tuple[SearchResult, Columns]:
+    """Return the grid search in a scenario, against the predator policy if there is one, and its loads.
+
+    ``with_load``: also return ``mean_range`` and ``mean_heard``, shape (ranges, seeds), which takes longer.
+    """
     scenario, hunter, threads = entry.scenario, entry.predator_policy, entry.num_threads
     with progress_bar("Fixed ranges", ranges.size * len(seeds)) as report:
-        if hunter is None:
-            return _sweep(scenario, ranges, seeds, num_threads=threads, progress=report)
+        if hunter is None and not with_load:
+            return _sweep(scenario, ranges, seeds, num_threads=threads, progress=report), {}
+        # One action per episode is fastest, but a predator policy acts as often as the flock.
+        options: Any = {"steps_per_action": scenario.num_steps} if hunter is None else {}
         runs = []
         for place, rho in enumerate(ranges.tolist()):
-            fixed = setup(FixedRange(rho), scenario, predator_policy=hunter, num_threads=threads)
+            fixed = setup(FixedRange(rho), scenario, predator_policy=hunter, num_threads=threads, **options)
             runs.append(play(fixed, seeds))
             report((place + 1) * len(seeds), 0)
-        kept = [*scenario.objectives, "num_components"]
-        columns: Any = {name: np.stack([run[name] for run in runs]) for name in kept}
-        return RESULTS[scenario.model](scenario, ranges, np.array(seeds, np.uint64), **columns)
+    columns: Any = {name: np.stack([run[name] for run in runs]) for name in runs[0]}
+    names = [*scenario.objectives, "num_components"]
+    result = RESULTS[scenario.model](
+        scenario, ranges, np.array(seeds, np.uint64), **{name: columns[name] for name in names}
+    )
+    return result, {name: columns[name] for name in _LOADS}

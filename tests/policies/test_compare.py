@@ -38,12 +38,17 @@ def test_an_own_scenario_is_compared_as_by_hand(objective: str) -> None:
     np.testing.assert_equal([*found.values.values()], expected)
     names = [f"best fixed range ({best:g} neighbors)", compare.ORACLE, "stubborn-leaders"]
     assert [*found.rows] == [*names, "FixedRange", "FixedRange (2)"]
-    assert found.table().height == 5 * 4
+    loads = [{name: getattr(each, name) for name in ("mean_range", "mean_heard")} for each in episodes]
+    np.testing.assert_equal([*found.loads.values()][2:], loads)
+    fixed = fe.rollout(VARIANT, FixedRange(best), HELD_OUT[:4])
+    np.testing.assert_array_equal(next(iter(found.loads.values()))["mean_heard"], fixed.mean_heard)
+    assert found.rows["FixedRange"].mean_heard == pytest.approx(loads[1]["mean_heard"].mean())
+    assert found.table().shape == (5 * 4, 5)
     lines = str(found).splitlines()
     assert lines[-1].startswith("| FixedRange (2) | ")
     assert "a flock of 12 agents" in lines[0]
     assert ("longer ones may be better" in str(found)) == (best == 8)
-    assert len(found.plot().axes[0].get_lines()) == 5
+    assert [len(found.plot(against).axes[0].get_lines()) for against in ("range", "heard")] == [5, 5]
 
 
 def test_fixed_ranges_flee_from_the_predator_policy_too() -> None:
