@@ -19,15 +19,17 @@ from flockesc_env.common.files import write_text
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.batch import Columns
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
-from flockesc_env.models.sweep import RESULTS, FlockSweepResult, LineSweepResult, sweep
+from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, sweep
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import NAMES, as_flock_policy
 from flockesc_env.policies.rollout import AnyPolicy, play
 from flockesc_env.policies.rules import FixedRange
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.policies.setup import Setup, flocks_of, setup, setup_in
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.objectives import ObjectiveSpec
-from flockesc_env.scenario.presets import PRESETS, Scenario
+from flockesc_env.scenario.presets import PRESETS, Scenario, as_model
 
 if TYPE_CHECKING:
     import polars as pl
@@ -71,9 +73,9 @@ class Comparison:
         spec: the objective.
         best_range: the best fixed range.
         search: the grid search over fixed ranges on these flocks.
-        values: objective of every flock, shape (flocks,), by policy; the best fixed range is first.
-        loads: ``mean_range`` and ``mean_heard`` of every flock, by policy; empty for lines.
-        heard: ``mean_heard`` of ``search``, shape (ranges, flocks); ``None`` for lines.
+        heard: mean number of agents heard in every run of ``search``; ``None`` for lines.
+        played: columns by policy: ``objective`` of every flock and, not for lines, ``mean_range`` and
+            ``mean_heard`` as in ``Episodes``. The best fixed range is first.
         tuning: the grid search that chose the best fixed range; ``None`` for a task, which knows it.
         task: name of the task; ``None`` without a task.
         rule: name of the task's rule, the best policy without training; ``None`` without a task.
@@ -83,12 +85,16 @@ class Comparison:
     spec: ObjectiveSpec
     best_range: float
     search: SearchResult
-    values: Mapping[str, FloatArray]
-    loads: Mapping[str, Columns]
     heard: FloatArray | None
+    played: Mapping[str, Columns]
     tuning: SearchResult | None = None
     task: str | None = None
     rule: str | None = None
+
+    @property
+    def values(self) -> dict[str, FloatArray]:
+        """The objective of every flock, shape (flocks,), by policy."""
+        return {name: columns["objective"] for name, columns in self.played.items()}
 
     @property
     def rows(self) -> dict[str, ComparisonRow]:
@@ -102,18 +108,17 @@ class Comparison:
                 stats.mean(values - fixed),
                 None if rule is None else stats.mean(values - rule),
                 stats.improvement(values, fixed),
-                **{column: float(load.mean()) for column, load in self.loads.get(name, {}).items()},
+                *(float(self.played[name][load].mean()) for load in _LOADS if self.heard is not None),
             )
             for name, values in self.values.items()
         }
 
     def table(self) -> pl.DataFrame:
-        """Return a polars DataFrame: policy, seed, objective and, of flocks, mean_range and mean_heard."""
-        seeds, names = self.search.seeds, [*self.values]
+        """Return a polars DataFrame with one row per policy and flock: policy, seed, ``played``."""
+        seeds, names = self.search.seeds, [*self.played]
         columns = {"policy": np.repeat(names, len(seeds)), "seed": np.tile(seeds, len(names))}
-        columns["objective"] = np.concatenate([*self.values.values()])
-        for column in _LOADS if self.loads else ():
-            columns[column] = np.concatenate([load[column] for load in self.loads.values()])
+        for name in self.played[names[0]]:
+            columns[name] = np.concatenate([each[name] for each in self.played.values()])
         return data_frame(columns)
 
     def write(self, folder: Path) -> None:
@@ -176,7 +181,11 @@ class Comparison:
             lines.append("It is the largest range of the grid: longer ones may be better (ranges=..).")
         head = ["policy", "objective", "minus best fixed", *([f"minus {rule}"] if rule else [])]
         head.append("probability of improvement")
-        head += [f"mean range ({self.search.scenario.range_unit})", "agents heard"] if self.loads else []
+        head += (
+            [f"mean range ({self.search.scenario.range_unit})", "agents heard"]
+            if self.heard is not None
+            else []
+        )
         lines += ["", f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
         for place, (name, row) in enumerate(self.rows.items()):
             cells = [name, f"{row.objective:.{spec.digits}f}"]
@@ -233,33 +242,32 @@ def compare(
         raise InputError("policies", "at least one policy", "none")
     held_out = HELD_OUT[: as_count(num_flocks, "num_flocks", most=len(HELD_OUT))]
     tuning = TUNING[: as_count(num_tuning, "num_tuning", most=len(TUNING))]
-    model = scenario
     if env is not None:
         options.setdefault("predator_policy", flocks_of(env).predator_policy)
-        model = flocks_of(env).scenario if scenario is None else scenario
+        scenario = flocks_of(env).scenario if scenario is None else scenario
+    model: Any = as_flock_policy(policies[0]).scenario or FlockScenario()
+    model = model if scenario is None else as_model(scenario)
+    if objective is not None:
+        as_choice(objective, "objective", model.objectives)
 
     def prepare(policy: BasePolicy) -> Setup:
-        nonlocal model
-        # A trained policy may have learned another objective; a rule observes this one.
-        aim: Any = {} if objective is None or policy.scenario else {"objective": objective}
         if env is not None and isinstance(policy, SB3Policy):
-            entry = setup_in(env, policy, model, num_threads=num_threads, **options)
-        else:
-            entry = setup(policy, model, num_threads=num_threads, **aim, **options)
-        model = entry.scenario
-        return entry
+            return setup_in(env, policy, model, num_threads=num_threads, **options)
+        # A trained policy may have learned another objective; a rule observes this one.
+        is_told = objective is not None and policy.scenario is None and model.model == "flock"
+        aim: Any = {"objective": objective} if is_told else {}
+        return setup(policy, model, num_threads=num_threads, **aim, **options)
 
     entries = prepared(policies, prepare)
     first = next(iter(entries.values()))
-    known = first.scenario.objectives
-    chosen = getattr(first.options, "objective", next(iter(known))) if objective is None else objective
-    spec = known[as_choice(chosen, "objective", known)]
-    if not spec.is_defined_in(first.scenario):
+    spec = next(iter(model.objectives.values()))
+    spec = model.objectives[objective or getattr(first.options, "objective", spec.name)]
+    if not spec.is_defined_in(model):
         raise InputError("scenario", f"{spec.requires}, which the objective {spec.name} requires", "none")
-    grid = _grid(first.scenario, ranges, first.options.max_range if "max_range" in options else np.inf)
+    grid = _grid(model, ranges, first.options.max_range if "max_range" in options else np.inf)
     search, _ = _search(first, grid, tuning)
     named = isinstance(scenario, str) and scenario in PRESETS
-    name = scenario if named else f"a {first.scenario.model} of {first.scenario.num_agents} agents"
+    name = scenario if named else f"a {model.model} of {model.num_agents} agents"
     return judged(entries, spec, grid, search.best_range(spec.name), held_out, scenario=name, tuning=search)
 
 
@@ -290,28 +298,21 @@ def judged(
     """Play policies and fixed ranges in the scenario of the first policy; ``facts`` are of ``Comparison``."""
     first = next(iter(entries.values()))
     ranges = np.union1d(grid, best)
-    search, loads = _search(first, ranges, seeds, with_load=first.scenario.model == "flock")
+    search, columns = _search(first, ranges, seeds)
     unit = {"m": " m", "": ""}.get(first.scenario.range_unit, f" {first.scenario.range_unit}")
-    found, at, every = spec.values(search), ranges.searchsorted(best), np.arange(len(seeds))
-    chosen: dict[str, Any] = {f"best fixed range ({best:g}{unit})": at, ORACLE: found.argmax(axis=0)}
-    played = {
-        name: {spec.name: found[row, every], **{column: load[row, every] for column, load in loads.items()}}
-        for name, row in chosen.items()
-    }
+    name, at = f"best fixed range ({best:g}{unit})", ranges.searchsorted(best)
+    every, last = np.arange(len(seeds)), columns[spec.name].argmax(axis=0)
+    played = {name: _kept(columns, spec, (at, every)), ORACLE: _kept(columns, spec, (last, every))}
     for name, entry in entries.items():
         with progress_bar(f"Policy {name}", len(seeds)) as report:
-            played[name] = play(entry, seeds, progress=report)
-    return Comparison(
-        spec=spec,
-        best_range=best,
-        search=search,
-        values={name: columns[spec.name] for name, columns in played.items()},
-        loads={
-            name: {column: columns[column] for column in loads} for name, columns in played.items() if loads
-        },
-        heard=loads.get("mean_heard"),
-        **facts,
-    )
+            played[name] = _kept(play(entry, seeds, progress=report), spec, every)
+    heard = columns.get("mean_heard")
+    return Comparison(spec=spec, best_range=best, search=search, heard=heard, played=played, **facts)
+
+
+def _kept(columns: Mapping[str, Any], spec: ObjectiveSpec, at: Any) -> Columns:
+    loads = {name: columns[name][at] for name in _LOADS if name in columns}
+    return {"objective": columns[spec.name][at], **loads}
 
 
 def _grid(scenario: Scenario, ranges: ArrayLike | None, longest: float) -> FloatArray:
@@ -332,20 +333,16 @@ def _complete(scenario: Scenario) -> float:
     return {"neighbors": scenario.num_agents - 1.0, "": 1.0}.get(scenario.range_unit, np.inf)
 
 
-_sweep: Callable[..., SearchResult] = sweep  # its overloads take no union
+def _search(entry: Setup, ranges: FloatArray, seeds: range) -> tuple[SearchResult, Mapping[str, Any]]:
+    """Return the grid search in a scenario, and columns of shape (ranges, seeds).
 
-
-def _search(
-    entry: Setup, ranges: FloatArray, seeds: range, *, with_load: bool = False
-) -> tuple[SearchResult, Columns]:
-    """Return the grid search in a scenario, against the predator policy if there is one, and its loads.
-
-    ``with_load``: also return ``mean_range`` and ``mean_heard``, shape (ranges, seeds), which takes longer.
+    Flocks are played, because only an episode has a predator policy and the number of agents heard.
     """
     scenario, hunter, threads = entry.scenario, entry.predator_policy, entry.num_threads
     with progress_bar("Fixed ranges", ranges.size * len(seeds)) as report:
-        if hunter is None and not with_load:
-            return _sweep(scenario, ranges, seeds, num_threads=threads, progress=report), {}
+        if isinstance(scenario, LineScenario):
+            lines = sweep(scenario, ranges, seeds, num_threads=threads, progress=report)
+            return lines, vars(lines)
         # One action per episode is fastest, but a predator policy acts as often as the flock.
         options: Any = {"steps_per_action": scenario.num_steps} if hunter is None else {}
         runs = []
@@ -354,8 +351,5 @@ def _search(
             runs.append(play(fixed, seeds))
             report((place + 1) * len(seeds), 0)
     columns: Any = {name: np.stack([run[name] for run in runs]) for name in runs[0]}
-    names = [*scenario.objectives, "num_components"]
-    result = RESULTS[scenario.model](
-        scenario, ranges, np.array(seeds, np.uint64), **{name: columns[name] for name in names}
-    )
-    return result, {name: columns[name] for name in _LOADS}
+    shown = {name: columns[name] for name in (*scenario.objectives, "num_components")}
+    return FlockSweepResult(scenario, ranges, np.array(seeds, np.uint64), **shown), columns
