@@ -46,7 +46,7 @@ def draw(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: in
     (fixed_name, fixed), last = next(iter(found.values.items())), entries[-1]
     best = load_policy(f"fixed:{task.scales[found.scenario].best_fixed_range:g}")
     # A typical flock: the lower median of the last policy's paired differences to the best range.
-    order = np.argsort(found.values[last.name] - fixed, kind="stable")
+    order = np.argsort([*found.values.values()][-1] - fixed, kind="stable")
     flock = int(found.search.seeds[order[(len(order) - 1) // 2]])
     scenario = task.scenarios[found.scenario]
     shown = ((fixed_name, best), (last.name, last))

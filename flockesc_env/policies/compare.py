@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,16 +17,19 @@ from flockesc_env.common.errors import InputError, errors_at
 from flockesc_env.common.extras import data_frame, figure_style, require
 from flockesc_env.common.files import write_text
 from flockesc_env.common.progress import progress_bar
+from flockesc_env.episodes.batch import Columns
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
-from flockesc_env.models.sweep import RESULTS, FlockSweepResult, LineSweepResult, sweep
+from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, sweep
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import NAMES, as_flock_policy
 from flockesc_env.policies.rollout import AnyPolicy, play
 from flockesc_env.policies.rules import FixedRange
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.policies.setup import Setup, flocks_of, setup, setup_in
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.objectives import ObjectiveSpec
-from flockesc_env.scenario.presets import PRESETS, Scenario
+from flockesc_env.scenario.presets import PRESETS, Scenario, as_model
 
 if TYPE_CHECKING:
     import polars as pl
@@ -36,6 +39,7 @@ if TYPE_CHECKING:
 
 SearchResult = FlockSweepResult | LineSweepResult
 
+_LOADS: Final = ("mean_range", "mean_heard")
 ORACLE: Final = "hindsight oracle over fixed ranges"
 
 
@@ -48,12 +52,16 @@ class ComparisonRow:
         difference: mean paired difference to the best fixed range.
         to_rule: mean paired difference to the task's rule; ``None`` without a task.
         improvement: share of flocks with a larger objective than under the best fixed range; ties count half.
+        mean_range: mean range, as in ``Episodes``; ``None`` for a line.
+        mean_heard: mean number of agents that an agent heard in a step; ``None`` for a line.
     """
 
     objective: Estimate
     difference: Estimate
     to_rule: Estimate | None
     improvement: Estimate
+    mean_range: float | None = None
+    mean_heard: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +73,9 @@ class Comparison:
         spec: the objective.
         best_range: the best fixed range.
         search: the grid search over fixed ranges on these flocks.
-        values: objective of every flock, shape (flocks,), by policy; the best fixed range is first.
+        heard: mean number of agents heard in every run of ``search``; ``None`` for lines.
+        played: columns by policy: ``objective`` of every flock and, not for lines, ``mean_range`` and
+            ``mean_heard`` as in ``Episodes``. The best fixed range is first.
         tuning: the grid search that chose the best fixed range; ``None`` for a task, which knows it.
         task: name of the task; ``None`` without a task.
         rule: name of the task's rule, the best policy without training; ``None`` without a task.
@@ -75,10 +85,16 @@ class Comparison:
     spec: ObjectiveSpec
     best_range: float
     search: SearchResult
-    values: Mapping[str, FloatArray]
+    heard: FloatArray | None
+    played: Mapping[str, Columns]
     tuning: SearchResult | None = None
     task: str | None = None
     rule: str | None = None
+
+    @property
+    def values(self) -> dict[str, FloatArray]:
+        """The objective of every flock, shape (flocks,), by policy."""
+        return {name: columns["objective"] for name, columns in self.played.items()}
 
     @property
     def rows(self) -> dict[str, ComparisonRow]:
@@ -92,14 +108,18 @@ class Comparison:
                 stats.mean(values - fixed),
                 None if rule is None else stats.mean(values - rule),
                 stats.improvement(values, fixed),
+                *(float(self.played[name][load].mean()) for load in _LOADS if self.heard is not None),
             )
             for name, values in self.values.items()
         }
 
     def table(self) -> pl.DataFrame:
-        """Return a polars DataFrame with one row per policy and flock: policy, seed, objective."""
-        table = data_frame({"seed": self.search.seeds, **self.values})
-        return table.unpivot(index="seed", variable_name="policy", value_name="objective")
+        """Return a polars DataFrame with one row per policy and flock: policy, seed, ``played``."""
+        seeds, names = self.search.seeds, [*self.played]
+        columns = {"policy": np.repeat(names, len(seeds)), "seed": np.tile(seeds, len(names))}
+        for name in self.played[names[0]]:
+            columns[name] = np.concatenate([each[name] for each in self.played.values()])
+        return data_frame(columns)
 
     def write(self, folder: Path) -> None:
         """Write table.md and episodes.parquet (``table``) to a folder, which is made."""
@@ -108,30 +128,40 @@ class Comparison:
         write_table(self.table(), folder / "episodes.parquet")
 
     @figure_style()
-    def plot(self) -> Figure:
+    def plot(self, against: str = "range") -> Figure:
         """Return a Matplotlib figure: the objective against the fixed range, and a line per policy.
 
-        Bands are 95 % intervals. A dashed line marks the best fixed range.
+        ``against="heard"``: against the mean number of agents heard, with a point per policy. Bands and bars
+        are 95 % intervals. A dashed line marks the best fixed range.
         """
+        as_choice(against, "against", ["range"] if self.heard is None else ["range", "heard"])
         from matplotlib.figure import Figure  # optional and slow to import
 
         figure = Figure(figsize=(6.5, 4), layout="constrained")
         axes = figure.subplots()
-        ranges, unit = self.search.interaction_ranges, self.search.scenario.range_unit
-        if len(self.search.seeds) > 1:
-            axes.fill_between(ranges, *self.search.mean_with_interval(self.spec.name)[1:], color="0.88", lw=0)
-        axes.plot(ranges, self.spec.values(self.search).mean(axis=1), color="0.25", label="one fixed range")
-        axes.axvline(self.best_range, color="0.25", ls="--", lw=1, label=next(iter(self.values)))
+        places, unit = self.search.interaction_ranges, self.search.scenario.range_unit
+        best, has_bands = places.searchsorted(self.best_range), len(self.search.seeds) > 1
+        axes.set_xlabel(f"interaction range ({unit})" if unit else "interaction range")
+        if against == "heard":
+            places = cast("FloatArray", self.heard).mean(axis=1)
+            axes.set_xlabel("agents heard per agent and step")
+        if has_bands:
+            axes.fill_between(places, *self.search.mean_with_interval(self.spec.name)[1:], color="0.88", lw=0)
+        axes.plot(places, self.spec.values(self.search).mean(axis=1), color="0.25", label="one fixed range")
+        axes.axvline(places[best], color="0.25", ls="--", lw=1, label=next(iter(self.values)))
         policies = [item for item in [*self.rows.items()][1:] if item[0] != ORACLE]
         for place, (name, row) in enumerate(policies):
-            color = f"C{place % 10}"
-            axes.axhline(row.objective.mean, color=color, label=name)
-            if len(self.search.seeds) > 1:
-                axes.axhspan(row.objective.low, row.objective.high, color=color, alpha=0.15, lw=0)
-        axes.set_xlabel(f"interaction range ({unit})" if unit else "interaction range")
+            color, (center, low, high) = f"C{place % 10}", vars(row.objective).values()
+            if against == "heard":
+                bars = [[center - low], [high - center]] if has_bands else None
+                axes.errorbar(cast("float", row.mean_heard), center, bars, fmt="o", color=color, label=name)
+                continue
+            axes.axhline(center, color=color, label=name)
+            if has_bands:
+                axes.axhspan(low, high, color=color, alpha=0.15, lw=0)
         axes.set_ylabel(self.spec.with_unit(self.spec.symbol))
         axes.set_title(f"{len(self.search.seeds)} held-out {self.spec.model}s", loc="left", fontsize="medium")
-        axes.margins(x=0)
+        axes.margins(x=0 if against == "range" else None)
         axes.legend(fontsize="small")
         figure.draw_without_rendering()  # creates the labels of ticks in this style
         return figure
@@ -150,17 +180,21 @@ class Comparison:
         ):
             lines.append("It is the largest range of the grid: longer ones may be better (ranges=..).")
         head = ["policy", "objective", "minus best fixed", *([f"minus {rule}"] if rule else [])]
-        lines += [
-            "",
-            f"| {' | '.join([*head, 'probability of improvement'])} |",
-            "|---" * (len(head) + 1) + "|",
-        ]
+        head.append("probability of improvement")
+        head += (
+            [f"mean range ({self.search.scenario.range_unit})", "agents heard"]
+            if self.heard is not None
+            else []
+        )
+        lines += ["", f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
         for place, (name, row) in enumerate(self.rows.items()):
             cells = [name, f"{row.objective:.{spec.digits}f}"]
             cells.append(f"{row.difference:.{spec.digits}f}" if place else "-")
             if row.to_rule is not None:
                 cells.append(f"{row.to_rule:.{spec.digits}f}" if name != rule else "-")
-            lines.append(f"| {' | '.join([*cells, f'{row.improvement:.2f}' if place else '-'])} |")
+            cells.append(f"{row.improvement:.2f}" if place else "-")
+            cells += [f"{load:.1f}" for load in (row.mean_range, row.mean_heard) if load is not None]
+            lines.append(f"| {' | '.join(cells)} |")
         return "\n".join(lines)
 
     __repr__ = __str__
@@ -208,33 +242,32 @@ def compare(
         raise InputError("policies", "at least one policy", "none")
     held_out = HELD_OUT[: as_count(num_flocks, "num_flocks", most=len(HELD_OUT))]
     tuning = TUNING[: as_count(num_tuning, "num_tuning", most=len(TUNING))]
-    model = scenario
     if env is not None:
         options.setdefault("predator_policy", flocks_of(env).predator_policy)
-        model = flocks_of(env).scenario if scenario is None else scenario
+        scenario = flocks_of(env).scenario if scenario is None else scenario
+    model: Any = as_flock_policy(policies[0]).scenario or FlockScenario()
+    model = model if scenario is None else as_model(scenario)
+    if objective is not None:
+        as_choice(objective, "objective", model.objectives)
 
     def prepare(policy: BasePolicy) -> Setup:
-        nonlocal model
-        # A trained policy may have learned another objective; a rule observes this one.
-        aim: Any = {} if objective is None or policy.scenario else {"objective": objective}
         if env is not None and isinstance(policy, SB3Policy):
-            entry = setup_in(env, policy, model, num_threads=num_threads, **options)
-        else:
-            entry = setup(policy, model, num_threads=num_threads, **aim, **options)
-        model = entry.scenario
-        return entry
+            return setup_in(env, policy, model, num_threads=num_threads, **options)
+        # A trained policy may have learned another objective; a rule observes this one.
+        is_told = objective is not None and policy.scenario is None and model.model == "flock"
+        aim: Any = {"objective": objective} if is_told else {}
+        return setup(policy, model, num_threads=num_threads, **aim, **options)
 
     entries = prepared(policies, prepare)
     first = next(iter(entries.values()))
-    known = first.scenario.objectives
-    chosen = getattr(first.options, "objective", next(iter(known))) if objective is None else objective
-    spec = known[as_choice(chosen, "objective", known)]
-    if not spec.is_defined_in(first.scenario):
+    spec = next(iter(model.objectives.values()))
+    spec = model.objectives[objective or getattr(first.options, "objective", spec.name)]
+    if not spec.is_defined_in(model):
         raise InputError("scenario", f"{spec.requires}, which the objective {spec.name} requires", "none")
-    grid = _grid(first.scenario, ranges, first.options.max_range if "max_range" in options else np.inf)
-    search = _search(first, grid, tuning)
+    grid = _grid(model, ranges, first.options.max_range if "max_range" in options else np.inf)
+    search, _ = _search(first, grid, tuning)
     named = isinstance(scenario, str) and scenario in PRESETS
-    name = scenario if named else f"a {first.scenario.model} of {first.scenario.num_agents} agents"
+    name = scenario if named else f"a {model.model} of {model.num_agents} agents"
     return judged(entries, spec, grid, search.best_range(spec.name), held_out, scenario=name, tuning=search)
 
 
@@ -265,14 +298,21 @@ def judged(
     """Play policies and fixed ranges in the scenario of the first policy; ``facts`` are of ``Comparison``."""
     first = next(iter(entries.values()))
     ranges = np.union1d(grid, best)
-    search = _search(first, ranges, seeds)
+    search, columns = _search(first, ranges, seeds)
     unit = {"m": " m", "": ""}.get(first.scenario.range_unit, f" {first.scenario.range_unit}")
-    values = {f"best fixed range ({best:g}{unit})": spec.values(search)[ranges.searchsorted(best)]}
-    values[ORACLE] = search.hindsight_oracle(spec.name)
+    name, at = f"best fixed range ({best:g}{unit})", ranges.searchsorted(best)
+    every, last = np.arange(len(seeds)), columns[spec.name].argmax(axis=0)
+    played = {name: _kept(columns, spec, (at, every)), ORACLE: _kept(columns, spec, (last, every))}
     for name, entry in entries.items():
         with progress_bar(f"Policy {name}", len(seeds)) as report:
-            values[name] = play(entry, seeds, progress=report)[spec.name]
-    return Comparison(spec=spec, best_range=best, search=search, values=values, **facts)
+            played[name] = _kept(play(entry, seeds, progress=report), spec, every)
+    heard = columns.get("mean_heard")
+    return Comparison(spec=spec, best_range=best, search=search, heard=heard, played=played, **facts)
+
+
+def _kept(columns: Mapping[str, Any], spec: ObjectiveSpec, at: Any) -> Columns:
+    loads = {name: columns[name][at] for name in _LOADS if name in columns}
+    return {"objective": columns[spec.name][at], **loads}
 
 
 def _grid(scenario: Scenario, ranges: ArrayLike | None, longest: float) -> FloatArray:
@@ -293,20 +333,23 @@ def _complete(scenario: Scenario) -> float:
     return {"neighbors": scenario.num_agents - 1.0, "": 1.0}.get(scenario.range_unit, np.inf)
 
 
-_sweep: Callable[..., SearchResult] = sweep  # its overloads take no union
+def _search(entry: Setup, ranges: FloatArray, seeds: range) -> tuple[SearchResult, Mapping[str, Any]]:
+    """Return the grid search in a scenario, and columns of shape (ranges, seeds).
 
-
-def _search(entry: Setup, ranges: FloatArray, seeds: range) -> SearchResult:
-    """Return the grid search in a scenario, against the predator policy if there is one."""
+    Flocks are played, because only an episode has a predator policy and the number of agents heard.
+    """
     scenario, hunter, threads = entry.scenario, entry.predator_policy, entry.num_threads
     with progress_bar("Fixed ranges", ranges.size * len(seeds)) as report:
-        if hunter is None:
-            return _sweep(scenario, ranges, seeds, num_threads=threads, progress=report)
+        if isinstance(scenario, LineScenario):
+            lines = sweep(scenario, ranges, seeds, num_threads=threads, progress=report)
+            return lines, vars(lines)
+        # One action per episode is fastest, but a predator policy acts as often as the flock.
+        options: Any = {"steps_per_action": scenario.num_steps} if hunter is None else {}
         runs = []
         for place, rho in enumerate(ranges.tolist()):
-            fixed = setup(FixedRange(rho), scenario, predator_policy=hunter, num_threads=threads)
+            fixed = setup(FixedRange(rho), scenario, predator_policy=hunter, num_threads=threads, **options)
             runs.append(play(fixed, seeds))
             report((place + 1) * len(seeds), 0)
-        kept = [*scenario.objectives, "num_components"]
-        columns: Any = {name: np.stack([run[name] for run in runs]) for name in kept}
-        return RESULTS[scenario.model](scenario, ranges, np.array(seeds, np.uint64), **columns)
+    columns: Any = {name: np.stack([run[name] for run in runs]) for name in runs[0]}
+    shown = {name: columns[name] for name in (*scenario.objectives, "num_components")}
+    return FlockSweepResult(scenario, ranges, np.array(seeds, np.uint64), **shown), columns

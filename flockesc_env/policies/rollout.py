@@ -63,7 +63,8 @@ def rollout(
         per_agent: True: the policy sets one range per agent. False: one per flock. ``None``: as the policy's
             attribute ``per_agent`` says, or the observation space of the model of an ``SB3Policy``.
         batch_size: number of episodes stepped together; ``None``: 64 flocks or 256 lines. Results depend on
-            it only if the policy is random. The core plays a ``NetworkPolicy`` without batches.
+            it if the policy is random and, by rounding, if torch computes it. The core plays a
+            ``NetworkPolicy`` without batches.
         num_threads: number of threads for flocks; ``None``: one per core. Lines use one thread, except under
             a ``NetworkPolicy``.
         predator_policy: controls the ``Learned`` predators: a policy of predators, its name (``"pursue"``) or

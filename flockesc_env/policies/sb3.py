@@ -226,7 +226,7 @@ def space_error(trained: Any, spaces: Mapping[Any, gymnasium.Space[Any]]) -> Inp
     return InputError(
         "model.observation_space",
         f"shape {shapes}, with the options of the training and without a wrapper that changes observations"
-        " (VecFrameStack, TimeAwareObservation)",
+        " (VecFrameStack, TimeAwareObservation); env=.. plays through wrappers",
         f"{trained.shape or trained}{' with other bounds' if is_known else ''}",
     )
 

@@ -108,16 +108,14 @@ def setup_in(
     inner, player = flocks_of(env), as_flock_policy(policy)
     if not isinstance(player, SB3Policy):
         raise InputError("policy", "a model of stable-baselines3 beside env", shown(policy))
-    known, model = {"env": vars(inner.options)}, inner.scenario
-    if scenario is not None and as_model(scenario) != model:
-        raise InputError("scenario", f"that of env, {shown(model)}", shown(scenario))
-    if predator_policy not in (None, inner.predator_policy):
-        raise InputError("predator_policy", "that of env", shown(predator_policy))
-    view = inner.policy_spec.per_agent
-    if per_agent is not None and as_flag(per_agent, "per_agent") != view:
-        raise InputError("per_agent", f"{view} from env", per_agent)
+    model, view = inner.scenario, inner.policy_spec.per_agent
+    fixed = {"scenario": model, "per_agent": view, "predator_policy": inner.predator_policy}
+    given = {"scenario": scenario and as_model(scenario), "per_agent": per_agent}
+    for name, value in (given | {"predator_policy": predator_policy}).items():
+        if value is not None and value != fixed[name]:
+            raise InputError(name, f"that of env, {shown(fixed[name])}", shown(value))
     chosen = vars(model.env_options(options))
-    check_origins({**known, "the caller": {name: chosen[name] for name in options}})
+    check_origins({"env": vars(inner.options), "the caller": {name: chosen[name] for name in options}})
     for name in ("observation_space", "action_space"):
         trained, found = getattr(player.model, name, None), getattr(env, name)
         if trained is not None and trained != found:

@@ -220,12 +220,17 @@ class Task:
         return envs
 
     def eval_callback(
-        self, num_flocks: int = 20, eval_freq: int = 1000, best_model_save_path: str | Path | None = None
+        self,
+        num_flocks: int = 20,
+        eval_freq: int = 1000,
+        best_model_save_path: str | Path | None = None,
+        eval_env: Any = None,
     ) -> FlockEvalCallback:
         """Return a ``FlockEvalCallback``, for ``learn`` on ``vec_env``; it needs the extra ``sb3``."""
         from flockesc_env.sb3 import FlockEvalCallback
 
-        return FlockEvalCallback(eval_freq, num_flocks, best_model_save_path=best_model_save_path)
+        given: Any = {"best_model_save_path": best_model_save_path, "eval_env": eval_env}
+        return FlockEvalCallback(eval_freq, num_flocks, **given)
 
     @property
     def learners(self) -> dict[str, Learner]:
