@@ -16,7 +16,7 @@ from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 from flockesc_env.episodes import splits
 from flockesc_env.taskset import Task
 from flockesc_env.taskset.statistics import difference
-from studies.findings import controls, headlines, listening, losses
+from studies.findings import controls, headlines, listening, loads, losses
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, sign
 from studies.scoreboard.board import ANY_RATE, load_board
@@ -125,6 +125,8 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
     listening.measure(chosen, scale, runner, output)
     controls.measure_blocked(chosen, scale, runner, output)
     losses.measure(chosen, scale, runner, output)
+    rows = rows_of(entries_of(load_board()))
+    loads.measure([row.learned for row in rows if row.task.name in loads.TASKS], scale, runner, output)
 
 
 def figures(results: Findings) -> dict[str, Figure]:
@@ -165,6 +167,7 @@ def report(results: Findings) -> str:
         any_rate=json.loads(ANY_RATE.read_text("utf-8"))["per-agent-visible-derived"],
         controls=controls,
         listening=listening,
+        loads=loads,
         losses=losses,
     )
 
