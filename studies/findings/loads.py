@@ -16,7 +16,7 @@ from flockesc_env.jobs import Arrays
 from flockesc_env.policies import rollout
 from flockesc_env.policies.setup import setup
 from flockesc_env.taskset.statistics import difference, means
-from studies.measurements import Runner, policy_of, share_of, sign, split
+from studies.measurements import Runner, policy_of, share_of, split
 from studies.scoreboard.board import BOARD, best_fixed_range
 from studies.scoreboard.report import Entry
 from studies.study import document
@@ -40,17 +40,6 @@ class Load(msgspec.Struct, frozen=True):
     over_fixed: Estimate
     at_equal_load: dict[str, Estimate]
     over_rule: Estimate
-
-    @property
-    def outcome(self) -> int:
-        """-1, 0 or 1: whether the learner gains less than the rule, not measurably less or more, or more."""
-        return sign(self.over_rule)
-
-    @property
-    def is_dominated(self) -> bool:
-        """Whether the learner hears more agents than the rule and reaches less."""
-        heard, reached = self.heard, self.objective
-        return heard["learner"] > heard["rule"] and reached["learner"] < reached["rule"]
 
 
 def play(policies: tuple[str | bytes, ...], task: str, flocks: range) -> Arrays:

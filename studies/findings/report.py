@@ -146,7 +146,7 @@ def report(results: Findings) -> str:
     every, by_task = {**starts, **transfer}, {one.task.name: one for one in results.headlines}
     lost = [key for key, gain in every.items() if outcome(gain.over_fixed) == "loss"]
     lost.sort(key=lambda key: (every[key].over_fixed.mean, key))
-    rows = rows_of(results.entries)
+    rows, loaded = rows_of(results.entries), loads.loads(results.output)
     return template("findings/templates/findings.md").render(
         rows=rows,
         outcomes={kind: [row.task.name for row in rows if outcome(row.gain) == kind] for kind in OUTCOMES},
@@ -168,6 +168,10 @@ def report(results: Findings) -> str:
         controls=controls,
         listening=listening,
         loads=loads,
+        loaded=loaded,
+        loaded_outcomes={
+            k: [name for name, row in loaded.items() if outcome(row.over_rule) == k] for k in OUTCOMES
+        },
         losses=losses,
     )
 
