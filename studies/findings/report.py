@@ -16,7 +16,7 @@ from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 from flockesc_env.episodes import splits
 from flockesc_env.taskset import Task
 from flockesc_env.taskset.statistics import difference
-from studies.findings import controls, headlines, listening, losses
+from studies.findings import controls, headlines, listening, loads, losses
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, sign
 from studies.scoreboard.board import ANY_RATE, load_board
@@ -125,6 +125,8 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
     listening.measure(chosen, scale, runner, output)
     controls.measure_blocked(chosen, scale, runner, output)
     losses.measure(chosen, scale, runner, output)
+    rows = rows_of(entries_of(load_board()))
+    loads.measure([row.learned for row in rows if row.task.name in loads.TASKS], scale, runner, output)
 
 
 def figures(results: Findings) -> dict[str, Figure]:
@@ -144,7 +146,7 @@ def report(results: Findings) -> str:
     every, by_task = {**starts, **transfer}, {one.task.name: one for one in results.headlines}
     lost = [key for key, gain in every.items() if outcome(gain.over_fixed) == "loss"]
     lost.sort(key=lambda key: (every[key].over_fixed.mean, key))
-    rows = rows_of(results.entries)
+    rows, loaded = rows_of(results.entries), loads.loads(results.output)
     return template("findings/templates/findings.md").render(
         rows=rows,
         outcomes={kind: [row.task.name for row in rows if outcome(row.gain) == kind] for kind in OUTCOMES},
@@ -165,6 +167,11 @@ def report(results: Findings) -> str:
         any_rate=json.loads(ANY_RATE.read_text("utf-8"))["per-agent-visible-derived"],
         controls=controls,
         listening=listening,
+        loads=loads,
+        loaded=loaded,
+        loaded_outcomes={
+            k: [name for name, row in loaded.items() if outcome(row.over_rule) == k] for k in OUTCOMES
+        },
         losses=losses,
     )
 

@@ -18,7 +18,7 @@ from flockesc_env.jobs import Cache, Job, find_backend
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.scenario import GivenHeadings, GivenPositions
 from studies.__main__ import STUDIES
-from studies.findings import controls, headlines, listening, losses
+from studies.findings import controls, headlines, listening, loads, losses
 from studies.findings.report import Findings, report
 from studies.measurements import Runner, play
 from studies.scoreboard.board import best_fixed_range
@@ -75,6 +75,30 @@ def test_the_best_fixed_range_is_that_of_tuning_flocks(tmp_path: Path) -> None:
     assert table["fixed"].to_list() == fixed.tolist()
 
 
+def test_gains_at_equal_load_are_over_the_line_between_the_two_nearest_fixed_ranges() -> None:
+    fixed = {"heard": np.array([[0.0, 0.0], [1.0, 3.0], [5.0, 7.0]])}
+    fixed["objective"] = np.array([[1.0, 2.0], [3.0, 8.0], [7.0, 4.0]])
+    played = {"heard": np.array([[0.0, 2.0], [4.0, 6.0]]), "objective": np.array([[9.0, 9.0], [9.0, 9.0]])}
+    np.testing.assert_array_equal(loads.at_equal_load(played, fixed), [[7.0, 4.0], [3.0, 4.0]])
+    same = {name: values[[1]] for name, values in fixed.items()}
+    np.testing.assert_array_equal(loads.at_equal_load(same, fixed), [[0.0, 0.0]])
+
+
+def test_loads_are_those_of_the_scoreboards_flocks() -> None:
+    """The objectives are those that the scoreboard holds, and loads those of ``rollout``."""
+    for name, load in loads.loads(COMMITTED).items():
+        task = fe.tasks[name]
+        for kind, entrant in {"learner": load.learner, "rule": load.rule}.items():
+            result = fe.taskset.read_result(Path("scoreboard") / entrant / f"{name}.json")
+            values = result.values(next(iter(task.scales)))[:, : loads.FLOCKS]
+            assert load.objective[kind] == pytest.approx(values.mean(), rel=1e-12)
+    flocks, task = HELD_OUT[:2], fe.tasks["per-agent-visible"]
+    played = loads.play(("fixed:12", task.shortcut.policy), task.name, flocks)
+    for row, (policy, options) in enumerate({"fixed:12": {}, task.shortcut.policy: task.options}.items()):
+        episodes: Any = fe.rollout(task.scenario, policy, flocks, per_agent=True, **options)
+        assert played["heard"][row].tolist() == episodes.mean_heard.tolist()
+
+
 @pytest.mark.parametrize("neighbors", [1, 2])
 def test_the_largest_turn_is_that_of_the_model(neighbors: int) -> None:
     """All neighbors head alike, at most 0.1 degrees off the best heading among these."""
@@ -127,6 +151,7 @@ def test_all_is_measured_and_an_interrupted_study_continues(
         "per-agent-local": ["search/policies/per-agent-local-0.npz"],
     }
     monkeypatch.setattr(headlines, "EXPLAINED", tuple(files))
+    monkeypatch.setattr(loads, "TASKS", ("warned-agents",))
     monkeypatch.setattr(
         headlines, "candidates", lambda task: {file.partition("/")[0]: [file] for file in files[task]}
     )
