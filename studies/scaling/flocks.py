@@ -1,7 +1,7 @@
 """Flocks as jobs: attacks from every corner, what turns agents, and objectives of the paper's flock."""
 
 from itertools import product
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -38,7 +38,8 @@ def fly(scenario: FlockScenario, rho: float, seeds: range, every: int = EVERY) -
     for _ in looks:
         batch.step_ranges(ranges)
         states.append([batch.core.state(slot) for slot in range(len(seeds))])
-    times, components = np.arange(len(states)) * every * scenario.time_step, batch.core.num_components()
+    times: Any = np.arange(len(states)) * (every * scenario.time_step)
+    components = batch.core.num_components()
     flights = []
     for slot, number in enumerate(components):
         positions, velocities = (

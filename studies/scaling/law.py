@@ -127,13 +127,12 @@ def meetings(num_agents: int, ranges: FloatArray, time: float, dimension: int = 
 def fit(ranges: FloatArray, curves: Iterable[tuple[int, Iterable[Estimate]]]) -> Law:
     """Fit the law to gains of flocks by number of agents, under ranges from 0 on."""
     found, rows = ends(2, PAPER_SPEED), [(num_agents, [*curve][1:]) for num_agents, curve in curves]
-    means, widths = (
-        np.array([[part(one) for one in curve] for _, curve in rows])
-        for part in (lambda one: one.mean, lambda one: one.high - one.low)
-    )
+    means = np.array([[one.mean for one in curve] for _, curve in rows])
+    widths = np.array([[one.high - one.low for one in curve] for _, curve in rows])
 
     def errors(numbers: FloatArray) -> FloatArray:
         gains = [Law(*numbers).gain(num_agents, ranges[1:], found) for num_agents, _ in rows]
-        return ((gains - means) / widths).ravel()
+        off: FloatArray = ((gains - means) / widths).ravel()
+        return off
 
     return Law(*map(float, least_squares(errors, [0.15, 5.0, 0.25, 3.0]).x))

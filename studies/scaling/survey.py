@@ -75,20 +75,20 @@ def cell(
 
 FITTED: Final = {f"{n} agents": cell(n, flocks) for n, flocks in ((75, 1200), (300, 800), (1200, 300))}
 CELLS: Final = {
-    "4800 agents": cell(4800, 60),
-    **{f"noise {noise:g}": cell(300, 200, *SPEEDS, angular_noise=noise) for noise in NOISES},
-    **{f"turning length {10 * m:g} m": cell(300, 300, mass=m) for m in (0.025, 0.4, 1.6)},
-    "75 agents, L = 50 m": cell(75, 800, side=50.0),
-    "1200 agents, L = 200 m": cell(1200, 100, side=200.0),
-    "75 agents, rho_p = 0.3 L": cell(75, 1000, fled=30.0),
-    "300 agents, rho_p = 0.3 L": cell(300, 1000, fled=30.0),
-    "1200 agents, rho_p = 0.3 L": cell(1200, 200, fled=30.0),
-    "75 agents, L = 50 m, rho_p = 0.3 L": cell(75, 1000, side=50.0, fled=15.0),
-    "75 agents, L = 50 m, rho_p = 30 m": cell(75, 1000, side=50.0, fled=30.0),
-    "1200 agents, L = 200 m, rho_p = 0.3 L": cell(1200, 100, side=200.0, fled=60.0),
-    "1200 agents, L = 200 m, rho_p = 30 m": cell(1200, 100, side=200.0, fled=30.0),
-    "300 agents in space": cell(300, 300, dimension=3),
-    "1200 agents in space": cell(1200, 100, dimension=3),
+    "4800 agents": cell(4800, 42),
+    **{f"noise {noise:g}": cell(300, 100, *SPEEDS, angular_noise=noise) for noise in NOISES},
+    **{f"turning length {10 * m:g} m": cell(300, 150, mass=m) for m in (0.025, 0.4, 1.6)},
+    "75 agents, L = 50 m": cell(75, 600, side=50.0),
+    "1200 agents, L = 200 m": cell(1200, 48, side=200.0),
+    "75 agents, rho_p = 0.3 L": cell(75, 600, fled=30.0),
+    "300 agents, rho_p = 0.3 L": cell(300, 600, fled=30.0),
+    "1200 agents, rho_p = 0.3 L": cell(1200, 96, fled=30.0),
+    "75 agents, L = 50 m, rho_p = 0.3 L": cell(75, 600, side=50.0, fled=15.0),
+    "75 agents, L = 50 m, rho_p = 30 m": cell(75, 600, side=50.0, fled=30.0),
+    "1200 agents, L = 200 m, rho_p = 0.3 L": cell(1200, 48, side=200.0, fled=60.0),
+    "1200 agents, L = 200 m, rho_p = 30 m": cell(1200, 48, side=200.0, fled=30.0),
+    "300 agents in space": cell(300, 150, dimension=3),
+    "1200 agents in space": cell(1200, 48, dimension=3),
 }
 """Cells that are not fitted. Flocks of 75, 300 and 1200 agents in 50, 100 and 200 m have equal densities."""
 
@@ -102,9 +102,9 @@ CONTROLS: Final = {
     "frozen graph": STILL.replace(frozen_graph=True),
 }
 CONTROL_RANGES: Final = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3)  # in L
-CONTROL_FLOCKS: Final = 60
+CONTROL_FLOCKS: Final = 40
 OBJECTIVE_RANGES: Final = (0.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 60.0, 150.0)  # in m
-OBJECTIVE_FLOCKS: Final = 300
+OBJECTIVE_FLOCKS: Final = 200
 
 
 @dataclass(frozen=True)
@@ -236,7 +236,7 @@ def figure(results: Scaling) -> Figure:
     for name, color in zip(shown, (*LIGHT.others[:3], LIGHT.others[4]), strict=True):
         one, num_agents = results.curve(name), (FITTED | CELLS)[name].scenario.num_agents
         rows = [Estimate(*(100 * part for part in vars(gain).values())) for gain in one.second]
-        met = meetings(num_agents, np.array(RANGES), one.ends.time)
+        met = meetings(num_agents, np.array(RANGES), one.ends.time).tolist()
         short = sum(rho <= 0.1 for rho in RANGES)
         for axes, at, count in ((left, RANGES, len(RANGES)), (right, met, short)):
             curve(axes, at[1:count], rows[1:count], color, "o-", band=0.15, lw=1.4, ms=3)
