@@ -72,6 +72,26 @@ class FlockBatch:
     def __deepcopy__(self, _memo: dict[int, Any]) -> Self: ...
 
 @final
+class Flock:
+    def __new__(
+        cls, scenario: str, seed: int, positions: _Floats | None, num_threads: int | None
+    ) -> Self: ...
+    def step(
+        self,
+        ranges: _Floats,
+        num_steps: int,
+        predator_actions: _Floats | None,
+        extra_force: _Floats | None,
+    ) -> None: ...
+    def set(self, name: str, vectors: _Floats) -> None: ...
+    def array(self, name: str) -> NDArray[Any]: ...  # a copy
+    @property
+    def origin(self) -> tuple[int, int]: ...  # seed, number of steps
+    def get_state(self) -> bytes: ...
+    def set_state(self, state: bytes) -> None: ...
+    def copy(self) -> Self: ...
+
+@final
 class LineEpisode:
     def __new__(
         cls, scenario: str, options: str, seed: int, initial_state: _Floats | None = None
@@ -111,7 +131,9 @@ def simulate_flock(
     positions: _Floats | None,
     velocities: _Floats | None,
     num_threads: int | None,
-    predator_actions: _Floats | None = None,
+    predator_actions: _Floats | None,
+    every: int,
+    record: Sequence[str],
 ) -> dict[str, Any]: ...
 def simulate_line(
     scenario: str, interaction_range: float, seed: int, initial_state: _Floats | None = None

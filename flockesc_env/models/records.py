@@ -149,7 +149,8 @@ def run_differences(recorded: Trajectory | LineTrajectory, again: Trajectory | L
 
 
 def _columns(kind: type[Trajectory | LineTrajectory]) -> list[str]:
-    return [field.name for field in dataclasses.fields(kind) if field.name not in {"scenario", *_ORIGIN}]
+    others = {"scenario", "every", "minima", *_ORIGIN}
+    return [field.name for field in dataclasses.fields(kind) if field.name not in others]
 
 
 def _trajectory(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_threads
+from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import data_frame
 from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
@@ -24,6 +24,13 @@ if TYPE_CHECKING:
     import polars as pl
 
 IntArray = NDArray[np.int64]
+
+RECORDED = (
+    *("positions", "velocities", "predator_positions", "mean_distance", "min_distance", "num_components"),
+    *("polarization", "fraction_surviving"),
+)
+"""Names of the columns of a ``Trajectory`` that ``simulate`` records."""
+_OBJECTIVES = [spec.series for spec in FLOCK_OBJECTIVES.values()]
 
 
 class Displayed(ABC):
@@ -45,8 +52,10 @@ class Displayed(ABC):
 class Trajectory(Displayed):
     """A run of a flock with T steps, as ``simulate`` returns it.
 
-    Arrays of length T + 1 have one entry per time 0, .., T; lengths in m, speeds in m/s, times in s. Tables
-    raise ``MissingExtraError`` without the ``analysis`` extra.
+    Arrays of length T + 1 have one entry per time 0, .., T; lengths in m, speeds in m/s, times in s. With
+    ``simulate(.., every=k)`` they have one per time 0, k, 2 k, .., and T stands for the number of these times
+    after 0. Arrays that ``record`` leaves out are empty. Tables raise ``MissingExtraError`` without the
+    ``analysis`` extra.
 
     Attributes:
         scenario: the flock model's parameters; randomized fields have their drawn values.
@@ -54,8 +63,8 @@ class Trajectory(Displayed):
         is_start_given: whether initial positions or velocities were given. If not, the seed determines the
             whole run.
         times: times t, shape (T + 1,).
-        interaction_ranges: rho in every step, shape (T, 1) or, with one range per agent, (T, n).
-        predator_actions: actions of the L ``Learned`` predators in every step, shape (T, L, D).
+        interaction_ranges: rho in the step after each time, shape (T, 1) or, with a range per agent, (T, n).
+        predator_actions: actions of the L ``Learned`` predators in these steps, shape (T, L, D).
         positions: positions r_i(t), shape (T + 1, n, D).
         velocities: velocities v_i(t), shape (T + 1, n, D).
         predator_positions: positions of the P predators r_p(t), shape (T + 1, P, D).
@@ -68,6 +77,8 @@ class Trajectory(Displayed):
         fraction_surviving: share of agents that are not caught, shape (T + 1,).
         caught_at: step 1, .., T in which each agent was caught, or -1, shape (n,). A caught agent stays where
             it was caught, with velocity 0, and does not count in means, minima and components.
+        every: number of steps between two times.
+        minima: minimum over all steps of each column of an objective; ``None`` if all of them are recorded.
     """
 
     scenario: FlockScenario
@@ -85,14 +96,23 @@ class Trajectory(Displayed):
     polarization: FloatArray
     fraction_surviving: FloatArray
     caught_at: IntArray
+    every: int = 1
+    minima: dict[str, float] | None = None
+
+    @property
+    def is_caught(self) -> NDArray[np.bool]:
+        """Whether each agent is caught at each time, shape (T + 1, n)."""
+        steps = self.every * np.arange(len(self.times))
+        return (self.caught_at >= 0) & (self.caught_at <= steps[:, None])
 
     def _summary(self) -> dict[str, object]:
+        minima = self.minima or {name: getattr(self, name).min() for name in _OBJECTIVES}
         return {
             "num_agents": self.scenario.num_agents,
             "num_steps": self.scenario.num_steps,
             "seed": self.seed,
             **{
-                spec.name: float(getattr(self, spec.series).min())
+                spec.name: float(minima[spec.series])
                 for spec in FLOCK_OBJECTIVES.values()
                 if spec.is_defined_in(self.scenario)
             },
@@ -103,21 +123,21 @@ class Trajectory(Displayed):
 
         ``run.table().write_csv("run.csv")`` writes it; polars also writes Parquet and Excel.
         """
-        names = ("mean_distance", "min_distance", "num_components", "polarization", "fraction_surviving")
-        return data_frame({"time": self.times, **{name: getattr(self, name) for name in names}})
+        columns = {name: getattr(self, name) for name in RECORDED[3:]}
+        return data_frame({"time": self.times, **{name: row for name, row in columns.items() if len(row)}})
 
     def agents_table(self) -> pl.DataFrame:
         """Return a polars DataFrame with a row per time and agent: position, velocity, caught."""
+        check_recorded(self, "record", "positions", "velocities")
         steps, agents, dimension = self.positions.shape
         axes = "xyz"[:dimension]
-        caught = np.where(self.caught_at < 0, steps, self.caught_at)
         return data_frame(
             {
                 "time": np.repeat(self.times, agents),
                 "agent": np.tile(np.arange(agents), steps),
                 **{axis: self.positions[..., index].ravel() for index, axis in enumerate(axes)},
                 **{f"v{axis}": self.velocities[..., index].ravel() for index, axis in enumerate(axes)},
-                "is_caught": (np.arange(steps)[:, None] >= caught).ravel(),
+                "is_caught": self.is_caught.ravel(),
             }
         )
 
@@ -169,10 +189,21 @@ class LineTrajectory(Displayed):
 
 
 def as_run(value: Any, field: str) -> Trajectory | LineTrajectory:
-    """Return a run after a check of its type."""
+    """Return a run after a check of its type, and that it is complete."""
     if not isinstance(value, Trajectory | LineTrajectory):
         raise InputError(field, "a Trajectory or LineTrajectory", shown(value))
+    if isinstance(value, Trajectory):
+        check_recorded(value, field, *RECORDED)
+        if value.every > 1:
+            raise InputError(field, "a run that has recorded every step", f"one with every={value.every}")
     return value
+
+
+def check_recorded(run: Trajectory, field: str, *names: str) -> None:
+    """Raise ``InputError`` on ``field`` unless a run has recorded these columns."""
+    for name in names:
+        if len(getattr(run, name)) != len(run.times):
+            raise InputError(field, f"a run that has recorded {name}", "one without")
 
 
 def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
@@ -183,8 +214,8 @@ def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
         raise InputError("runs", "at least one run", "none")
     for index, run in enumerate(value):
         match run:
-            case (str(), Trajectory()):
-                pass
+            case (str(), Trajectory() as flock):
+                as_run(flock, f"runs[{index}]")
             case _:
                 raise InputError(f"runs[{index}]", "a name and a Trajectory", shown(run))
     return list(value)
@@ -199,6 +230,8 @@ def run_flock(
     initial_velocities: ArrayLike | None = None,
     predator_actions: ArrayLike | None = None,
     num_threads: int | None = None,
+    every: int = 1,
+    record: Sequence[str] | None = None,
 ) -> Trajectory:
     """Run a flock with given ranges for ``scenario.num_steps`` steps; see ``flockesc_env.simulate``.
 
@@ -219,17 +252,29 @@ def run_flock(
     accelerations = _given(predator_actions, "predator_actions", actions_shape)
     if accelerations is None:
         accelerations = np.zeros(actions_shape)
-    document = scenario.to_json()
-    run = _core.simulate_flock(document, per_step, start, positions, velocities, threads, accelerations)
+    every = as_count(every, "every", most=steps)
+    if isinstance(record, str) or not isinstance(record, Sequence | None):
+        raise InputError("record", "a list of names", shown(record))
+    names = RECORDED if record is None else [as_choice(name, "record", RECORDED) for name in record]
+    arguments = (per_step, start, positions, velocities, threads, accelerations, every, names)
+    run = _core.simulate_flock(scenario.to_json(), *arguments)
+    for name, rows in zip(RECORDED, (agents, agents, len(scenario.predators)), strict=False):
+        run[name] = run[name].reshape((steps // every + 1) * (name in names), rows, axes)
+    run["num_components"] = run["num_components"].astype(np.int64)
+    minima = dict(zip(_OBJECTIVES, run.pop("minima"), strict=True))
+    is_whole = every == 1 and set(names) == set(RECORDED)
     with np.errstate(over="ignore"):
-        times: FloatArray = np.arange(steps + 1) * np.float64(scenario.time_step)
+        times: FloatArray = np.arange(0, steps + 1, every) * np.float64(scenario.time_step)
+    whole = steps // every * every
     return Trajectory(
         scenario=scenario.drawn(start),
         seed=start,
         is_start_given=positions is not None or velocities is not None,
         times=times,
-        interaction_ranges=np.broadcast_to(per_step, (steps, per_step.shape[1])).copy(),
-        predator_actions=accelerations,
+        interaction_ranges=np.broadcast_to(per_step, (steps, per_step.shape[1]))[:whole:every].copy(),
+        predator_actions=accelerations[:whole:every],
+        every=every,
+        minima=None if is_whole else minima,
         **run,
     )
 

@@ -167,7 +167,7 @@ def _flock_batch(setup: Setup, num_flocks: int, predator_policy: PredatorPolicy 
     )
 
 
-def record(setup: Setup, seed: int, start: Mapping[str, Any]) -> Trajectory:
+def record_run(setup: Setup, seed: int, start: Mapping[str, Any], **recording: Any) -> Trajectory:
     """Run a policy on one flock and return the trajectory; ``start`` holds given initial states."""
     scenario = cast("FlockScenario", setup.scenario)
     recorder = None if setup.predator_policy is None else _Recorder(setup.predator_policy)
@@ -180,7 +180,7 @@ def record(setup: Setup, seed: int, start: Mapping[str, Any]) -> Trajectory:
         return np.concatenate([held, np.repeat(held[-1:], rest, axis=0)])
 
     predator_actions = None if recorder is None else per_step(np.array(recorder.actions))
-    arguments: Any = {**start, "seed": seed, "num_threads": setup.num_threads}
+    arguments: Any = {**start, **recording, "seed": seed, "num_threads": setup.num_threads}
     return run_flock(scenario, per_step(ranges), predator_actions=predator_actions, **arguments)
 
 

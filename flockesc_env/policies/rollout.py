@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, overload
 
 from numpy.typing import ArrayLike
@@ -15,7 +15,7 @@ from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.starts import fresh_seed
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
 from flockesc_env.policies.base import BasePolicy, Policy
-from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record
+from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record_run
 from flockesc_env.policies.rules import FixedRange, ScheduledRange
 from flockesc_env.policies.setup import refuse, setup
 from flockesc_env.scenario.flock import FlockScenario
@@ -118,6 +118,8 @@ def simulate(
     per_agent: bool | None = None,
     predator_policy: PredatorPolicy | None = None,
     num_threads: int | None = None,
+    every: int = 1,
+    record: Sequence[str] | None = None,
     **options: Any,
 ) -> Trajectory | LineTrajectory:
     """Run a flock for ``scenario.num_steps`` steps, or a line until its steady state.
@@ -131,14 +133,17 @@ def simulate(
         interaction_range: rho in m, a scalar or one per agent, shape (n,). Give this or ``policy``.
         policy: sets the ranges; see ``rollout``. The ranges of a ``ScheduledRange`` apply to every step.
         seed: seed of the initial state, the predators, noise and randomized fields. ``env.reset(seed=seed)``
-            starts the same flock. ``None``: a random seed from the operating system. A run that continues
-            from the last state of another one needs another seed: the same seed draws the same noise again.
+            starts the same flock. ``None``: a random seed from the operating system. ``models.Flock``
+            continues a run: with the same seed, ``simulate`` would draw the same noise again.
         initial_positions: r(0) in m, shape (n, D); ``None``: drawn from the seed.
         initial_velocities: v(0) in m/s, shape (n, D); ``None``: drawn from the seed. With constant speed an
             agent has speed v0 from its first step on.
         per_agent: see ``rollout``.
         predator_policy: see ``rollout``.
         num_threads: number of threads for a large flock; ``None``: one per core. Results do not depend on it.
+        every: number of steps between two recorded times.
+        record: names of the recorded columns of ``Trajectory``, such as ``["polarization"]``; ``None``: all,
+            of which positions and velocities take the memory.
         **options: options of the policy's environment, see ``EnvOptions``.
 
     Returns:
@@ -161,7 +166,8 @@ def simulate(
     if (interaction_range is None) == (policy is None):
         given = "neither" if policy is None else "both"
         raise InputError("interaction_range", "either interaction_range or policy", given)
-    start = {"initial_positions": initial_positions, "initial_velocities": initial_velocities}
+    start: dict[str, Any] = {"initial_positions": initial_positions, "initial_velocities": initial_velocities}
+    recording: dict[str, Any] = {"every": every, "record": record}
     steering: dict[str, Any] = {"per_agent": per_agent, "predator_policy": predator_policy}
     steering = {name: value for name, value in steering.items() if value is not None} | options
     ranges, model = interaction_range, FlockScenario() if scenario is None else as_model(scenario)
@@ -176,11 +182,12 @@ def simulate(
             player.check_length(model.num_steps)
             ranges = player.schedule if player.per_agent else player.schedule[:, None]
         if ranges is None or (steering and isinstance(model, FlockScenario)):
-            return record(playing, fresh_seed() if seed is None else as_seed(seed), start)
+            return record_run(playing, fresh_seed() if seed is None else as_seed(seed), start, **recording)
     elif isinstance(ranges, str | os.PathLike) or hasattr(ranges, "act"):
         raise InputError("interaction_range", "ranges in m (policy=.. takes a policy)", shown(ranges))
     if isinstance(model, LineScenario):
-        refuse({**start, **steering, "num_threads": num_threads}, "None for a line")
+        refuse({**start, **steering, "num_threads": num_threads, "record": record}, "None for a line")
+        as_count(every, "every", most=1)
         return simulate_line(model, ranges, seed=seed)
     if policy is None:
         for name, value in steering.items():
@@ -188,4 +195,4 @@ def simulate(
         if (array := as_array(ranges, "interaction_range")).ndim > 1:
             expected = f"a scalar or shape ({model.num_agents},) (policy=ScheduledRange(..): one per step)"
             raise InputError("interaction_range", expected, f"shape {array.shape}")
-    return run_flock(model, ranges, seed=seed, num_threads=num_threads, **start)
+    return run_flock(model, ranges, seed=seed, num_threads=num_threads, **start, **recording)

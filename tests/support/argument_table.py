@@ -20,7 +20,7 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env import policies, sb3, scenario
-from flockesc_env.models import Trajectory, component_labels, neighbor_pairs
+from flockesc_env.models import Flock, Trajectory, component_labels, neighbor_pairs
 from flockesc_env.policies import Architecture
 from flockesc_env.render import video
 
@@ -213,6 +213,8 @@ BY_NAME: dict[str, Kind] = {
     "directions": floats(POINTS + 1.0),
     "dimension": integer(2, low=2, high=3),
     "skip": integer(2, high=10),
+    "every": integer(2, low=1, high=10),
+    "record": part(["polarization"], ("speed",), (1,), np.array(["polarization"]), accepts=(tuple,)),
     "num_threads": count(1),
     "max_range": positive(0.5),
     "predator_sensing_range": Kind(2.0, [-1.0, np.nan, -np.inf, [2.0]], [2, np.array(2.0)], (float,)),
@@ -273,6 +275,11 @@ OF: dict[Any, dict[str, Kind]] = {
         "num_agents": count(5),
     },
     fe.simulate: {"scenario": part(HUNTED, scenario.Disc()), "interaction_range": PER_AGENT},
+    Flock: {
+        "scenario": part(FLOCK, LINE, scenario.Disc()),
+        "velocities": floats(np.tile([6.0, 8.0], (5, 1))),
+        "extra_force": Kind(None, accepts=(type(len), type)),
+    },
     fe.simulate_line: {"scenario": Kind(LINE, [FLOCK, 0, [LINE]], is_optional=True)},
     scenario.approach: {"initial_side": number(8.0)},
     scenario.Encircle: {"radius": number(8.0)},

@@ -97,6 +97,7 @@ def go_on(env: Any) -> list[Any]:
 AFTER: dict[Any, Callable[[Any], Any]] = {
     fe.load_policy: lambda made: made.parameters,
     bind: lambda _: None,
+    models.Flock: lambda flock: flock.get_state(),
     RandomRange: lambda made: made._rng.bit_generator.state,
     fe.NetworkPolicy: lambda made: made.parameters,
     policies.SB3Policy: lambda _: None,
@@ -193,6 +194,27 @@ def method_rows(name: str) -> dict[str, Row]:
     return {f"{name}: {method}": row for method, row in rows.items()}
 
 
+def flock_rows() -> dict[str, Row]:
+    """Return the rows of the methods of a flock that a script steps."""
+    made = models.Flock(table.HUNTED, seed=3)
+    velocities = table.floats(np.tile([6.0, 8.0], (5, 1)))
+    actions = dataclasses.replace(table.floats(np.full((1, 2), 0.5)), is_optional=True)
+    steps = {"ranges": table.PER_AGENT, "num_steps": table.count(2), "predator_actions": actions}
+    each = {
+        "step": (lambda flock, **given: flock.step(**given), steps),
+        "positions": (
+            lambda flock, positions: setattr(flock, "positions", positions),
+            {"positions": table.floats(table.POINTS)},
+        ),
+        "velocities": (
+            lambda flock, velocities: setattr(flock, "velocities", velocities),
+            {"velocities": velocities},
+        ),
+        "set_state": (lambda flock, state: flock.set_state(state), {"state": state(made.get_state())}),
+    }
+    return {name: Row(call, given, made.copy, models.Flock.get_state) for name, (call, given) in each.items()}
+
+
 WITH_METHODS = (
     *("gymnasium", "predator", "line", "vector", "a slot per agent", "parallel", "parallel with predators"),
     *("stable-baselines3", "stable-baselines3, a slot per agent"),
@@ -210,6 +232,7 @@ CALLABLES = {name: row_of(call) for name, call in _public().items() if name not 
     "draw": row_of(draw),
 }
 ROWS = CALLABLES | {key: row for name in WITH_METHODS for key, row in method_rows(name).items()}
+ROWS |= {f"Flock: {name}": row for name, row in flock_rows().items()}
 rows = pytest.mark.parametrize("row", ROWS.values(), ids=ROWS)
 
 

@@ -4,7 +4,7 @@ pub use crate::base::check::clipped;
 pub use crate::base::document::parse;
 pub use crate::base::memory;
 pub use crate::episode::{AtEnd, Observed, SlotReset};
-pub use crate::flock::{check_predator_actions, check_ranges};
+pub use crate::flock::{Run, check_predator_actions, check_ranges};
 pub use crate::graph::GraphArguments;
 pub use crate::network::work;
 pub use crate::parallel::forked;

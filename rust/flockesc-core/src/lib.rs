@@ -26,9 +26,9 @@ pub use base::error::{Error, Result};
 pub use base::rng::episode_seed;
 pub use episode::{Batch, Episode, EpisodeConfig, EpisodeOutcome, Metrics, Running};
 pub use flock::{
-    Distribution, FirstOrder, FlockConfig, InitialHeadings, InitialPositions, InitialState, Motion,
-    PredatorDistance, PreferredDistance, Reynolds, Schedule, Trajectory, World, Zones,
-    simulate_flock,
+    COLUMNS, Distribution, FirstOrder, FlockConfig, InitialHeadings, InitialPositions,
+    InitialState, Motion, PredatorDistance, PreferredDistance, Reynolds, Schedule, Trajectory,
+    World, Zones, simulate_flock,
 };
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use kinds::kinds;

@@ -42,6 +42,7 @@ fn run(
         values: values.to_vec(),
         rows: 1,
         columns: values.len(),
+        ..Schedule::default()
     };
     let (config, threads) = (config.clone(), Some(num_threads));
     simulate_flock(config, &schedule, start, threads, &Progress::default()).expect("a good run")
@@ -49,31 +50,9 @@ fn run(
 
 /// Returns the bits of all numbers of a run. Bits distinguish -0 from 0.
 fn bits(run: &Trajectory) -> Vec<u64> {
-    let Trajectory {
-        positions,
-        velocities,
-        predator_positions,
-        mean_distance,
-        min_distance,
-        num_components,
-        polarization,
-        fraction_surviving,
-        caught_at,
-    } = run;
-    let numbers = [
-        positions,
-        velocities,
-        predator_positions,
-        mean_distance,
-        min_distance,
-        polarization,
-        fraction_surviving,
-    ];
-    let counts = num_components.iter().chain(caught_at);
-    let counts = counts.map(|&count| count as u64);
+    let numbers = run.columns.iter().flatten().chain(&run.minima);
+    let counts = run.caught_at.iter().map(|&count| count as u64);
     numbers
-        .into_iter()
-        .flatten()
         .map(|number| number.to_bits())
         .chain(counts)
         .collect()
@@ -232,7 +211,7 @@ fn a_batch_of_one_large_flock() {
             assert!(steps == serial, "{threads} threads");
             let world = batch.episode(0).expect("an episode").world();
             let positions: Vec<f64> = world.positions().iter().flatten().copied().collect();
-            assert!(recorded.positions.ends_with(&positions));
+            assert!(recorded.columns[0].ends_with(&positions));
         }
     }
 }

@@ -4,6 +4,7 @@ mod actions;
 mod arrays;
 mod batch;
 mod errors;
+mod flock;
 mod graph;
 mod info;
 mod line;
@@ -23,6 +24,8 @@ mod _core {
     use crate::actions::{RangeMap, clipped};
     #[pymodule_export]
     use crate::batch::FlockBatch;
+    #[pymodule_export]
+    use crate::flock::Flock;
     #[pymodule_export]
     use crate::graph::{component_labels, laplacian, neighbor_pairs, perron_matrix};
     #[pymodule_export]

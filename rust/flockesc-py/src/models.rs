@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use flockesc_core::bindings::memory;
 use flockesc_core::{
-    Entry, EpisodeConfig, FlockConfig, InitialState, LineConfig, Objective, Schedule, line_entries,
-    predator_entries,
+    COLUMNS, Entry, EpisodeConfig, FlockConfig, InitialState, LineConfig, Objective, Schedule,
+    line_entries, predator_entries,
 };
 use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
@@ -69,8 +69,9 @@ pub(crate) fn check_memory(field: &str, num_bytes: u128) -> Result<(), CoreError
     Ok(memory::probe::<u8>(field, len)?)
 }
 
+/// Returns the columns with the names in `record`, of the times 0, `every`, .., and the steps of captures and minima
+/// over all steps.
 #[pyfunction]
-#[pyo3(signature = (scenario, ranges, seed, positions, velocities, num_threads, predator_actions=None))]
 #[expect(clippy::too_many_arguments, reason = "options of a run")]
 pub(crate) fn simulate_flock<'py>(
     py: Python<'py>,
@@ -81,6 +82,8 @@ pub(crate) fn simulate_flock<'py>(
     velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
     num_threads: Option<usize>,
     predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
+    every: usize,
+    record: Vec<String>,
 ) -> Dict<'py> {
     let config = Arc::new(FlockConfig::from_json(scenario).map_err(CoreError::from)?);
     let (rows, columns) = rows_and_columns(&ranges)?;
@@ -89,6 +92,8 @@ pub(crate) fn simulate_flock<'py>(
         rows,
         columns,
         predator_actions: flat(predator_actions)?.unwrap_or_default(),
+        skipped: every.saturating_sub(1),
+        omitted: COLUMNS.map(|name| record.iter().all(|recorded| recorded != name)),
     };
     let start = InitialState {
         seed,
@@ -96,28 +101,16 @@ pub(crate) fn simulate_flock<'py>(
         velocities: flat(velocities)?,
         ..InitialState::default()
     };
-    let simulated = config.clone();
     let run = long_call(py, None, move |progress| {
-        flockesc_core::simulate_flock(simulated, &schedule, &start, num_threads, progress)
+        flockesc_core::simulate_flock(config, &schedule, &start, num_threads, progress)
     })?;
-    let (times, n, p) = (
-        config.num_steps + 1,
-        config.num_agents,
-        config.predators.len(),
-    );
-    let rows = |values, count| shaped(py, values, [times, count, config.dimension]);
-    [
-        ("positions", rows(run.positions, n)?),
-        ("velocities", rows(run.velocities, n)?),
-        ("predator_positions", rows(run.predator_positions, p)?),
-        ("mean_distance", array(py, run.mean_distance)),
-        ("min_distance", array(py, run.min_distance)),
-        ("num_components", array(py, run.num_components)),
-        ("polarization", array(py, run.polarization)),
-        ("fraction_surviving", array(py, run.fraction_surviving)),
-        ("caught_at", array(py, run.caught_at)),
-    ]
-    .into_py_dict(py)
+    let dict = PyDict::new(py);
+    for (name, values) in COLUMNS.iter().zip(run.columns) {
+        dict.set_item(name, array(py, values))?;
+    }
+    dict.set_item("caught_at", array(py, run.caught_at))?;
+    dict.set_item("minima", run.minima)?;
+    Ok(dict)
 }
 
 #[pyfunction]

@@ -6,6 +6,7 @@ mod initial_state;
 mod metrics;
 mod motion;
 mod randomization;
+mod run;
 mod scenario;
 mod simulate;
 mod summary;
@@ -17,8 +18,11 @@ pub use initial_state::InitialState;
 pub use metrics::PredatorDistance;
 pub use motion::*;
 pub use randomization::Distribution;
+pub use run::Run;
 pub use scenario::FlockConfig;
-pub use simulate::{Schedule, Trajectory, check_predator_actions, check_ranges, simulate_flock};
+pub use simulate::{
+    COLUMNS, Schedule, Trajectory, check_predator_actions, check_ranges, simulate_flock,
+};
 pub(crate) use simulate::{flock_bytes, probe_flocks};
 pub(crate) use summary::{HALF_COUNT, Summary};
 pub use world::World;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use super::initial_state::InitialState;
+use super::run::Run;
 use super::world::World;
 use crate::base::check::clipped;
 use crate::base::error::{Error, Result};
@@ -13,7 +14,7 @@ use crate::flock::scenario::FlockConfig;
 use crate::neighbor::Ranges;
 use crate::parallel::{self, Progress};
 
-/// Interaction ranges and predator actions of a run.
+/// Interaction ranges and predator actions of a run, and what it does not record.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Schedule {
     /// Ranges in m, in row-major order.
@@ -25,6 +26,10 @@ pub struct Schedule {
     /// Actions of the learned predators in [-1, 1], with D entries per predator in every step. If it is
     /// empty, learned predators fly straight on.
     pub predator_actions: Vec<f64>,
+    /// Number of steps that are not recorded between two recorded times.
+    pub skipped: usize,
+    /// Which of [`COLUMNS`] are not recorded.
+    pub omitted: [bool; COLUMNS.len()],
 }
 
 impl Schedule {
@@ -102,8 +107,23 @@ pub fn check_predator_actions(actions: &[f64], count: usize) -> Result<()> {
     }
 }
 
-/// A recorded run of a flock: one entry or row per time 0..=T, where T is the number of steps. Arrays are
-/// flat, in row-major order.
+/// Names of the columns of a [`Trajectory`]: r_i in m, v_i in m/s and r_p in m, each with D entries per agent or
+/// predator in row-major order; the mean and minimum predator distance in m; the number of connected components
+/// under the range of the next step, or at time T of the last step; the norm of the mean heading; and the fraction
+/// of the agents that were not caught.
+pub const COLUMNS: [&str; 8] = [
+    "positions",
+    "velocities",
+    "predator_positions",
+    "mean_distance",
+    "min_distance",
+    "num_components",
+    "polarization",
+    "fraction_surviving",
+];
+
+/// A recorded run of a flock of T steps, with entries for the times 0, k, 2 k, .. up to T, where k - 1 steps are
+/// skipped.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -113,69 +133,65 @@ pub fn check_predator_actions(actions: &[f64], count: usize) -> Result<()> {
 /// let schedule = Schedule { values: vec![12.0], rows: 1, columns: 1, ..Schedule::default() };
 /// let start = InitialState::seeded(7);
 /// let run = simulate_flock(Arc::new(config), &schedule, &start, None, &Progress::default())?;
-/// assert_eq!(run.mean_distance.len(), 21);
-/// assert_eq!(run.positions.len(), 21 * 300 * 2);
+/// assert_eq!(run.columns[3].len(), 21);
+/// assert_eq!(run.columns[0].len(), 21 * 300 * 2);
 /// # Ok::<(), flockesc_core::Error>(())
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trajectory {
-    /// r_i(t) in m, (T + 1) * n * D entries.
-    pub positions: Vec<f64>,
-    /// v_i(t) in m/s, (T + 1) * n * D entries.
-    pub velocities: Vec<f64>,
-    /// r_p(t) in m, (T + 1) * D entries per predator.
-    pub predator_positions: Vec<f64>,
-    /// Mean predator distance in m.
-    pub mean_distance: Vec<f64>,
-    /// Minimum predator distance in m.
-    pub min_distance: Vec<f64>,
-    /// Number of connected components under the range of the next step. The last entry uses the range of the
-    /// last step.
-    pub num_components: Vec<i64>,
-    /// Norm of the mean heading.
-    pub polarization: Vec<f64>,
-    /// Fraction of the agents that were not caught.
-    pub fraction_surviving: Vec<f64>,
+    /// [`COLUMNS`]; empty if they are omitted.
+    pub columns: [Vec<f64>; COLUMNS.len()],
+    /// Minima of the mean and minimum predator distance and of the surviving fraction over all steps.
+    pub minima: [f64; 3],
     /// The step in which each agent was caught, 1..=T, or -1; n entries.
     pub caught_at: Vec<i64>,
 }
 
 impl Trajectory {
     /// Creates an empty record with memory for the whole run.
-    fn with_capacity_for(config: &FlockConfig) -> Result<Self> {
-        let times = config.num_steps + 1;
-        let agents = times.saturating_mul(config.num_agents * config.dimension);
-        let predators = times.saturating_mul(config.predators.len() * config.dimension);
-        let vector = |entries| memory::vector("num_steps", entries);
-        Ok(Self {
-            positions: vector(agents)?,
-            velocities: vector(agents)?,
-            predator_positions: vector(predators)?,
-            mean_distance: vector(times)?,
-            min_distance: vector(times)?,
-            num_components: memory::vector("num_steps", times)?,
-            polarization: vector(times)?,
-            fraction_surviving: vector(times)?,
-            caught_at: vec![-1; config.num_agents],
-        })
+    fn with_capacity_for(config: &FlockConfig, schedule: &Schedule) -> Result<Self> {
+        let times = config.num_steps / (schedule.skipped + 1) + 1;
+        let rows = [config.num_agents, config.num_agents, config.predators.len()];
+        let mut record = Self {
+            minima: [f64::INFINITY; 3],
+            ..Self::default()
+        };
+        for (index, column) in record.columns.iter_mut().enumerate() {
+            if !schedule.omitted[index] {
+                let entries = rows.get(index).map_or(1, |rows| rows * config.dimension);
+                *column = memory::vector("num_steps", times.saturating_mul(entries))?;
+            }
+        }
+        Ok(record)
     }
 
-    fn record<const D: usize>(&mut self, world: &World<D>, ranges: Ranges<'_>) {
-        extend(&mut self.positions, world.positions().iter());
-        extend(&mut self.velocities, world.velocities().iter());
-        let predators = world.predators().iter().map(|p| &p.position);
-        extend(&mut self.predator_positions, predators);
+    fn record<const D: usize>(&mut self, world: &World<D>, schedule: &Schedule, step: usize) {
         let distance = world.predator_distance();
-        self.mean_distance.push(distance.mean);
-        self.min_distance.push(distance.minimum);
-        self.num_components
-            .push(world.num_components(ranges) as i64);
-        self.polarization.push(world.polarization());
-        self.fraction_surviving.push(world.fraction_surviving());
-        let step = self.mean_distance.len() as i64 - 1;
-        for agent in world.caught() {
-            if self.caught_at[agent] < 0 {
-                self.caught_at[agent] = step;
+        let now = [distance.mean, distance.minimum, world.fraction_surviving()];
+        for (minimum, now) in self.minima.iter_mut().zip(now) {
+            *minimum = minimum.min(now);
+        }
+        if !step.is_multiple_of(schedule.skipped + 1) {
+            return;
+        }
+        for (index, column) in self.columns.iter_mut().enumerate() {
+            if schedule.omitted[index] {
+                continue;
+            }
+            match COLUMNS[index] {
+                "positions" => extend(column, world.positions().iter()),
+                "velocities" => extend(column, world.velocities().iter()),
+                "predator_positions" => {
+                    extend(column, world.predators().iter().map(|p| &p.position));
+                }
+                "mean_distance" => column.push(distance.mean),
+                "min_distance" => column.push(distance.minimum),
+                "num_components" => {
+                    let step = step.min(world.config().num_steps - 1);
+                    column.push(world.num_components(schedule.at(step)) as f64);
+                }
+                "polarization" => column.push(world.polarization()),
+                _ => column.push(world.fraction_surviving()),
             }
         }
     }
@@ -225,9 +241,7 @@ pub fn simulate_flock(
     progress: &Progress,
 ) -> Result<Trajectory> {
     start.check(&config)?;
-    config.check_draw(start.seed)?;
     schedule.check(&config)?;
-    probe_flocks(&config, 1)?;
     parallel::pool(num_threads)?.install(|| match config.dimension {
         2 => run::<2>(config, schedule, start, progress),
         _ => run::<3>(config, schedule, start, progress),
@@ -241,14 +255,14 @@ fn run<const D: usize>(
     progress: &Progress,
 ) -> Result<Trajectory> {
     let num_steps = config.num_steps;
-    let mut trajectory = Trajectory::with_capacity_for(&config)?;
-    let mut world = World::<D>::new(config, start);
+    let mut trajectory = Trajectory::with_capacity_for(&config, schedule)?;
+    let mut run = Run::<D>::new(config, start, None)?;
     for step in 0..num_steps {
         progress.check()?;
-        trajectory.record(&world, schedule.at(step));
-        world.set_predator_actions(schedule.actions_at(step, num_steps));
-        world.step(schedule.at(step))?;
+        trajectory.record(run.world(), schedule, step);
+        run.advance(schedule.at(step), schedule.actions_at(step, num_steps), &[])?;
     }
-    trajectory.record(&world, schedule.at(num_steps - 1));
+    trajectory.record(run.world(), schedule, num_steps);
+    trajectory.caught_at = run.captures.0;
     Ok(trajectory)
 }

@@ -1,5 +1,6 @@
 //! `World`: a flock and its predators, and one step of the model in the order of docs/model.md.
 
+mod change;
 mod state;
 
 use std::sync::Arc;
@@ -68,21 +69,15 @@ impl<const D: usize> World<D> {
     /// Creates a world from its parts and computes the predator distances.
     fn assemble(
         config: Arc<FlockConfig>,
-        mut agents: Agents<D>,
+        agents: Agents<D>,
         predators: Vec<Predator<D>>,
         rng: ChaCha8Rng,
         neighborhood: Neighborhood<D>,
         response: Response<D>,
     ) -> Self {
         let after: Vec<[f64; D]> = predators.iter().map(|p| p.position.into()).collect();
-        for group in &mut agents.groups {
-            group.distance = distances(&group.position, &after);
-        }
-        if config.blocks_warnings {
-            agents.mark_reached(config.predator_range);
-        }
-        Self {
-            predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
+        let mut world = Self {
+            predator_distance: PredatorDistance::of::<D>(&[], 0),
             before: after.clone(),
             after,
             config,
@@ -91,7 +86,20 @@ impl<const D: usize> World<D> {
             rng,
             neighborhood,
             response,
+        };
+        world.measure();
+        world
+    }
+
+    /// Computes the predator distances of all agents.
+    fn measure(&mut self) {
+        for group in &mut self.agents.groups {
+            group.distance = distances(&group.position, &self.after);
         }
+        if self.config.blocks_warnings {
+            self.agents.mark_reached(self.config.predator_range);
+        }
+        self.predator_distance = PredatorDistance::of(&self.agents.groups, self.agents.len());
     }
 
     /// Stops the counting of neighbors, which takes about 5 % of a step. Only for worlds that are never observed.
@@ -107,6 +115,14 @@ impl<const D: usize> World<D> {
     /// # Errors
     /// [`crate::Error::Memory`] for the neighbor graph that the scenario freezes. The world is unchanged.
     pub fn step(&mut self, ranges: Ranges<'_>) -> Result<()> {
+        self.step_pushed(ranges, &[])
+    }
+
+    /// As [`Self::step`], with a force that is added to f_i: D entries per id, or none.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub(crate) fn step_pushed(&mut self, ranges: Ranges<'_>, extra_force: &[f64]) -> Result<()> {
         self.neighborhood.freeze(&self.agents, ranges)?;
         let prey = Prey::new(&self.agents, &self.neighborhood);
         let (configs, time_step) = (&self.config.predators, self.config.time_step);
@@ -126,7 +142,7 @@ impl<const D: usize> World<D> {
         let (config, neighborhood) = (&self.config, &mut self.neighborhood);
         let forces = self
             .response
-            .neighbor_forces(config, &self.agents, neighborhood);
+            .neighbor_forces(config, &self.agents, neighborhood, extra_force);
         let sums = neighborhood.sums_mut();
         let (groups, ids) = self.agents.groups_and_ids();
         parallel::for_each_pair(groups, sums, |first, groups, sums| {
